@@ -1,0 +1,142 @@
+"""What the parts of a scenario must agree on; every contradiction is listed, not just the first."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from .wording import did_you_mean
+
+if TYPE_CHECKING:
+    from .scenario import Scenario
+
+SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
+FRAMED_SCHEDULES = ("round_robin", "random")
+
+# A mission larger than this would exhaust the memory of any workstation.
+LARGEST_SAMPLES = 5e8
+
+Problem = tuple[str, str]
+
+
+def problems(scenario: "Scenario") -> list[Problem]:
+    """Return every contradiction as (dotted key, rule, value and remedy)."""
+    return [
+        *_vehicles(scenario),
+        *_route(scenario),
+        *_formation(scenario),
+        *_protocol(scenario),
+        *_sizes(scenario),
+    ]
+
+
+def _vehicles(scenario: "Scenario") -> Iterator[Problem]:
+    auvs, asvs = scenario.auvs, scenario.asvs
+    if auvs.vehicle != "kinematic":
+        yield "auvs.vehicle", f"{auvs.vehicle!r} is not available yet; use 'kinematic'"
+    if asvs.vehicle != "moored":
+        yield "asvs.vehicle", f"{asvs.vehicle!r} is not available yet; use 'moored'"
+    if auvs.feedback != "truth":
+        yield (
+            "auvs.feedback",
+            "'estimate' needs a vehicle with dynamics, not available yet; use 'truth'",
+        )
+    if scenario.environment.current_m_per_s > 0:
+        yield (
+            "environment.current_m_per_s",
+            "a current does not move kinematic or moored vehicles; remove it or set it to 0",
+        )
+
+
+def _route(scenario: "Scenario") -> Iterator[Problem]:
+    auvs, route = scenario.auvs, scenario.auvs.route
+    if route.kind == "hold" and len(route.positions_m) != auvs.count:
+        yield (
+            "auvs.route.positions_m",
+            f"needs one [x, y] per AUV: {auvs.count} expected, {len(route.positions_m)} given",
+        )
+    if route.kind == "track" and len(route.files) != auvs.count:
+        yield (
+            "auvs.route.files",
+            f"needs one file per AUV: {auvs.count} expected, {len(route.files)} given",
+        )
+    if route.kind == "waypoints":
+        if len(route.points_m) != auvs.count:
+            yield (
+                "auvs.route.points_m",
+                f"needs one list of points per AUV: {auvs.count} expected, "
+                f"{len(route.points_m)} given",
+            )
+        for number, points in enumerate(route.points_m):
+            if len(points) < 2 or any(a == b for a, b in zip(points, points[1:], strict=False)):
+                yield (
+                    f"auvs.route.points_m.{number}",
+                    "needs at least two points, no two in a row equal",
+                )
+    if route.kind == "lawnmower":
+        margin = route.lane_spacing_m / 2 if route.end_margin_m is None else route.end_margin_m
+        if 2 * margin >= scenario.survey.side_m:
+            yield (
+                "auvs.route.end_margin_m" if route.end_margin_m is not None
+                else "auvs.route.lane_spacing_m",
+                f"leaves no lane: margins of 2 x {margin:g} m fill the side of "
+                f"{scenario.survey.side_m:g} m; use a smaller one",
+            )
+        if auvs.vehicle == "kinematic" and 2 * auvs.turning_radius_m > scenario.survey.side_m:
+            yield (
+                "auvs.turning_radius_m",
+                f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of "
+                f"{scenario.survey.side_m:g} m; use at most {scenario.survey.side_m / 2:g}",
+            )
+
+
+def _formation(scenario: "Scenario") -> Iterator[Problem]:
+    formation, count = scenario.asvs.formation, scenario.asvs.count
+    if formation.positions_m is not None:
+        if len(formation.positions_m) != count:
+            yield (
+                "asvs.formation.positions_m",
+                f"needs one [x, y] per ASV: {count} expected, {len(formation.positions_m)} given",
+            )
+        if formation.radius_m is not None or formation.clearance_m or formation.angle_deg:
+            yield (
+                "asvs.formation.positions_m",
+                "excludes radius_m, clearance_m and angle_deg; keep one or the other",
+            )
+    elif formation.radius_m is not None and formation.clearance_m:
+        yield (
+            "asvs.formation.radius_m",
+            "excludes clearance_m (R_f = hf.range_m + clearance_m); keep one of them",
+        )
+    elif formation.radius_m is None and scenario.acoustics.hf.range_m + formation.clearance_m < 0:
+        yield (
+            "asvs.formation.clearance_m",
+            f"makes the radius negative ({formation.clearance_m:g} m); use at least "
+            f"{-scenario.acoustics.hf.range_m:g}",
+        )
+
+
+def _protocol(scenario: "Scenario") -> Iterator[Problem]:
+    protocol = scenario.protocol
+    if protocol.schedule not in SCHEDULES and ":" not in protocol.schedule:
+        yield (
+            "protocol.schedule",
+            f"{protocol.schedule!r} is no schedule{did_you_mean(protocol.schedule, SCHEDULES)} "
+            f"(one of {', '.join(SCHEDULES)}, or your own as module:object)",
+        )
+    if protocol.ranging == "passive":
+        yield "protocol.ranging", "'passive' is not available yet; use 'owtt_sync' or 'twtt'"
+
+
+def _sizes(scenario: "Scenario") -> Iterator[Problem]:
+    vehicles = scenario.auvs.count + scenario.asvs.count
+    for name, rate in (
+        ("record.metrics_hz", scenario.record.metrics_hz),
+        ("record.tracks_hz", scenario.record.tracks_hz),
+        ("navigation.imu_rate_hz", scenario.navigation.imu_rate_hz),
+    ):
+        samples = scenario.duration_s * rate * vehicles
+        if samples > LARGEST_SAMPLES:
+            yield (
+                name,
+                f"{samples:.2g} samples ({scenario.duration_s:g} s x {rate:g} Hz x {vehicles} "
+                f"vehicles) exceed {LARGEST_SAMPLES:.0e}; lower the rate, the duration or the fleet",
+            )

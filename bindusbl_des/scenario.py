@@ -1,0 +1,281 @@
+"""A mission as its planner describes it: frozen, validated, units in the key names.
+
+A :class:`Scenario` is plain data.  It knows nothing of files, clocks or random numbers: the same
+scenario run with the same seed is the same mission.  ``PAPER`` marks defaults published in the
+BIND-USBL paper, ``THESIS`` those of the simulator behind its reference [max_phd] (M. Nitsch,
+RWTH Aachen 2024, DOI 10.18154/RWTH-2024-05964), ``OURS`` those chosen here.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
+from pydantic_core import PydanticCustomError
+
+PAPER = "BIND-USBL paper"
+THESIS = "Nitsch 2024, USBL-Simulator"
+OURS = "this package"
+
+Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Whole = Annotated[int, Strict()]
+Text = Annotated[str, Strict()]
+Point = tuple[Real, Real]
+
+
+def key(default: Any, unit: str, meaning: str, source: str = OURS, **bounds: Any) -> Any:
+    """Describe one scenario key: its default, unit, meaning, source and allowed range."""
+    return Field(
+        default=default,
+        description=meaning,
+        json_schema_extra={"unit": unit, "source": source},
+        **bounds,
+    )
+
+
+class Part(BaseModel):
+    """A frozen part of a scenario; a key that is not listed is a mistake, never ignored."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+
+class Survey(Part):
+    """The square of sea to be surveyed, centred on the origin, and the depth to fly at."""
+
+    side_m: Real = key(140.0, "m", "side L of the square survey area", PAPER, gt=0, le=1e5)
+    depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
+
+
+class Lawnmower(Part):
+    """Boustrophedon lanes along x in one horizontal strip per AUV, AUV0 at the lowest y."""
+
+    kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
+    lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, gt=0)
+    end_margin_m: Real | None = key(
+        None, "m", "distance from lane ends to the square's edge; null = half the spacing", ge=0
+    )
+    start: Literal["strip_centre", "strip_corner"] = key(
+        "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"
+    )
+    turns: Literal["shortest", "bulb", "skip_lane"] = key(
+        "shortest", "", "lane order: neighbours with bulb turns, skipping lanes, or the shorter"
+    )
+
+
+class Hold(Part):
+    """Vehicles hold still at given positions, heading along +x."""
+
+    kind: Literal["hold"] = key("hold", "", "route family")
+    positions_m: tuple[Point, ...] = key((), "m", "one [x, y] per AUV")
+
+
+class Waypoints(Part):
+    """Each AUV follows its own list of waypoints along Dubins curves, there and back."""
+
+    kind: Literal["waypoints"] = key("waypoints", "", "route family")
+    points_m: tuple[tuple[Point, ...], ...] = key((), "m", "per AUV a list of [x, y]")
+
+
+class Track(Part):
+    """Each AUV repeats the recorded track of a real vehicle."""
+
+    kind: Literal["track"] = key("track", "", "route family")
+    files: tuple[Text, ...] = key(
+        (), "", "per AUV a CSV with columns time_s, x_m, y_m, depth_m; relative to the scenario file"
+    )
+
+
+def _kind(route: Any) -> Any:
+    """Tell the family of a route; a route that does not say is a lawnmower."""
+    if isinstance(route, dict):
+        return route.get("kind", "lawnmower")
+    return getattr(route, "kind", None)
+
+
+Route = Annotated[
+    Annotated[Lawnmower, Tag("lawnmower")]
+    | Annotated[Hold, Tag("hold")]
+    | Annotated[Waypoints, Tag("waypoints")]
+    | Annotated[Track, Tag("track")],
+    Discriminator(_kind),
+]
+
+
+class Auvs(Part):
+    """The underwater vehicles: how many, what they are, where they go."""
+
+    count: Whole = key(3, "1", "number of AUVs", PAPER, ge=1, le=100_000)
+    vehicle: Literal["kinematic", "remus100", "bluerov2"] = key("kinematic", "", "vehicle model")
+    speed_m_per_s: Real = key(
+        0.627, "m/s", "speed along the route", "tab:case_study (182-192 m in 300 s)", gt=0, le=20
+    )
+    turning_radius_m: Real = key(5.0, "m", "smallest turning radius (kinematic only)", gt=0)
+    route: Route = Field(default=Lawnmower(), description="where the AUVs go")
+    feedback: Literal["truth", "estimate"] = key(
+        "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
+    )
+
+
+class Formation(Part):
+    """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
+
+    angle_deg: Real = key(0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER)
+    clearance_m: Real = key(0.0, "m", "clearance Delta_b: R_f = hf.range_m + clearance_m", PAPER)
+    radius_m: Real | None = key(
+        None, "m", "formation radius R_f itself; null = range plus clearance", ge=0
+    )
+    positions_m: tuple[Point, ...] | None = key(None, "m", "one [x, y] per ASV instead of an N-gon")
+
+
+class Asvs(Part):
+    """The surface vessels that carry the USBL arrays."""
+
+    count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
+    vehicle: Literal["moored", "otter", "cybership2"] = key("moored", "", "vessel model")
+    formation: Formation = Field(default=Formation(), description="where the ASVs keep station")
+
+
+class Environment(Part):
+    """The water: how fast sound travels in it and how it moves."""
+
+    sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
+    current_m_per_s: Real = key(0.0, "m/s", "speed of the uniform current", ge=0, le=10)
+    current_direction_deg: Real = key(0.0, "deg", "direction the current flows to, from +x to +y")
+
+
+class Uplink(Part):
+    """The high-frequency band on which AUVs ping."""
+
+    range_m: Real = key(50.0, "m", "HF range R_HF", PAPER, gt=0, le=1e5)
+    range_metric: Literal["horizontal", "slant"] = key(
+        "horizontal", "", "which distance is compared with the HF range", PAPER
+    )
+    ping_s: Real = key(0.010, "s", "duration T_P of a ping", PAPER, gt=0, le=10)
+
+
+class Downlink(Part):
+    """The medium-frequency band on which ASVs broadcast fixes."""
+
+    range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, gt=0, le=1e6)
+    bit_rate_bps: Real = key(2000.0, "bit/s", "bit rate R_DL", PAPER, gt=0)
+    overhead: Real = key(2.0, "1", "protocol overhead factor Lambda", PAPER, ge=1, le=100)
+    header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)
+    fix_bytes: Whole = key(16, "B", "record of one fix B_fix", PAPER, ge=1, le=65_535)
+
+
+class Loss(Part):
+    """Why a ping in range may still not be decoded."""
+
+    law: Literal["paper", "thesis", "head", "none"] = key(
+        "paper", "", "coefficients of eq. fix_loss: published digits, full digits, OEM head, none"
+    )
+    combine: Literal["clamp_first", "paper_raw", "off"] = key(
+        "off", "", "how contention is added (eq. fix_loss_total); off = collisions are simulated"
+    )
+    contention_per_auv: Real = key(0.05, "1", "P_col per additional AUV", PAPER, ge=0, le=1)
+    cap: Real = key(0.999, "1", "largest loss probability", PAPER, ge=0, le=1)
+
+
+class Acoustics(Part):
+    """The two acoustic bands and the loss on the uplink."""
+
+    hf: Uplink = Field(default=Uplink(), description="uplink band")
+    mf: Downlink = Field(default=Downlink(), description="downlink band")
+    loss: Loss = Field(default=Loss(), description="loss of single pings")
+
+
+class Protocol(Part):
+    """Who pings when, who answers how, and what the clock is."""
+
+    schedule: Text = key(
+        "spatial_reuse",
+        "",
+        "spatial_reuse | dsatur | one_per_slot | round_robin | random, or module:object",
+        PAPER,
+        min_length=1,
+    )
+    downlink: Literal["sequential", "pipelined_round", "pipelined_group", "direct_reply"] = key(
+        "sequential", "", "when fixes are broadcast", PAPER
+    )
+    broadcaster: Literal["rotate", "random", "most_fixes", "nearest", "fixed"] = key(
+        "rotate", "", "which ASV broadcasts a round's fixes"
+    )
+    ranging: Literal["owtt_sync", "twtt", "passive"] = key(
+        "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times"
+    )
+    positions: Literal["truth", "estimate"] = key(
+        "truth", "", "the AUV positions that the colouring knows", PAPER
+    )
+    tick_rate_hz: Real | None = key(
+        None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", gt=0, le=1e6
+    )
+    frame_s: Real = key(
+        1.0, "s", "frame of one AUV (round_robin, random)", "sec:baseline (1 fix/s)", gt=0
+    )
+    turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt)", ge=0, le=60)
+
+
+class Usbl(Part):
+    """The hydrophone array and the errors of what it measures."""
+
+    array: Literal["oem5", "cross5"] = key("oem5", "", "hydrophone array", THESIS)
+    tdoa_sd_s: Real = key(2.60296781e-7, "s", "noise of one TDOA pair", THESIS, ge=0, le=1)
+    travel_time_sd_s: Real = key(6.66667e-6, "s", "noise of a travel time", THESIS, ge=0, le=1)
+    quantum_s: Real = key(1.0e-6, "s", "quantum of travel times and TDOAs", THESIS, ge=0, le=1)
+    roll_sd_deg: Real = key(0.2, "deg", "AHRS roll noise", THESIS, ge=0, le=45)
+    pitch_sd_deg: Real = key(0.2, "deg", "AHRS pitch noise", THESIS, ge=0, le=45)
+    heading_sd_deg: Real = key(1.0, "deg", "AHRS heading noise", THESIS, ge=0, le=45)
+    gnss_sd_m: Real = key(0.0, "m", "GNSS noise per axis", PAPER, ge=0, le=1e3)
+
+
+class Navigation(Part):
+    """Dead reckoning of the AUVs and how a fix corrects it."""
+
+    velocity_bias_m_per_s: Point = key((0.06, 0.06), "m/s", "velocity bias b_i", PAPER)
+    bias_frame: Literal["body", "world"] = key(
+        "body", "", "frame in which the bias is constant", "eq. dead_reckoning"
+    )
+    random_walk_m_per_sqrt_s: Real = key(
+        0.027, "m/sqrt(s)", "random walk sigma", PAPER, ge=0, le=1e3
+    )
+    imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, gt=0, le=1e3)
+    depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
+    filter: Literal["fixed_gain"] = key("fixed_gain", "", "how a fix corrects", PAPER)
+    gain: Real = key(0.9, "1", "gain gamma of eq. update", PAPER, gt=0, le=1)
+    delay_compensation: Literal["none", "shift"] = key(
+        "shift", "", "innovation against the present estimate, or that remembered at ping time"
+    )
+
+
+class Record(Part):
+    """What is kept of a mission."""
+
+    tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", gt=0, le=1e3)
+    metrics_hz: Real = key(30.0, "Hz", "rate at which time means are sampled", PAPER, gt=0, le=1e3)
+    detail: Literal["full", "summary"] = key(
+        "full", "", "every event, or the metrics only"
+    )
+
+
+class Scenario(Part):
+    """One mission of ASVs and AUVs: everything that decides it but the seed."""
+
+    name: Text = Field(min_length=1, max_length=200, description="name of the scenario")
+    duration_s: Real = key(300.0, "s", "length of the mission", PAPER, gt=0, le=1e7)
+    survey: Survey = Field(default=Survey(), description="the survey area")
+    auvs: Auvs = Field(default=Auvs(), description="underwater vehicles")
+    asvs: Asvs = Field(default=Asvs(), description="surface vessels")
+    environment: Environment = Field(default=Environment(), description="the water")
+    acoustics: Acoustics = Field(default=Acoustics(), description="acoustic bands")
+    protocol: Protocol = Field(default=Protocol(), description="medium access")
+    usbl: Usbl = Field(default=Usbl(), description="USBL measurement")
+    navigation: Navigation = Field(default=Navigation(), description="AUV navigation")
+    record: Record = Field(default=Record(), description="what is recorded")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Scenario":
+        from .consistency import problems
+
+        found = problems(self)
+        if found:
+            text = "\n".join(f"{path}: {message}" for path, message in found)
+            raise PydanticCustomError("inconsistent", "{text}", {"text": text, "problems": found})
+        return self
