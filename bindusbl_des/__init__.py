@@ -1,1 +1,72 @@
-"""x"""
+"""Simulate underwater acoustic networks that keep dead-reckoning AUVs on their way.
+
+>>> from bindusbl_des import Scenario, simulate
+>>> result = simulate(Scenario(name="example", duration_s=10.0), seed=1)
+>>> len(result.auvs)
+3
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .acoustics import absorption, range_loss, sound_speed, travel_time
+    from .coverage import covered_area, covering_radius
+    from .formation import formation
+    from .fusion import fuse
+    from .result import Result, load_result
+    from .scenario import Scenario
+    from .scenario_file import ScenarioError, load_scenario
+    from .simulation import simulate
+    from .slots import airtime, downlink_slot, uplink_slot
+
+# Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
+_HOMES = {
+    "absorption": "acoustics",
+    "airtime": "slots",
+    "covered_area": "coverage",
+    "covering_radius": "coverage",
+    "downlink_slot": "slots",
+    "formation": "formation",
+    "fuse": "fusion",
+    "load_result": "result",
+    "load_scenario": "scenario_file",
+    "range_loss": "acoustics",
+    "Result": "result",
+    "Scenario": "scenario",
+    "ScenarioError": "scenario_file",
+    "simulate": "simulation",
+    "sound_speed": "acoustics",
+    "travel_time": "acoustics",
+    "uplink_slot": "slots",
+}
+
+__all__ = [
+    "Result",
+    "Scenario",
+    "ScenarioError",
+    "absorption",
+    "airtime",
+    "covered_area",
+    "covering_radius",
+    "downlink_slot",
+    "formation",
+    "fuse",
+    "load_result",
+    "load_scenario",
+    "range_loss",
+    "simulate",
+    "sound_speed",
+    "travel_time",
+    "uplink_slot",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

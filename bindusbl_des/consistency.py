@@ -1,7 +1,7 @@
 """What the parts of a scenario must agree on; every contradiction is listed, not just the first."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from .wording import did_you_mean
 
@@ -13,12 +13,20 @@ FRAMED_SCHEDULES = ("round_robin", "random")
 
 # A mission larger than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
+MOST_LANES = 100_000
 
-Problem = tuple[str, str]
+
+class Problem(NamedTuple):
+    """A contradiction: the key it is told at, what is wrong, and the other keys that lead to it."""
+
+    key: str
+    message: str
+    others: tuple[str, ...] = ()
+
 
 
 def problems(scenario: "Scenario") -> list[Problem]:
-    """Return every contradiction as (dotted key, rule, value and remedy)."""
+    """Return every contradiction: dotted key, rule, value and remedy."""
     return [
         *_vehicles(scenario),
         *_route(scenario),
@@ -31,60 +39,74 @@ def problems(scenario: "Scenario") -> list[Problem]:
 def _vehicles(scenario: "Scenario") -> Iterator[Problem]:
     auvs, asvs = scenario.auvs, scenario.asvs
     if auvs.vehicle != "kinematic":
-        yield "auvs.vehicle", f"{auvs.vehicle!r} is not available yet; use 'kinematic'"
+        yield Problem("auvs.vehicle", f"{auvs.vehicle!r} is not available yet; use 'kinematic'")
     if asvs.vehicle != "moored":
-        yield "asvs.vehicle", f"{asvs.vehicle!r} is not available yet; use 'moored'"
+        yield Problem("asvs.vehicle", f"{asvs.vehicle!r} is not available yet; use 'moored'")
     if auvs.feedback != "truth":
-        yield (
+        yield Problem(
             "auvs.feedback",
             "'estimate' needs a vehicle with dynamics, not available yet; use 'truth'",
+            ("auvs.vehicle",),
         )
     if scenario.environment.current_m_per_s > 0:
-        yield (
+        yield Problem(
             "environment.current_m_per_s",
             "a current does not move kinematic or moored vehicles; remove it or set it to 0",
+            ("auvs.vehicle", "asvs.vehicle"),
         )
 
 
 def _route(scenario: "Scenario") -> Iterator[Problem]:
     auvs, route = scenario.auvs, scenario.auvs.route
     if route.kind == "hold" and len(route.positions_m) != auvs.count:
-        yield (
+        yield Problem(
             "auvs.route.positions_m",
             f"needs one [x, y] per AUV: {auvs.count} expected, {len(route.positions_m)} given",
+            ("auvs.count", "auvs.route.kind"),
         )
     if route.kind == "track" and len(route.files) != auvs.count:
-        yield (
+        yield Problem(
             "auvs.route.files",
             f"needs one file per AUV: {auvs.count} expected, {len(route.files)} given",
+            ("auvs.count", "auvs.route.kind"),
         )
     if route.kind == "waypoints":
         if len(route.points_m) != auvs.count:
-            yield (
+            yield Problem(
                 "auvs.route.points_m",
                 f"needs one list of points per AUV: {auvs.count} expected, "
                 f"{len(route.points_m)} given",
+                ("auvs.count", "auvs.route.kind"),
             )
         for number, points in enumerate(route.points_m):
             if len(points) < 2 or any(a == b for a, b in zip(points, points[1:], strict=False)):
-                yield (
+                yield Problem(
                     f"auvs.route.points_m.{number}",
                     "needs at least two points, no two in a row equal",
                 )
     if route.kind == "lawnmower":
+        lanes = scenario.survey.side_m / route.lane_spacing_m
+        if lanes > MOST_LANES:
+            yield Problem(
+                "auvs.route.lane_spacing_m",
+                f"makes {lanes:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
+                ("survey.side_m", "auvs.route.kind"),
+            )
         margin = route.lane_spacing_m / 2 if route.end_margin_m is None else route.end_margin_m
         if 2 * margin >= scenario.survey.side_m:
-            yield (
+            yield Problem(
                 "auvs.route.end_margin_m" if route.end_margin_m is not None
                 else "auvs.route.lane_spacing_m",
                 f"leaves no lane: margins of 2 x {margin:g} m fill the side of "
                 f"{scenario.survey.side_m:g} m; use a smaller one",
+                ("survey.side_m", "auvs.route.kind"),
             )
         if auvs.vehicle == "kinematic" and 2 * auvs.turning_radius_m > scenario.survey.side_m:
-            yield (
+            yield Problem(
                 "auvs.turning_radius_m",
                 f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of "
                 f"{scenario.survey.side_m:g} m; use at most {scenario.survey.side_m / 2:g}",
+                ("survey.side_m", "auvs.vehicle", "auvs.route.kind"),
             )
 
 
@@ -92,38 +114,44 @@ def _formation(scenario: "Scenario") -> Iterator[Problem]:
     formation, count = scenario.asvs.formation, scenario.asvs.count
     if formation.positions_m is not None:
         if len(formation.positions_m) != count:
-            yield (
+            yield Problem(
                 "asvs.formation.positions_m",
                 f"needs one [x, y] per ASV: {count} expected, {len(formation.positions_m)} given",
+                ("asvs.count",),
             )
         if formation.radius_m is not None or formation.clearance_m or formation.angle_deg:
-            yield (
+            yield Problem(
                 "asvs.formation.positions_m",
                 "excludes radius_m, clearance_m and angle_deg; keep one or the other",
+                tuple(f"asvs.formation.{key}" for key in ("radius_m", "clearance_m", "angle_deg")),
             )
     elif formation.radius_m is not None and formation.clearance_m:
-        yield (
+        yield Problem(
             "asvs.formation.radius_m",
             "excludes clearance_m (R_f = hf.range_m + clearance_m); keep one of them",
+            ("asvs.formation.clearance_m",),
         )
     elif formation.radius_m is None and scenario.acoustics.hf.range_m + formation.clearance_m < 0:
-        yield (
+        yield Problem(
             "asvs.formation.clearance_m",
             f"makes the radius negative ({formation.clearance_m:g} m); use at least "
             f"{-scenario.acoustics.hf.range_m:g}",
+            ("acoustics.hf.range_m",),
         )
 
 
 def _protocol(scenario: "Scenario") -> Iterator[Problem]:
     protocol = scenario.protocol
     if protocol.schedule not in SCHEDULES and ":" not in protocol.schedule:
-        yield (
+        yield Problem(
             "protocol.schedule",
             f"{protocol.schedule!r} is no schedule{did_you_mean(protocol.schedule, SCHEDULES)} "
             f"(one of {', '.join(SCHEDULES)}, or your own as module:object)",
         )
     if protocol.ranging == "passive":
-        yield "protocol.ranging", "'passive' is not available yet; use 'owtt_sync' or 'twtt'"
+        yield Problem(
+            "protocol.ranging", "'passive' is not available yet; use 'owtt_sync' or 'twtt'"
+        )
 
 
 def _sizes(scenario: "Scenario") -> Iterator[Problem]:
@@ -135,8 +163,9 @@ def _sizes(scenario: "Scenario") -> Iterator[Problem]:
     ):
         samples = scenario.duration_s * rate * vehicles
         if samples > LARGEST_SAMPLES:
-            yield (
+            yield Problem(
                 name,
                 f"{samples:.2g} samples ({scenario.duration_s:g} s x {rate:g} Hz x {vehicles} "
                 f"vehicles) exceed {LARGEST_SAMPLES:.0e}; lower the rate, the duration or the fleet",
+                ("duration_s", "auvs.count", "asvs.count"),
             )

@@ -94,3 +94,72 @@ class Fix:
     latency_s: float | None = column("s", "from ping to delivery", None)
     innovation_m: float | None = column("m", "horizontal length of the innovation", None)
     outcome: str = column("", "delivered, out_of_range or in_flight", "in_flight")
+
+
+@dataclass(slots=True)
+class TrackPoint:
+    """One vehicle at one instant: where it is and, for an AUV, where it believes to be."""
+
+    time_s: float = column("s", "instant")
+    vehicle: str = column("", "vehicle")
+    x_m: float = column("m", "true position along the lanes")
+    y_m: float = column("m", "true position across the lanes")
+    z_m: float = column("m", "true depth")
+    yaw_rad: float = column("rad", "true heading from +x towards +y, in (-pi, pi]")
+    estimate_x_m: float | None = column("m", "fused estimate along the lanes", None)
+    estimate_y_m: float | None = column("m", "fused estimate across the lanes", None)
+    estimate_z_m: float | None = column("m", "depth by the pressure sensor", None)
+    imu_x_m: float | None = column("m", "dead reckoning without any fix, along the lanes", None)
+    imu_y_m: float | None = column("m", "dead reckoning without any fix, across the lanes", None)
+    position_error_m: float | None = column("m", "horizontal |estimate - truth|", None)
+    cross_track_error_m: float | None = column(
+        "m", "estimate - truth, perpendicular to the heading, positive to starboard", None
+    )
+    path_error_m: float | None = column("m", "distance of the truth from the planned path", None)
+
+
+@dataclass(slots=True)
+class AuvMetrics:
+    """One AUV over the whole mission; time means are over samples at record.metrics_hz."""
+
+    auv: int = column("", "AUV")
+    pings: int = column("1", "pings sent")
+    pings_in_range: int = column("1", "pings within HF range of at least one ASV")
+    pings_heard: int = column("1", "pings decoded by at least one ASV")
+    hf_coverage: float | None = column("1", "pings in range / pings, without those still under way")
+    fixes: int = column("1", "fixes made")
+    fixes_delivered: int = column("1", "fixes that reached the AUV")
+    fixes_out_of_range: int = column("1", "fixes broadcast beyond MF range")
+    fixes_in_flight: int = column("1", "fixes not yet delivered when the mission ended")
+    receptions_lost: int = column("1", "receptions in range lost to the channel")
+    collisions: int = column("1", "receptions destroyed by an overlapping ping")
+    fix_rate_hz: float = column("Hz", "fixes delivered / duration")
+    interval_mean_s: float | None = column("s", "mean time between deliveries")
+    interval_p95_s: float | None = column("s", "95 % quantile of the time between deliveries")
+    interval_max_s: float | None = column("s", "longest time between deliveries")
+    latency_mean_s: float | None = column("s", "mean time from ping to delivery")
+    latency_p95_s: float | None = column("s", "95 % quantile of the latency")
+    latency_max_s: float | None = column("s", "largest latency")
+    latency_from_broadcast_s: float | None = column("s", "mean time from broadcast to delivery")
+    latency_from_slot_s: float | None = column(
+        "s", "mean time from the end of the ping's slot to delivery (owtt_sync)"
+    )
+    fix_error_rms_m: float | None = column("m", "RMS of the horizontal error of the fixes")
+    position_error_m: float = column("m", "time mean of horizontal |estimate - truth|")
+    position_error_rms_m: float = column("m", "time RMS of horizontal |estimate - truth|")
+    position_error_p95_m: float = column("m", "95 % of the time the error is below this")
+    position_error_max_m: float = column("m", "largest horizontal |estimate - truth|")
+    cross_track_error_m: float = column("m", "time mean of |estimate - truth| across the heading")
+    path_error_m: float | None = column("m", "time mean distance of the truth from the path")
+    imu_error_m: float = column("m", "time mean error of dead reckoning without any fix")
+    distance_m: float = column("m", "distance travelled")
+
+
+@dataclass(slots=True)
+class Utilisation:
+    """What only the mission as a whole has; its other columns are fleet means of AuvMetrics."""
+
+    rounds: int = column("1", "rounds begun")
+    collisions: int = column("1", "receptions destroyed by an overlapping ping, all AUVs")
+    hf_utilisation: float = column("1", "share of the time in which some ping is being sent")
+    mf_utilisation: float = column("1", "share of the time in which a broadcast is on the air")

@@ -18,7 +18,8 @@ OURS = "this package"
 Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Whole = Annotated[int, Strict()]
 Text = Annotated[str, Strict()]
-Point = tuple[Real, Real]
+Coordinate = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
+Point = tuple[Coordinate, Coordinate]
 
 
 def key(default: Any, unit: str, meaning: str, source: str = OURS, **bounds: Any) -> Any:
@@ -48,12 +49,19 @@ class Lawnmower(Part):
     """Boustrophedon lanes along x in one horizontal strip per AUV, AUV0 at the lowest y."""
 
     kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
-    lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, gt=0)
+    lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, gt=0, le=1e5)
     end_margin_m: Real | None = key(
-        None, "m", "distance from lane ends to the square's edge; null = half the spacing", ge=0
+        None,
+        "m",
+        "distance from lane ends to the square's edge; null = half the spacing",
+        ge=0,
+        le=1e5,
     )
     start: Literal["strip_centre", "strip_corner"] = key(
         "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"
+    )
+    join_angle_deg: Real = key(
+        20.0, "deg", "angle at which an AUV from its strip's centre joins its first lane", gt=0, le=45
     )
     turns: Literal["shortest", "bulb", "skip_lane"] = key(
         "shortest", "", "lane order: neighbours with bulb turns, skipping lanes, or the shorter"
@@ -107,7 +115,9 @@ class Auvs(Part):
     speed_m_per_s: Real = key(
         0.627, "m/s", "speed along the route", "tab:case_study (182-192 m in 300 s)", gt=0, le=20
     )
-    turning_radius_m: Real = key(5.0, "m", "smallest turning radius (kinematic only)", gt=0)
+    turning_radius_m: Real = key(
+        5.0, "m", "smallest turning radius (kinematic only)", gt=0, le=1e4
+    )
     route: Route = Field(default=Lawnmower(), description="where the AUVs go")
     feedback: Literal["truth", "estimate"] = key(
         "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
@@ -117,10 +127,14 @@ class Auvs(Part):
 class Formation(Part):
     """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
 
-    angle_deg: Real = key(0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER)
-    clearance_m: Real = key(0.0, "m", "clearance Delta_b: R_f = hf.range_m + clearance_m", PAPER)
+    angle_deg: Real = key(
+        0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
+    )
+    clearance_m: Real = key(
+        0.0, "m", "clearance Delta_b: R_f = hf.range_m + clearance_m", PAPER, ge=-1e5, le=1e6
+    )
     radius_m: Real | None = key(
-        None, "m", "formation radius R_f itself; null = range plus clearance", ge=0
+        None, "m", "formation radius R_f itself; null = range plus clearance", ge=0, le=1e6
     )
     positions_m: tuple[Point, ...] | None = key(None, "m", "one [x, y] per ASV instead of an N-gon")
 
@@ -138,7 +152,9 @@ class Environment(Part):
 
     sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
     current_m_per_s: Real = key(0.0, "m/s", "speed of the uniform current", ge=0, le=10)
-    current_direction_deg: Real = key(0.0, "deg", "direction the current flows to, from +x to +y")
+    current_direction_deg: Real = key(
+        0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
+    )
 
 
 class Uplink(Part):
@@ -155,7 +171,7 @@ class Downlink(Part):
     """The medium-frequency band on which ASVs broadcast fixes."""
 
     range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, gt=0, le=1e6)
-    bit_rate_bps: Real = key(2000.0, "bit/s", "bit rate R_DL", PAPER, gt=0)
+    bit_rate_bps: Real = key(2000.0, "bit/s", "bit rate R_DL", PAPER, ge=1, le=1e9)
     overhead: Real = key(2.0, "1", "protocol overhead factor Lambda", PAPER, ge=1, le=100)
     header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)
     fix_bytes: Whole = key(16, "B", "record of one fix B_fix", PAPER, ge=1, le=65_535)
@@ -208,7 +224,7 @@ class Protocol(Part):
         None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", gt=0, le=1e6
     )
     frame_s: Real = key(
-        1.0, "s", "frame of one AUV (round_robin, random)", "sec:baseline (1 fix/s)", gt=0
+        1.0, "s", "frame of one AUV (round_robin, random)", "sec:baseline (1 fix/s)", ge=0.001, le=1e6
     )
     turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt)", ge=0, le=60)
 
@@ -276,6 +292,6 @@ class Scenario(Part):
 
         found = problems(self)
         if found:
-            text = "\n".join(f"{path}: {message}" for path, message in found)
+            text = "\n".join(f"{problem.key}: {problem.message}" for problem in found)
             raise PydanticCustomError("inconsistent", "{text}", {"text": text, "problems": found})
         return self

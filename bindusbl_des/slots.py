@@ -98,3 +98,37 @@ class TickClock:
     def after(self, start: float, duration: float) -> float:
         first = math.ceil(start * self.rate - TICK_TOLERANCE)
         return (first + math.ceil(duration * self.rate - TICK_TOLERANCE)) / self.rate
+
+
+@dataclass(frozen=True)
+class Slots:
+    """Every duration of the protocol for one survey, derived once and configured nowhere else."""
+
+    crossing_time: float
+    ping_duration: float
+    longest_travel_time: float
+    uplink_slot: float
+    header_bytes: int
+    fix_bytes: int
+    bit_rate: float
+    overhead: float
+    clock: Clock
+
+    def payload_bytes(self, fix_count: int) -> int:
+        """Return the bytes of a broadcast of `fix_count` fixes."""
+        return payload_bytes(fix_count, self.header_bytes, self.fix_bytes)
+
+    def airtime(self, fix_count: int) -> float:
+        """Return the airtime T_tx (s) of a broadcast of `fix_count` fixes."""
+        return airtime(self.payload_bytes(fix_count), self.bit_rate, self.overhead)
+
+    def downlink_slot(self, fix_count: int) -> float:
+        """Return the downlink slot T_DL (s) for a broadcast of `fix_count` fixes."""
+        return downlink_slot(self.airtime(fix_count), self.crossing_time)
+
+    def round_length(self, groups: int, fix_count: int) -> float:
+        """Return the length (s) of a sequential round on this clock."""
+        end = 0.0
+        for _ in range(groups):
+            end = self.clock.after(end, self.uplink_slot)
+        return self.clock.after(end, self.downlink_slot(fix_count))

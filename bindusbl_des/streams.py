@@ -4,9 +4,11 @@ Streams are independent of each other and of the order in which they are asked f
 further ASV leaves every AUV's drift as it was, and two scenarios with one seed share their noise.
 """
 
+from collections.abc import Iterator
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 class Purpose(IntEnum):
@@ -42,9 +44,9 @@ class Draws:
     def __init__(self, stream: np.random.Generator, width: int, block: int = 64) -> None:
         self._stream = stream
         self._shape = (block, width)
-        self._rows = iter(())
+        self._rows: Iterator[NDArray[np.float64]] = iter(())
 
-    def normal(self) -> np.ndarray:
+    def normal(self) -> NDArray[np.float64]:
         """Return the next row of standard normal numbers, shape (width,)."""
         row = next(self._rows, None)
         if row is None:

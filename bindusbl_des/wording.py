@@ -1,7 +1,29 @@
-"""Words for people who mistyped: the nearest right spelling."""
+"""Words for people who mistyped: the nearest right spelling, and values as they were written."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+
+# Longer values are cut in messages, which stay one readable line.
+LONGEST_VALUE = 60
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that was most likely meant, or None.
+
+    A missing or wrong unit comes first (depth, depth_km -> depth_m), then similar letters.
+
+    >>> nearest("depth", ["death_m", "depth_m"])
+    'depth_m'
+    """
+    words = list(known)
+    asked = word.lower().replace("-", "_").replace(" ", "_")
+    stem = asked.rpartition("_")[0] or asked
+    by_unit = [name for name in words if name.startswith(f"{asked}_")]
+    by_unit += [name for name in words if name.startswith(f"{stem}_")] if stem != asked else []
+    close = get_close_matches(asked, words, n=1, cutoff=0.6)
+    # A word spelled almost right (radius_n) beats one that only begins alike.
+    near = get_close_matches(asked, words, n=1, cutoff=0.9) or by_unit or close
+    return near[0] if near else None
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -10,7 +32,44 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     >>> did_you_mean("frequncy_khz", ["frequency_khz", "depth_m"])
     "; did you mean 'frequency_khz'?"
     """
-    words = list(known)
-    by_stem = [name for name in words if name.startswith(f"{word}_")]  # depth -> depth_m
-    near = by_stem or get_close_matches(word, words, n=1, cutoff=0.6)
-    return f"; did you mean {near[0]!r}?" if near else ""
+    near = nearest(word, known)
+    return f"; did you mean {near!r}?" if near else ""
+
+
+def plain(value: object) -> str:
+    """Return a value as one writes it in a scenario file.
+
+    >>> plain((None, True, 140.0, "otter"))
+    '[null, true, 140, otter]'
+    """
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(value).removesuffix(".0")
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(plain(item) for item in value)}]"
+    return str(value)
+
+
+def described(value: object) -> str:
+    """Return what was read in place of the right value, for a message.
+
+    >>> described("12:30"), described(None), described([1])
+    ("the text '12:30'", 'nothing', 'a list')
+    """
+    if value is None:
+        return "nothing"
+    if isinstance(value, str):
+        return f"the text {shortened(repr(value))}"
+    if isinstance(value, list | tuple):
+        return "a list"
+    if isinstance(value, dict):
+        return "keys and values"
+    return shortened(plain(value))
+
+
+def shortened(text: str) -> str:
+    """Return a text cut to a length that a message can carry."""
+    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 4]}...{text[-1]}"

@@ -1,0 +1,63 @@
+"""The command line `bindusbl-des`."""
+
+import sys
+from typing import Any
+
+import click
+
+from .commands.doctor import doctor
+from .commands.files import init, params, schema, validate
+from .commands.missions import explain, run
+from .commands.planning import coverage, timing
+
+INTERRUPTED = 130
+
+
+class Commands(click.Group):
+    """A group of commands that ends with 130 when it is interrupted, and in the order given."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except (KeyboardInterrupt, click.Abort):
+            click.echo("interrupted", err=True)
+            ctx.exit(INTERRUPTED)
+
+
+def _print_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
+    if not asked or context.resilient_parsing:
+        return
+    from importlib.metadata import version
+
+    click.echo(f"bindusbl-des {version('bindusbl-des')}")
+    context.exit()
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Print the version and exit.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Say nothing on stderr but what is wrong.")
+@click.pass_context
+def main(context: click.Context, quiet: bool) -> None:
+    """Simulate underwater acoustic networks that keep AUVs on their way.
+
+    Exit codes: 0 ok, 1 the run failed, 2 bad input, 130 interrupted.
+    """
+    context.obj = {"quiet": quiet}
+
+
+for _command in (run, validate, schema, init, params, timing, coverage, explain, doctor):
+    main.add_command(_command)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

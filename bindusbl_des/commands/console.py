@@ -1,0 +1,77 @@
+"""What all commands share: results to stdout, talk to stderr, mistakes as exit code 2."""
+
+import json
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+if TYPE_CHECKING:
+    from ..scenario import Scenario
+
+BAD_INPUT = 2
+
+
+class BadInput(click.ClickException):
+    """What the user asked for cannot be done; told without a traceback."""
+
+    exit_code = BAD_INPUT
+
+    def show(self, file: Any = None) -> None:
+        """Print the message alone: it says where the mistake is by itself."""
+        click.echo(self.message, err=True)
+
+
+class RunFailed(BadInput):
+    """A run broke off although its input was in order."""
+
+    exit_code = 1
+
+
+def talk(text: str) -> None:
+    """Tell the user something on stderr, unless asked to be quiet."""
+    context = click.get_current_context(silent=True)
+    if not (context and (context.find_root().obj or {}).get("quiet")):
+        click.echo(text, err=True)
+
+
+def print_json(data: Any) -> None:
+    """Print data as JSON; what JSON cannot say (nan, infinity) is a mistake of ours."""
+    click.echo(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))
+
+
+def refuse(message: str) -> NoReturn:
+    """End the command with exit code 2 and a message."""
+    raise BadInput(message)
+
+
+def scenario_from(path: str, overrides: tuple[str, ...] = ()) -> "Scenario":
+    """Return the scenario in a file, or end the command with all its mistakes."""
+    from ..mistakes import ScenarioError
+    from ..scenario_file import load_scenario
+
+    try:
+        return load_scenario(path, overrides=overrides)
+    except ScenarioError as error:
+        refuse(str(error))
+
+
+def set_option(command: Any) -> Any:
+    """Give a command the option ``--set dotted.key=value``."""
+    return click.option(
+        "--set",
+        "overrides",
+        metavar="KEY=VALUE",
+        multiple=True,
+        help="Override a key of the scenario, such as acoustics.hf.range_m=100; repeatable.",
+    )(command)
+
+
+def write_new(path: str, text: str, force: bool) -> None:
+    """Write a text file that the user named; an existing one only if forced."""
+    try:
+        with open(path, "w" if force else "x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        refuse(f"{path}: exists; use --force to replace it, or name another file")
+    except OSError as error:
+        refuse(f"{path}: cannot be written ({error.strerror})")

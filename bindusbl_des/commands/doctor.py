@@ -1,0 +1,140 @@
+"""The command `doctor`: is everything there that a mission needs?"""
+
+import os
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from .console import print_json
+
+State = Literal["ok", "missing", "broken", "note"]
+BROKEN = ("missing", "broken")
+PACKAGE = "bindusbl-des"
+OLDEST_PYTHON = (3, 11)
+
+# Distributions whose import name is another one.
+IMPORT_NAMES = {"PyYAML": "yaml"}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at: its name, how it is, and what was seen or what to do."""
+
+    name: str
+    state: State
+    detail: str
+
+
+@click.command()
+@click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON.")
+@click.pass_context
+def doctor(context: click.Context, as_json: bool) -> None:
+    """Check Python, the packages, numba's cache and a tiny mission; exit 1 if one is broken."""
+    findings = list(examined())
+    broken = [finding for finding in findings if finding.state in BROKEN]
+    if as_json:
+        print_json({"ok": not broken, "findings": [asdict(finding) for finding in findings]})
+    else:
+        for finding in findings:
+            click.echo(f"{finding.state:<8}{finding.name:<16}{finding.detail}")
+    if broken:
+        context.exit(1)
+
+
+def examined() -> Iterator[Finding]:
+    """Look at everything, one after the other."""
+    yield _python()
+    yield Finding("processors", "note", str(os.cpu_count()))
+    requirements = list(_requirements())
+    for name, oldest in requirements:
+        yield _dependency(name, oldest)
+    yield _numba_cache()
+    yield _tiny_mission()
+
+
+def _python() -> Finding:
+    version = ".".join(map(str, sys.version_info[:3]))
+    if sys.version_info < OLDEST_PYTHON:
+        return Finding("python", "broken", f"{version}; needs {'.'.join(map(str, OLDEST_PYTHON))}")
+    return Finding("python", "ok", version)
+
+
+def _requirements() -> Iterator[tuple[str, str]]:
+    """Yield the name and oldest version of each package that is needed, from our own metadata."""
+    from importlib.metadata import PackageNotFoundError, requires
+
+    try:
+        lines = requires(PACKAGE) or []
+    except PackageNotFoundError:  # run from a copied folder
+        return
+    for line in lines:
+        parts = re.match(r"([A-Za-z0-9._-]+)\s*(?:>=\s*([0-9.]+))?", line)
+        if parts and "extra ==" not in line:
+            yield parts[1], parts[2] or "0"
+
+
+def _dependency(name: str, oldest: str) -> Finding:
+    """Import a package, since one that is installed may still be broken."""
+    from importlib import import_module
+    from importlib.metadata import PackageNotFoundError, version
+
+    remedy = f'python -m pip install "{name}>={oldest}"'
+    try:
+        found = version(name)
+        import_module(IMPORT_NAMES.get(name, name))
+    except (PackageNotFoundError, ModuleNotFoundError):
+        return Finding(name, "missing", remedy)
+    except Exception as error:  # a package may break in any way while it is imported
+        return Finding(name, "broken", f"{_first_line(error)}; {remedy} --force-reinstall")
+    if _numbers(found) < _numbers(oldest):
+        return Finding(name, "broken", f"{found} is older than {oldest}; {remedy}")
+    return Finding(name, "ok", found)
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(number) for number in re.findall(r"\d+", version.partition("+")[0])[:3])
+
+
+def _first_line(error: Exception) -> str:
+    return f"{type(error).__name__}: {str(error).partition(chr(10))[0]}"
+
+
+def _numba_cache() -> Finding:
+    """See whether compiled code can be kept; without it each process compiles anew."""
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    home = Path(__file__).resolve().parent.parent
+    places = [Path(named)] if named else [home / "__pycache__", home, Path.home() / ".cache"]
+    for place in places:
+        existing = next((part for part in (place, *place.parents) if part.exists()), Path("/"))
+        if existing.is_dir() and os.access(existing, os.W_OK):
+            return Finding("numba cache", "ok", str(place))
+    remedy = "each process compiles anew; point NUMBA_CACHE_DIR to a folder that can be written"
+    return Finding("numba cache", "note", remedy)
+
+
+def _tiny_mission() -> Finding:
+    """Run ten seconds of a mission from end to end, in memory."""
+    import time
+
+    try:
+        began = time.perf_counter()
+        pings = _pings_of_tiny_mission()
+        spent = time.perf_counter() - began
+    except Exception as error:  # whatever breaks, the doctor tells rather than falls ill itself
+        return Finding("tiny mission", "broken", _first_line(error))
+    if pings == 0:
+        return Finding("tiny mission", "broken", "ran, but nobody pinged")
+    return Finding("tiny mission", "ok", f"{pings} pings in {spent:.1f} s")
+
+
+def _pings_of_tiny_mission() -> int:
+    from ..scenario import Scenario
+    from ..simulation import simulate
+
+    result = simulate(Scenario(name="doctor", duration_s=10.0), seed=0)
+    return int(result.auvs["pings"].sum())

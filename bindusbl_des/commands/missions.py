@@ -1,0 +1,155 @@
+"""Commands about one mission: run and explain."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .console import RunFailed, print_json, refuse, scenario_from, set_option, talk
+
+if TYPE_CHECKING:
+    from ..result import Result
+    from ..scenario import Scenario
+
+
+@click.command()
+@click.argument("scenario", metavar="SCENARIO.yaml")
+@click.option("--seed", type=click.IntRange(min=0), default=0, help="Random seed (default 0).")
+@click.option("--out", metavar="DIR", help="Result folder (default results/<name>-seed<N>).")
+@set_option
+@click.option("--force", is_flag=True, help="Replace the result folder if it exists.")
+@click.option("--json", "as_json", is_flag=True, help="Print the mission's metrics as JSON.")
+def run(
+    scenario: str,
+    seed: int,
+    out: str | None,
+    overrides: tuple[str, ...],
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Run one mission; write its result folder and print a summary."""
+    mission = scenario_from(scenario, overrides)
+    folder = Path(out) if out else default_folder(mission, seed)
+    check_folder(folder, force)
+    _check_schedule(mission)
+    talk(models(mission))
+    result = _simulated(mission, seed)
+    # With overrides the file's text would not tell what was run.
+    text = None if overrides else _text(scenario)
+    _write(result, folder, force, text)
+    if as_json:
+        print_json(_metrics(result))
+        talk(f"Results: {folder}")
+        return
+    click.echo(result.summary())
+    click.echo(f"Results: {folder}")
+
+
+def default_folder(scenario: "Scenario", seed: int) -> Path:
+    """Return where a mission's results go unless the user says: results/<name>-seed<N>."""
+    return Path("results") / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', scenario.name)}-seed{seed}"
+
+
+def check_folder(folder: Path, force: bool) -> None:
+    """Refuse, before anything is computed, a folder that cannot take the results.
+
+    `--force` replaces the results of an earlier run, never a folder of other things.
+    """
+    if folder.exists() or folder.is_symlink():
+        if not force:
+            refuse(f"{folder}: exists; use --force to replace it, or name another --out")
+        if not folder.is_dir() or (any(folder.iterdir()) and not (folder / "run.json").exists()):
+            refuse(f"{folder}: holds no results of a run, so --force will not replace it")
+    above = next(parent for parent in folder.absolute().parents if parent.exists())
+    if not above.is_dir():
+        refuse(f"{folder}: cannot be made, since {above} is a file; name another --out")
+
+
+def models(scenario: "Scenario") -> str:
+    """Return in one line which models take part in a mission."""
+    auvs, asvs, protocol = scenario.auvs, scenario.asvs, scenario.protocol
+    rate = protocol.tick_rate_hz
+    clock = "exact clock" if rate is None else f"{rate:g} Hz ticks"
+    return (
+        f"{scenario.name}: {_counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
+        f"{_counted(asvs.count, 'ASV')} ({asvs.vehicle}), {scenario.duration_s:g} s, "
+        f"{protocol.schedule} / {protocol.downlink} / {protocol.broadcaster}, "
+        f"{protocol.ranging}, {clock}"
+    )
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def _check_schedule(scenario: "Scenario") -> None:
+    """Load a schedule of the user's own now, so that its absence counts as bad input."""
+    if ":" not in scenario.protocol.schedule:
+        return
+    from ..schedules import schedule_named
+
+    try:
+        schedule_named(scenario.protocol.schedule)
+    except ValueError as error:
+        refuse(str(error))
+
+
+def _simulated(scenario: "Scenario", seed: int) -> "Result":
+    from ..simulation import simulate
+
+    try:
+        return simulate(scenario, seed=seed)
+    except (ValueError, ArithmeticError, MemoryError, OSError) as error:
+        raise RunFailed(f"{scenario.name}: the run failed: {_reason(error)}") from error
+
+
+def _reason(error: BaseException) -> str:
+    return str(error) or type(error).__name__
+
+
+def _text(path: str) -> str | None:
+    """Return the text of the scenario file; None if it can be read only once (a pipe)."""
+    from ..mistakes import ScenarioError
+    from ..scenario_file import read_text
+
+    try:
+        return read_text(path) if Path(path).is_file() else None
+    except ScenarioError:
+        return None
+
+
+def _write(result: "Result", folder: Path, force: bool, text: str | None) -> None:
+    try:
+        result.write(folder, force=force, scenario_text=text)
+    except OSError as error:
+        raise RunFailed(f"{folder}: the results cannot be written: {_reason(error)}") from error
+
+
+def _metrics(result: "Result") -> dict[str, Any]:
+    """Return the mission's metrics as plain data; what is missing is null."""
+    row = result.mission.iloc[0]
+    return {str(name): None if row.isna()[name] else _native(row[name]) for name in row.index}
+
+
+def _native(value: Any) -> Any:
+    return value.item() if hasattr(value, "item") else value
+
+
+@click.command()
+@click.argument("folder", metavar="DIR")
+@click.option("--ping", type=click.IntRange(min=0), help="Number of the ping.")
+@click.option("--fix", type=click.IntRange(min=0), help="Number of the fix.")
+def explain(folder: str, ping: int | None, fix: int | None) -> None:
+    """Tell what became of one ping or fix of a run, and why."""
+    if (ping is None) == (fix is None):
+        raise click.UsageError("give either --ping ID or --fix ID")
+    from ..explain import explain_fix, explain_ping
+    from ..result import load_result
+
+    try:
+        result = load_result(folder)
+        text = explain_ping(result, ping) if ping is not None else explain_fix(result, fix or 0)
+    except (FileNotFoundError, NotADirectoryError, ValueError, LookupError) as error:
+        refuse(str(error.args[-1]) if isinstance(error, LookupError) else str(error))
+    click.echo(text)

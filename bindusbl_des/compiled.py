@@ -1,0 +1,45 @@
+"""Equations of the sea turned into machine code once, and kept on disk for the next mission.
+
+numba knows a cached function to be stale only if the function's own file changed, so an edited
+hull model would leave the old physics inside the integrator that calls it. `compiled` stamps the
+cache with every source file of the function's folder instead.
+"""
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+
+Function = TypeVar("Function", bound=Callable[..., object])
+
+
+@cache
+def _digest(folder: Path) -> str:
+    """Return the fingerprint of the Python sources in a folder."""
+    total = hashlib.sha256()
+    for source in sorted(folder.glob("*.py")):
+        total.update(source.read_bytes())
+    return total.hexdigest()
+
+
+def compiled(function: Function) -> Function:
+    """Return the equation compiled by numba on its first use; its type stays what it was.
+
+    Compiled code is IEEE arithmetic in the order written (no fastmath), so results repeat bit for
+    bit on one machine. Division by zero gives infinity as in numpy (`error_model="numpy"`): the
+    integrator reports it with its time, and no division pays for a test. Where no folder can be
+    written (read-only installation without a home), the code is compiled anew by each process.
+    """
+    try:
+        dispatcher: Any = numba.njit(cache=True, error_model="numpy")(function)
+        dispatcher._cache._cache_file._source_stamp = _digest(_folder(function))
+    except (RuntimeError, AttributeError, OSError):  # no place to cache, another numba, a zip file
+        dispatcher = numba.njit(error_model="numpy")(function)
+    return cast(Function, dispatcher)
+
+
+def _folder(function: Callable[..., object]) -> Path:
+    return Path(function.__code__.co_filename).resolve().parent

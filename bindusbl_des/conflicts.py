@@ -1,0 +1,68 @@
+"""Which AUVs must not ping at once: the conflict graph and its colourings."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+Hearing = NDArray[np.bool_]
+
+
+def hearing(
+    auvs: NDArray[np.float64], asvs: NDArray[np.float64], hf_range: float, metric: str
+) -> Hearing:
+    """Return who is within HF range of whom, shape (AUVs, ASVs); the edge of the range counts.
+
+    `auvs` (n, 3) and `asvs` (m, 3) are positions in m; `metric` is "horizontal" or "slant".
+    """
+    axes = 2 if metric == "horizontal" else 3
+    offsets = auvs[:, None, :axes] - asvs[None, :, :axes]
+    return np.asarray(np.einsum("ijk,ijk->ij", offsets, offsets) <= hf_range**2)
+
+
+def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
+    """Return the graph whose edges join AUVs that some ASV hears both of (eq. conflict_pred).
+
+    >>> sorted(conflict_graph(np.array([[True, False], [True, True], [False, True]])).edges)
+    [(0, 1), (1, 2)]
+    """
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_nodes_from(range(len(heard)))
+    shared = heard.astype(np.float32) @ heard.T.astype(np.float32)
+    graph.add_edges_from(np.argwhere(np.triu(shared > 0, 1)).tolist())
+    return graph
+
+
+def _index_order(graph: "nx.Graph[int]", _: Mapping[int, int]) -> Iterator[int]:
+    return iter(sorted(graph))
+
+
+def colour_greedily(graph: "nx.Graph[int]") -> dict[int, int]:
+    """Give each AUV, in index order, the smallest colour no neighbour has (eq. greedy_colour).
+
+    An AUV that no ASV hears has no neighbour, so it takes colour 0 and burns no slot of its own.
+    """
+    return _coloured(graph, _index_order)
+
+
+def colour_dsatur(graph: "nx.Graph[int]") -> dict[int, int]:
+    """Colour the AUV with the most differently coloured neighbours first (DSATUR, Brelaz 1979)."""
+    return _coloured(graph, "DSATUR")
+
+
+def _coloured(graph: "nx.Graph[int]", strategy: Any) -> dict[int, int]:
+    return dict(nx.greedy_color(graph, strategy=strategy))
+
+
+def ping_groups(colours: Mapping[int, int]) -> list[list[int]]:
+    """Return the colour classes G_0, G_1, ... in order, each with its AUVs in index order.
+
+    >>> ping_groups({0: 0, 2: 0, 1: 1})
+    [[0, 2], [1]]
+    """
+    groups: list[list[int]] = [[] for _ in range(max(colours.values(), default=-1) + 1)]
+    for auv in sorted(colours):
+        groups[colours[auv]].append(auv)
+    return groups

@@ -1,0 +1,196 @@
+"""Vehicles of one model in one sea, moved only as far as somebody looks."""
+
+from collections.abc import Mapping, Sequence
+from math import cos, degrees, isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bindusbl_des.dynamics import rk4
+from bindusbl_des.dynamics.frames import Floats
+from bindusbl_des.dynamics.models import Model, find, parameters
+
+
+class DivergenceError(FloatingPointError):
+    """A vehicle left what its equations can describe: a state without bounds, or standing on end.
+
+    `model`, `vehicle` (row in the fleet) and `time_s` (end of the step in which it happened) say
+    who and when.
+    """
+
+    def __init__(self, model: str, vehicle: int, time_s: float, state: Floats) -> None:
+        self.model, self.vehicle, self.time_s = model, vehicle, time_s
+        who = f"{model}, vehicle {vehicle}, at {time_s:.6g} s"
+        if np.isfinite(state).all():
+            super().__init__(
+                f"{who}: pitch {degrees(state[4]):.1f} deg is beyond +-{degrees(rk4.STEEPEST):.0f} "
+                "deg, where Euler angles end; add a pitch loop or command less"
+            )
+        else:
+            super().__init__(
+                f"{who}: the state became infinite or NaN; take a shorter step_s "
+                "(at most 0.1 s for these models) or smaller commands"
+            )
+
+
+class Fleet:
+    """Vehicles of one model, each with its own command, on one grid of integration steps.
+
+    `at(t)` answers where they are, `command` tells one of them something new. Steps begin at
+    `start_s + k * step_s` and at the instants of commands, so the answers do not depend, to the
+    last bit, on which other instants were asked for.
+
+    `states` (vehicles, state) at `start_s`; `commands` (vehicles, command), zero unless given;
+    `current_m_per_s` North and East; `overrides` as in `parameters`. Raises ValueError for shapes
+    and numbers that do not fit the model.
+    """
+
+    def __init__(
+        self,
+        model: str,
+        states: ArrayLike,
+        *,
+        commands: ArrayLike | None = None,
+        current_m_per_s: Sequence[float] | Floats = (0.0, 0.0),
+        overrides: Mapping[str, float] | None = None,
+        step_s: float = 0.05,
+        start_s: float = 0.0,
+    ) -> None:
+        self.model = find(model)
+        self._p = self.model.pack(parameters(model, overrides))
+        self._states = _rows(self.model, "states", states, self.model.states)
+        _refuse_steep(self.model, self._states)
+        count = len(self._states)
+        idle = np.zeros((count, len(self.model.commands)))
+        self._commands = _rows(
+            self.model,
+            "commands",
+            idle if commands is None else commands,
+            self.model.commands,
+            count,
+        )
+        self._current = _current(self.model, current_m_per_s)
+        self._step, self._start = _step_length(self.model, step_s), float(start_s)
+        self._clocks = np.full(count, self._start)
+
+    def at(self, time_s: float) -> Floats:
+        """Return the states (vehicles, state) at `time_s`, a copy.
+
+        Raises ValueError for a time before the last step boundary already passed, DivergenceError
+        for a vehicle lost on the way.
+        """
+        time_s = self._advance(time_s)
+        states, clocks = self._states.copy(), self._clocks.copy()
+        self._leap(states, self._commands, clocks, time_s)
+        return states
+
+    def command(self, time_s: float, vehicle: int, values: ArrayLike) -> None:
+        """From `time_s` on, one vehicle holds `values` (command,); its step is split exactly there.
+
+        Raises as `at` does, and ValueError for values that do not fit the model.
+        """
+        if not 0 <= vehicle < len(self._states):
+            raise ValueError(
+                f"{self.model.name}: no vehicle {vehicle} among {len(self._states)}; count from 0"
+            )
+        rows = _rows(self.model, "values", np.atleast_2d(values), self.model.commands, 1)
+        self._hold(time_s, slice(vehicle, vehicle + 1), rows)
+
+    def command_all(self, time_s: float, values: ArrayLike) -> None:
+        """From `time_s` on, each vehicle holds its row of `values` (vehicles, command).
+
+        Raises as `command` does.
+        """
+        rows = _rows(self.model, "values", values, self.model.commands, len(self._states))
+        self._hold(time_s, slice(0, len(rows)), rows)
+
+    def _hold(self, time_s: float, told: slice, rows: Floats) -> None:
+        """Bring these vehicles to exactly `time_s` and give them their new commands."""
+        time_s = self._advance(time_s)
+        self._leap(self._states[told], self._commands[told], self._clocks[told], time_s, told.start)
+        self._commands[told] = rows
+
+    def _advance(self, time_s: float) -> float:
+        """Move the fleet along its grid to the last boundary at or before `time_s`."""
+        time_s = float(time_s)
+        latest = float(self._clocks.max())
+        if not (isfinite(time_s) and time_s >= latest - rk4.SAME_INSTANT * self._step):
+            raise ValueError(
+                f"{self.model.name}: time {time_s} s lies before {latest} s, where the fleet "
+                "already is; ask in the order of time"
+            )
+        lost = rk4.advance(
+            self.model.equations, self._p, self._states, self._commands, *self._current,
+            self._clocks, self._start, self._step, time_s,
+        )  # fmt: skip
+        if lost >= 0:
+            raise DivergenceError(self.model.name, lost, self._clocks[lost], self._states[lost])
+        return time_s
+
+    def _leap(
+        self, states: Floats, commands: Floats, clocks: Floats, time_s: float, first: int = 0
+    ) -> None:
+        """Move these rows, of which `first` is the first vehicle, to exactly `time_s`."""
+        lost = rk4.leap(
+            self.model.equations,
+            self._p,
+            states,
+            commands,
+            *self._current,
+            clocks,
+            self._step,
+            time_s,
+        )
+        if lost >= 0:
+            raise DivergenceError(self.model.name, first + lost, clocks[lost], states[lost])
+
+
+def _rows(
+    model: Model, what: str, values: ArrayLike, columns: tuple[str, ...], count: int | None = None
+) -> Floats:
+    """Return a fresh (rows, columns) array of finite numbers, or say which shape is wanted."""
+    rows = np.array(values, dtype=np.float64, order="C")
+    fits = rows.ndim == 2 and rows.shape[1] == len(columns) and count in (None, len(rows))
+    if not fits:
+        wanted = f"({'n' if count is None else count}, {len(columns)})"
+        raise ValueError(
+            f"{model.name}: {what} has shape {rows.shape}, not {wanted}; "
+            f"a row is [{', '.join(columns)}]"
+        )
+    if not np.isfinite(rows).all():
+        row, column = np.argwhere(~np.isfinite(rows))[0]
+        raise ValueError(
+            f"{model.name}: {what} row {row}, {columns[column]}, is {rows[row, column]}; "
+            "every number must be finite"
+        )
+    return rows
+
+
+def _refuse_steep(model: Model, states: Floats) -> None:
+    """Raise ValueError for a vehicle that starts standing on end."""
+    if "theta" not in model.states:
+        return
+    for vehicle, pitch in enumerate(states[:, model.states.index("theta")]):
+        if cos(pitch) < rk4.COS_STEEPEST:
+            raise ValueError(
+                f"{model.name}: vehicle {vehicle} starts at pitch {degrees(pitch):.1f} deg; Euler "
+                f"angles need it within +-{degrees(rk4.STEEPEST):.0f} deg"
+            )
+
+
+def _current(model: Model, current: Sequence[float] | Floats) -> tuple[float, float]:
+    """Return the current's North and East components (m/s)."""
+    values = np.asarray(current, dtype=np.float64)
+    if values.shape != (2,) or not np.isfinite(values).all():
+        raise ValueError(
+            f"{model.name}: current_m_per_s must be two finite numbers, North and East, "
+            f"not {current!r}"
+        )
+    return float(values[0]), float(values[1])
+
+
+def _step_length(model: Model, step: float) -> float:
+    """Return the step (s), or say that there is none."""
+    if not (isfinite(step) and step > 0):
+        raise ValueError(f"{model.name}: step_s must be a finite number above zero, not {step!r}")
+    return float(step)

@@ -1,0 +1,145 @@
+"""What a mission achieved: each figure defined once, here."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .events import AuvMetrics, Fix, Ping, Reception, Utilisation
+from .samples import Samples, instants, sample
+from .world import World
+
+Array = NDArray[np.float64]
+Row = TypeVar("Row", Ping, Reception, Fix)
+
+
+def auv_metrics(world: World) -> list[AuvMetrics]:
+    """Return the metrics of every AUV, in index order."""
+    times = instants(world.scenario.duration_s, world.scenario.record.metrics_hz)
+    record = world.record
+    pings = _by_auv(record.pings, len(world.auvs))
+    receptions = _by_auv(record.receptions, len(world.auvs))
+    fixes = _by_auv(record.fixes, len(world.auvs))
+    return [
+        AuvMetrics(
+            auv=auv.index,
+            **_reach(pings[auv.index], receptions[auv.index]),
+            **_service(fixes[auv.index], world),
+            **_accuracy(sample(auv, times)),
+            path_error_m=_mean(auv.vehicle.path_error(times)),
+            distance_m=auv.vehicle.distance(world.scenario.duration_s),
+        )
+        for auv in world.auvs
+    ]
+
+
+def _by_auv(rows: Iterable[Row], count: int) -> list[list[Row]]:
+    groups: list[list[Row]] = [[] for _ in range(count)]
+    for row in rows:
+        groups[row.auv].append(row)
+    return groups
+
+
+def _reach(pings: Sequence[Ping], receptions: Sequence[Reception]) -> dict[str, Any]:
+    under_way = {r.ping for r in receptions if r.outcome == "in_flight"}
+    landed = [ping for ping in pings if ping.ping not in under_way]
+    covered = sum(1 for ping in landed if ping.in_range_of)
+    return {
+        "pings": len(pings),
+        "pings_in_range": sum(1 for ping in pings if ping.in_range_of),
+        "pings_heard": sum(1 for ping in pings if ping.heard_by),
+        "hf_coverage": covered / len(landed) if landed else None,
+        "receptions_lost": sum(1 for r in receptions if r.outcome == "lost"),
+        "collisions": sum(1 for r in receptions if r.outcome == "collided"),
+    }
+
+
+def _service(fixes: Sequence[Fix], world: World) -> dict[str, Any]:
+    delivered = [fix for fix in fixes if fix.delivered_at_s is not None]
+    arrivals = np.sort([fix.delivered_at_s or 0.0 for fix in delivered])
+    latency = np.array([fix.latency_s or 0.0 for fix in delivered])
+    since_broadcast = [
+        (fix.delivered_at_s or 0.0) - (fix.broadcast_at_s or 0.0) for fix in delivered
+    ]
+    slots = world.slots
+    since_slot = [
+        (fix.delivered_at_s or 0.0) - slots.clock.after(fix.pinged_at_s, slots.uplink_slot)
+        for fix in delivered
+    ]
+    one_way = world.scenario.protocol.ranging == "owtt_sync"
+    return {
+        "fixes": len(fixes),
+        "fixes_delivered": len(delivered),
+        "fixes_out_of_range": sum(1 for fix in fixes if fix.outcome == "out_of_range"),
+        "fixes_in_flight": sum(1 for fix in fixes if fix.outcome == "in_flight"),
+        "fix_rate_hz": len(delivered) / world.scenario.duration_s,
+        **_spread("interval", np.diff(arrivals)),
+        **_spread("latency", latency),
+        "latency_from_broadcast_s": _mean(np.array(since_broadcast)),
+        "latency_from_slot_s": _mean(np.array(since_slot)) if one_way else None,
+        "fix_error_rms_m": _rms(np.array([fix.error_m for fix in fixes])),
+    }
+
+
+def _accuracy(samples: Samples) -> dict[str, Any]:
+    error = samples.position_error
+    return {
+        "position_error_m": _mean(error),
+        "position_error_rms_m": _rms(error),
+        "position_error_p95_m": float(np.quantile(error, 0.95)),
+        "position_error_max_m": float(error.max()),
+        "cross_track_error_m": _mean(np.abs(samples.cross_track_error)),
+        "imu_error_m": _mean(samples.imu_error),
+    }
+
+
+def _spread(name: str, values: Array) -> dict[str, float | None]:
+    return {
+        f"{name}_mean_s": _mean(values),
+        f"{name}_p95_s": float(np.quantile(values, 0.95)) if len(values) else None,
+        f"{name}_max_s": float(values.max()) if len(values) else None,
+    }
+
+
+def _mean(values: Array) -> float | None:
+    return float(values.mean()) if len(values) else None
+
+
+def _rms(values: Array) -> float | None:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else None
+
+
+def utilisation(world: World) -> Utilisation:
+    """Return what only the mission as a whole has."""
+    record, duration = world.record, world.scenario.duration_s
+    sent = sorted({ping.sent_at_s for ping in record.pings})
+    on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
+    return Utilisation(
+        rounds=len(record.rounds),
+        collisions=sum(1 for r in record.receptions if r.outcome == "collided"),
+        hf_utilisation=_covered(sent, world.slots.ping_duration, duration) / duration,
+        mf_utilisation=sum(on_air) / duration,
+    )
+
+
+def _covered(starts: Sequence[float], length: float, end: float) -> float:
+    """Return the time (s) covered by intervals of one length, each counted once where they overlap."""
+    total, free_from = 0.0, 0.0
+    for start in starts:
+        until = min(start + length, end)
+        total += max(until - max(start, free_from), 0.0)
+        free_from = max(free_from, until)
+    return total
+
+
+def mission_metrics(auvs: Sequence[AuvMetrics], whole: Utilisation) -> dict[str, float | None]:
+    """Return the fleet means of all AUV metrics, AUVs without a value left out, and the mission's own."""
+    means: dict[str, float | None] = {}
+    for column in fields(AuvMetrics)[1:]:
+        values = [getattr(auv, column.name) for auv in auvs]
+        known = [value for value in values if value is not None]
+        means[column.name] = float(np.mean(known)) if known else None
+    own = {column.name: getattr(whole, column.name) for column in fields(Utilisation)}
+    return {**means, **own}

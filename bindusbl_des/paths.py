@@ -1,0 +1,158 @@
+"""Paths of straight lines and arcs, along which a vehicle can be placed by distance travelled."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import dubins
+
+Array = NDArray[np.float64]
+
+# Segments shorter than this (m) are left out: they carry no distance, only rounding.
+SHORTEST_SEGMENT = 1e-9
+
+
+class Pose(NamedTuple):
+    """A position (m) and a heading (rad, from +x towards +y)."""
+
+    x: float
+    y: float
+    yaw: float
+
+    def reversed(self) -> "Pose":
+        """Return the same place, facing the other way."""
+        return Pose(self.x, self.y, self.yaw + math.pi)
+
+
+class Segment(NamedTuple):
+    """A piece of constant curvature (1/m, positive towards +yaw) and its length (m)."""
+
+    curvature: float
+    length: float
+
+
+def _moved(pose: Pose, curvature: float, distance: float) -> Pose:
+    if curvature == 0.0:
+        return Pose(
+            pose.x + distance * math.cos(pose.yaw), pose.y + distance * math.sin(pose.yaw), pose.yaw
+        )
+    yaw = pose.yaw + curvature * distance
+    return Pose(
+        pose.x + (math.sin(yaw) - math.sin(pose.yaw)) / curvature,
+        pose.y - (math.cos(yaw) - math.cos(pose.yaw)) / curvature,
+        yaw,
+    )
+
+
+@dataclass(frozen=True)
+class Path:
+    """A smooth path from a start pose along segments; a closed one is travelled over and over.
+
+    >>> path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0),))
+    >>> path.at(4.0)
+    Pose(x=4.0, y=0.0, yaw=0.0)
+    """
+
+    start: Pose
+    segments: tuple[Segment, ...]
+    closed: bool = False
+
+    def __post_init__(self) -> None:
+        kept = tuple(s for s in self.segments if s.length > SHORTEST_SEGMENT)
+        poses, distances = [self.start], [0.0]
+        for segment in kept:
+            poses.append(_moved(poses[-1], segment.curvature, segment.length))
+            distances.append(distances[-1] + segment.length)
+        set_ = object.__setattr__  # frozen: the joints are derived once, on construction
+        set_(self, "segments", kept)
+        set_(self, "_joints", poses)
+        set_(self, "_distances", distances)
+
+    @property
+    def length(self) -> float:
+        """Length of the path, once through (m)."""
+        return float(self._distances[-1])  # type: ignore[attr-defined]
+
+    @property
+    def end(self) -> Pose:
+        """Pose at the end of the path."""
+        end: Pose = self._joints[-1]  # type: ignore[attr-defined]
+        return end
+
+    def at(self, distance: float) -> Pose:
+        """Return the pose after travelling `distance` (m); past the end of an open path, the end."""
+        if not self.segments:
+            return self.start
+        distance = distance % self.length if self.closed else min(distance, self.length)
+        index = min(bisect_right(self._distances, distance), len(self.segments)) - 1  # type: ignore[attr-defined]
+        return _moved(
+            self._joints[index],  # type: ignore[attr-defined]
+            self.segments[index].curvature,
+            distance - self._distances[index],  # type: ignore[attr-defined]
+        )
+
+    def sample(self, distances: Array) -> Array:
+        """Return x, y (m) and yaw (rad) at each distance (m), shape (n, 3): :meth:`at` for many."""
+        if not self.segments:
+            return np.tile(np.array(self.start), (len(distances), 1))
+        along = distances % self.length if self.closed else np.minimum(distances, self.length)
+        starts = np.array(self._distances[:-1])  # type: ignore[attr-defined]
+        index = np.searchsorted(starts, along, side="right") - 1
+        x, y, yaw = np.array(self._joints[:-1])[index].T  # type: ignore[attr-defined]
+        curvature = np.array([segment.curvature for segment in self.segments])[index]
+        step = along - starts[index]
+        turned = yaw + curvature * step
+        bent = np.where(curvature == 0.0, 1.0, curvature)
+        straight = curvature == 0.0
+        return np.column_stack(
+            (
+                np.where(
+                    straight,
+                    x + step * np.cos(yaw),
+                    x + (np.sin(turned) - np.sin(yaw)) / bent,
+                ),
+                np.where(
+                    straight,
+                    y + step * np.sin(yaw),
+                    y - (np.cos(turned) - np.cos(yaw)) / bent,
+                ),
+                turned,
+            )
+        )
+
+    def then(self, other: "Path") -> "Path":
+        """Return this path continued by another, which starts where this one ends."""
+        return Path(self.start, (*self.segments, *other.segments))
+
+    def reversed(self) -> "Path":
+        """Return the same path travelled from its end to its start."""
+        backwards = tuple(Segment(-s.curvature, s.length) for s in reversed(self.segments))
+        return Path(self.end.reversed(), backwards)
+
+
+def smooth(poses: Sequence[Pose], radius: float) -> Path:
+    """Return the path through poses along Dubins curves of at least the given turning radius (m)."""
+    segments: list[Segment] = []
+    for start, end in zip(poses, poses[1:], strict=False):
+        segments.extend(dubins_segments(start, end, radius))
+    return Path(poses[0], tuple(segments))
+
+
+def dubins_segments(start: Pose, end: Pose, radius: float) -> Iterable[Segment]:
+    """Yield the segments of the shortest Dubins path between two poses."""
+    bend = {"L": 1.0 / radius, "R": -1.0 / radius, "S": 0.0}
+    for kind, length in dubins.shortest(start, end, radius).segments():
+        yield Segment(bend[kind], length)
+
+
+def there_and_back(path: Path, radius: float) -> Path:
+    """Return the closed tour along a path, a turn at its end, back again and a turn at its start."""
+    back = path.reversed()
+    turn = tuple(dubins_segments(path.end, back.start, radius))
+    turn_again = tuple(dubins_segments(back.end, path.start, radius))
+    return Path(path.start, (*path.segments, *turn, *back.segments, *turn_again), closed=True)

@@ -1,0 +1,61 @@
+"""How a ping comes about: on the AUV's own clock, or in answer to an interrogation."""
+
+from collections.abc import Sequence
+
+import simpy
+
+from .acoustics import travel_time
+from .fleet import Asv, Auv
+from .uplink import Uplink
+
+
+class OneWay:
+    """Synchronised clocks: AUVs ping on time, the one-way travel time is the range (owtt_sync)."""
+
+    def __init__(self, uplink: Uplink) -> None:
+        self._uplink = uplink
+
+    def ping(self, round_number: int, slot: int, auv: Auv, time: float) -> None:
+        """Let an AUV ping at the start of its slot."""
+        self._uplink.send(round_number, slot, auv, time)
+
+
+class TwoWay:
+    """No clocks: the ASVs call at the start of the slot, the AUV answers the call it hears first.
+
+    The calling ASV ranges by the round trip; the others hear the answer as well and, sharing its
+    GNSS time, range by it with the same noise.  An AUV out of everybody's range hears no call: its
+    turn is recorded as a ping that nobody can hear.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        uplink: Uplink,
+        asvs: Sequence[Asv],
+        *,
+        ping_duration: float,
+        turnaround: float,
+        sound_speed: float,
+    ) -> None:
+        self._env, self._uplink, self._asvs = env, uplink, asvs
+        self._reply_delay = ping_duration + turnaround
+        self._sound_speed = sound_speed
+
+    def ping(self, round_number: int, slot: int, auv: Auv, time: float) -> None:
+        """Call an AUV at the start of its slot; it pings when the call has reached it."""
+        place = auv.vehicle.at(time)
+        calls = [
+            (travel_time(vessel, auv.vehicle.at, time, self._sound_speed), asv.index)
+            for asv in self._asvs
+            if self._uplink.in_range(place, vessel := asv.vehicle.at(time))
+        ]
+        if not calls:
+            self._uplink.send(round_number, slot, auv, time)
+            return
+        travel, caller = min(calls)
+        replies_at = time + travel + self._reply_delay
+        event = self._env.timeout(max(replies_at - self._env.now, 0.0))
+        event.callbacks.append(
+            lambda _: self._uplink.send(round_number, slot, auv, replies_at, (caller, travel))
+        )

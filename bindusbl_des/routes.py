@@ -1,0 +1,131 @@
+"""Survey routes: how a team of AUVs divides a square and sweeps it in lanes."""
+
+import math
+from collections.abc import Sequence
+
+from .paths import Path, Pose, Segment, smooth
+
+# Rounding that must not cost a strip its last lane (m).
+LANE_TOLERANCE = 1e-9
+
+
+def lane_ordinates(side: float, strips: int, strip: int, spacing: float) -> list[float]:
+    """Return the y (m) of the lanes of one of the equal horizontal strips, lowest first.
+
+    The first lane lies half a spacing above the strip's lower edge, the others one spacing apart;
+    a strip narrower than the spacing has one lane along its middle.
+
+    >>> lane_ordinates(140, 3, 0, 10)
+    [-65.0, -55.0, -45.0, -35.0]
+    """
+    height = side / strips
+    lower = -side / 2 + strip * height
+    if height < spacing:
+        return [lower + height / 2]
+    count = math.floor((height - spacing) / spacing + LANE_TOLERANCE) + 1
+    return [lower + spacing * (lane + 0.5) for lane in range(count)]
+
+
+def lane_order(count: int, skip: int) -> list[int]:
+    """Return the order in which lanes are flown so that turns are `skip` lanes wide where possible.
+
+    >>> lane_order(5, 1)
+    [0, 1, 2, 3, 4]
+    >>> lane_order(6, 3)
+    [0, 3, 1, 4, 2, 5]
+    """
+    order: list[int] = []
+    for first in range(0, count, 2 * skip):
+        lower = range(first, min(first + skip, count))
+        upper = list(range(first + skip, min(first + 2 * skip, count)))
+        for lane in lower:
+            order.append(lane)
+            if upper:
+                order.append(upper.pop(0))
+        order.extend(upper)
+    return order
+
+
+def lawnmower(
+    side: float,
+    strips: int,
+    strip: int,
+    *,
+    spacing: float,
+    margin: float,
+    radius: float,
+    start: str = "strip_centre",
+    turns: str = "shortest",
+    join_angle: float = math.radians(20.0),
+) -> Path:
+    """Return the boustrophedon path of one AUV in its strip of the survey (m).
+
+    Lanes run along x and end `margin` inside the square.  From the strip's centre the AUV goes
+    straight to the -x end of its first lane, turns about and joins it at `join_angle` (rad).
+    Turns between lanes are Dubins curves, so lanes closer than twice the turning radius get bulb
+    turns, or are flown in skip-lane order.
+    """
+    ordinates = lane_ordinates(side, strips, strip, spacing)
+    skip = max(1, math.ceil(2 * radius / spacing - LANE_TOLERANCE))
+    skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turns]
+    reach = side / 2 - margin
+    candidates = [
+        smooth(_lane_ends([ordinates[lane] for lane in lane_order(len(ordinates), s)], reach), radius)
+        for s in skips
+    ]
+    lanes = min(candidates, key=lambda path: path.length)
+    if start == "strip_corner":
+        return lanes
+    return _entered(lanes, -side / 2 + (strip + 0.5) * side / strips, radius, join_angle)
+
+
+def _entered(lanes: Path, centre: float, radius: float, join_angle: float) -> Path:
+    """Return the lanes with the way from the strip's centre (0, centre) to the first of them."""
+    first = lanes.start
+    way = math.hypot(first.x, first.y - centre)
+    bearing = math.atan2(first.y - centre, first.x)
+    turn, joined = turn_about(bearing, radius, join_angle)
+    lane = lanes.segments[0].length
+    if joined >= lane:  # a lane too short to join under way is entered at its end
+        return smooth([Pose(0.0, centre, bearing), first], radius).then(lanes)
+    rest = (Segment(0.0, lane - joined), *lanes.segments[1:])
+    return Path(Pose(0.0, centre, bearing), (Segment(0.0, way), *turn, *rest))
+
+
+def turn_about(yaw: float, radius: float, join_angle: float) -> tuple[list[Segment], float]:
+    """Return the turn from heading `yaw` (rad) onto a line of heading 0, and where it joins (m).
+
+    A vehicle on the line, heading backwards (|yaw| > 90 deg), turns the shorter way until it
+    heads for the line at `join_angle`, and turns onto it `joined` metres ahead of where it began.
+    """
+    side = 1.0 if math.sin(yaw) <= 0.0 else -1.0  # +1: turns towards +yaw, the shorter way
+    remaining = math.remainder(-side * yaw, 2 * math.pi) % (2 * math.pi)
+    cosine, sine = math.cos(join_angle), math.sin(join_angle)
+    straight = radius * (2 * cosine - 1.0 - math.cos(yaw)) / sine
+    joined = radius * (2 * sine + abs(math.sin(yaw))) + straight * cosine
+    segments = [
+        Segment(side / radius, radius * (remaining + join_angle)),
+        Segment(0.0, straight),
+        Segment(-side / radius, radius * join_angle),
+    ]
+    return segments, joined
+
+
+def _lane_ends(ordinates: Sequence[float], reach: float) -> list[Pose]:
+    ends: list[Pose] = []
+    for number, y in enumerate(ordinates):
+        sign = 1.0 if number % 2 == 0 else -1.0
+        yaw = 0.0 if sign > 0 else math.pi
+        ends += [Pose(-sign * reach, y, yaw), Pose(sign * reach, y, yaw)]
+    return ends
+
+
+def waypoint_path(points: Sequence[tuple[float, float]], radius: float) -> Path:
+    """Return the Dubins path through waypoints (m), each left towards the next."""
+    poses = []
+    for number, (x, y) in enumerate(points):
+        ahead = points[number + 1] if number + 1 < len(points) else None
+        behind = points[number - 1]
+        dx, dy = (ahead[0] - x, ahead[1] - y) if ahead else (x - behind[0], y - behind[1])
+        poses.append(Pose(x, y, math.atan2(dy, dx)))
+    return smooth(poses, radius)

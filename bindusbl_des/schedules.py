@@ -1,0 +1,135 @@
+"""Who pings when: the ping groups of a round.
+
+A schedule is a function from what the fleet knows (:class:`View`) to ping groups: lists of AUV
+numbers that ping in the same slot, in the order of the slots.  A schedule whose attribute `framed`
+is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name one of one's own as
+``module:object``.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from .conflicts import (
+    Hearing,
+    colour_dsatur,
+    colour_greedily,
+    conflict_graph,
+    hearing,
+    ping_groups,
+)
+from .consistency import FRAMED_SCHEDULES
+
+Array = NDArray[np.float64]
+Groups = list[list[int]]
+
+
+@dataclass(frozen=True)
+class View:
+    """What the surface fleet knows when it schedules a round.
+
+    `auvs` (n, 3) are the AUV positions it believes and `asvs` (m, 3) its own (m); `random` is a
+    stream of the schedule's own.
+    """
+
+    round: int
+    time: float
+    auvs: Array
+    asvs: Array
+    hf_range: float
+    range_metric: str
+    random: np.random.Generator
+
+    @cached_property
+    def heard(self) -> Hearing:
+        """Who is within HF range of whom, shape (AUVs, ASVs)."""
+        return hearing(self.auvs, self.asvs, self.hf_range, self.range_metric)
+
+    @cached_property
+    def conflicts(self) -> "nx.Graph[int]":
+        """The conflict graph of the AUVs."""
+        return conflict_graph(self.heard)
+
+
+Schedule = Callable[[View], Sequence[Sequence[int]]]
+
+
+def spatial_reuse(view: View) -> Groups:
+    """Let AUVs without a common listener ping together, coloured greedily (the paper)."""
+    return ping_groups(colour_greedily(view.conflicts))
+
+
+def dsatur(view: View) -> Groups:
+    """Let AUVs without a common listener ping together, coloured by DSATUR."""
+    return ping_groups(colour_dsatur(view.conflicts))
+
+
+def one_per_slot(view: View) -> Groups:
+    """Give every AUV a slot of its own: TDMA without spatial reuse."""
+    return [[auv] for auv in range(len(view.auvs))]
+
+
+def round_robin(view: View) -> Groups:
+    """Give every frame to one AUV, in turn."""
+    return [[view.round % len(view.auvs)]]
+
+
+def random(view: View) -> Groups:
+    """Give every frame to an AUV drawn by lot."""
+    return [[int(view.random.integers(len(view.auvs)))]]
+
+
+SCHEDULES: dict[str, Schedule] = {
+    function.__name__: function
+    for function in (spatial_reuse, dsatur, one_per_slot, round_robin, random)
+}
+
+
+def is_framed(name: str, schedule: Schedule) -> bool:
+    """Tell whether the rounds of a schedule start on frames."""
+    return name in FRAMED_SCHEDULES or bool(getattr(schedule, "framed", False))
+
+
+def schedule_named(name: str) -> Schedule:
+    """Return a schedule by its name in the scenario; one's own is named ``module:object``.
+
+    Raises:
+        ValueError: when there is no such module or object, or it cannot be called.
+    """
+    if name in SCHEDULES:
+        return SCHEDULES[name]
+    module, _, attribute = name.partition(":")
+    try:
+        found = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(
+            f"protocol.schedule: cannot load {name!r} ({error}); name an importable module:object "
+            f"(is its folder on PYTHONPATH?) or one of {', '.join(SCHEDULES)}"
+        ) from None
+    if not callable(found):
+        raise ValueError(
+            f"protocol.schedule: {name!r} is a {type(found).__name__}, not a function of a View"
+        )
+    schedule: Schedule = found
+    return schedule
+
+
+def checked(groups: Sequence[Sequence[int]], auv_count: int, name: str) -> Groups:
+    """Return ping groups as lists of int; a schedule that breaks the rules is refused.
+
+    Raises:
+        ValueError: when there is no group, an AUV does not exist or pings twice in a round.
+    """
+    plain = [[int(auv) for auv in group] for group in groups]
+    flat = [auv for group in plain for auv in group]
+    if not plain or len(set(flat)) != len(flat) or not set(flat) <= set(range(auv_count)):
+        raise ValueError(
+            f"protocol.schedule: {name!r} returned {plain}; a round needs at least one group, and "
+            f"each of the AUVs 0..{auv_count - 1} at most once"
+        )
+    return plain

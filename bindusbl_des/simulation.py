@@ -1,0 +1,96 @@
+"""Run one mission: scenario in, tables out."""
+
+import time
+
+import numpy as np
+import pyarrow as pa
+import simpy
+
+from .metrics import auv_metrics, mission_metrics, utilisation
+from .protocol import serve
+from .result import Result
+from .samples import instants, sample
+from .scenario import Scenario
+from .tables import from_columns, from_rows
+from .world import World, build_world
+
+
+def simulate(scenario: Scenario, seed: int = 0) -> Result:
+    """Run one mission of a scenario; return what happened, a table for each kind of event.
+
+    The mission covers [0, duration): what would happen at its last instant does not, and pings and
+    fixes still under way then are recorded as in flight.  The same scenario and seed give the same
+    tables.
+
+    Raises:
+        ValueError: when the seed is not a whole number >= 0, or the scenario names a schedule or
+            track that cannot be used.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
+    began = time.perf_counter()
+    world = run(scenario, int(seed))
+    arrow = {} if scenario.record.detail == "summary" else event_tables(world)
+    auvs = auv_metrics(world)
+    arrow["auvs"] = from_rows("auvs", auvs)
+    mission = mission_metrics(auvs, utilisation(world))
+    arrow["mission"] = from_columns("mission", {name: [value] for name, value in mission.items()})
+    return Result(scenario, int(seed), arrow, time.perf_counter() - began)
+
+
+def run(scenario: Scenario, seed: int) -> World:
+    """Run the event kernel through a mission; return the world as it is at the end."""
+    env = simpy.Environment()
+    world = build_world(env, scenario, seed)
+    env.process(serve(world))
+    env.run(until=scenario.duration_s)
+    world.board.take()  # fixes of pings that were heard but not broadcast any more
+    return world
+
+
+def event_tables(world: World) -> dict[str, pa.Table]:
+    """Return the event tables of a finished mission."""
+    record = world.record
+    receptions = sorted(record.receptions, key=lambda r: (r.ping, r.asv))
+    return {
+        "rounds": from_rows("rounds", record.rounds),
+        "pings": from_rows("pings", record.pings),
+        "receptions": from_rows("receptions", receptions),
+        "broadcasts": from_rows("broadcasts", record.broadcasts),
+        "fixes": from_rows("fixes", record.fixes),
+        "tracks": tracks_table(world),
+    }
+
+
+def tracks_table(world: World) -> pa.Table:
+    """Return the tracks of all vehicles at record.tracks_hz, ASVs after AUVs."""
+    scenario = world.scenario
+    times = instants(scenario.duration_s, scenario.record.tracks_hz)
+    parts = []
+    for auv in world.auvs:
+        samples = sample(auv, times)
+        path_error = auv.vehicle.path_error(times)
+        parts.append(
+            {
+                **_truth(auv.name, times, samples.truth),
+                "estimate_x_m": samples.estimate[:, 0],
+                "estimate_y_m": samples.estimate[:, 1],
+                "estimate_z_m": samples.truth[:, 2] + world.depth_noise(auv.index, times),
+                "imu_x_m": samples.imu[:, 0],
+                "imu_y_m": samples.imu[:, 1],
+                "position_error_m": samples.position_error,
+                "cross_track_error_m": samples.cross_track_error,
+                "path_error_m": path_error if len(path_error) else [None] * len(times),
+            }
+        )
+    parts += [_truth(asv.name, times, asv.vehicle.sample(times)) for asv in world.asvs]
+    return pa.concat_tables([from_columns("tracks", part) for part in parts])
+
+
+def _truth(name: str, times: np.ndarray, truth: np.ndarray) -> dict[str, object]:
+    x, y, z, yaw = truth.T
+    wrapped = np.pi - np.mod(np.pi - yaw, 2 * np.pi)
+    return {
+        "time_s": times, "vehicle": [name] * len(times), "x_m": x, "y_m": y, "z_m": z,
+        "yaw_rad": wrapped,
+    }  # fmt: skip

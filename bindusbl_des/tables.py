@@ -1,0 +1,125 @@
+"""Result tables: the rows of a mission as Arrow tables whose columns say what they are."""
+
+import types
+from collections.abc import Mapping, Sequence
+from dataclasses import Field, fields
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from .events import (
+    AuvMetrics,
+    Broadcast,
+    Fix,
+    Ping,
+    Reception,
+    Round,
+    TrackPoint,
+    Utilisation,
+)
+
+ROWS: dict[str, type] = {
+    "rounds": Round,
+    "pings": Ping,
+    "receptions": Reception,
+    "broadcasts": Broadcast,
+    "fixes": Fix,
+    "tracks": TrackPoint,
+    "auvs": AuvMetrics,
+}
+EVENT_TABLES = ("rounds", "pings", "receptions", "broadcasts", "fixes", "tracks")
+TABLES = (*ROWS, "mission")
+
+# Columns that hold a vehicle's number in the record and its name in the table.
+VEHICLES = {"auv": "AUV", "asv": "ASV", "broadcast_by": "ASV"}
+
+SURVEY_FRAME = "survey: x along the lanes, y across, z down, origin at the centre of the surface"
+SCHEMA_VERSION = 1
+
+ARROW_TYPES = {int: pa.int64(), float: pa.float64(), str: pa.string()}
+
+
+def _arrow_type(row: type, name: str) -> pa.DataType:
+    if name in VEHICLES:
+        return pa.string()
+    hint = get_type_hints(row)[name]
+    if isinstance(hint, types.UnionType):
+        hint = next(arg for arg in get_args(hint) if arg is not type(None))
+    return ARROW_TYPES[hint]
+
+
+def _field(name: str, kind: pa.DataType, unit: str, meaning: str) -> pa.Field:
+    metadata = {"unit": unit, "meaning": meaning}
+    if name.endswith(("x_m", "y_m", "z_m", "_m2", "yaw_rad")):
+        metadata["frame"] = SURVEY_FRAME
+    return pa.field(name, kind, metadata=metadata)
+
+
+def schema(table: str) -> pa.Schema:
+    """Return the Arrow schema of a table, each field with unit, meaning and frame."""
+    if table == "mission":
+        own = {column.name: column for column in fields(Utilisation)}
+        means = [c for c in fields(AuvMetrics)[1:] if c.name not in own]
+        return pa.schema(
+            [_described(c, pa.float64(), "fleet mean of: ") for c in means]
+            + [_described(c, _arrow_type(Utilisation, c.name)) for c in own.values()]
+        )
+    row = ROWS[table]
+    return pa.schema([_described(c, _arrow_type(row, c.name)) for c in fields(row)])
+
+
+def _described(column: "Field[Any]", kind: pa.DataType, prefix: str = "") -> pa.Field:
+    return _field(column.name, kind, column.metadata["unit"], prefix + column.metadata["meaning"])
+
+
+def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
+    """Return the rows of an event table as an Arrow table; vehicle numbers become names."""
+    described = schema(table)
+    arrays = []
+    for field in described:
+        values = [getattr(row, field.name) for row in rows]
+        if field.name in VEHICLES:
+            prefix = VEHICLES[field.name]
+            values = [None if value is None else f"{prefix}{value}" for value in values]
+        arrays.append(pa.array(values, field.type))
+    return pa.Table.from_arrays(arrays, schema=described)
+
+
+def from_columns(table: str, columns: Mapping[str, Any]) -> pa.Table:
+    """Return columns (sequences or arrays) as an Arrow table; a missing column is all null."""
+    described = schema(table)
+    length = len(next(iter(columns.values())))
+    arrays = [
+        pa.array(columns[field.name], field.type, from_pandas=isinstance(columns[field.name], np.ndarray))
+        if field.name in columns
+        else pa.nulls(length, field.type)
+        for field in described
+    ]
+    return pa.Table.from_arrays(arrays, schema=described)
+
+
+def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, str]) -> None:
+    """Write one table as Parquet (zstd); `origin` (scenario hash, seed) goes into its metadata."""
+    metadata = {"bindusbl.schema": f"{name}/{SCHEMA_VERSION}", **origin}
+    pq.write_table(
+        table.replace_schema_metadata(metadata),
+        path,
+        compression="zstd",
+        use_dictionary=[f.name for f in table.schema if f.type == pa.string()],
+    )
+
+
+def data_dictionary() -> dict[str, dict[str, dict[str, str]]]:
+    """Return type, unit, meaning and frame of every column of every table."""
+    return {
+        table: {
+            field.name: {
+                "type": str(field.type),
+                **{k.decode(): v.decode() for k, v in (field.metadata or {}).items()},
+            }
+            for field in schema(table)
+        }
+        for table in TABLES
+    }

@@ -1,0 +1,198 @@
+"""The world of one mission: vehicles, bands and fleet as a scenario describes them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from .acoustics import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from .boards import Board, ReplyBoard
+from .broadcasters import BROADCASTERS, Choice
+from .downlink import MfDownlink
+from .events import Fix
+from .fixing import UsblFleet
+from .fleet import Asv, Auv
+from .hydrophones import ARRAYS
+from .launch import launch_asvs, launch_auvs
+from .ranging import OneWay, TwoWay
+from .recorder import Recorder
+from .scenario import Scenario
+from .schedules import Schedule, View, is_framed, schedule_named
+from .slots import (
+    Clock,
+    ExactClock,
+    Slots,
+    TickClock,
+    crossing_time,
+    two_way_uplink_slot,
+    uplink_slot,
+)
+from .streams import Purpose, Streams
+from .uplink import Uplink
+from .usbl import Usbl
+
+
+@dataclass
+class World:
+    """Everything that takes part in a mission, and what the fleet knows of it."""
+
+    env: simpy.Environment
+    scenario: Scenario
+    slots: Slots
+    auvs: Sequence[Auv]
+    asvs: Sequence[Asv]
+    record: Recorder
+    board: Board | ReplyBoard
+    uplink: Uplink
+    downlink: MfDownlink
+    ranging: OneWay | TwoWay
+    schedule: Schedule
+    broadcaster: Choice
+    streams: Streams
+    frame: float
+    downlink_free_at: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._schedule_draw = self.streams.of(Purpose.SCHEDULE)
+        self._broadcaster_draw = self.streams.of(Purpose.BROADCASTER)
+        self._plot = np.array([auv.vehicle.at(0.0)[:3] for auv in self.auvs])
+        self._fixes_plotted = 0
+
+    @property
+    def schedule_name(self) -> str:
+        return self.scenario.protocol.schedule
+
+    @property
+    def policy(self) -> str:
+        """Name of the downlink policy."""
+        return self.scenario.protocol.downlink
+
+    def view(self, round_number: int, time: float) -> View:
+        """Return what the fleet knows when it schedules a round."""
+        hf = self.scenario.acoustics.hf
+        return View(
+            round_number,
+            time,
+            self._believed_positions(time),
+            np.array([asv.vehicle.at(time)[:3] for asv in self.asvs]),
+            hf.range_m,
+            hf.range_metric,
+            self._schedule_draw,
+        )
+
+    def _believed_positions(self, time: float) -> NDArray[np.float64]:
+        if self.scenario.protocol.positions == "truth":
+            return np.array([auv.vehicle.at(time)[:3] for auv in self.auvs])
+        # All the fleet knows is where it launched an AUV and the last fix it made of it.
+        for fix in self.record.fixes[self._fixes_plotted :]:
+            self._plot[fix.auv, :2] = fix.x_m, fix.y_m
+        self._fixes_plotted = len(self.record.fixes)
+        return self._plot.copy()
+
+    def depth_noise(self, auv: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the pressure sensor's errors (m) at instants (s); equal at equal IMU samples."""
+        navigation = self.scenario.navigation
+        index = (times * navigation.imu_rate_hz).astype(np.intp)
+        stream = self.streams.of(Purpose.DEPTH, auv)
+        return stream.standard_normal(int(index[-1]) + 1)[index] * navigation.depth_sd_m
+
+    def next_broadcaster(self, fixes: Sequence[Fix], time: float) -> int:
+        """Choose the ASV of the next broadcast."""
+        number = len(self.record.broadcasts)
+        return self.broadcaster(number, fixes, self.asvs, time, self._broadcaster_draw)
+
+
+def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
+    """Put the world of a scenario together, at rest at time 0."""
+    streams, record, slots = Streams(seed), Recorder(), slots_of(scenario)
+    auvs, asvs = launch_auvs(scenario, streams), launch_asvs(scenario)
+    sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
+    downlink = MfDownlink(
+        env,
+        auvs,
+        mf_range=scenario.acoustics.mf.range_m,
+        sound_speed=sound_speed,
+        clock=slots.clock,
+    )
+    usbls = UsblFleet(usbl_of(scenario), asvs, record)
+    board = (
+        ReplyBoard(usbls, asvs, downlink, record)
+        if scenario.protocol.downlink == "direct_reply"
+        else Board(usbls)
+    )
+    uplink = Uplink(
+        env,
+        asvs,
+        hf_range=hf.range_m,
+        metric=hf.range_metric,
+        ping_duration=hf.ping_s,
+        sound_speed=sound_speed,
+        loss=loss_of(scenario),
+        streams=streams,
+        record=record,
+        settled=board.settled,
+    )
+    ranging = OneWay(uplink) if scenario.protocol.ranging == "owtt_sync" else TwoWay(
+        env,
+        uplink,
+        asvs,
+        ping_duration=hf.ping_s,
+        turnaround=scenario.protocol.turnaround_s,
+        sound_speed=sound_speed,
+    )
+    schedule = schedule_named(scenario.protocol.schedule)
+    framed = is_framed(scenario.protocol.schedule, schedule)
+    return World(
+        env, scenario, slots, auvs, asvs, record, board, uplink, downlink, ranging, schedule,
+        BROADCASTERS[scenario.protocol.broadcaster], streams,
+        scenario.protocol.frame_s if framed else 0.0,
+    )  # fmt: skip
+
+
+def clock_of(scenario: Scenario) -> Clock:
+    """Return the clock on which slots start and fixes are delivered."""
+    rate = scenario.protocol.tick_rate_hz
+    return ExactClock() if rate is None else TickClock(rate)
+
+
+def slots_of(scenario: Scenario) -> Slots:
+    """Derive every duration of the protocol from the survey and the bands."""
+    sound_speed = scenario.environment.sound_speed_m_per_s
+    hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
+    crossing = crossing_time(scenario.survey.side_m, sound_speed)
+    longest = hf.range_m / sound_speed
+    slot = (
+        uplink_slot(hf.ping_s, longest, crossing)
+        if scenario.protocol.ranging == "owtt_sync"
+        else two_way_uplink_slot(hf.ping_s, longest, scenario.protocol.turnaround_s, crossing)
+    )
+    return Slots(
+        crossing, hf.ping_s, longest, slot, mf.header_bytes, mf.fix_bytes, mf.bit_rate_bps,
+        mf.overhead, clock_of(scenario),
+    )  # fmt: skip
+
+
+def usbl_of(scenario: Scenario) -> Usbl:
+    """Return the USBL instrument that every ASV carries."""
+    usbl = scenario.usbl
+    roll, pitch, heading = np.radians((usbl.roll_sd_deg, usbl.pitch_sd_deg, usbl.heading_sd_deg))
+    return Usbl(
+        ARRAYS[usbl.array],
+        usbl.tdoa_sd_s,
+        usbl.travel_time_sd_s,
+        usbl.quantum_s,
+        (float(roll), float(pitch), float(heading)),
+        usbl.gnss_sd_m,
+        scenario.environment.sound_speed_m_per_s,
+        ways=1 if scenario.protocol.ranging == "owtt_sync" else 2,
+    )
+
+
+def loss_of(scenario: Scenario) -> Callable[[float], float]:
+    """Return the probability that a ping is lost, as a function of slant range (m)."""
+    loss, auv_count = scenario.acoustics.loss, scenario.auvs.count
+    law, combine = LOSS_LAWS[loss.law], COMBINERS[loss.combine]
+    contention = contention_loss(auv_count, loss.contention_per_auv)
+    return lambda slant_range: combine(range_loss(slant_range, law), contention, loss.cap)

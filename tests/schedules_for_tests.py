@@ -1,0 +1,19 @@
+"""Schedules of one's own, good and bad."""
+
+from bindusbl_des.schedules import View
+
+
+def all_at_once(view: View) -> list[list[int]]:
+    return [list(range(len(view.auvs)))]
+
+
+def no_groups(view: View) -> list[list[int]]:
+    return []
+
+
+def twice(view: View) -> list[list[int]]:
+    return [[0], [0]]
+
+
+def stranger(view: View) -> list[list[int]]:
+    return [[0, 7]]

@@ -1,0 +1,188 @@
+"""What holds for every mission: determinism, conservation, causality, independent streams."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from worlds import paper_case, scenario
+
+from bindusbl_des import Result, Scenario, simulate
+
+PRINT_HASH = """
+import hashlib, sys
+sys.path.insert(0, {tests!r})
+from worlds import scenario
+from bindusbl_des import simulate
+result = simulate(scenario(duration_s=60.0), seed=3)
+text = "".join(t.to_csv() for _, t in sorted(result.tables.items()))
+print(hashlib.sha256(text.encode()).hexdigest())
+"""
+
+
+def busy(**changes: object) -> Scenario:
+    """Return a mission in which everything happens: losses, collisions, every kind of outcome."""
+    return scenario(
+        duration_s=90.0,
+        auvs={"count": 6, "speed_m_per_s": 2.0},
+        acoustics={"loss": {"combine": "clamp_first"}, "mf": {"range_m": 70.0}},
+        protocol={"positions": "estimate"},
+        **changes,
+    )
+
+
+def same(a: Result, b: Result) -> bool:
+    return all(a.arrow[name].equals(b.arrow[name]) for name in a.arrow)
+
+
+def test_same_scenario_and_seed_give_identical_tables() -> None:
+    """A mission repeats bit for bit; another seed gives another mission."""
+    assert same(simulate(busy(), 5), simulate(busy(), 5))
+    assert not same(simulate(busy(), 5), simulate(busy(), 6))
+
+
+def test_hash_seed_does_not_matter() -> None:
+    """Two interpreters with different hash seeds agree on every cell."""
+    code = PRINT_HASH.format(tests=os.path.dirname(__file__))
+    hashes = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(hashes) == 1
+
+
+def conserved(result: Result) -> None:
+    """Check that every ping, reception and fix is accounted for, once."""
+    pings, receptions = result.tables["pings"], result.tables["receptions"]
+    fixes, broadcasts = result.tables["fixes"], result.tables["broadcasts"]
+    scenario = result.scenario
+    assert len(receptions) == len(pings) * scenario.asvs.count
+    assert not receptions.duplicated(["ping", "asv"]).any()
+    assert set(receptions.outcome) <= {"heard", "out_of_range", "lost", "collided", "in_flight"}
+    assert set(fixes.outcome) <= {"delivered", "out_of_range", "in_flight"}
+    heard = receptions[receptions.outcome == "heard"].groupby("ping").size()
+    assert pings.heard_by.sum() == heard.sum()
+    assert (pings.set_index("ping").heard_by.loc[heard.index] == heard).all()
+    reachable = receptions[receptions.outcome != "out_of_range"].groupby("ping").size()
+    assert pings.in_range_of.sum() == reachable.sum()
+    under_way = set(receptions[receptions.outcome == "in_flight"].ping)
+    assert set(fixes.ping) == set(heard.index) - under_way
+    assert fixes.ping.is_unique
+    assert broadcasts.fixes.sum() == fixes.broadcast_at_s.notna().sum()
+    assert (fixes.delivered_at_s.notna() == (fixes.outcome == "delivered")).all()
+    assert (fixes.delivered_at_s.dropna() < scenario.duration_s).all()
+    auvs = result.auvs
+    assert (auvs.fixes == auvs.fixes_delivered + auvs.fixes_out_of_range + auvs.fixes_in_flight).all()
+    assert auvs.pings.sum() == len(pings)
+    assert auvs.collisions.sum() == result.mission.collisions[0]
+
+
+def causal(result: Result) -> None:
+    """Check that nobody hears before distance / c, and that nothing comes before its cause."""
+    speed = result.scenario.environment.sound_speed_m_per_s
+    pings, fixes = result.tables["pings"], result.tables["fixes"]
+    receptions = result.tables["receptions"].merge(pings, on=["ping", "auv"])
+    assert np.allclose(receptions.slant_range_m, receptions.travel_time_s * speed)
+    delay = receptions.arrived_at_s - receptions.sent_at_s
+    assert np.allclose(delay, receptions.travel_time_s, atol=1e-9)
+    assert (receptions.slant_range_m >= receptions.z_m - 1e-9).all()
+    sent = fixes[fixes.broadcast_at_s.notna()]
+    assert (sent.broadcast_at_s >= sent.pinged_at_s).all()
+    tracks = result.tables["tracks"].groupby("vehicle").first()
+    done = fixes[fixes.outcome == "delivered"].merge(result.tables["receptions"], on=["ping", "auv"])
+    own = done[done.broadcast_by == done.asv]  # two ways of about the same length
+    if len(own) and (tracks.index == "ASV0").any():
+        assert (own.latency_s > 1.9 * own.travel_time_s).all()
+
+
+@pytest.mark.parametrize("downlink", ["sequential", "pipelined_round", "pipelined_group", "direct_reply"])
+@pytest.mark.parametrize("schedule", ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random"])
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_everything_is_accounted_for(downlink: str, schedule: str, ranging: str) -> None:
+    """Pings x ASVs = receptions; each reception and fix has one outcome; nothing is too early."""
+    changes = {"downlink": downlink, "schedule": schedule, "ranging": ranging}
+    for tick_rate in (None, 30.0):
+        data = busy().model_dump(mode="json")
+        data["protocol"] |= {**changes, "tick_rate_hz": tick_rate}
+        data["duration_s"] = 20.0
+        result = simulate(Scenario.model_validate(data), 1)
+        conserved(result)
+        causal(result)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    side=st.floats(20, 400),
+    depth=st.floats(0, 300),
+    auvs=st.integers(1, 8),
+    asvs=st.integers(1, 5),
+    angle=st.floats(-180, 180),
+    reach=st.floats(10, 300),
+    duration=st.floats(0.01, 40),
+    seed=st.integers(0, 2**31),
+)
+def test_any_survey_is_accounted_for(
+    side: float, depth: float, auvs: int, asvs: int, angle: float, reach: float,
+    duration: float, seed: int,
+) -> None:  # fmt: skip
+    """Whatever the survey, fleet and ranges, nothing is lost from the books."""
+    world = scenario(
+        duration_s=duration,
+        survey={"side_m": side, "depth_m": depth},
+        auvs={"count": auvs, "turning_radius_m": 2.0, "route": {"kind": "lawnmower", "lane_spacing_m": 8.0}},
+        asvs={"count": asvs, "formation": {"angle_deg": angle}},
+        acoustics={"hf": {"range_m": reach}, "mf": {"range_m": 2 * reach}},
+    )
+    result = simulate(world, seed)
+    conserved(result)
+    causal(result)
+
+
+def test_a_further_asv_leaves_the_drift_as_it_was() -> None:
+    """Dead reckoning without fixes is the same whoever listens."""
+    one, three = simulate(scenario(asvs={"count": 1}), 4), simulate(scenario(asvs={"count": 3}), 4)
+    columns = ["time_s", "vehicle", "imu_x_m", "imu_y_m", "estimate_z_m"]
+    auvs = [r.tables["tracks"][lambda t: t.vehicle.str.startswith("AUV")][columns] for r in (one, three)]
+    pd.testing.assert_frame_equal(*auvs)
+
+
+def test_a_further_auv_leaves_the_others_noise_as_it_was() -> None:
+    """AUV0's drift noise does not depend on the size of the team."""
+    def noise(count: int) -> np.ndarray:
+        hold = {"kind": "hold", "positions_m": [[0.0, 0.0]] * count}
+        tracks = simulate(scenario(auvs={"count": count, "route": hold})).tables["tracks"]
+        return tracks[tracks.vehicle == "AUV0"].imu_x_m.to_numpy()
+
+    assert np.array_equal(noise(1), noise(4))
+
+
+def test_recording_does_not_change_the_mission() -> None:
+    """What is recorded, and how often, leaves what happens unchanged."""
+    full = simulate(busy(), 2)
+    fast = simulate(busy(record={"tracks_hz": 10.0}), 2)
+    summary = simulate(busy(record={"detail": "summary"}), 2)
+    assert full.arrow["fixes"].equals(fast.arrow["fixes"])
+    assert full.arrow["auvs"].equals(summary.arrow["auvs"])
+    assert set(summary.arrow) == {"auvs", "mission"}
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, True, "1"])
+def test_a_bad_seed_is_refused(seed: object) -> None:
+    """A seed is a whole number, zero or more."""
+    with pytest.raises(ValueError, match="seed must be a whole number"):
+        simulate(scenario(duration_s=1.0), seed)  # type: ignore[arg-type]
+
+
+def test_a_mission_is_quick() -> None:
+    """The paper's missions cost a tenth of a second, not seconds: a guard against accidents only."""
+    assert simulate(paper_case(3)).wall_time_s < 20

@@ -1,0 +1,55 @@
+"""Small worlds that tests put together."""
+
+from typing import Any
+
+from bindusbl_des import Scenario
+
+QUIET_USBL = {
+    "tdoa_sd_s": 0.0, "travel_time_sd_s": 0.0, "quantum_s": 0.0,
+    "roll_sd_deg": 0.0, "pitch_sd_deg": 0.0, "heading_sd_deg": 0.0,
+}  # fmt: skip
+QUIET_NAVIGATION = {
+    "velocity_bias_m_per_s": [0.0, 0.0], "random_walk_m_per_sqrt_s": 0.0, "depth_sd_m": 0.0,
+}  # fmt: skip
+
+
+def merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Return nested plain data with changes laid over it."""
+    out = dict(base)
+    for name, value in changes.items():
+        both = isinstance(value, dict) and isinstance(out.get(name), dict)
+        out[name] = merged(out[name], value) if both else value
+    return out
+
+
+def scenario(**changes: Any) -> Scenario:
+    """Return the default scenario with changes."""
+    return Scenario.model_validate(merged({"name": "test"}, changes))
+
+
+def still(count: int = 3, *, side: float = 60.0, at: float = 20.0, **changes: Any) -> Scenario:
+    """Return AUVs that hold still `at` metres from one ASV, without loss, on the paper's clock."""
+    base = {
+        "survey": {"side_m": side},
+        "auvs": {
+            "count": count,
+            "route": {"kind": "hold", "positions_m": [[at, 0.0]] * count},
+        },
+        "asvs": {"count": 1},
+        "acoustics": {"loss": {"law": "none"}},
+        "protocol": {"tick_rate_hz": 30.0},
+    }
+    return scenario(**merged(base, changes))
+
+
+def paper_case(asvs: int, angle_deg: float = 0.0, **changes: Any) -> Scenario:
+    """Return the paper's case study: L = 140 m, three AUVs."""
+    base = {
+        "asvs": {"count": asvs, "formation": {"angle_deg": angle_deg}},
+        "auvs": {"route": {"kind": "lawnmower", "end_margin_m": 5.0}},
+        "acoustics": {"loss": {"combine": "clamp_first"}},
+        "protocol": {"tick_rate_hz": 30.0},
+        "navigation": {"delay_compensation": "none"},
+        "record": {"detail": "summary"},
+    }
+    return scenario(**merged(base, changes))
