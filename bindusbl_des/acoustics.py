@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,20 +83,27 @@ def absorption(
     _check_frequency(frequency_khz)
     warm, square = temperature_c, frequency_khz**2
     speed = 1412.0 + 3.21 * warm + 1.19 * salinity_psu + 0.0167 * depth_m
-    boric = 8.86 / speed * 10.0 ** (0.78 * ph - 5.0)
-    boric_khz = 2.8 * math.sqrt(salinity_psu / 35.0) * 10.0 ** (4.0 - 1245.0 / (warm + 273.0))
+    boric: float = 8.86 / speed * 10.0 ** (0.78 * ph - 5.0)
+    boric_khz: float = (
+        2.8 * math.sqrt(salinity_psu / 35.0) * 10.0 ** (4.0 - 1245.0 / (warm + 273.0))
+    )
     magnesium = 21.44 * salinity_psu / speed * (1.0 + 0.025 * warm)
     magnesium *= 1.0 - 1.37e-4 * depth_m + 6.2e-9 * depth_m**2
-    magnesium_khz = 8.17 * 10.0 ** (8.0 - 1990.0 / (warm + 273.0))
+    magnesium_khz: float = 8.17 * 10.0 ** (8.0 - 1990.0 / (warm + 273.0))
     magnesium_khz /= 1.0 + 0.0018 * (salinity_psu - 35.0)
+    share = boric * boric_khz / (boric_khz**2 + square)
+    share = share + magnesium * magnesium_khz / (magnesium_khz**2 + square)
+    return (share + _pure_water(warm, depth_m)) * square
+
+
+def _pure_water(temperature_c: float, depth_m: float) -> float:
+    """Return what the water itself takes of a sound, per kHz squared (dB/km/kHz2)."""
+    warm = temperature_c
     if warm <= 20.0:
         water = 4.937e-4 + warm * (-2.59e-5 + warm * (9.11e-7 - 1.50e-8 * warm))
     else:
         water = 3.964e-4 + warm * (-1.146e-5 + warm * (1.45e-7 - 6.5e-10 * warm))
-    water *= 1.0 - 3.83e-5 * depth_m + 4.9e-10 * depth_m**2
-    share = boric * boric_khz / (boric_khz**2 + square)
-    share = share + magnesium * magnesium_khz / (magnesium_khz**2 + square)
-    return (share + water) * square
+    return water * (1.0 - 3.83e-5 * depth_m + 4.9e-10 * depth_m**2)
 
 
 def absorption_thorp(frequency_khz: Value) -> Value:
@@ -262,4 +269,34 @@ def travel_time_constant_velocity(
     >>> round(travel_time_constant_velocity((100, 0, 0), (1.5, 0, 0), 1500.0), 12)
     0.066733400067
     """
-    closing = math.sumprod_(offset, velocity)
+    distance, speed = math.hypot(*offset), math.hypot(*velocity)
+    if not math.isfinite(distance):
+        _refuse("offset", offset, "be finite", "give metres from source to receiver")
+    if not speed < sound_speed < math.inf:
+        _refuse("receiver speed (m/s)", speed, f"be below {sound_speed}", "give metres per second")
+    receding = sum(d * v for d, v in zip(offset, velocity, strict=True))
+    excess = (sound_speed - speed) * (sound_speed + speed)
+    root = math.sqrt(receding**2 + excess * distance**2)
+    if receding >= 0.0:
+        return (receding + root) / excess
+    return distance**2 / (root - receding)  # the same number, without a difference of near equals
+
+
+def _check_water(temperature_c: Value, salinity_psu: float, depth_m: Value | float) -> None:
+    _check("temperature (degC)", temperature_c, COLDEST_C, "give degrees Celsius")
+    _check("salinity (psu)", salinity_psu, 0.0, "fresh water has 0, the ocean about 35")
+    _check("depth (m)", depth_m, 0.0, "count metres downwards from the surface")
+
+
+def _check_frequency(frequency_khz: Value) -> None:
+    if not np.all(np.isfinite(frequency_khz) & (np.asarray(frequency_khz) > 0.0)):
+        _refuse("frequency (kHz)", frequency_khz, "be positive and finite", "give kilohertz")
+
+
+def _check(name: str, value: Value | float, lowest: float, remedy: str) -> None:
+    if not np.all(np.isfinite(value) & (np.asarray(value) >= lowest)):
+        _refuse(name, value, f"be a finite number not below {lowest:g}", remedy)
+
+
+def _refuse(name: str, value: object, rule: str, remedy: str) -> NoReturn:
+    raise ValueError(f"{name} must {rule}; met {value}; {remedy}")

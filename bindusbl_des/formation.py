@@ -1,72 +1,111 @@
-"""Where the surface vessels are moored: a regular N-gon, and what the paper says it covers."""
+"""Where the ASVs keep station: a regular polygon about the middle of the survey square."""
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+Floats = NDArray[np.float64]
+
+
+def formation(count: int, radius: float, angle_rad: float = 0.0) -> Floats:
+    """Return the stations of the ASVs, the vertices of a regular polygon about the origin.
+
+    Shape (count, 2), x and y in m; ASV 0 lies at `angle_rad` from +x towards +y, the others follow
+    in that direction of turning.  A single ASV lies at the origin whatever the radius (m).
+    Raises ValueError for less than one ASV or a radius that is negative or not finite.
+    Source: eq. formation.
+
+    >>> formation(2, 50.0, 0.0).round(6).tolist()
+    [[50.0, 0.0], [-50.0, 0.0]]
+    """
+    if count < 1:
+        raise ValueError(f"a formation must have at least one ASV; met {count}; raise the count")
+    _check_length("formation radius", radius)
+    if not math.isfinite(angle_rad):
+        raise ValueError(f"a formation angle must be finite; met {angle_rad}; give radians")
+    if count == 1:
+        return np.zeros((1, 2))
+    angles = angle_rad + 2.0 * np.pi * np.arange(count) / count
+    return radius * np.column_stack((np.cos(angles), np.sin(angles)))
 
 
 def formation_radius(hf_range: float, clearance: float = 0.0) -> float:
-    """Return the formation radius R_f = R_HF + clearance (m) (eq. formation).
+    """Return how far from the middle the paper puts its ASVs (m): HF range plus clearance.
 
-    >>> formation_radius(50.0)
-    50.0
+    Any clearance above 0 leaves the middle of the survey out of range of two or more ASVs.
+    Raises ValueError for lengths that are negative or not finite.  Source: eq. formation.
+
+    >>> formation_radius(50.0, 5.0)
+    55.0
     """
+    _check_length("HF range", hf_range)
+    _check_length("clearance", clearance)
     return hf_range + clearance
 
 
-def formation(count: int, radius: float, angle: float = 0.0) -> Array:
-    """Return the vertices of the regular N-gon, shape (count, 2), m (eq. formation).
+def corner_distance(side: float, asvs: ArrayLike) -> float:
+    """Return how far (m) the worst corner of the survey square is from its nearest ASV.
 
-    ASV0 stands at `angle` (rad) from +x towards +y; a single ASV stands at the origin.
+    For each of the four corners (+-L/2, +-L/2) the distance to the nearest ASV is taken; the
+    largest of the four is returned.  (The paper takes one corner and does not say which.)  It does
+    not bound the distance from the rest of the square: see :func:`.coverage.covering_radius`.
+    `side` in m, `asvs` of shape (n, 2) in m.  Raises ValueError as :func:`stations` does.
+    Source: eq. corner_dist.
 
-    >>> formation(2, 50.0).round(9).tolist()
-    [[50.0, 0.0], [-50.0, 0.0]]
-
-    Raises:
-        ValueError: when `count` is below one or the radius is negative or not finite.
+    >>> round(corner_distance(60.0, formation(2, 50.0)), 3)
+    36.056
     """
-    if count < 1:
-        raise ValueError(f"a formation needs at least one ASV, got {count}")
-    if not (math.isfinite(radius) and radius >= 0):
-        raise ValueError(f"a formation radius is finite and not negative, got {radius} m")
-    if count == 1:
-        return np.zeros((1, 2))
-    turns = angle + 2 * np.pi * np.arange(count) / count
-    return radius * np.column_stack((np.cos(turns), np.sin(turns)))
-
-
-def corner_distance(side: float, asvs: Array) -> float:
-    """Return the distance (m) from the worst corner of the survey to its nearest ASV.
-
-    The paper's d_corner (eq. corner_dist) leaves open which corner it means; this is the largest.
-    It is no bound on the distance of all points of the survey: see `coverage.covering_radius`.
-
-    >>> round(corner_distance(140, formation(1, 0)), 4)
-    98.9949
-    """
-    corners = side / 2 * np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
-    distances = np.linalg.norm(corners[:, None] - np.asarray(asvs)[None], axis=2)
-    return float(distances.min(axis=1).max())
+    _check_length("side", side)
+    corners = side / 2.0 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    offsets = corners[:, None, :] - stations(asvs)
+    return float(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1).max())
 
 
 def formation_radius_bound(side: float, hf_range: float) -> float:
-    """Return the least formation radius (m) that the paper asks for (eq. coverage).
+    """Return the smallest formation radius (m) for which the paper promises coverage.
 
-    It is neither sufficient (L = 60 m, R = 50 m, two ASVs at R_f = 50 m cover 89.4 %) nor is there
-    an upper bound beside it (docs/errata.md).
+    L/2 - sqrt(R^2 - (L/2)^2): from there on an ASV on the +x axis reaches the two corners next to
+    it.  Neither does that cover the square (L = 60 m, R = 50 m: two ASVs 50 m out leave 10.6 % of
+    it uncovered), nor is there a bound above.  Negative values allow any radius.  Raises ValueError
+    where R < L/2, and for lengths that are negative or not finite.  Source: eq. coverage.
 
-    >>> formation_radius_bound(60, 50)
+    >>> formation_radius_bound(60.0, 50.0)
     -10.0
-
-    Raises:
-        ValueError: when the HF range is below half the side, where the bound is undefined.
     """
-    if hf_range < side / 2:
+    _check_length("side", side)
+    _check_length("HF range", hf_range)
+    half = side / 2.0
+    if hf_range < half:
         raise ValueError(
-            f"the paper's bound is defined for an HF range of at least half the side, "
-            f"{side / 2:g} m, got {hf_range:g} m"
+            f"the paper's bound needs an HF range of at least half the side; met {hf_range} m for "
+            f"a side of {side} m: no ASV on an axis reaches two corners; raise the range to "
+            f"{half} m or use coverage.covering_radius, which holds for any formation"
         )
-    return side / 2 - math.sqrt(hf_range**2 - (side / 2) ** 2)
+    return half - math.sqrt((hf_range - half) * (hf_range + half))
+
+
+def stations(asvs: ArrayLike) -> Floats:
+    """Return positions of ASVs as an array of shape (n, 2), in m.
+
+    Raises ValueError if there is none, if a row has not two numbers or if one is not finite.
+
+    >>> stations([(0, 1), (2, 3)]).shape
+    (2, 2)
+    """
+    array = np.asarray(asvs, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 2 or not len(array):
+        raise ValueError(
+            f"ASV positions must have the shape (n, 2) with n >= 1; met {array.shape}; "
+            "give one row of x and y (m) for each ASV"
+        )
+    if not np.isfinite(array).all():
+        raise ValueError(f"ASV positions must be finite; met {array.tolist()}; give metres")
+    return array
+
+
+def _check_length(name: str, value: float) -> None:
+    if not 0.0 <= value < math.inf:
+        raise ValueError(
+            f"{name} must be a finite number not below 0; met {value}; give it in metres"
+        )

@@ -93,6 +93,24 @@ def arrival_differences(
 
 
 @compiled
+def tangents(unit: Vector) -> tuple[Vector, Vector]:
+    """Return two unit vectors that span the plane across a direction, the first one level.
+
+    Straight above or below, where every vector across is level, the first is the y axis.
+    """
+    level = math.sqrt(unit[0] ** 2 + unit[1] ** 2)
+    if level > 1e-9:
+        first = np.array([-unit[1] / level, unit[0] / level, 0.0])
+    else:
+        first = np.array([0.0, 1.0, 0.0])
+    second = np.empty(3)
+    second[0] = unit[1] * first[2] - unit[2] * first[1]
+    second[1] = unit[2] * first[0] - unit[0] * first[2]
+    second[2] = unit[0] * first[1] - unit[1] * first[0]
+    return first, second
+
+
+@compiled
 def direction(array: Vector, differences: Vector, sound_speed: float, metric: Vector) -> Vector:
     """Return the unit vector from the array to the source, in the array frame.
 
@@ -110,11 +128,12 @@ def direction(array: Vector, differences: Vector, sound_speed: float, metric: Ve
             pair += 1
     for axis in range(3):
         plane[axis] *= sound_speed / (count * metric[axis, axis])
-    unit = plane / math.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
+    length = math.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
+    if length < 1e-9:  # a source within the array has no direction; any will do
+        return np.array([0.0, 0.0, 1.0])
+    unit = plane / length
     for _ in range(REFINEMENTS):
-        level = max(math.sqrt(unit[0] ** 2 + unit[1] ** 2), 1e-9)
-        east = np.array([-unit[1] / level, unit[0] / level, 0.0])
-        down = np.array([-unit[2] * unit[0] / level, -unit[2] * unit[1] / level, level])
+        east, down = tangents(unit)
         a = b = d = f = g = 0.0
         for axis in range(3):
             weight, miss = metric[axis, axis], plane[axis] - unit[axis]

@@ -11,12 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled
-from .hydrophones import arrival_differences, direction, rotation, scatter
+from .hydrophones import arrival_differences, direction, rotation, scatter, tangents
 
 Vector = NDArray[np.float64]
 
 # Noise of one measurement: 5 element arrivals, 1 travel time, 3 attitude angles, 3 GNSS axes
 NOISE_WIDTH = 12
+
+# A source nearer than this (m) is within the array; it only keeps divisions finite.
+SHORTEST_RANGE = 1e-3
 
 
 def element_sd(tdoa_sd: float, quantum: float = 0.0, elements: int = 5) -> float:
@@ -58,20 +61,9 @@ def fix_covariance(
     Source: physics of the first-order terms of eq. usbl_fix,
     sr^2 s s^T + r^2 T (T^T M T)^-1 T^T sd^2 + [r s]x Sigma_att [r s]x^T + sg^2 I.
     """
-    reach = math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2)
+    reach = max(math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2), SHORTEST_RANGE)
     unit = offset / reach
-    level = math.sqrt(unit[0] ** 2 + unit[1] ** 2)
-    if level > 1e-9:
-        east = np.array([-unit[1] / level, unit[0] / level, 0.0])
-    else:
-        east = np.array([0.0, 1.0, 0.0])
-    down = np.array(
-        [
-            unit[1] * east[2] - unit[2] * east[1],
-            unit[2] * east[0] - unit[0] * east[2],
-            unit[0] * east[1] - unit[1] * east[0],
-        ]
-    )
+    east, down = tangents(unit)
     a = b = d = 0.0
     for axis in range(3):  # T^T M T with M turned into the survey frame
         along_east = along_down = 0.0
@@ -166,7 +158,7 @@ def debias(ahead: Vector, covariance: Vector, ranging_sd: float) -> float:
     Source: measurement conversion of Lerro and Bar-Shalom, IEEE Trans. AES 29(3), 1993,
     conditioned on the measurement.
     """
-    square = ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2
+    square = max(ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2, SHORTEST_RANGE**2)
     trace = trace_of_square = 0.0
     for i in range(3):
         for j in range(3):

@@ -18,7 +18,7 @@ PACKAGE = "bindusbl-des"
 OLDEST_PYTHON = (3, 11)
 
 # Distributions whose import name is another one.
-IMPORT_NAMES = {"PyYAML": "yaml"}
+IMPORT_NAMES = {"pyyaml": "yaml"}
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Finding:
 @click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON.")
 @click.pass_context
 def doctor(context: click.Context, as_json: bool) -> None:
-    """Check Python, the packages, numba's cache and a tiny mission; exit 1 if one is broken."""
+    """Check packages, numba's cache and a tiny mission; exit 1 if broken."""
     findings = list(examined())
     broken = [finding for finding in findings if finding.state in BROKEN]
     if as_json:
@@ -86,7 +86,7 @@ def _dependency(name: str, oldest: str) -> Finding:
     remedy = f'python -m pip install "{name}>={oldest}"'
     try:
         found = version(name)
-        import_module(IMPORT_NAMES.get(name, name))
+        import_module(IMPORT_NAMES.get(name.lower(), name))
     except (PackageNotFoundError, ModuleNotFoundError):
         return Finding(name, "missing", remedy)
     except Exception as error:  # a package may break in any way while it is imported

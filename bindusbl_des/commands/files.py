@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print the mistakes as JSON.")
 @click.pass_context
 def validate(context: click.Context, files: tuple[str, ...], as_json: bool) -> None:
-    """List every mistake in scenario files as file:line:col: key: what, did you mean."""
+    """List every mistake in scenario files, with its place and remedy."""
     found = {file: _mistakes(file) for file in files}
     if as_json:
         report = {file: [asdict(mistake) for mistake in found[file]] for file in found}
@@ -56,7 +56,10 @@ def schema(kind: str) -> None:
 @click.option("--out", metavar="FILE", help="Write it to a file instead of stdout.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 def init(name: str, out: str | None, force: bool) -> None:
-    """Write a commented starter scenario (templates: starter, paper, still, large)."""
+    """Write a commented starter scenario.
+
+    TEMPLATE is starter (the default), paper, still or large.
+    """
     from ..templates import template
 
     try:
@@ -74,7 +77,7 @@ def init(name: str, out: str | None, force: bool) -> None:
 @click.argument("pattern", default="")
 @click.option("--json", "as_json", is_flag=True, help="Print the keys as JSON.")
 def params(pattern: str, as_json: bool) -> None:
-    """List the keys of a scenario with unit, default, range, meaning and source.
+    """List the keys of a scenario: default, range, meaning, source.
 
     PATTERN selects keys that contain it, or match it if it has a * in it.
     """

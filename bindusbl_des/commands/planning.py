@@ -1,24 +1,34 @@
 """Commands for planners, who run no mission: timing and coverage."""
 
+import math
+from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from .console import scenario_from, set_option
+from .console import refuse, scenario_from, set_option, talk
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
     from ..slots import Slots
 
+Stations = list[tuple[float, float]]
+
 # Rows of the timing table; a fleet of more AUVs is shown by its ends.
 MOST_ROWS = 12
+
+# The covering radius takes the fourth power of the number of ASVs: 50 take a moment.
+MOST_ASVS = 50
+
+FIGURES = (".png", ".svg", ".pdf")
 
 
 @click.command()
 @click.argument("scenario", metavar="SCENARIO.yaml")
 @set_option
 def timing(scenario: str, overrides: tuple[str, ...]) -> None:
-    """Print the slots of a scenario's protocol, its rounds and how often an AUV can be fixed."""
+    """Print slots, rounds and fix rates of a scenario's protocol."""
     mission = scenario_from(scenario, overrides)
     from ..world import slots_of
 
@@ -26,51 +36,120 @@ def timing(scenario: str, overrides: tuple[str, ...]) -> None:
     click.echo("\n".join([*_durations(mission, slots), "", *_rounds(mission, slots)]))
 
 
-def _durations(scenario: "Scenario", slots: "Slots") -> list[str]:
-    rows = (
+def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
+    rate = scenario.protocol.tick_rate_hz
+    for name, value in (
         ("crossing time t_C", slots.crossing_time),
         ("ping T_P", slots.ping_duration),
         ("longest travel time", slots.longest_travel_time),
         ("uplink slot T_UL", slots.uplink_slot),
-    )
-    rate = scenario.protocol.tick_rate_hz
-    return [
-        f"{name:<22}{1e3 * value:>10.2f} ms{_ticks(slots, value) if 'slot' in name else ''}"
-        for name, value in rows
-    ] + [f"{'clock':<22}{'exact' if rate is None else f'ticks of 1/{rate:g} s':>10}"]
+    ):
+        yield f"{name:<22}{1e3 * value:>10.3f} ms"
+    on_clock = slots.clock.after(0.0, slots.uplink_slot)
+    if rate is None:
+        yield f"{'clock':<22}{'exact':>10}"
+        return
+    yield f"{'  on the clock':<22}{1e3 * on_clock:>10.3f} ms = {round(on_clock * rate)} ticks"
+    yield f"{'tick':<22}{1e3 / rate:>10.3f} ms = 1/{rate:g} s"
 
 
-def _ticks(slots: "Slots", duration: float) -> str:
-    """Return a duration as the clock of the protocol has it."""
-    return f"  ({1e3 * slots.clock.after(0.0, duration):.2f} ms on the clock)"
+def _rounds(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
+    """Yield a row for each number of fixes that a round may bring.
 
-
-def _rounds(scenario: "Scenario", slots: "Slots") -> list[str]:
-    """Return a row for each number of fixes a round may bring, for one group and for one AUV each.
-
-    With a group for all AUVs a round is shortest; with a slot for each it is longest.
+    A round is shortest where all AUVs ping at once, longest where each has a slot of its own; if
+    all are fixed in each round, that is how often an AUV gets a fix.
     """
     count = scenario.auvs.count
-    shown = [k for k in range(count + 1) if k < MOST_ROWS or k == count]
-    lines = [
-        "A sequential round of K fixes: shortest (all AUVs ping at once), longest (one by one)",
-        f"{'K':>6} {'bytes':>7} {'T_tx ms':>9} {'T_DL ms':>9} {'round s':>17} {'fixes/s per AUV':>17}",
-    ]
-    for fixes in shown:
+    yield "A sequential round of K fixes, with one ping group .. a group for each AUV:"
+    yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'round s':>18}{'rounds/s':>18}"
+    for fixes in (k for k in range(count + 1) if k < MOST_ROWS or k == count):
         first, last = slots.round_length(1, fixes), slots.round_length(count, fixes)
-        lines.append(
-            f"{fixes:>6} {slots.payload_bytes(fixes):>7} {1e3 * slots.airtime(fixes):>9.1f} "
-            f"{1e3 * slots.downlink_slot(fixes):>9.1f} {f'{first:.3f} .. {last:.3f}':>17} "
-            f"{f'{1 / last:.3f} .. {1 / first:.3f}' if fixes == count else '':>17}"
+        yield (
+            f"{fixes:>6}{slots.payload_bytes(fixes):>8}{1e3 * slots.airtime(fixes):>10.1f}"
+            f"{1e3 * slots.downlink_slot(fixes):>10.1f}{f'{first:.3f} .. {last:.3f}':>18}"
+            f"{f'{1 / last:.3f} .. {1 / first:.3f}':>18}"
         )
-    return lines
 
 
 @click.command()
 @click.argument("scenario", metavar="SCENARIO.yaml")
 @set_option
 @click.option("--figure", metavar="FILE", help="Also draw the map to a PNG, SVG or PDF file.")
-def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None) -> None:
-    """Print where the ASVs keep station and how much of the survey they hear."""
-    scenario_from(scenario, overrides)
-    raise NotImplementedError
+@click.option("--force", is_flag=True, help="Replace the figure if it exists.")
+def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, force: bool) -> None:
+    """Print where the ASVs are and how much of the survey they hear."""
+    mission = scenario_from(scenario, overrides)
+    if figure:
+        _check_figure(Path(figure), force)
+    from ..coverage import coverage_map
+    from ..launch import asv_stations
+
+    stations, reach = asv_stations(mission), horizontal_reach(mission)
+    click.echo("\n".join(_coverage(mission, stations, reach)))
+    click.echo("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
+    click.echo("\n".join(coverage_map(mission.survey.side_m, stations, reach)))
+    if figure:
+        _draw(mission, stations, reach, figure)
+        talk(f"Figure: {figure}")
+
+
+def horizontal_reach(scenario: "Scenario") -> float:
+    """Return how far (m), seen from above, an ASV hears an AUV at the survey's depth."""
+    hf, depth = scenario.acoustics.hf, scenario.survey.depth_m
+    if hf.range_metric == "horizontal":
+        return hf.range_m
+    return math.sqrt(max(hf.range_m**2 - depth**2, 0.0))
+
+
+def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> Iterator[str]:
+    from ..coverage import covered_area, covering_radius
+    from ..formation import corner_distance, formation_radius_bound
+
+    side, hf_range = scenario.survey.side_m, scenario.acoustics.hf.range_m
+    for number, (x, y) in enumerate(stations[:MOST_ROWS]):
+        yield f"{f'ASV{number}':<26}{x:>9.2f}, {y:.2f} m"
+    if len(stations) > MOST_ROWS:
+        yield f"... {len(stations) - MOST_ROWS} more ASVs"
+    metric = scenario.acoustics.hf.range_metric
+    yield f"{'HF range':<26}{hf_range:>9.2f} m {metric}, {reach:.2f} m seen from above"
+    yield f"{'worst corner':<26}{corner_distance(side, stations):>9.2f} m to its nearest ASV"
+    try:
+        bound = f"{formation_radius_bound(side, hf_range):>9.2f} m (not sufficient by itself)"
+    except ValueError:
+        bound = f"{'none':>9} (the HF range is below half the side)"
+    yield f"{'smallest radius (paper)':<26}{bound}"
+    if len(stations) <= MOST_ASVS:
+        radius = covering_radius(side, stations)
+        verdict = "within" if radius <= reach else "beyond"
+        yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} the HF range"
+    else:
+        yield f"{'covering radius':<26}{'-':>9} (not computed for more than {MOST_ASVS} ASVs)"
+    yield f"{'covered area':<26}{100 * covered_area(side, stations, reach):>9.2f} %"
+
+
+def _check_figure(path: Path, force: bool) -> None:
+    if path.suffix.lower() not in FIGURES:
+        refuse(f"{path}: a figure's name ends in one of {', '.join(FIGURES)}")
+    if path.exists() and (not force or path.is_dir()):
+        refuse(f"{path}: exists; use --force to replace it, or name another file")
+    if not path.absolute().parent.is_dir():
+        refuse(f"{path}: the folder {path.parent} does not exist")
+
+
+def _draw(scenario: "Scenario", stations: Stations, reach: float, path: str) -> None:
+    """Draw the survey square, the ASVs and their HF ranges."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle, Rectangle
+
+    figure = Figure(figsize=(6.4, 6.4), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes, side = figure.add_subplot(), scenario.survey.side_m
+    for number, (x, y) in enumerate(stations):
+        axes.add_patch(Circle((x, y), reach, color="#0072B2", alpha=0.2))
+        axes.plot([x], [y], "^", color="black")
+        axes.annotate(f"ASV{number}", (x, y), xytext=(4, 4), textcoords="offset points")
+    axes.add_patch(Rectangle((-side / 2, -side / 2), side, side, fill=False))
+    axes.set(xlabel="x (m)", ylabel="y (m)", title=f"{scenario.name}: HF coverage", aspect="equal")
+    axes.autoscale_view()
+    figure.savefig(path)

@@ -1,0 +1,143 @@
+"""Drift and its correction, against closed forms."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from worlds import scenario
+
+from bindusbl_des import simulate
+from bindusbl_des.dead_reckoning import Drift, bias_drift, drift_rms
+from bindusbl_des.navigation import FixedGain, estimate_at_ping, present_estimate
+from bindusbl_des.paths import Path as RoutePath
+from bindusbl_des.paths import Pose, Segment
+from bindusbl_des.routes import lawnmower
+from bindusbl_des.vehicles import Kinematic, Recorded
+
+CHECKS = json.loads((Path(__file__).parent / "reference" / "physics_checks.json").read_text())
+BIAS = (0.06, 0.06)
+
+
+def boustrophedon() -> Kinematic:
+    """Return a vehicle on legs of 60 m, 10 m apart, at 1.5 m/s (legs of 40 s, turns of 10.47 s)."""
+    turn = math.pi * 5
+    legs = []
+    for leg in range(4):
+        legs += [Segment(0.0, 60.0), Segment(0.2 if leg % 2 == 0 else -0.2, turn)]
+    return Kinematic(RoutePath(Pose(0, 0, 0), tuple(legs)), 1.5, 10.0)
+
+
+def test_body_bias_cancels_on_legs_there_and_back() -> None:
+    """On a boustrophedon the drift is a triangle wave: legs cancel pairwise, turns accumulate."""
+    vehicle, turn = boustrophedon(), math.pi * 5 / 1.5
+    times = np.cumsum([40, turn, 40, turn, 40, turn, 40])
+    drift = bias_drift(BIAS, "body", times, vehicle.heading_integral(times))
+    expected = [(2.4, 2.4), (2.0, 2.8), (-0.4, 0.4), (-0.8, 0.8), (1.6, 3.2), (1.2, 3.6), (-1.2, 1.2)]
+    assert drift == pytest.approx(np.array(expected), abs=1e-9)
+
+
+def test_heading_integrals_agree_with_quadrature() -> None:
+    """Whatever the path, the integral of the heading is that of fine steps."""
+    track = Recorded(np.array([1.0, 4.0, 9.0]), np.array([[0, 0, 5], [3, 0, 5], [3, 5, 6.0]]))
+    lanes = lawnmower(60, 3, 1, spacing=5.0, margin=5.0, radius=4.0)
+    for vehicle in (track, Kinematic(lanes, 0.9, 10.0), boustrophedon()):
+        steps = (np.arange(200_000) + 0.5) * 1e-3
+        yaw = vehicle.sample(steps)[:, 3]
+        sums = np.cumsum(np.column_stack((np.cos(yaw), np.sin(yaw))), axis=0) * 1e-3
+        ends = steps[999::20_000] + 0.5e-3
+        assert vehicle.heading_integral(ends) == pytest.approx(sums[999::20_000], abs=2e-3)
+
+
+def test_drift_has_the_mean_and_covariance_of_its_model() -> None:
+    """Over 400 missions the drift at 100 s has mean b t and variance sigma^2 t per axis."""
+    count, end, sigma = 400, 100.0, 0.5
+    hold = {"kind": "hold", "positions_m": [[500.0, 0.0]] * count}
+    navigation = {"random_walk_m_per_sqrt_s": sigma}
+    tracks = simulate(
+        scenario(
+            duration_s=end + 0.5, auvs={"count": count, "route": hold}, asvs={"count": 1},
+            navigation=navigation, record={"tracks_hz": 0.01},
+        )
+    ).tables["tracks"]  # fmt: skip
+    last = tracks[(tracks.time_s == end) & tracks.vehicle.str.startswith("AUV")]
+    drift = np.column_stack((last.imu_x_m - 500.0, last.imu_y_m))
+    sd = sigma * math.sqrt(end)
+    assert drift.mean(axis=0) == pytest.approx([6.0, 6.0], abs=4 * sd / math.sqrt(count))
+    # the standard error of a variance is sqrt(2 / n), that of a correlation 1 / sqrt(n)
+    assert drift.var(axis=0) == pytest.approx([sd**2] * 2, rel=4 * math.sqrt(2 / count))
+    assert abs(np.corrcoef(drift.T)[0, 1]) < 4 / math.sqrt(count)
+
+
+@pytest.mark.parametrize(
+    ("time", "rms"), [(1.59, 0.143249921), (4.02, 0.349594108), (60, 5.099752935), (300, 25.464434021)]
+)
+def test_drift_rms(time: float, rms: float) -> None:
+    """The RMS drift on a straight leg is linear in time, not quadratic."""
+    assert drift_rms(time, BIAS, 0.027) == pytest.approx(rms)
+
+
+def test_between_samples_the_drift_is_linear() -> None:
+    """The IMU holds its velocity between samples."""
+    drift = Drift(2.0, np.zeros((5, 2)), 1.0, np.random.default_rng(0).standard_normal((4, 2)))
+    middle = (np.array(drift.at(0.5)) + np.array(drift.at(1.0))) / 2
+    assert drift.at(0.75) == pytest.approx(middle)
+    assert drift.sample(np.array([0.75, 2.0]))[0] == pytest.approx(middle)
+    assert drift.at(2.0) == pytest.approx(drift.sample(np.array([2.0]))[0])
+
+
+CASES = {
+    "tau0": (0.0, 0.0, present_estimate),
+    "tau.57_v.63": (0.57, 0.63, present_estimate),
+    "tau.57_comp": (0.57, 0.63, estimate_at_ping),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("period", [1.59, 4.02])
+def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
+    """Under regular fixes the error settles at the closed forms: mean and variance, before and after."""
+    latency, speed, reference = CASES[case]
+    runs, fixes, bias, sigma, fix_sd, gain = 4000, 12, 0.06, 0.027, 0.5, 0.9
+    rng = np.random.default_rng(3)
+    before, after = np.empty(runs), np.empty(runs)
+    for run in range(runs):
+        times = [0.0]
+        for k in range(1, fixes + 1):
+            times += [k * period - latency, k * period]
+        steps = np.diff(times)
+        noise = rng.standard_normal(len(steps)) * np.sqrt(steps) * sigma
+        walk = dict(zip(times, np.concatenate(([0.0], np.cumsum(noise))), strict=True))
+
+        def dead_reckoned(time: float, walk: dict[float, float] = walk) -> tuple[float, float]:
+            return speed * time + bias * time + walk[time], 0.0
+
+        navigator = FixedGain(dead_reckoned, gain, reference)
+        for k in range(1, fixes + 1):
+            pinged, now = k * period - latency, k * period
+            before[run] = navigator.estimate(now)[0] - speed * now
+            fix = speed * pinged + fix_sd * rng.standard_normal(), 0.0
+            navigator.correct(fix, pinged, now)
+            after[run] = navigator.estimate(now)[0] - speed * now
+    expected = {m: CHECKS[f"fixed_gain T={period:g} {case} {m}"]["value"] for m in
+                ("m_minus", "m_plus", "V_minus", "V_plus")}  # fmt: skip
+    for errors, side in ((before, "minus"), (after, "plus")):
+        spread = math.sqrt(expected[f"V_{side}"])
+        assert errors.mean() == pytest.approx(expected[f"m_{side}"], abs=4 * spread / runs**0.5)
+        assert errors.var() == pytest.approx(expected[f"V_{side}"], rel=4 * math.sqrt(2 / runs))
+
+
+def test_overlapping_fixes_are_not_charged_twice() -> None:
+    """A fix pinged before, but delivered after another's correction, does not correct again."""
+    navigator = FixedGain(lambda time: (10.0, 0.0), 1.0, estimate_at_ping)
+    navigator.correct((0.0, 0.0), pinged_at=1.0, time=3.0)
+    assert navigator.estimate(3.0) == (0.0, 0.0)
+    assert navigator.correct((0.0, 0.0), pinged_at=2.0, time=4.0) == (0.0, 0.0)
+
+
+def test_fixes_beat_dead_reckoning_in_a_mission() -> None:
+    """Served AUVs stay within a metre, unserved ones drift linearly."""
+    result = simulate(scenario(asvs={"count": 3}, navigation={"bias_frame": "world"}), 1)
+    assert (result.auvs.imu_error_m > 10).all()
+    assert (result.auvs.position_error_m < 1.5).all()
