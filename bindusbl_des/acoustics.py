@@ -24,7 +24,7 @@ LARGEST_RANGE_LOSS = 0.999
 # Light-time loop: a fixed point is found when the delay changes by less than this (s).
 SETTLED = 1e-13
 
-# Each step shrinks the error by speed / sound speed: 200 steps settle below 0.86 of the sound speed.
+# A step shrinks the error by speed / sound speed: 200 suffice up to 0.86 of the sound speed.
 MOST_STEPS = 200
 
 
@@ -252,8 +252,8 @@ def travel_time(
         delay = reached
     raise ValueError(
         "a receiver must have a finite position and move slower than sound; after "
-        f"{MOST_STEPS} steps the sound sent from ({x}, {y}, {z}) at {sent_at} s was still {delay} s "
-        "away; check the positions and the speed of the receiver"
+        f"{MOST_STEPS} steps the delay of the sound sent from ({x}, {y}, {z}) at {sent_at} s was "
+        f"{delay} s and unsettled; check the positions and the speed of the receiver"
     )
 
 

@@ -31,7 +31,7 @@ def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
     graph: nx.Graph[int] = nx.Graph()
     graph.add_nodes_from(range(len(heard)))
     shared = heard.astype(np.float32) @ heard.T.astype(np.float32)
-    graph.add_edges_from(np.argwhere(np.triu(shared > 0, 1)).tolist())
+    graph.add_edges_from((i, j) for i, j in np.argwhere(np.triu(shared > 0, 1)).tolist())
     return graph
 
 

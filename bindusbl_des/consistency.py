@@ -1,6 +1,7 @@
 """What the parts of a scenario must agree on; every contradiction is listed, not just the first."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from .wording import did_you_mean
@@ -22,7 +23,6 @@ class Problem(NamedTuple):
     key: str
     message: str
     others: tuple[str, ...] = ()
-
 
 
 def problems(scenario: "Scenario") -> list[Problem]:
@@ -79,7 +79,7 @@ def _route(scenario: "Scenario") -> Iterator[Problem]:
                 ("auvs.count", "auvs.route.kind"),
             )
         for number, points in enumerate(route.points_m):
-            if len(points) < 2 or any(a == b for a, b in zip(points, points[1:], strict=False)):
+            if len(points) < 2 or any(a == b for a, b in pairwise(points)):
                 yield Problem(
                     f"auvs.route.points_m.{number}",
                     "needs at least two points, no two in a row equal",
@@ -95,7 +95,8 @@ def _route(scenario: "Scenario") -> Iterator[Problem]:
         margin = route.lane_spacing_m / 2 if route.end_margin_m is None else route.end_margin_m
         if 2 * margin >= scenario.survey.side_m:
             yield Problem(
-                "auvs.route.end_margin_m" if route.end_margin_m is not None
+                "auvs.route.end_margin_m"
+                if route.end_margin_m is not None
                 else "auvs.route.lane_spacing_m",
                 f"leaves no lane: margins of 2 x {margin:g} m fill the side of "
                 f"{scenario.survey.side_m:g} m; use a smaller one",
@@ -166,6 +167,6 @@ def _sizes(scenario: "Scenario") -> Iterator[Problem]:
             yield Problem(
                 name,
                 f"{samples:.2g} samples ({scenario.duration_s:g} s x {rate:g} Hz x {vehicles} "
-                f"vehicles) exceed {LARGEST_SAMPLES:.0e}; lower the rate, the duration or the fleet",
+                f"vehicles) exceed {LARGEST_SAMPLES:.0e}; lower rate, duration or fleet",
                 ("duration_s", "auvs.count", "asvs.count"),
             )

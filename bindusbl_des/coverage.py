@@ -44,7 +44,7 @@ def covering_radius(side: float, asvs: ArrayLike) -> float:
 
 
 def _edge_ties(half: float, places: Floats) -> Floats:
-    """Return the points (m, 2) of the square's edge that are as far from one ASV as from another."""
+    """Return the points (m, 2) of the square's edge as far from one ASV as from another."""
     first, second = np.triu_indices(len(places), k=1)
     apart, middle = places[second] - places[first], (places[second] + places[first]) / 2.0
     found = []
@@ -99,34 +99,38 @@ def covered_area(side: float, asvs: ArrayLike, hf_range: float) -> float:
 
 def _arc_integral(half: float, places: Floats, number: int, reach: float) -> float:
     """Return the integral along what one circle adds to the boundary, counter-clockwise (m2)."""
-    centre = places[number]
-    others = np.delete(places, number, axis=0) - centre
-    apart = np.hypot(others[:, 0], others[:, 1])
-    near = apart < 2.0 * reach
-    others, apart = others[near], apart[near]
-    angles = _cuts(half, centre, others, apart, reach)
+    x, y = places[number]
+    bearing, opening = _hidden_arcs(half, places, number, reach)
+    cuts = _wrapped(np.concatenate((bearing - opening, bearing + opening)))
+    angles = np.concatenate(([-np.pi], np.sort(cuts), [np.pi]))
     start, end = angles[:-1], angles[1:]
-    ray = np.column_stack((np.cos((start + end) / 2.0), np.sin((start + end) / 2.0)))
-    # |centre + reach ray - other| < reach, without its rounding when two ASVs all but coincide
-    hidden = (2.0 * reach * ray @ others.T > apart**2).any(axis=1)
-    shown = (np.abs(centre + reach * ray) <= half).all(axis=1) & ~hidden
+    middle = (start + end) / 2.0
+    hidden = np.abs(_wrapped(middle[:, None] - bearing)) <= opening
+    shown = ~hidden.any(axis=1)
     start, end = start[shown], end[shown]
-    swept = reach * (end - start) + centre[0] * (np.sin(end) - np.sin(start))
-    return reach / 2.0 * float(np.sum(swept - centre[1] * (np.cos(end) - np.cos(start))))
+    swept = x * (np.sin(end) - np.sin(start)) - y * (np.cos(end) - np.cos(start))
+    return reach / 2.0 * float(np.sum(reach * (end - start) + swept))
 
 
-def _cuts(half: float, centre: Floats, others: Floats, apart: Floats, reach: float) -> Floats:
-    """Return the angles (rad) from -pi to pi at which a circle meets other circles or the edge."""
-    bearing, opening = np.arctan2(others[:, 1], others[:, 0]), np.arccos(apart / (2.0 * reach))
-    cuts = [bearing - opening, bearing + opening]
-    for axis, towards in ((0, 0.0), (1, np.pi / 2.0)):
-        for edge in (-half, half):
-            away = edge - centre[axis]
-            if abs(away) < reach:
-                turn = math.acos(away / reach)
-                cuts.append(np.array([towards - turn, towards + turn]))
-    inner = np.remainder(np.concatenate(cuts) + np.pi, 2.0 * np.pi) - np.pi
-    return np.concatenate(([-np.pi], np.sort(inner), [np.pi]))
+def _hidden_arcs(half: float, places: Floats, number: int, reach: float) -> tuple[Floats, Floats]:
+    """Return the middle and half width (rad) of each arc of a circle that is no boundary.
+
+    Each lies beyond a straight line: the chord shared with another circle, or an edge.  Angles,
+    unlike distances, tell the sides apart even where circles touch an edge or all but coincide.
+    """
+    x, y = places[number]
+    others = np.delete(places, number, axis=0) - places[number]
+    bearing = np.arctan2(others[:, 1], others[:, 0])
+    chords = np.hypot(others[:, 0], others[:, 1]) / 2.0
+    edges = (half - x, half + x, half - y, half + y)
+    away = np.clip(np.concatenate((chords, edges)), -reach, reach)
+    opening = np.arctan2(np.sqrt((reach - away) * (reach + away)), away)
+    return np.concatenate((bearing, (0.0, np.pi, np.pi / 2.0, -np.pi / 2.0))), opening
+
+
+def _wrapped(angles: Floats) -> Floats:
+    """Return angles (rad) in [-pi, pi)."""
+    return np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
 
 
 def _covered_edge(half: float, places: Floats, reach: float) -> float:

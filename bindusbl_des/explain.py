@@ -1,12 +1,9 @@
 """The causal chain of one ping or fix, told from the result tables."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .result import Result
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 def explain_ping(result: Result, number: int) -> str:
@@ -68,7 +65,8 @@ def _receptions(result: Result, number: int) -> Iterator[str]:
         "lost": "lost to the channel (acoustics.loss)",
         "in_flight": "the mission ends while it is under way",
     }
-    for reception in receptions[receptions.ping == number].itertuples():
+    own: Any = receptions[receptions.ping == number]
+    for reception in own.itertuples():
         rule = rules.get(str(reception.outcome)) or _collision(result, reception)
         yield (
             f"  {reception.arrived_at_s:.4f} s  {reception.asv}: after {reception.slant_range_m:.1f}"
@@ -85,7 +83,10 @@ def _collision(result: Result, reception: Any) -> str:
         & (receptions.outcome != "out_of_range")
         & ((receptions.arrived_at_s - reception.arrived_at_s).abs() < duration)
     ]
-    names = ", ".join(f"ping {r.ping} of {r.auv} at {r.arrived_at_s:.4f} s" for r in others.itertuples())
+    names = ", ".join(
+        f"ping {other.ping} of {other.auv} at {other.arrived_at_s:.4f} s"
+        for other in others.itertuples()
+    )
     return f"collided with {names}"
 
 
@@ -112,7 +113,7 @@ def _fix(result: Result, fix: Any) -> Iterator[str]:
 
 def _why_no_fix(result: Result, number: int) -> str:
     receptions = result.tables["receptions"]
-    outcomes: "pd.Series[str]" = receptions[receptions.ping == number].outcome
+    outcomes = receptions[receptions.ping == number].outcome
     if (outcomes == "in_flight").any():
         return "  No fix: the mission ends while the ping is under way."
     if (outcomes == "out_of_range").all():

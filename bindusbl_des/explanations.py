@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .plain_yaml import Path, dotted, scalar
-from .scenario_keys import Key, keys, sections
+from .scenario_keys import REQUIRED, Key, keys, sections
 from .wording import described, did_you_mean, nearest, plain
 
 ROUTE: Path = ("auvs", "route")
@@ -152,17 +152,22 @@ def _wrong_value(error: Mapping[str, Any], row: Key | None, path: Path, value: A
         return f"must be {limit if path_in_list(path) else row.range}{unit}; {got}"
     if kind.startswith("string_too") and row:
         return f"must have {row.range}; {got}"
-    if kind == "finite_number" or isinstance(value, int) and abs(value) > 1e300:
+    if kind == "finite_number":
         return f"must be a finite number{_range(row)}; {got}"
     if kind == "string_type":
-        quoted = f"; put it in quotes: '{plain(value)}'" if isinstance(value, bool | int | float) else ""
-        return f"needs a text; {got}{quoted or _when_empty(row, value)}"
+        return f"needs a text; {got}{_in_quotes(value) or _when_empty(row, value)}"
     if kind == "tuple_type":
         return f"needs {_list_words(row, path)}; {got}{_when_empty(row, value)}"
     if kind in ("float_type", "int_type"):
         words = "a whole number" if kind == "int_type" else "a number"
-        return f"needs {words}{'' if path_in_list(path) else _range(row)}; {got}{_remedy(row, value)}"
+        limits = "" if path_in_list(path) else _range(row)
+        return f"needs {words}{limits}; {got}{_remedy(row, value)}"
     return f"{error['msg']}; {got}"
+
+
+def _in_quotes(value: Any) -> str:
+    number = isinstance(value, bool | int | float)
+    return f"; put it in quotes: '{plain(value)}'" if number else ""
 
 
 def path_in_list(path: Path) -> bool:
@@ -185,7 +190,8 @@ def _list_words(row: Key | None, path: Path) -> str:
 
 def _when_empty(row: Key | None, value: Any) -> str:
     if value is None and row:
-        return f"; give a value or remove the key (default {row.default})"
+        default = f" or remove the key (default {row.default})"
+        return f"; give a value{'' if row.default == REQUIRED else default}"
     return ""
 
 

@@ -56,17 +56,21 @@ def draw_map(axes: Any, result: "Result") -> None:
         axes.plot(track.estimate_x_m, track.estimate_y_m, "-", color=colour, lw=0.9)
         axes.plot(track.x_m.iloc[:1], track.y_m.iloc[:1], "o", color=colour, ms=6, zorder=4)
     stations = tracks[tracks.vehicle.str.startswith("ASV")].groupby("vehicle", sort=False).first()
-    for name, station in stations.iterrows():
+    for label, station in stations.iterrows():
         for reach, colour, style in (
             (scenario.acoustics.hf.range_m, HF, "--"),
             (scenario.acoustics.mf.range_m, MF, ":"),
         ):
             axes.add_patch(
-                Circle((station.x_m, station.y_m), reach, fill=False, color=colour, ls=style, lw=0.9)
+                Circle(
+                    (station.x_m, station.y_m), reach, fill=False, color=colour, ls=style, lw=0.9
+                )
             )
         axes.plot(station.x_m, station.y_m, "*", color="k", ms=12, zorder=5)
         if len(stations) <= LARGEST_LEGEND:
-            axes.annotate(name, (station.x_m, station.y_m), (6, 6), textcoords="offset points")
+            axes.annotate(
+                str(label), (station.x_m, station.y_m), (6, 6), textcoords="offset points"
+            )
     reach = 1.05 * max(side / 2, *(np.abs(stations[["x_m", "y_m"]].to_numpy()).ravel()), 1.0)
     shown = tracks[["x_m", "y_m", "estimate_x_m", "estimate_y_m"]].abs().max().max()
     limit = max(reach + 0.1 * side, 1.05 * float(shown))
@@ -111,8 +115,9 @@ def draw_fixes(axes: Any, result: "Result") -> None:
     """Draw each AUV's cumulative count of delivered fixes."""
     tracks, fixes = result.tables["tracks"], result.tables["fixes"]
     for index, name in enumerate(_auv_names(tracks)):
-        times = fixes[(fixes.auv == name) & (fixes.outcome == "delivered")].delivered_at_s
-        times = np.concatenate(([0.0], np.sort(times), [result.scenario.duration_s]))
+        mine = fixes[(fixes.auv == name) & (fixes.outcome == "delivered")]
+        arrivals = np.sort(mine.delivered_at_s.to_numpy())
+        times = np.concatenate(([0.0], arrivals, [result.scenario.duration_s]))
         count = np.concatenate((np.arange(len(times) - 1), [len(times) - 2]))
         axes.step(times, count, where="post", color=_colour(index), lw=1.4, label=name)
     axes.set(xlabel="time (s)", ylabel="delivered fixes", xlim=(0, result.scenario.duration_s))

@@ -25,22 +25,25 @@ class UsblFleet:
         heard = sorted(heard, key=lambda item: item[0].asv)
         measured = [self._measure(flight, arrival, noise) for arrival, noise in heard]
         position, covariance = fuse([m[0] for m in measured], [m[1] for m in measured])
-        (x, y, z), deviations = position.tolist(), np.sqrt(np.maximum(covariance.diagonal(), 0.0))
+        x, y, z = position.tolist()
+        sd_x, sd_y, sd_z = np.sqrt(np.maximum(covariance.diagonal(), 0.0)).tolist()
         fix = Fix(
-            len(self._record.fixes),
-            ping.ping,
-            ping.round,
-            ping.auv,
-            " ".join(self._asvs[arrival.asv].name for arrival, _ in heard),
-            ping.sent_at_s,
-            x,
-            y,
-            z,
-            *deviations.tolist(),
-            float(covariance[0, 1]),
-            float(covariance[0, 2]),
-            float(covariance[1, 2]),
-            math.hypot(x - ping.x_m, y - ping.y_m),
+            fix=len(self._record.fixes),
+            ping=ping.ping,
+            round=ping.round,
+            auv=ping.auv,
+            asvs=" ".join(self._asvs[arrival.asv].name for arrival, _ in heard),
+            pinged_at_s=ping.sent_at_s,
+            x_m=x,
+            y_m=y,
+            z_m=z,
+            sd_x_m=sd_x,
+            sd_y_m=sd_y,
+            sd_z_m=sd_z,
+            cov_xy_m2=float(covariance[0, 1]),
+            cov_xz_m2=float(covariance[0, 2]),
+            cov_yz_m2=float(covariance[1, 2]),
+            error_m=math.hypot(x - ping.x_m, y - ping.y_m),
         )
         self._record.fixes.append(fix)
         return fix

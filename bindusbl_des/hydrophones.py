@@ -51,7 +51,7 @@ def scatter(array: Vector) -> Vector:
     array([0.0019847 , 0.0019847 , 0.00431945])
     """
     centred = array - array.mean(axis=0)
-    return centred.T @ centred
+    return np.asarray(centred.T @ centred)
 
 
 @compiled

@@ -9,11 +9,11 @@ from .dead_reckoning import Drift
 from .fleet import Asv, Auv
 from .formation import formation, formation_radius
 from .navigation import INNOVATIONS, FixedGain, Position
-from .paths import there_and_back
 from .routes import lawnmower, waypoint_path
 from .scenario import Scenario
 from .streams import Purpose, Streams
 from .track_file import read_track
+from .turns import there_and_back
 from .vehicles import Kinematic, Moored, Place, Recorded, Vehicle
 
 
@@ -56,6 +56,7 @@ def auv_vehicle(scenario: Scenario, index: int) -> Vehicle:
         return Moored(Place(*route.positions_m[index], survey.depth_m, 0.0))
     if route.kind == "track":
         return Recorded(*read_track(route.files[index]))
+    join_angle = math.radians(auvs.join_angle_deg)
     if route.kind == "waypoints":
         path = waypoint_path(route.points_m[index], auvs.turning_radius_m)
     else:
@@ -69,9 +70,9 @@ def auv_vehicle(scenario: Scenario, index: int) -> Vehicle:
             radius=auvs.turning_radius_m,
             start=route.start,
             turns=route.turns,
-            join_angle=math.radians(route.join_angle_deg),
+            join_angle=join_angle,
         )
-    tour = there_and_back(path, auvs.turning_radius_m)
+    tour = there_and_back(path, survey.side_m, auvs.turning_radius_m, join_angle)
     return Kinematic(tour, auvs.speed_m_per_s, survey.depth_m)
 
 

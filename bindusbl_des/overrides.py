@@ -47,17 +47,27 @@ def _put(document: Document, path: Path, value: Any) -> str:
     spot: Any = document.data
     for depth, part in enumerate(path):
         last = depth == len(path) - 1
-        if isinstance(part, int):
-            if not isinstance(spot, list):
-                return f"{dotted(path[:depth])} is no list, so it has no item {part}"
-            if part >= len(spot):
-                return f"there is no item {part}; the items are 0 to {len(spot) - 1}"
+        problem = _misfit(spot, part, dotted(path[:depth]) or "the scenario")
+        if problem:
+            return problem
         if last:
             spot[part] = value
         else:
             spot = _inside(spot, part, path[: depth + 1])
             if not isinstance(spot, dict | list):
                 return f"{dotted(path[: depth + 1])} has no keys; it is {described(spot)}"
+    return ""
+
+
+def _misfit(spot: Any, part: str | int, name: str) -> str:
+    """Return why a dict or list cannot have such a key or item, or ""."""
+    if isinstance(part, str):
+        return f"{name} is a list; its items are numbered from 0" if isinstance(spot, list) else ""
+    if not isinstance(spot, list):
+        return f"{name} is no list, so it has no item {part}"
+    if part >= len(spot):
+        items = f"the items are 0 to {len(spot) - 1}" if spot else "it is empty"
+        return f"{name} has no item {part}; {items}"
     return ""
 
 

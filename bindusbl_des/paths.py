@@ -51,7 +51,9 @@ def _moved(pose: Pose, curvature: float, distance: float) -> Pose:
 
 @dataclass(frozen=True)
 class Path:
-    """A smooth path from a start pose along segments; a closed one is travelled over and over.
+    """A smooth path from a start pose along segments.
+
+    A tour does not end: at its last segment's end it goes on from the distance `repeats_from` (m).
 
     >>> path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0),))
     >>> path.at(4.0)
@@ -60,7 +62,7 @@ class Path:
 
     start: Pose
     segments: tuple[Segment, ...]
-    closed: bool = False
+    repeats_from: float | None = None
 
     def __post_init__(self) -> None:
         kept = tuple(s for s in self.segments if s.length > SHORTEST_SEGMENT)
@@ -88,7 +90,11 @@ class Path:
         """Return the pose after travelling `distance` (m); past the end of an open path, the end."""
         if not self.segments:
             return self.start
-        distance = distance % self.length if self.closed else min(distance, self.length)
+        if distance >= self.length:
+            first = self.repeats_from
+            distance = (
+                self.length if first is None else first + (distance - first) % (self.length - first)
+            )
         index = min(bisect_right(self._distances, distance), len(self.segments)) - 1  # type: ignore[attr-defined]
         return _moved(
             self._joints[index],  # type: ignore[attr-defined]
@@ -96,11 +102,18 @@ class Path:
             distance - self._distances[index],  # type: ignore[attr-defined]
         )
 
+    def _wrapped(self, distances: Array) -> Array:
+        first = self.repeats_from
+        if first is None:
+            return np.minimum(distances, self.length)
+        beyond = first + (distances - first) % (self.length - first)
+        return np.where(distances < self.length, distances, beyond)
+
     def sample(self, distances: Array) -> Array:
         """Return x, y (m) and yaw (rad) at each distance (m), shape (n, 3): :meth:`at` for many."""
         if not self.segments:
             return np.tile(np.array(self.start), (len(distances), 1))
-        along = distances % self.length if self.closed else np.minimum(distances, self.length)
+        along = self._wrapped(distances)
         starts = np.array(self._distances[:-1])  # type: ignore[attr-defined]
         index = np.searchsorted(starts, along, side="right") - 1
         x, y, yaw = np.array(self._joints[:-1])[index].T  # type: ignore[attr-defined]
@@ -125,10 +138,6 @@ class Path:
             )
         )
 
-    def then(self, other: "Path") -> "Path":
-        """Return this path continued by another, which starts where this one ends."""
-        return Path(self.start, (*self.segments, *other.segments))
-
     def reversed(self) -> "Path":
         """Return the same path travelled from its end to its start."""
         backwards = tuple(Segment(-s.curvature, s.length) for s in reversed(self.segments))
@@ -148,11 +157,3 @@ def dubins_segments(start: Pose, end: Pose, radius: float) -> Iterable[Segment]:
     bend = {"L": 1.0 / radius, "R": -1.0 / radius, "S": 0.0}
     for kind, length in dubins.shortest(start, end, radius).segments():
         yield Segment(bend[kind], length)
-
-
-def there_and_back(path: Path, radius: float) -> Path:
-    """Return the closed tour along a path, a turn at its end, back again and a turn at its start."""
-    back = path.reversed()
-    turn = tuple(dubins_segments(path.end, back.start, radius))
-    turn_again = tuple(dubins_segments(back.end, path.start, radius))
-    return Path(path.start, (*path.segments, *turn, *back.segments, *turn_again), closed=True)

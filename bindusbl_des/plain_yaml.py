@@ -15,6 +15,7 @@ import yaml
 
 from .mistakes import Mistake, Place
 from .wording import shortened
+from .yaml_syntax import syntax_mistake
 
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 Path = tuple[str | int, ...]
@@ -30,8 +31,10 @@ WHOLE = re.compile(r"[-+]?(0|[1-9][0-9]*)")
 REAL = re.compile(r"[-+]?(\.[0-9]+|[0-9]+\.[0-9]*)([eE][-+]?[0-9]+)?|[-+]?[0-9]+[eE][-+]?[0-9]+")
 INFINITE = re.compile(r"[-+]?\.(inf|Inf|INF)")
 NOT_A_NUMBER = re.compile(r"\.(nan|NaN|NAN)")
-WORDS = {word: None for word in ("", "~", "null", "Null", "NULL")} | {
-    word: word.lower() == "true" for word in ("true", "True", "TRUE", "false", "False", "FALSE")
+WORDS = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL")),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
 }
 
 
@@ -94,7 +97,7 @@ def read_yaml(text: str, file: str) -> Document:
     try:
         _Reader(document, text).read()
     except yaml.YAMLError as error:
-        place, message = _syntax(error, text, file)
+        place, message = syntax_mistake(error, text, file)
         document.mistakes.append(Mistake.at(place, "", message))
         document.data = None
     except _Stop:
@@ -194,41 +197,3 @@ class _Reader:
                 data[name] = value | data[name]
         elif not isinstance(value, _Rejected):
             data[name] = value
-
-
-def _syntax(error: yaml.YAMLError, text: str, file: str) -> tuple[Place, str]:
-    """Return where YAML's grammar was broken and, in plain words, how."""
-    if isinstance(error, yaml.reader.ReaderError):
-        before = text[: error.position]
-        column = error.position - before.rfind("\n")
-        place = Place(file, before.count("\n") + 1, column)
-        return place, "YAML syntax: a control character; is this a text file?"
-    mark = getattr(error, "problem_mark", None)
-    problem = str(getattr(error, "problem", None) or error).splitlines()[0]
-    if mark is None:
-        return Place(file), f"YAML syntax: {problem}"
-    place = Place(file, mark.line + 1, mark.column + 1)
-    lines = text.splitlines()
-    line = lines[mark.line] if mark.line < len(lines) else ""
-    if "\t" in line[: len(line) - len(line.lstrip())] or line[mark.column : mark.column + 1] == "\t":
-        return place, "YAML syntax: a tab in the indentation; use spaces"
-    for part, words in _PROBLEMS.items():
-        if part in problem:
-            return place, f"YAML syntax: {words}"
-    return place, f"YAML syntax: {problem}"
-
-
-_PROBLEMS = {
-    "mapping values are not allowed": "a ':' where none can be; check the indentation and the line "
-    "above, or put text that holds ': ' in quotes",
-    "could not find expected ':'": "a key without ':'; write `key: value`, with a space",
-    "did not find expected ','": "[ or { is not closed, or a comma is missing",
-    "expected ',' or": "[ or { is not closed, or a comma is missing",
-    "did not find expected node content": "[ or { is not closed, or a value is missing",
-    "unexpected end of stream": "a quote is not closed",
-    "did not find expected key": "the indentation fits no key above; align it",
-    "expected <block end>": "the indentation fits no key above; align it",
-    "did not find expected '-'": "the indentation fits no list item above; align it",
-    "expected <document start>": "the indentation fits no key above; align it",
-    "cannot start any token": "a character that starts no value (such as @ ` %); use quotes",
-}

@@ -33,9 +33,7 @@ def serve(world: World) -> Generator[simpy.Event, None, None]:
         # Positions have changed since the last downlink, and with them the conflict graph.
         view = world.view(number, time)
         groups = checked(world.schedule(view), len(world.auvs), world.schedule_name)
-        turn = Turn(
-            Round(number, time, len(groups), view.conflicts.number_of_edges()), groups
-        )
+        turn = Turn(Round(number, time, len(groups), view.conflicts.number_of_edges()), groups)
         world.record.rounds.append(turn.row)
         time = yield from DOWNLINKS[world.policy](world, turn, time)
 
@@ -75,7 +73,8 @@ def direct_reply(world: World, turn: Turn, time: float) -> Steps:
 
 
 DOWNLINKS: dict[str, Callable[[World, Turn, float], Steps]] = {
-    policy.__name__: policy for policy in (sequential, pipelined_round, pipelined_group, direct_reply)
+    policy.__name__: policy
+    for policy in (sequential, pipelined_round, pipelined_group, direct_reply)
 }
 
 

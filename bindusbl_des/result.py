@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from .scenario import Scenario
+from .summary import summary_table
 from .tables import TABLES, data_dictionary, write_parquet
 
 if TYPE_CHECKING:
@@ -49,6 +50,10 @@ class Result:
     def mission(self) -> "pd.DataFrame":
         """Metrics of the mission, one row."""
         return self.tables["mission"]
+
+    def summary(self) -> str:
+        """Return the metrics that matter most, as a table of at most 80 columns."""
+        return summary_table(self.auvs, self.mission)
 
     def run_record(self) -> dict[str, Any]:
         """Return what `run.json` holds: scenario, seed, versions, times, status."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 from .paths import Path, Pose, Segment, smooth
+from .turns import turned_onto
 
 # Rounding that must not cost a strip its last lane (m).
 LANE_TOLERANCE = 1e-9
@@ -70,45 +71,25 @@ def lawnmower(
     skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turns]
     reach = side / 2 - margin
     candidates = [
-        smooth(_lane_ends([ordinates[lane] for lane in lane_order(len(ordinates), s)], reach), radius)
+        smooth(
+            _lane_ends([ordinates[lane] for lane in lane_order(len(ordinates), s)], reach), radius
+        )
         for s in skips
     ]
     lanes = min(candidates, key=lambda path: path.length)
     if start == "strip_corner":
         return lanes
-    return _entered(lanes, -side / 2 + (strip + 0.5) * side / strips, radius, join_angle)
+    return _entered(lanes, -side / 2 + (strip + 0.5) * side / strips, side, radius, join_angle)
 
 
-def _entered(lanes: Path, centre: float, radius: float, join_angle: float) -> Path:
+def _entered(lanes: Path, centre: float, side: float, radius: float, join_angle: float) -> Path:
     """Return the lanes with the way from the strip's centre (0, centre) to the first of them."""
     first = lanes.start
-    way = math.hypot(first.x, first.y - centre)
     bearing = math.atan2(first.y - centre, first.x)
-    turn, joined = turn_about(bearing, radius, join_angle)
-    lane = lanes.segments[0].length
-    if joined >= lane:  # a lane too short to join under way is entered at its end
-        return smooth([Pose(0.0, centre, bearing), first], radius).then(lanes)
-    rest = (Segment(0.0, lane - joined), *lanes.segments[1:])
-    return Path(Pose(0.0, centre, bearing), (Segment(0.0, way), *turn, *rest))
-
-
-def turn_about(yaw: float, radius: float, join_angle: float) -> tuple[list[Segment], float]:
-    """Return the turn from heading `yaw` (rad) onto a line of heading 0, and where it joins (m).
-
-    A vehicle on the line, heading backwards (|yaw| > 90 deg), turns the shorter way until it
-    heads for the line at `join_angle`, and turns onto it `joined` metres ahead of where it began.
-    """
-    side = 1.0 if math.sin(yaw) <= 0.0 else -1.0  # +1: turns towards +yaw, the shorter way
-    remaining = math.remainder(-side * yaw, 2 * math.pi) % (2 * math.pi)
-    cosine, sine = math.cos(join_angle), math.sin(join_angle)
-    straight = radius * (2 * cosine - 1.0 - math.cos(yaw)) / sine
-    joined = radius * (2 * sine + abs(math.sin(yaw))) + straight * cosine
-    segments = [
-        Segment(side / radius, radius * (remaining + join_angle)),
-        Segment(0.0, straight),
-        Segment(-side / radius, radius * join_angle),
-    ]
-    return segments, joined
+    way = Segment(0.0, math.hypot(first.x, first.y - centre))
+    entry = Path(Pose(0.0, centre, bearing), (way,))
+    turn, _ = turned_onto(entry.end, lanes, side, radius, join_angle)
+    return Path(entry.start, (way, *turn))
 
 
 def _lane_ends(ordinates: Sequence[float], reach: float) -> list[Pose]:

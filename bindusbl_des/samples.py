@@ -34,12 +34,12 @@ class Samples:
     @property
     def position_error(self) -> Array:
         """Horizontal |estimate - truth|, shape (n,), m."""
-        return np.hypot(*self.error.T)
+        return np.asarray(np.hypot(*self.error.T))
 
     @property
     def imu_error(self) -> Array:
         """Horizontal |dead reckoning - truth|, shape (n,), m."""
-        return np.hypot(*(self.imu - self.truth[:, :2]).T)
+        return np.asarray(np.hypot(*(self.imu - self.truth[:, :2]).T))
 
     @property
     def cross_track_error(self) -> Array:

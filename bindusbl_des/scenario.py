@@ -60,9 +60,6 @@ class Lawnmower(Part):
     start: Literal["strip_centre", "strip_corner"] = key(
         "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"
     )
-    join_angle_deg: Real = key(
-        20.0, "deg", "angle at which an AUV from its strip's centre joins its first lane", gt=0, le=45
-    )
     turns: Literal["shortest", "bulb", "skip_lane"] = key(
         "shortest", "", "lane order: neighbours with bulb turns, skipping lanes, or the shorter"
     )
@@ -87,7 +84,9 @@ class Track(Part):
 
     kind: Literal["track"] = key("track", "", "route family")
     files: tuple[Text, ...] = key(
-        (), "", "per AUV a CSV with columns time_s, x_m, y_m, depth_m; relative to the scenario file"
+        (),
+        "",
+        "per AUV a CSV with columns time_s, x_m, y_m, depth_m; relative to the scenario file",
     )
 
 
@@ -115,8 +114,9 @@ class Auvs(Part):
     speed_m_per_s: Real = key(
         0.627, "m/s", "speed along the route", "tab:case_study (182-192 m in 300 s)", gt=0, le=20
     )
-    turning_radius_m: Real = key(
-        5.0, "m", "smallest turning radius (kinematic only)", gt=0, le=1e4
+    turning_radius_m: Real = key(5.0, "m", "smallest turning radius (kinematic only)", gt=0, le=1e4)
+    join_angle_deg: Real = key(
+        20.0, "deg", "angle at which an AUV that has turned about joins a line again", gt=0, le=45
     )
     route: Route = Field(default=Lawnmower(), description="where the AUVs go")
     feedback: Literal["truth", "estimate"] = key(
@@ -224,7 +224,12 @@ class Protocol(Part):
         None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", gt=0, le=1e6
     )
     frame_s: Real = key(
-        1.0, "s", "frame of one AUV (round_robin, random)", "sec:baseline (1 fix/s)", ge=0.001, le=1e6
+        1.0,
+        "s",
+        "frame of one AUV (round_robin, random)",
+        "sec:baseline (1 fix/s)",
+        ge=0.001,
+        le=1e6,
     )
     turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt)", ge=0, le=60)
 
@@ -266,9 +271,7 @@ class Record(Part):
 
     tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", gt=0, le=1e3)
     metrics_hz: Real = key(30.0, "Hz", "rate at which time means are sampled", PAPER, gt=0, le=1e3)
-    detail: Literal["full", "summary"] = key(
-        "full", "", "every event, or the metrics only"
-    )
+    detail: Literal["full", "summary"] = key("full", "", "every event, or the metrics only")
 
 
 class Scenario(Part):

@@ -51,7 +51,8 @@ def read_text(path: str | FilePath) -> str:
     except OSError as error:
         raise _failure(path, f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError as error:
-        message = f"not UTF-8 text (byte 0x{raw[error.start]:02x} at {error.start}); save it as UTF-8"
+        byte = f"byte 0x{raw[error.start]:02x} at {error.start}"
+        message = f"not UTF-8 text ({byte}); save it as UTF-8"
         raise _failure(path, message) from None
 
 
@@ -82,7 +83,7 @@ def parse_scenario(
     if scenario is None or document.mistakes:
         order = {name: 0} | {f"--set {option}": n for n, option in enumerate(overrides, 1)}
         document.mistakes.sort(key=lambda it: (order[it.file], it.line, it.column))
-        raise ScenarioError(document.mistakes)
+        raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
     return scenario
 
 
@@ -180,10 +181,10 @@ def _place_tracks(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
     """Make the track files of a route absolute in the data; yield what is wrong with them."""
     auvs = data.get("auvs")
     route = auvs.get("route") if isinstance(auvs, dict) else None
-    if not isinstance(route, dict) or route.get("kind") != "track":
+    files: Any = route.get("files") if isinstance(route, dict) else None
+    if not isinstance(files, list):
         return
-    files = route.get("files")
-    for number, file in enumerate(files if isinstance(files, list) else []):
+    for number, file in enumerate(files):
         if isinstance(file, str):
             files[number] = str((folder / file).resolve())
             problem = _track_problem(files[number])

@@ -39,9 +39,7 @@ def two_way_uplink_slot(
     ping_duration: float, longest_travel_time: float, turnaround: float, crossing: float
 ) -> float:
     """Return the slot (s) that holds an interrogation, its reply and the echoes (ranging twtt)."""
-    return uplink_slot(
-        2 * ping_duration + turnaround, 2 * longest_travel_time, crossing
-    )
+    return uplink_slot(2 * ping_duration + turnaround, 2 * longest_travel_time, crossing)
 
 
 def payload_bytes(fix_count: int, header: int = 8, record: int = 16) -> int:

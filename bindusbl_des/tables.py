@@ -92,7 +92,9 @@ def from_columns(table: str, columns: Mapping[str, Any]) -> pa.Table:
     described = schema(table)
     length = len(next(iter(columns.values())))
     arrays = [
-        pa.array(columns[field.name], field.type, from_pandas=isinstance(columns[field.name], np.ndarray))
+        pa.array(
+            columns[field.name], field.type, from_pandas=isinstance(columns[field.name], np.ndarray)
+        )
         if field.name in columns
         else pa.nulls(length, field.type)
         for field in described

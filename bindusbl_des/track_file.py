@@ -31,9 +31,7 @@ def read_track(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.float6
             f"{path}:1: column {', '.join(missing)} missing; the header needs {', '.join(COLUMNS)}"
         )
     places = [header.index(name) for name in COLUMNS]
-    samples = [
-        _sample(path, number, row, places) for number, row in enumerate(rows[1:], 2) if row
-    ]
+    samples = [_sample(path, number, row, places) for number, row in enumerate(rows[1:], 2) if row]
     if len(samples) < 2:
         raise ValueError(f"{path}: has {len(samples)} samples; a track needs at least two")
     track = np.array(samples)

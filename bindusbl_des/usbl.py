@@ -121,9 +121,7 @@ def locate(
     seen = np.empty(3)  # the source as the array sees it
     for k in range(3):
         seen[k] = truth[0, k] * offset[0] + truth[1, k] * offset[1] + truth[2, k] * offset[2]
-    differences = arrival_differences(
-        array, seen, sound_speed, sigma_element * noise[:5], quantum
-    )
+    differences = arrival_differences(array, seen, sound_speed, sigma_element * noise[:5], quantum)
     unit = direction(array, differences, sound_speed, metric)
     measured_time = travel_time + sigma_time * noise[5]
     if quantum > 0.0:
@@ -169,7 +167,7 @@ def debias(ahead: Vector, covariance: Vector, ranging_sd: float) -> float:
     for i in range(3):
         for j in range(3):
             covariance[i, j] += 0.5 * trace_of_square / square * ahead[i] * ahead[j] / square
-    return 1.0 - 0.5 * trace / square
+    return float(1.0 - 0.5 * trace / square)
 
 
 @dataclass(frozen=True)
@@ -205,6 +203,13 @@ class Usbl:
     ) -> tuple[Vector, Vector]:
         """Measure one ping; see :func:`locate`."""
         fixed: tuple[Vector, Vector] = locate(
-            source, vessel, yaw, travel_time, noise, self.array, self._metric, self._levels  # type: ignore[attr-defined]
+            source,
+            vessel,
+            yaw,
+            travel_time,
+            noise,
+            self.array,
+            self._metric,
+            self._levels,  # type: ignore[attr-defined]
         )
         return fixed

@@ -84,7 +84,7 @@ class Kinematic:
         # has ended keeps its last heading.
         poses = self.path.sample(self.speed * times)
         moved = (poses[:, :2] - np.array(self.path.start[:2])) / self.speed
-        if not self.path.closed:
+        if self.path.repeats_from is None:
             resting = np.maximum(times - self.path.length / self.speed, 0.0)
             yaw = self.path.end.yaw
             moved = moved + np.outer(resting, (np.cos(yaw), np.sin(yaw)))
@@ -92,7 +92,8 @@ class Kinematic:
 
     def distance(self, time: float) -> float:
         travelled = self.speed * time
-        return travelled if self.path.closed else min(travelled, self.path.length)
+        ends = self.path.repeats_from is None
+        return min(travelled, self.path.length) if ends else travelled
 
     def path_error(self, times: Array) -> Array:
         return np.zeros(len(times))

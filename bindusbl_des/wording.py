@@ -10,7 +10,7 @@ LONGEST_VALUE = 60
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that was most likely meant, or None.
 
-    A missing or wrong unit comes first (depth, depth_km -> depth_m), then similar letters.
+    A missing or wrong unit comes first (depth, depth_km, dpth -> depth_m), then similar letters.
 
     >>> nearest("depth", ["death_m", "depth_m"])
     'depth_m'
@@ -20,10 +20,18 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     stem = asked.rpartition("_")[0] or asked
     by_unit = [name for name in words if name.startswith(f"{asked}_")]
     by_unit += [name for name in words if name.startswith(f"{stem}_")] if stem != asked else []
-    close = get_close_matches(asked, words, n=1, cutoff=0.6)
     # A word spelled almost right (radius_n) beats one that only begins alike.
-    near = get_close_matches(asked, words, n=1, cutoff=0.9) or by_unit or close
-    return near[0] if near else None
+    near = get_close_matches(asked, words, n=1, cutoff=0.9) or by_unit
+    if near:
+        return near[0]
+    beginnings = {
+        "_".join(name.split("_")[:length]): name
+        for name in reversed(words)
+        for length in range(1, name.count("_") + 1)
+    }
+    begun = [beginnings[part] for part in get_close_matches(asked, beginnings, n=1, cutoff=0.8)]
+    close = begun or get_close_matches(asked, words, n=1, cutoff=0.6)
+    return close[0] if close else None
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

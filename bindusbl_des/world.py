@@ -134,13 +134,17 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
         record=record,
         settled=board.settled,
     )
-    ranging = OneWay(uplink) if scenario.protocol.ranging == "owtt_sync" else TwoWay(
-        env,
-        uplink,
-        asvs,
-        ping_duration=hf.ping_s,
-        turnaround=scenario.protocol.turnaround_s,
-        sound_speed=sound_speed,
+    ranging = (
+        OneWay(uplink)
+        if scenario.protocol.ranging == "owtt_sync"
+        else TwoWay(
+            env,
+            uplink,
+            asvs,
+            ping_duration=hf.ping_s,
+            turnaround=scenario.protocol.turnaround_s,
+            sound_speed=sound_speed,
+        )
     )
     schedule = schedule_named(scenario.protocol.schedule)
     framed = is_framed(scenario.protocol.schedule, schedule)

@@ -34,7 +34,15 @@ def test_body_bias_cancels_on_legs_there_and_back() -> None:
     vehicle, turn = boustrophedon(), math.pi * 5 / 1.5
     times = np.cumsum([40, turn, 40, turn, 40, turn, 40])
     drift = bias_drift(BIAS, "body", times, vehicle.heading_integral(times))
-    expected = [(2.4, 2.4), (2.0, 2.8), (-0.4, 0.4), (-0.8, 0.8), (1.6, 3.2), (1.2, 3.6), (-1.2, 1.2)]
+    expected = [
+        (2.4, 2.4),
+        (2.0, 2.8),
+        (-0.4, 0.4),
+        (-0.8, 0.8),
+        (1.6, 3.2),
+        (1.2, 3.6),
+        (-1.2, 1.2),
+    ]
     assert drift == pytest.approx(np.array(expected), abs=1e-9)
 
 
@@ -71,7 +79,8 @@ def test_drift_has_the_mean_and_covariance_of_its_model() -> None:
 
 
 @pytest.mark.parametrize(
-    ("time", "rms"), [(1.59, 0.143249921), (4.02, 0.349594108), (60, 5.099752935), (300, 25.464434021)]
+    ("time", "rms"),
+    [(1.59, 0.143249921), (4.02, 0.349594108), (60, 5.099752935), (300, 25.464434021)],
 )
 def test_drift_rms(time: float, rms: float) -> None:
     """The RMS drift on a straight leg is linear in time, not quadratic."""

@@ -45,9 +45,7 @@ def test_ticks_are_rounded_up_robustly() -> None:
         assert TickClock(30).after(0, 10 * crossing) * 30 == pytest.approx(side / 5)
 
 
-@pytest.mark.parametrize(
-    ("fixes", "ticks"), [(1, [6, 7, 7, 8]), (3, [14, 14, 15, 16])]
-)
+@pytest.mark.parametrize(("fixes", "ticks"), [(1, [6, 7, 7, 8]), (3, [14, 14, 15, 16])])
 def test_delivery_takes_one_ceiling(fixes: int, ticks: list[int]) -> None:
     """Airtime and travel time are added before they are rounded up to a tick."""
     for distance, expected in zip((0, 20, 50, 100), ticks, strict=True):
@@ -130,9 +128,7 @@ def test_pipelined_groups_broadcast_one_fix_at_a_time() -> None:
 
 def test_direct_reply_takes_two_ways_only() -> None:
     """A ping answered at once: latency is twice the travel time, rounded up to a tick."""
-    world = still(
-        2, at=40.0, protocol={"downlink": "direct_reply", "schedule": "round_robin"}
-    )
+    world = still(2, at=40.0, protocol={"downlink": "direct_reply", "schedule": "round_robin"})
     fixes = simulate(world).tables["fixes"]
     two_way = 2 * math.hypot(40, 10) / 1500
     assert set(fixes.latency_s.round(9)) == {round(math.ceil(two_way * 30) * TICK, 9)}
@@ -213,6 +209,7 @@ def test_two_way_ranging_waits_for_the_call() -> None:
 
 def test_broadcasters_choose_as_they_say() -> None:
     """Rotate takes turns, fixed stays, nearest and most_fixes follow the AUVs."""
+
     def voices(broadcaster: str) -> list[str]:
         world = still(
             2,
@@ -231,6 +228,7 @@ def test_broadcasters_choose_as_they_say() -> None:
 
 def test_schedules_choose_as_they_say() -> None:
     """Two AUVs under ASVs of their own share a slot with reuse, and only with reuse."""
+
     def groups(schedule: str) -> set[int]:
         world = still(
             4,

@@ -82,7 +82,9 @@ def conserved(result: Result) -> None:
     assert (fixes.delivered_at_s.notna() == (fixes.outcome == "delivered")).all()
     assert (fixes.delivered_at_s.dropna() < scenario.duration_s).all()
     auvs = result.auvs
-    assert (auvs.fixes == auvs.fixes_delivered + auvs.fixes_out_of_range + auvs.fixes_in_flight).all()
+    assert (
+        auvs.fixes == auvs.fixes_delivered + auvs.fixes_out_of_range + auvs.fixes_in_flight
+    ).all()
     assert auvs.pings.sum() == len(pings)
     assert auvs.collisions.sum() == result.mission.collisions[0]
 
@@ -99,14 +101,20 @@ def causal(result: Result) -> None:
     sent = fixes[fixes.broadcast_at_s.notna()]
     assert (sent.broadcast_at_s >= sent.pinged_at_s).all()
     tracks = result.tables["tracks"].groupby("vehicle").first()
-    done = fixes[fixes.outcome == "delivered"].merge(result.tables["receptions"], on=["ping", "auv"])
+    done = fixes[fixes.outcome == "delivered"].merge(
+        result.tables["receptions"], on=["ping", "auv"]
+    )
     own = done[done.broadcast_by == done.asv]  # two ways of about the same length
     if len(own) and (tracks.index == "ASV0").any():
         assert (own.latency_s > 1.9 * own.travel_time_s).all()
 
 
-@pytest.mark.parametrize("downlink", ["sequential", "pipelined_round", "pipelined_group", "direct_reply"])
-@pytest.mark.parametrize("schedule", ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random"])
+@pytest.mark.parametrize(
+    "downlink", ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
+)
+@pytest.mark.parametrize(
+    "schedule", ["spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random"]
+)
 @pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
 def test_everything_is_accounted_for(downlink: str, schedule: str, ranging: str) -> None:
     """Pings x ASVs = receptions; each reception and fix has one outcome; nothing is too early."""
@@ -139,7 +147,11 @@ def test_any_survey_is_accounted_for(
     world = scenario(
         duration_s=duration,
         survey={"side_m": side, "depth_m": depth},
-        auvs={"count": auvs, "turning_radius_m": 2.0, "route": {"kind": "lawnmower", "lane_spacing_m": 8.0}},
+        auvs={
+            "count": auvs,
+            "turning_radius_m": 2.0,
+            "route": {"kind": "lawnmower", "lane_spacing_m": 8.0},
+        },
         asvs={"count": asvs, "formation": {"angle_deg": angle}},
         acoustics={"hf": {"range_m": reach}, "mf": {"range_m": 2 * reach}},
     )
@@ -152,12 +164,15 @@ def test_a_further_asv_leaves_the_drift_as_it_was() -> None:
     """Dead reckoning without fixes is the same whoever listens."""
     one, three = simulate(scenario(asvs={"count": 1}), 4), simulate(scenario(asvs={"count": 3}), 4)
     columns = ["time_s", "vehicle", "imu_x_m", "imu_y_m", "estimate_z_m"]
-    auvs = [r.tables["tracks"][lambda t: t.vehicle.str.startswith("AUV")][columns] for r in (one, three)]
+    auvs = [
+        r.tables["tracks"][lambda t: t.vehicle.str.startswith("AUV")][columns] for r in (one, three)
+    ]
     pd.testing.assert_frame_equal(*auvs)
 
 
 def test_a_further_auv_leaves_the_others_noise_as_it_was() -> None:
     """AUV0's drift noise does not depend on the size of the team."""
+
     def noise(count: int) -> np.ndarray:
         hold = {"kind": "hold", "positions_m": [[0.0, 0.0]] * count}
         tracks = simulate(scenario(auvs={"count": count, "route": hold})).tables["tracks"]

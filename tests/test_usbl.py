@@ -57,7 +57,9 @@ def test_a_quiet_instrument_finds_the_source_exactly() -> None:
         assert fix[2] > 9.9  # z is down: a source below the array has positive z
 
 
-@pytest.mark.parametrize("source", [(0.0, 0.0, 10.0), (0.0, 0.0, 0.0), (1e-6, 0.0, 0.0), (30.0, 0, 0)])
+@pytest.mark.parametrize(
+    "source", [(0.0, 0.0, 10.0), (0.0, 0.0, 0.0), (1e-6, 0.0, 0.0), (30.0, 0, 0)]
+)
 def test_no_place_is_singular(source: tuple[float, float, float]) -> None:
     """A source straight below, level with, or at the array still gives finite numbers."""
     fix, covariance = measure(instrument(), np.array(source), 0.0, np.full(12, 0.5))
@@ -66,7 +68,8 @@ def test_no_place_is_singular(source: tuple[float, float, float]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "elevation_sine", "azimuth"), [("fixcov(50,0,0)", 0.0, 0.0), ("fixcov(50,30deg,asin.2)", 0.2, 30.0)]
+    ("name", "elevation_sine", "azimuth"),
+    [("fixcov(50,0,0)", 0.0, 0.0), ("fixcov(50,30deg,asin.2)", 0.2, 30.0)],
 )
 def test_first_order_covariance(name: str, elevation_sine: float, azimuth: float) -> None:
     """The covariance of a fix at 50 m equals the published first-order values."""
@@ -182,7 +185,9 @@ def test_fusion_equals_inverse_covariance_weighting(count: int, seed: int) -> No
     expected = np.linalg.inv(information.sum(axis=0))
     estimate, fused = fuse(list(fixes), list(covariances))
     assert fused == pytest.approx(expected, abs=1e-8)
-    assert estimate == pytest.approx(expected @ np.einsum("kij,kj->i", information, fixes), abs=1e-7)
+    assert estimate == pytest.approx(
+        expected @ np.einsum("kij,kj->i", information, fixes), abs=1e-7
+    )
 
 
 def test_fusion_needs_a_covariance_for_each_fix() -> None:

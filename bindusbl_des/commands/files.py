@@ -86,8 +86,8 @@ def params(pattern: str, as_json: bool) -> None:
 
     rows = [row for row in keys() if _matches(row, pattern)]
     if not rows:
-        words = [row.name for row in keys()] + [row.key for row in keys()]
-        refuse(f"no key matches {pattern!r}{did_you_mean(pattern, words)}")
+        hint = did_you_mean(pattern, [row.name for row in keys()])
+        refuse(f"no key matches {pattern!r}{hint or '; `bindusbl-des params` lists all'}")
     if as_json:
         print_json([asdict(row) for row in rows])
     else:

@@ -128,8 +128,9 @@ def _write(result: "Result", folder: Path, force: bool, text: str | None) -> Non
 
 def _metrics(result: "Result") -> dict[str, Any]:
     """Return the mission's metrics as plain data; what is missing is null."""
-    row = result.mission.iloc[0]
-    return {str(name): None if row.isna()[name] else _native(row[name]) for name in row.index}
+    row = result.mission.astype(object)  # a whole number stays one
+    known = row.where(row.notna(), None).iloc[0]
+    return {str(name): _native(value) for name, value in known.items()}
 
 
 def _native(value: Any) -> Any:

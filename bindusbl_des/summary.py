@@ -1,0 +1,58 @@
+"""A mission in a table for the terminal."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# heading, unit, metric, digits, factor
+COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
+    ("pings", "", "pings", 0, 1),
+    ("in range", "%", "hf_coverage", 0, 100),
+    ("fixes", "", "fixes_delivered", 0, 1),
+    ("interval", "s", "interval_mean_s", 2, 1),
+    ("latency", "s", "latency_mean_s", 3, 1),
+    ("error", "m", "position_error_m", 2, 1),
+    ("95 %", "m", "position_error_p95_m", 2, 1),
+    ("no fixes", "m", "imu_error_m", 2, 1),
+)
+
+# A larger fleet shows its first AUVs and the mean.
+MOST_ROWS = 20
+
+
+def summary_table(auvs: "pd.DataFrame", mission: "pd.DataFrame") -> str:
+    """Return a table with a row per AUV and the fleet's mean, units below the headings."""
+    shown: list[dict[str, Any]] = auvs.head(MOST_ROWS).to_dict("records")  # type: ignore[assignment]
+    rows = [
+        ("AUV", *(heading for heading, *_ in COLUMNS)),
+        ("", *(unit for _, unit, *_ in COLUMNS)),
+    ]
+    rows += [_row(str(auv["auv"]), auv) for auv in shown]
+    if len(auvs) > MOST_ROWS:
+        rows.append((f"... {len(auvs) - MOST_ROWS}", *("" for _ in COLUMNS)))
+    whole: dict[str, Any] = mission.iloc[0].to_dict()
+    rows.append(_row("mean", whole))
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = [
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
+    lines.insert(2, "-" * max(map(len, lines)))
+    lines.append(
+        f"{whole['rounds']:.0f} rounds, {whole['collisions']:.0f} collisions; channel use "
+        f"HF {100 * whole['hf_utilisation']:.1f} %, MF {100 * whole['mf_utilisation']:.1f} %"
+    )
+    return "\n".join(lines)
+
+
+def _row(name: str, metrics: dict[str, Any]) -> tuple[str, ...]:
+    cells = [name]
+    for _, _, metric, digits, factor in COLUMNS:
+        value = metrics[metric]
+        known = value is not None and value == value
+        cells.append(f"{value * factor:.{digits}f}" if known else "-")
+    return tuple(cells)
