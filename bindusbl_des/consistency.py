@@ -132,13 +132,6 @@ def _formation(scenario: "Scenario") -> Iterator[Problem]:
             "excludes clearance_m (R_f = hf.range_m + clearance_m); keep one of them",
             ("asvs.formation.clearance_m",),
         )
-    elif formation.radius_m is None and scenario.acoustics.hf.range_m + formation.clearance_m < 0:
-        yield Problem(
-            "asvs.formation.clearance_m",
-            f"makes the radius negative ({formation.clearance_m:g} m); use at least "
-            f"{-scenario.acoustics.hf.range_m:g}",
-            ("acoustics.hf.range_m",),
-        )
 
 
 def _protocol(scenario: "Scenario") -> Iterator[Problem]:

@@ -43,7 +43,7 @@ class MfDownlink:
         self.deliver(fix, self._clock.after(time, airtime + travel))
 
     def reply(self, fix: Fix, asv: Asv, time: float) -> None:
-        """Answer a ping that reached the ASV at `time` (s); the answer takes no time but its way."""
+        """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
         auv = self._auvs[fix.auv]
         fix.broadcast_at_s, fix.broadcast_by = time, asv.index
         travel = travel_time(asv.vehicle.at(time), auv.vehicle.at, time, self._sound_speed)

@@ -17,7 +17,7 @@ def explain_ping(result: Result, number: int) -> str:
     fixes = result.tables["fixes"]
     fix = fixes[fixes.ping == number]
     if len(fix):
-        lines += _fix(result, fix.iloc[0])
+        lines += _fix(result, fix.astype(object).iloc[0])
     else:
         lines.append(_why_no_fix(result, number))
     return "\n".join(lines)
@@ -40,19 +40,19 @@ def _row(result: Result, table: str, key: str, number: int) -> Any:
     if not len(found):
         last = f"it has 0..{len(rows) - 1}" if len(rows) else "it has none"
         raise LookupError(f"the run has no {key} {number}; {last}")
-    return found.iloc[0]
+    return found.astype(object).iloc[0]  # whole numbers stay whole
 
 
 def _sending(result: Result, ping: Any) -> Iterator[str]:
     rounds = result.tables["rounds"]
-    row = rounds[rounds["round"] == ping["round"]].iloc[0]
+    row = rounds[rounds["round"] == ping["round"]].astype(object).iloc[0]
     yield (
         f"Ping {ping.ping} of {ping.auv}: round {ping['round']} (began {row.started_at_s:.4f} s, "
         f"{row.colours} groups, {row.conflicts} conflicts), slot {ping.slot}."
     )
     yield (
         f"  {ping.sent_at_s:.4f} s  {ping.auv} pings at x {ping.x_m:.1f}, y {ping.y_m:.1f}, "
-        f"depth {ping.z_m:.1f} m; {ping.in_range_of} ASVs within HF range."
+        f"depth {ping.z_m:.1f} m; ASVs within HF range: {ping.in_range_of}."
     )
 
 
@@ -65,12 +65,12 @@ def _receptions(result: Result, number: int) -> Iterator[str]:
         "lost": "lost to the channel (acoustics.loss)",
         "in_flight": "the mission ends while it is under way",
     }
-    own: Any = receptions[receptions.ping == number]
+    own: Any = receptions[receptions.ping == number].sort_values("arrived_at_s")
     for reception in own.itertuples():
         rule = rules.get(str(reception.outcome)) or _collision(result, reception)
         yield (
-            f"  {reception.arrived_at_s:.4f} s  {reception.asv}: after {reception.slant_range_m:.1f}"
-            f" m and {1e3 * reception.travel_time_s:.1f} ms: {rule}."
+            f"  {reception.arrived_at_s:.4f} s  {reception.asv}: after "
+            f"{reception.slant_range_m:.1f} m and {1e3 * reception.travel_time_s:.1f} ms: {rule}."
         )
 
 
@@ -101,13 +101,16 @@ def _fix(result: Result, fix: Any) -> Iterator[str]:
     yield f"  {fix.broadcast_at_s:.4f} s  {fix.broadcast_by} broadcasts it."
     if fix.outcome == "out_of_range":
         reach = result.scenario.acoustics.mf.range_m
-        yield f"  Never delivered: {fix.auv} is beyond mf.range_m = {reach:g} m of {fix.broadcast_by}."
+        yield (
+            f"  Never delivered: {fix.auv} is beyond mf.range_m = {reach:g} m of "
+            f"{fix.broadcast_by}."
+        )
     elif fix.outcome == "in_flight":
         yield "  The mission ends before it is delivered."
     else:
         yield (
-            f"  {fix.delivered_at_s:.4f} s  {fix.auv} has it, {fix.latency_s:.4f} s after its ping, "
-            f"and corrects by {result.scenario.navigation.gain:g} x {fix.innovation_m:.2f} m."
+            f"  {fix.delivered_at_s:.4f} s  {fix.auv} has it, {fix.latency_s:.4f} s after its "
+            f"ping, and corrects by {result.scenario.navigation.gain:g} x {fix.innovation_m:.2f} m."
         )
 
 

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .launch import planned_path
+
 if TYPE_CHECKING:
     from .result import Result
 
@@ -14,6 +16,9 @@ PLANNED, HF, MF = "#9a9a9a", "#0072B2", "#E69F00"
 
 # With more AUVs than this a legend entry for each hides the map.
 LARGEST_LEGEND = 10
+
+# Points at which a planned path is drawn
+PLAN_POINTS = 2000
 
 
 def save_mission_figure(result: "Result", path: Path) -> None:
@@ -51,6 +56,10 @@ def draw_map(axes: Any, result: "Result") -> None:
     names = _auv_names(tracks)
     for index, name in enumerate(names):
         track, colour = tracks[tracks.vehicle == name], _colour(index)
+        if scenario.auvs.route.kind in ("lawnmower", "waypoints"):
+            path = planned_path(scenario, index)
+            plan = path.sample(np.linspace(0.0, path.length, PLAN_POINTS))
+            axes.plot(plan[:, 0], plan[:, 1], "-", color=PLANNED, lw=0.7, zorder=1)
         axes.plot(track.imu_x_m, track.imu_y_m, ":", color=colour, lw=1.1, alpha=0.8)
         axes.plot(track.x_m, track.y_m, "-", color=colour, lw=2.6, alpha=0.35)
         axes.plot(track.estimate_x_m, track.estimate_y_m, "-", color=colour, lw=0.9)
@@ -78,6 +87,7 @@ def draw_map(axes: Any, result: "Result") -> None:
     axes.set(xlabel="x along the lanes (m)", ylabel="y across the lanes (m)")
     grey = "0.25"
     handles = [
+        Line2D([], [], color=PLANNED, lw=0.7, label="planned path"),
         Line2D([], [], color=grey, lw=2.6, alpha=0.35, label="true path"),
         Line2D([], [], color=grey, lw=0.9, label="fused estimate"),
         Line2D([], [], color=grey, ls=":", label="dead reckoning only"),
@@ -86,7 +96,9 @@ def draw_map(axes: Any, result: "Result") -> None:
     ]
     if len(names) <= LARGEST_LEGEND:
         handles += [Line2D([], [], color=_colour(i), lw=3, label=n) for i, n in enumerate(names)]
-    axes.legend(handles=handles, loc="upper left", fontsize=8, framealpha=0.9)
+    axes.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=4, fontsize=8
+    )
 
 
 def draw_error(axes: Any, result: "Result") -> None:

@@ -18,7 +18,8 @@ def fuse(fixes: Sequence[Vector], covariances: Sequence[Vector]) -> tuple[Vector
     are regular, and stays right where they are singular (a perfect range, say).  With K equal
     covariances R the result has R / K, so every standard deviation shrinks by sqrt(K).
 
-    >>> z, P = fuse([np.array([1.0, 5]), np.array([3.0, 2])], [np.diag([0.0, 1]), np.diag([1.0, 0])])
+    >>> fixes = [np.array([1.0, 5.0]), np.array([3.0, 2.0])]
+    >>> z, P = fuse(fixes, [np.diag([0.0, 1.0]), np.diag([1.0, 0.0])])
     >>> z.tolist()
     [1.0, 2.0]
     """

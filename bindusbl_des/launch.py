@@ -9,6 +9,7 @@ from .dead_reckoning import Drift
 from .fleet import Asv, Auv
 from .formation import formation, formation_radius
 from .navigation import INNOVATIONS, FixedGain, Position
+from .paths import Path
 from .routes import lawnmower, waypoint_path
 from .scenario import Scenario
 from .streams import Purpose, Streams
@@ -51,29 +52,44 @@ def _drift(scenario: Scenario, vehicle: Vehicle, streams: Streams, index: int) -
 
 def auv_vehicle(scenario: Scenario, index: int) -> Vehicle:
     """Return one AUV on its route, at its depth."""
-    auvs, survey, route = scenario.auvs, scenario.survey, scenario.auvs.route
+    route, depth = scenario.auvs.route, scenario.survey.depth_m
     if route.kind == "hold":
-        return Moored(Place(*route.positions_m[index], survey.depth_m, 0.0))
+        return Moored(Place(*route.positions_m[index], depth, 0.0))
     if route.kind == "track":
         return Recorded(*read_track(route.files[index]))
-    join_angle = math.radians(auvs.join_angle_deg)
+    auvs = scenario.auvs
+    tour = there_and_back(
+        planned_path(scenario, index),
+        scenario.survey.side_m,
+        auvs.turning_radius_m,
+        math.radians(auvs.join_angle_deg),
+    )
+    return Kinematic(tour, auvs.speed_m_per_s, depth)
+
+
+def planned_path(scenario: Scenario, index: int) -> Path:
+    """Return the path that one AUV is to fly, once through (routes lawnmower and waypoints).
+
+    Raises:
+        ValueError: when the route has no plan: an AUV that holds or repeats a track.
+    """
+    auvs, side, route = scenario.auvs, scenario.survey.side_m, scenario.auvs.route
     if route.kind == "waypoints":
-        path = waypoint_path(route.points_m[index], auvs.turning_radius_m)
-    else:
-        spacing, margin = route.lane_spacing_m, route.end_margin_m
-        path = lawnmower(
-            survey.side_m,
-            auvs.count,
-            index,
-            spacing=spacing,
-            margin=spacing / 2 if margin is None else margin,
-            radius=auvs.turning_radius_m,
-            start=route.start,
-            turns=route.turns,
-            join_angle=join_angle,
-        )
-    tour = there_and_back(path, survey.side_m, auvs.turning_radius_m, join_angle)
-    return Kinematic(tour, auvs.speed_m_per_s, survey.depth_m)
+        return waypoint_path(route.points_m[index], auvs.turning_radius_m)
+    if route.kind != "lawnmower":
+        raise ValueError(f"an AUV whose route is {route.kind!r} has no planned path")
+    spacing, margin = route.lane_spacing_m, route.end_margin_m
+    return lawnmower(
+        side,
+        auvs.count,
+        index,
+        spacing=spacing,
+        margin=spacing / 2 if margin is None else margin,
+        radius=auvs.turning_radius_m,
+        start=route.start,
+        turns=route.turns,
+        join_angle=math.radians(auvs.join_angle_deg),
+    )
 
 
 def launch_asvs(scenario: Scenario) -> list[Asv]:

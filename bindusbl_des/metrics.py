@@ -125,7 +125,7 @@ def utilisation(world: World) -> Utilisation:
 
 
 def _covered(starts: Sequence[float], length: float, end: float) -> float:
-    """Return the time (s) covered by intervals of one length, each counted once where they overlap."""
+    """Return the time (s) that intervals of one length cover, overlaps counted once."""
     total, free_from = 0.0, 0.0
     for start in starts:
         until = min(start + length, end)
@@ -135,7 +135,7 @@ def _covered(starts: Sequence[float], length: float, end: float) -> float:
 
 
 def mission_metrics(auvs: Sequence[AuvMetrics], whole: Utilisation) -> dict[str, float | None]:
-    """Return the fleet means of all AUV metrics, AUVs without a value left out, and the mission's own."""
+    """Return the fleet means of all AUV metrics (AUVs without a value left out) and its own."""
     means: dict[str, float | None] = {}
     for column in fields(AuvMetrics)[1:]:
         values = [getattr(auv, column.name) for auv in auvs]

@@ -50,7 +50,7 @@ class FixedGain:
         return dead_reckoned[0] + x, dead_reckoned[1] + y
 
     def correct(self, fix: Position, pinged_at: float, time: float) -> Position:
-        """Apply a fix (m) of the instant `pinged_at`, delivered at `time` (s); return the innovation.
+        """Apply a fix (m) of the instant `pinged_at`, delivered at `time`; return the innovation.
 
         What dead reckoning said at the ping is shifted by every correction since, so that a fix is
         not charged with an error which an earlier fix has already removed meanwhile.

@@ -4,6 +4,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -87,7 +88,7 @@ class Path:
         return end
 
     def at(self, distance: float) -> Pose:
-        """Return the pose after travelling `distance` (m); past the end of an open path, the end."""
+        """Return the pose after travelling `distance` (m); past the end of a path, its end."""
         if not self.segments:
             return self.start
         if distance >= self.length:
@@ -145,9 +146,9 @@ class Path:
 
 
 def smooth(poses: Sequence[Pose], radius: float) -> Path:
-    """Return the path through poses along Dubins curves of at least the given turning radius (m)."""
+    """Return the path through poses along Dubins curves of a turning radius (m)."""
     segments: list[Segment] = []
-    for start, end in zip(poses, poses[1:], strict=False):
+    for start, end in pairwise(poses):
         segments.extend(dubins_segments(start, end, radius))
     return Path(poses[0], tuple(segments))
 

@@ -81,6 +81,8 @@ class Result:
         folder = Path(folder)
         if folder.exists() and not force:
             raise FileExistsError(f"{folder} exists; choose another folder or use force (--force)")
+        if folder.exists() and not replaceable(folder):
+            raise FileExistsError(f"{folder} is not a result folder; it is left as it is")
         folder.parent.mkdir(parents=True, exist_ok=True)
         draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
         try:
@@ -114,6 +116,11 @@ class Result:
         if "tracks" in self.arrow:
             save_mission_figure(self, draft / "mission.png")
         _write_json(draft / "run.json", run)
+
+
+def replaceable(folder: Path) -> bool:
+    """Tell whether a folder may be replaced by force: an earlier result, or empty."""
+    return folder.is_dir() and ((folder / "run.json").is_file() or not any(folder.iterdir()))
 
 
 def _write_json(path: Path, data: Any) -> None:

@@ -20,7 +20,7 @@ def instants(duration: float, rate: float) -> Array:
 
 @dataclass(frozen=True)
 class Samples:
-    """One AUV at n instants: x, y, z, yaw (n, 4); the positions and errors are horizontal (n, 2)."""
+    """One AUV at n instants: truth x, y, z, yaw (n, 4); the rest is horizontal (n, 2)."""
 
     times: Array
     truth: Array

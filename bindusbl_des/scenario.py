@@ -131,7 +131,7 @@ class Formation(Part):
         0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
     )
     clearance_m: Real = key(
-        0.0, "m", "clearance Delta_b: R_f = hf.range_m + clearance_m", PAPER, ge=-1e5, le=1e6
+        0.0, "m", "clearance Delta_b: R_f = hf.range_m + clearance_m", PAPER, ge=0, le=1e6
     )
     radius_m: Real | None = key(
         None, "m", "formation radius R_f itself; null = range plus clearance", ge=0, le=1e6

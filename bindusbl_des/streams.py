@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 
 class Purpose(IntEnum):
-    """What a stream is for; the numbers are part of the reproducibility promise: never reuse one."""
+    """What a stream is for; the numbers keep old seeds meaning what they did: never reuse one."""
 
     DRIFT = 1
     DEPTH = 2

@@ -23,7 +23,7 @@ MOST_ROWS = 20
 
 def summary_table(auvs: "pd.DataFrame", mission: "pd.DataFrame") -> str:
     """Return a table with a row per AUV and the fleet's mean, units below the headings."""
-    shown: list[dict[str, Any]] = auvs.head(MOST_ROWS).to_dict("records")  # type: ignore[assignment]
+    shown: list[Any] = auvs.head(MOST_ROWS).to_dict("records")
     rows = [
         ("AUV", *(heading for heading, *_ in COLUMNS)),
         ("", *(unit for _, unit, *_ in COLUMNS)),
@@ -31,7 +31,7 @@ def summary_table(auvs: "pd.DataFrame", mission: "pd.DataFrame") -> str:
     rows += [_row(str(auv["auv"]), auv) for auv in shown]
     if len(auvs) > MOST_ROWS:
         rows.append((f"... {len(auvs) - MOST_ROWS}", *("" for _ in COLUMNS)))
-    whole: dict[str, Any] = mission.iloc[0].to_dict()
+    whole: Any = mission.iloc[0].to_dict()
     rows.append(_row("mean", whole))
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [

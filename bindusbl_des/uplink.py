@@ -122,7 +122,7 @@ class Uplink:
         self._settled(flight)
 
     def _overlapped(self, arrival: Reception, ends: float) -> bool:
-        """Tell whether another ping overlaps [arrival, ends) at this ASV; touching is no overlap."""
+        """Tell whether another ping overlaps [arrival, ends) here; touching is no overlap."""
         starts = arrival.arrived_at_s
         # Arrivals end in the order in which they start, so what ended before can overlap no more.
         known = [span for span in self._arrivals[arrival.asv] if span[1] > starts + TOUCH]

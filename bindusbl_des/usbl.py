@@ -5,7 +5,7 @@ own position from GNSS.  Frames are those of :mod:`.hydrophones`.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -182,6 +182,8 @@ class Usbl:
     gnss_sd: float
     sound_speed: float
     ways: int = 1
+    levels: Vector = field(init=False, repr=False)
+    metric: Vector = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         ranging = range_sd(self.travel_time_sd, self.quantum, self.sound_speed, self.ways)
@@ -195,21 +197,11 @@ class Usbl:
             self.gnss_sd,
             *self.attitude_sd,
         )
-        object.__setattr__(self, "_levels", np.array(levels))
-        object.__setattr__(self, "_metric", scatter(self.array))
+        object.__setattr__(self, "levels", np.array(levels))  # derived once, then frozen
+        object.__setattr__(self, "metric", scatter(self.array))
 
     def locate(
         self, source: Vector, vessel: Vector, yaw: float, travel_time: float, noise: Vector
     ) -> tuple[Vector, Vector]:
         """Measure one ping; see :func:`locate`."""
-        fixed: tuple[Vector, Vector] = locate(
-            source,
-            vessel,
-            yaw,
-            travel_time,
-            noise,
-            self.array,
-            self._metric,
-            self._levels,  # type: ignore[attr-defined]
-        )
-        return fixed
+        return locate(source, vessel, yaw, travel_time, noise, self.array, self.metric, self.levels)

@@ -106,7 +106,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("period", [1.59, 4.02])
 def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
-    """Under regular fixes the error settles at the closed forms: mean and variance, before and after."""
+    """Under regular fixes the error settles at the closed forms, before and after each."""
     latency, speed, reference = CASES[case]
     runs, fixes, bias, sigma, fix_sd, gain = 4000, 12, 0.06, 0.027, 0.5, 0.9
     rng = np.random.default_rng(3)

@@ -155,7 +155,7 @@ def test_two_pings_at_once_destroy_each_other() -> None:
 
 
 def test_touching_arrivals_do_not_collide() -> None:
-    """Half-open arrivals: a ping that starts to arrive when another ends is heard, and so is that."""
+    """Half-open arrivals: two pings that touch at an ASV are both heard."""
     for gap, outcome in ((15.0, "heard"), (14.999, "collided")):
         world = still(
             2,
@@ -259,7 +259,7 @@ def test_a_fleet_that_knows_only_estimates_misses_conflicts() -> None:
 @pytest.mark.parametrize("name", ["no_groups", "twice", "stranger"])
 def test_a_schedule_that_breaks_the_rules_is_refused(name: str) -> None:
     """A schedule of one's own may not let an AUV ping twice, or none at all."""
-    with pytest.raises(ValueError, match="each of the AUVs 0..1 at most once"):
+    with pytest.raises(ValueError, match=r"each of the AUVs 0\.\.1 at most once"):
         simulate(still(2, protocol={"schedule": f"schedules_for_tests:{name}"}))
     with pytest.raises(ValueError, match="cannot load 'schedules_for_tests:absent'"):
         simulate(still(2, protocol={"schedule": "schedules_for_tests:absent"}))
