@@ -43,7 +43,7 @@ def drift_envelope(time: float, bias: tuple[float, float], random_walk: float) -
     """Return the error envelope (m) as the paper prints it (eq. error_envelope).
 
     >>> round(drift_envelope(300, (0.06, 0.06), 0.027), 6)
-    12.73651
+    12.736511
     """
     return math.sqrt(0.25 * (math.hypot(*bias) * time) ** 2 + random_walk**2 * time)
 

@@ -1,0 +1,100 @@
+"""The documentation is executed: commands, snippets, scenario files, citation."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from bindusbl_des import load_scenario, simulate
+from bindusbl_des.cli import main
+
+ROOT = Path(__file__).parents[1]
+SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
+
+
+def blocks(name: str, language: str) -> list[str]:
+    """Return the fenced blocks of one language in a document."""
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / name).read_text(), flags=re.DOTALL)
+
+
+def test_readme_commands_print_what_it_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each `bindusbl-des` command of the README runs, and its printed output is the one shown."""
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    monkeypatch.chdir(tmp_path)
+    shown = blocks("README.md", "text")
+    commands = [
+        line
+        for block in blocks("README.md", "console")
+        for line in block.splitlines()
+        if line.startswith("bindusbl-des")
+    ]
+    assert len(commands) == len(shown) == 2
+    for command, expected in zip(commands, shown, strict=True):
+        outcome = CliRunner().invoke(main, shlex.split(command)[1:])
+        assert outcome.exit_code == 0, outcome.output
+        assert expected.strip() in outcome.stdout
+
+
+def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The Python of the README runs as it stands, and its own schedule can be used."""
+    monkeypatch.chdir(tmp_path)
+    use, own = blocks("README.md", "python")
+    exec(use, {})
+    (tmp_path / "my_schedules.py").write_text(own)
+    monkeypatch.syspath_prepend(tmp_path)
+    scenario = load_scenario(
+        ROOT / "scenarios" / "quickstart.yaml",
+        overrides=["protocol.schedule=my_schedules:nearest_first", "duration_s=20"],
+    )
+    assert simulate(scenario).auvs.fixes_delivered.min() > 5
+
+
+def test_readme_first_commands_exist() -> None:
+    """The two scripts of the README are there and executable."""
+    for line in blocks("README.md", "console")[0].splitlines():
+        assert (ROOT / line).stat().st_mode & 0o111
+
+
+@pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.stem)
+def test_scenarios_say_what_they_show_and_run(path: Path) -> None:
+    """Each scenario opens with a comment on what to look at, bears its file's name, and runs."""
+    text = path.read_text()
+    assert text.startswith("# yaml-language-server: $schema=scenario.schema.json\n# ")
+    assert "# Look at: " in text
+    scenario = load_scenario(path)
+    assert scenario.name == path.stem
+    result = simulate(scenario)
+    assert result.mission.rounds[0] > 50
+    assert path.stem in (ROOT / "README.md").read_text()
+
+
+def test_versions_agree() -> None:
+    """The package, its citation and its changelog bear one version."""
+    version = re.search(r'^version = "(.*)"', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+    assert version is not None
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert citation["version"] == version[1]
+    assert f"## {version[1]}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_links_lead_somewhere() -> None:
+    """Relative links in the documents lead to files that exist."""
+    for document in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+        for target in re.findall(r"\]\(([^)#]+)\)", document.read_text()):
+            if not target.startswith("http"):
+                assert (document.parent / target).exists(), f"{document.name}: {target}"
+
+
+def test_no_warning_on_import() -> None:
+    """Importing the package warns of nothing."""
+    subprocess.run(
+        [sys.executable, "-W", "error", "-c", "import bindusbl_des; bindusbl_des.simulate"],
+        check=True,
+    )

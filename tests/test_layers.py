@@ -1,0 +1,83 @@
+"""The layers of the package: data goes one way, and each library has one home."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
+
+# From the words of the domain to the faces; a module imports only from its own layer or lower ones.
+LAYERS = [
+    "compiled wording events streams",
+    "acoustics formation coverage dubins paths turns routes slots hydrophones usbl fusion "
+    "conflicts dead_reckoning track_file dynamics guidance",
+    "consistency scenario",
+    "vehicles navigation recorder fleet",
+    "uplink downlink ranging fixing boards broadcasters schedules samples",
+    "launch world protocol metrics",
+    "tables figures summary result simulation explain",
+    "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
+    "commands cli __init__",
+]
+RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split()}
+
+# Libraries that only these modules may import (numpy is everywhere).
+HOMES = {
+    "simpy": "uplink downlink ranging protocol world simulation",
+    "networkx": "conflicts schedules",
+    "pyarrow": "tables result simulation",
+    "yaml": "plain_yaml yaml_syntax",
+    "click": "cli commands",
+    "numba": "compiled",
+    "pydantic": "scenario scenario_file scenario_keys",
+    "pydantic_core": "scenario scenario_file",
+    "matplotlib": "figures commands",
+    "pandas": "result summary",
+}
+
+
+def modules() -> list[Path]:
+    return sorted(PACKAGE.rglob("*.py"))
+
+
+def home(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imports(path: Path) -> tuple[set[str], set[str]]:
+    """Return the package's own modules and the libraries that a file imports."""
+    own, others = set(), set()
+    depth = len(path.relative_to(PACKAGE).parts)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            others |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            others.add((node.module or "").split(".")[0])
+        elif isinstance(node, ast.ImportFrom) and node.level == depth:
+            names = [node.module] if node.module else [alias.name for alias in node.names]
+            own |= {name.split(".")[0] for name in names}
+    return own, others
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_a_module_imports_only_downwards(path: Path) -> None:
+    """Events know nothing of protocols, protocols nothing of tables, tables nothing of commands."""
+    if home(path) == "__init__":
+        return
+    own, others = imports(path)
+    above = {name for name in own if RANK[name] > RANK[home(path)]}
+    assert not above, f"{home(path)} imports upwards: {above}"
+    for library, homes in HOMES.items():
+        if library in others:
+            assert home(path) in homes.split(), f"{library} has no home in {home(path)}"
+
+
+def test_every_module_has_a_layer() -> None:
+    """No room of the house is left off the plan, and the plan names no room that is gone."""
+    assert {home(path) for path in modules()} == set(RANK)
+
+
+def test_files_stay_readable() -> None:
+    """A file that grows beyond 350 lines holds more than one idea."""
+    assert [path.name for path in modules() if len(path.read_text().splitlines()) > 350] == []

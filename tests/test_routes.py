@@ -1,0 +1,164 @@
+"""Paths, lanes and turns: where vehicles go, and that they go there smoothly."""
+
+import math
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bindusbl_des.paths import Path, Pose, Segment
+from bindusbl_des.routes import lane_order, lane_ordinates, lawnmower, waypoint_path
+from bindusbl_des.track_file import read_track
+from bindusbl_des.turns import there_and_back, turn_about
+from bindusbl_des.vehicles import Kinematic, Moored, Place, Recorded
+
+JOIN = math.radians(20)
+
+
+def smooth_and_round(path: Path, radius: float, length: float) -> None:
+    """Check that a path never jumps, nor turns tighter than its radius."""
+    step = 0.01
+    poses = path.sample(np.arange(0.0, length, step))
+    moved = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    assert moved.max() < step * (1 + 1e-6)
+    turned = np.abs(np.angle(np.exp(1j * np.diff(poses[:, 2]))))
+    assert turned.max() < step / radius * (1 + 1e-6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    side=st.floats(30, 300),
+    strips=st.integers(1, 6),
+    spacing=st.floats(3, 40),
+    radius=st.floats(0.5, 12),
+    start=st.sampled_from(["strip_centre", "strip_corner"]),
+    turns=st.sampled_from(["shortest", "bulb", "skip_lane"]),
+)
+def test_lawnmowers_are_smooth(
+    side: float, strips: int, spacing: float, radius: float, start: str, turns: str
+) -> None:
+    """Whatever the survey, an AUV's tour is continuous and respects its turning radius."""
+    if spacing >= side:
+        return
+    path = lawnmower(
+        side, strips, strips - 1, spacing=spacing, margin=spacing / 2, radius=radius, start=start,
+        turns=turns,
+    )  # fmt: skip
+    tour = there_and_back(path, side, radius, JOIN)
+    assert tour.repeats_from is not None
+    smooth_and_round(tour, radius, min(1.5 * tour.length, 4000.0))
+
+
+def test_lanes_cover_each_strip() -> None:
+    """Lanes start half a spacing above the strip's edge; a narrow strip has one in its middle."""
+    assert lane_ordinates(140, 3, 1, 10) == pytest.approx(
+        [-18.333333, -8.333333, 1.666667, 11.666667]
+    )
+    assert lane_ordinates(60, 4, 0, 10) == [-25.0]
+    assert lane_ordinates(60, 10, 9, 10) == [27.0]
+    assert len(lane_ordinates(100, 1, 0, 10)) == 10
+
+
+@given(st.integers(1, 40), st.integers(1, 6))
+def test_every_lane_is_flown_once(count: int, skip: int) -> None:
+    """Whatever lanes are skipped on the way, none is left out."""
+    assert sorted(lane_order(count, skip)) == list(range(count))
+
+
+def test_skipping_lanes_saves_bulb_turns() -> None:
+    """With lanes closer than two radii, skip-lane order is shorter than bulb turns."""
+    lanes = {
+        turns: lawnmower(100, 1, 0, spacing=5, margin=10, radius=8, turns=turns).length
+        for turns in ("bulb", "skip_lane", "shortest")
+    }
+    assert lanes["shortest"] == lanes["skip_lane"] < lanes["bulb"] - 100
+
+
+def test_an_auv_goes_straight_to_its_first_lane_and_sweeps_it() -> None:
+    """From the strip's centre to the -x end of the lowest lane; then that lane, eastwards."""
+    path = lawnmower(140, 3, 0, spacing=10, margin=5, radius=5)
+    assert path.start[:2] == (0.0, pytest.approx(-46.666667))
+    way = math.hypot(65, 65 - 46.666667)
+    assert path.at(way)[:2] == pytest.approx((-65.0, -65.0))
+    on_lane = path.sample(np.linspace(way + 46, way + 46 + 95, 50))
+    assert on_lane[:, 1] == pytest.approx(-65.0)
+    assert np.cos(on_lane[:, 2]) == pytest.approx(1.0)
+
+
+@given(st.floats(1.7, 4.5), st.floats(0.5, 20), st.floats(0.05, 0.7), st.sampled_from([1.0, -1.0]))
+def test_turning_about_ends_on_the_line(
+    yaw: float, radius: float, angle: float, hand: float
+) -> None:
+    """After the turn the vehicle is on the line, heads along it, as far along as promised."""
+    turn, joined = turn_about(yaw, radius, angle, hand)
+    end = Path(Pose(0.0, 0.0, yaw), turn).end
+    assert end.x == pytest.approx(joined, abs=1e-9 * radius + 1e-9)
+    assert end.y == pytest.approx(0.0, abs=1e-9 * radius + 1e-9)
+    assert math.remainder(end.yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert all(segment.length >= 0 for segment in turn)
+
+
+def test_waypoints_are_passed() -> None:
+    """A waypoint route passes through its points."""
+    points = [(0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (-10.0, 30.0)]
+    path = waypoint_path(points, 4.0)
+    track = path.sample(np.linspace(0, path.length, 20_000))[:, :2]
+    for point in points:
+        assert np.hypot(*(track - point).T).min() < 0.01
+    smooth_and_round(path, 4.0, path.length)
+
+
+def test_at_and_sample_agree() -> None:
+    """One instant or many: the same place."""
+    segments = (Segment(0.0, 10.0), Segment(0.2, 7.0), Segment(-0.1, 9.0))
+    for path in (Path(Pose(1, 2, 0.3), segments), Path(Pose(0, 0, 0), segments, repeats_from=3.0)):
+        distances = np.linspace(0, 80, 333)
+        many = path.sample(distances)
+        for distance, row in zip(distances.tolist(), many, strict=True):
+            assert row == pytest.approx(np.array(path.at(distance)), abs=1e-9)
+
+
+def test_vehicles_know_their_place() -> None:
+    """Vehicles answer for any instant, one or many at a time."""
+    times = np.array([0.0, 1.0, 7.5, 12.0])
+    path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0), Segment(0.5, 3.0)))
+    recorded = Recorded(np.array([1.0, 5.0, 6.0]), np.array([[0, 0, 2], [4, 0, 4], [4, 0, 5.0]]))
+    for vehicle in (Kinematic(path, 1.0, 10.0), Moored(Place(1, 2, 3, 0.4)), recorded):
+        many = vehicle.sample(times)
+        for time, row in zip(times.tolist(), many, strict=True):
+            assert tuple(vehicle.at(time)) == pytest.approx(tuple(row))
+    assert Kinematic(path, 1.0, 10.0).distance(99.0) == 13.0
+    assert recorded.at(3.0) == pytest.approx((2.0, 0.0, 3.0, 0.0))
+    assert recorded.distance(10.0) == 4.0
+
+
+GOOD = "time_s,x_m,y_m,depth_m\n0,0,0,1\n2,4,0,1\n"
+
+
+def test_a_recorded_track_is_read(tmp_path: FilePath) -> None:
+    """A CSV of a real vehicle gives its times and positions."""
+    (tmp_path / "a.csv").write_text(GOOD)
+    times, positions = read_track(tmp_path / "a.csv")
+    assert times.tolist() == [0, 2]
+    assert positions.tolist() == [[0, 0, 1], [4, 0, 1]]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "column time_s, x_m, y_m, depth_m missing"),
+        ("time_s,x_m,y_m\n0,0,0\n", "column depth_m missing"),
+        (GOOD + "3,a,0,1\n", ":4: needs a number"),
+        (GOOD + "3,nan,0,1\n", ":4: holds a value that is not finite"),
+        (GOOD + "3,1\n", ":4: needs a number"),
+        (GOOD + "2,5,0,1\n", "time_s must increase"),
+        ("time_s,x_m,y_m,depth_m\n0,0,0,1\n", "needs at least two"),
+    ],
+)
+def test_a_bad_track_is_refused(tmp_path: FilePath, text: str, message: str) -> None:
+    """A track that cannot be read is refused with file, line and remedy."""
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(ValueError, match=message):
+        read_track(tmp_path / "a.csv")
