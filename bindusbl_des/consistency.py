@@ -37,22 +37,28 @@ def problems(scenario: "Scenario") -> list[Problem]:
 
 
 def _vehicles(scenario: "Scenario") -> Iterator[Problem]:
-    auvs, asvs = scenario.auvs, scenario.asvs
-    if auvs.vehicle != "kinematic":
-        yield Problem("auvs.vehicle", f"{auvs.vehicle!r} is not available yet; use 'kinematic'")
-    if asvs.vehicle != "moored":
-        yield Problem("asvs.vehicle", f"{asvs.vehicle!r} is not available yet; use 'moored'")
-    if auvs.feedback != "truth":
+    auvs, asvs, water = scenario.auvs, scenario.asvs, scenario.environment
+    route = auvs.route.kind
+    if auvs.vehicle.has_dynamics and route in ("hold", "track"):
+        yield Problem(
+            "auvs.vehicle",
+            f"{auvs.vehicle} flies paths; with a {route} route use kinematic",
+            ("auvs.route.kind",),
+        )
+    if auvs.feedback == "estimate" and not auvs.vehicle.has_dynamics:
         yield Problem(
             "auvs.feedback",
-            "'estimate' needs a vehicle with dynamics, not available yet; use 'truth'",
+            f"a {auvs.vehicle} vehicle does not steer; use truth, or vehicle bluerov2 or remus100",
             ("auvs.vehicle",),
         )
-    if scenario.environment.current_m_per_s > 0:
+    flows = water.current_m_per_s > 0 or water.current_variation_m_per_s > 0
+    feels = auvs.vehicle.has_dynamics or asvs.vehicle.has_dynamics
+    if flows and not feels and scenario.navigation.velocity == "over_ground":
         yield Problem(
             "environment.current_m_per_s",
-            "a current does not move kinematic or moored vehicles; remove it or set it to 0",
-            ("auvs.vehicle", "asvs.vehicle"),
+            "a current moves neither kinematic nor moored vehicles, nor dead reckoning over "
+            "ground; set it to 0, or use a vehicle with dynamics or navigation.velocity: through_water",
+            ("auvs.vehicle", "asvs.vehicle", "navigation.velocity"),
         )
 
 
@@ -102,7 +108,7 @@ def _route(scenario: "Scenario") -> Iterator[Problem]:
                 f"{scenario.survey.side_m:g} m; use a smaller one",
                 ("survey.side_m", "auvs.route.kind"),
             )
-        if auvs.vehicle == "kinematic" and 2 * auvs.turning_radius_m > scenario.survey.side_m:
+        if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > scenario.survey.side_m:
             yield Problem(
                 "auvs.turning_radius_m",
                 f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of "

@@ -1,6 +1,7 @@
 """How dead reckoning drifts: a velocity bias and the random walk of the IMU's noise."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,19 +49,25 @@ def drift_envelope(time: float, bias: tuple[float, float], random_walk: float) -
     return math.sqrt(0.25 * (math.hypot(*bias) * time) ** 2 + random_walk**2 * time)
 
 
-class Drift:
-    """The drift of one AUV's dead reckoning over a mission, sampled like its IMU.
+def random_walk(rate: float, sd: float, noise: Array) -> Array:
+    """Return a random walk (m) of `sd` (m/sqrt(s)) at the samples k / rate, shape (n + 1, 2).
 
-    At the samples it is exact; between them the IMU holds its velocity, so drift grows linearly.
-    The random walk has variance sigma^2 t per axis whatever the path, so it is drawn in the survey
-    frame, and does not depend on what else happens in the mission.
+    `noise` are n rows of standard normal numbers.  Its variance is sd^2 t per axis whatever the
+    path, so it is drawn in the survey frame, and does not depend on what else happens.
+    """
+    steps = np.concatenate((np.zeros((1, 2)), noise * (sd / math.sqrt(rate))))
+    return np.cumsum(steps, axis=0)
+
+
+class Drift:
+    """How wrong the dead reckoning of an AUV is, known at the samples k / rate of its IMU.
+
+    Between samples the IMU holds its velocity, so drift grows linearly.
     """
 
-    def __init__(self, rate: float, bias: Array, random_walk: float, noise: Array) -> None:
-        """Take the bias drift at the samples k / rate, (n + 1, 2), and n rows of normal numbers."""
-        self._rate = rate
-        self._samples = bias.copy()
-        self._samples[1:] += np.cumsum(noise, axis=0) * (random_walk / math.sqrt(rate))
+    def __init__(self, rate: float, samples: Array) -> None:
+        """Take the drift (m) along x and y at each sample, shape (n, 2), n >= 2."""
+        self._rate, self._samples = rate, samples
 
     def at(self, time: float) -> tuple[float, float]:
         """Return the drift (m) along x and y at an instant (s)."""
@@ -76,3 +83,31 @@ class Drift:
         return np.asarray(
             self._samples[whole] + share * (self._samples[whole + 1] - self._samples[whole])
         )
+
+
+class SteeredDrift:
+    """The drift of an AUV that steers by its estimate: where its bias leads depends on its path.
+
+    `walk` is the drift but for the bias; `headings(times)` gives the integrals of cos(yaw) and
+    sin(yaw) along the path travelled so far, shape (n, 2).
+    """
+
+    def __init__(
+        self,
+        walk: Drift,
+        bias: tuple[float, float],
+        frame: str,
+        headings: Callable[[Array], Array],
+    ) -> None:
+        self._walk, self._bias, self._frame = walk, bias, frame
+        self._headings = headings
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Return the drift (m) along x and y at an instant (s)."""
+        x, y = self.sample(np.array([time]))[0].tolist()
+        return x, y
+
+    def sample(self, times: Array) -> Array:
+        """Return the drift (m) at each instant (s), shape (n, 2)."""
+        biased = bias_drift(self._bias, self._frame, times, self._headings(times))
+        return np.asarray(self._walk.sample(times) + biased)

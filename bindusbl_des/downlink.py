@@ -9,6 +9,10 @@ from .acoustics import travel_time
 from .events import Fix
 from .fleet import Asv, Auv
 from .slots import Clock
+from .vehicles import Place
+
+# Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
+NEARLY_THERE = 0.98
 
 
 class MfDownlink:
@@ -26,20 +30,36 @@ class MfDownlink:
         self._env, self._auvs = env, auvs
         self._range, self._sound_speed, self._clock = mf_range, sound_speed, clock
 
-    def send(self, fix: Fix, asv: Asv, time: float, airtime: float) -> None:
-        """Send a fix in a frame that starts at `time` and lasts `airtime` (s) (eq. deliver_tick).
+    def send(self, fixes: Sequence[Fix], asv: Asv, time: float, airtime: float) -> None:
+        """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
+        vessel = asv.vehicle.at(time)
+        reached = []
+        for fix in fixes:
+            fix.broadcast_at_s, fix.broadcast_by = time, asv.index
+            place = self._auvs[fix.auv].vehicle.at(time)
+            if math.hypot(place.x - vessel.x, place.y - vessel.y) > self._range:
+                fix.outcome = "out_of_range"
+            else:
+                reached.append(fix)
+        event = self._env.timeout(airtime)
+        event.callbacks.append(lambda _: self._leave(reached, asv, time, airtime))
 
-        The end of the frame decides: it leaves when the airtime is over and reaches an AUV that
-        has moved on meanwhile.
-        """
-        auv = self._auvs[fix.auv]
-        fix.broadcast_at_s, fix.broadcast_by = time, asv.index
-        place, vessel = auv.vehicle.at(time), asv.vehicle.at(time)
-        if math.hypot(place.x - vessel.x, place.y - vessel.y) > self._range:
-            fix.outcome = "out_of_range"
-            return
+    def _leave(self, fixes: Sequence[Fix], asv: Asv, time: float, airtime: float) -> None:
+        """Let the end of a frame set out to AUVs that have moved since the frame began."""
         ends = time + airtime
-        travel = travel_time(asv.vehicle.at(ends), auv.vehicle.at, ends, self._sound_speed)
+        vessel = asv.vehicle.at(ends)
+        for fix in fixes:
+            distance = math.dist(vessel[:3], self._auvs[fix.auv].vehicle.at(ends)[:3])
+            event = self._env.timeout(NEARLY_THERE * distance / self._sound_speed)
+            event.callbacks.append(
+                lambda _, fix=fix: self._arrive(fix, vessel, time, airtime)  # type: ignore[misc]
+            )
+
+    def _arrive(self, fix: Fix, vessel: Place, time: float, airtime: float) -> None:
+        """Find the exact arrival when it is near: who steers by fixes has no sure future."""
+        ends = time + airtime
+        vehicle = self._auvs[fix.auv].vehicle
+        travel = travel_time(vessel, vehicle.at, ends, self._sound_speed)
         self.deliver(fix, self._clock.after(time, airtime + travel))
 
     def reply(self, fix: Fix, asv: Asv, time: float) -> None:

@@ -115,7 +115,9 @@ class TrackPoint:
     cross_track_error_m: float | None = column(
         "m", "estimate - truth, perpendicular to the heading, positive to starboard", None
     )
-    path_error_m: float | None = column("m", "distance of the truth from the planned path", None)
+    path_error_m: float | None = column(
+        "m", "distance of the truth from the planned path, or from the station", None
+    )
 
 
 @dataclass(slots=True)

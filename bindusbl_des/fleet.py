@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from .dead_reckoning import Drift
+from .dead_reckoning import Drift, SteeredDrift
 from .navigation import FixedGain
 from .vehicles import Vehicle
 
@@ -13,7 +13,7 @@ class Auv:
 
     index: int
     vehicle: Vehicle
-    drift: Drift
+    drift: Drift | SteeredDrift
     navigator: FixedGain
 
     @property

@@ -3,68 +3,90 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from . import dead_reckoning
-from .dead_reckoning import Drift
+from .dead_reckoning import Drift, SteeredDrift, bias_drift
 from .fleet import Asv, Auv
 from .formation import formation, formation_radius
+from .guidance import Voyage, smallest_turn
 from .navigation import INNOVATIONS, FixedGain, Position
 from .paths import Path
 from .routes import lawnmower, waypoint_path
 from .scenario import Scenario
-from .streams import Purpose, Streams
+from .streams import Streams
 from .track_file import read_track
 from .turns import there_and_back
 from .vehicles import Kinematic, Moored, Place, Recorded, Vehicle
+from .voyages import Water, asv_voyage, auv_voyage, walks
+
+Array = NDArray[np.float64]
 
 
-def launch_auvs(scenario: Scenario, streams: Streams) -> list[Auv]:
+def launch_auvs(scenario: Scenario, streams: Streams, water: Water) -> list[Auv]:
     """Return the AUVs of a scenario, in index order."""
-    return [_auv(scenario, streams, index) for index in range(scenario.auvs.count)]
+    auvs, lost = scenario.auvs, walks(scenario, streams, water)
+    voyage = None
+    if auvs.vehicle.has_dynamics:
+        tours = [planned_tour(scenario, index) for index in range(auvs.count)]
+        voyage = auv_voyage(scenario, tours, water, lost)
+    return [_auv(scenario, index, walk, voyage) for index, walk in enumerate(lost)]
 
 
-def _auv(scenario: Scenario, streams: Streams, index: int) -> Auv:
-    vehicle = auv_vehicle(scenario, index)
-    drift = _drift(scenario, vehicle, streams, index)
+def _auv(scenario: Scenario, index: int, walk: Array, voyage: Voyage | None) -> Auv:
+    navigation = scenario.navigation
+    rate, bias, frame = (
+        navigation.imu_rate_hz,
+        navigation.velocity_bias_m_per_s,
+        navigation.bias_frame,
+    )
+    vehicle = kinematic_vehicle(scenario, index) if voyage is None else voyage.member(index)
+    drift: Drift | SteeredDrift
+    if scenario.auvs.feedback == "estimate":
+        drift = SteeredDrift(Drift(rate, walk), bias, frame, vehicle.heading_integral)
+    else:
+        times = np.arange(len(walk)) / rate
+        biased = bias_drift(bias, frame, times, vehicle.heading_integral(times))
+        drift = Drift(rate, walk + biased)
 
     def dead_reckoned(time: float) -> Position:
         place, (x, y) = vehicle.at(time), drift.at(time)
         return place.x + x, place.y + y
 
-    navigation = scenario.navigation
+    def steer(corrections: Position) -> None:
+        if voyage is not None:
+            voyage.corrections[index] = corrections
+
     reference = INNOVATIONS[navigation.delay_compensation]
-    return Auv(index, vehicle, drift, FixedGain(dead_reckoned, navigation.gain, reference))
+    return Auv(index, vehicle, drift, FixedGain(dead_reckoned, navigation.gain, reference, steer))
 
 
-def _drift(scenario: Scenario, vehicle: Vehicle, streams: Streams, index: int) -> Drift:
-    navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
-    count = max(1, math.ceil(scenario.duration_s * rate))
-    times = np.arange(count + 1) / rate
-    bias = dead_reckoning.bias_drift(
-        navigation.velocity_bias_m_per_s,
-        navigation.bias_frame,
-        times,
-        vehicle.heading_integral(times),
-    )
-    noise = streams.of(Purpose.DRIFT, index).standard_normal((count, 2))
-    return Drift(rate, bias, navigation.random_walk_m_per_sqrt_s, noise)
-
-
-def auv_vehicle(scenario: Scenario, index: int) -> Vehicle:
-    """Return one AUV on its route, at its depth."""
+def kinematic_vehicle(scenario: Scenario, index: int) -> Vehicle:
+    """Return one AUV without dynamics on its route, at its depth."""
     route, depth = scenario.auvs.route, scenario.survey.depth_m
     if route.kind == "hold":
         return Moored(Place(*route.positions_m[index], depth, 0.0))
     if route.kind == "track":
         return Recorded(*read_track(route.files[index]))
+    return Kinematic(planned_tour(scenario, index), scenario.auvs.speed_m_per_s, depth)
+
+
+def turning_radius(scenario: Scenario) -> float:
+    """Return the radius (m) of planned turns: as asked for, or as the vehicle model can turn."""
     auvs = scenario.auvs
-    tour = there_and_back(
+    if not auvs.vehicle.has_dynamics:
+        return auvs.turning_radius_m
+    coefficients = dict(auvs.vehicle.coefficients)
+    return smallest_turn(auvs.vehicle.model, auvs.speed_m_per_s, coefficients)
+
+
+def planned_tour(scenario: Scenario, index: int) -> Path:
+    """Return the endless tour of one AUV along its planned path, there and back."""
+    return there_and_back(
         planned_path(scenario, index),
         scenario.survey.side_m,
-        auvs.turning_radius_m,
-        math.radians(auvs.join_angle_deg),
+        turning_radius(scenario),
+        math.radians(scenario.auvs.join_angle_deg),
     )
-    return Kinematic(tour, auvs.speed_m_per_s, depth)
 
 
 def planned_path(scenario: Scenario, index: int) -> Path:
@@ -75,7 +97,7 @@ def planned_path(scenario: Scenario, index: int) -> Path:
     """
     auvs, side, route = scenario.auvs, scenario.survey.side_m, scenario.auvs.route
     if route.kind == "waypoints":
-        return waypoint_path(route.points_m[index], auvs.turning_radius_m)
+        return waypoint_path(route.points_m[index], turning_radius(scenario))
     if route.kind != "lawnmower":
         raise ValueError(f"an AUV whose route is {route.kind!r} has no planned path")
     spacing, margin = route.lane_spacing_m, route.end_margin_m
@@ -85,19 +107,20 @@ def planned_path(scenario: Scenario, index: int) -> Path:
         index,
         spacing=spacing,
         margin=spacing / 2 if margin is None else margin,
-        radius=auvs.turning_radius_m,
+        radius=turning_radius(scenario),
         start=route.start,
         turns=route.turns,
         join_angle=math.radians(auvs.join_angle_deg),
     )
 
 
-def launch_asvs(scenario: Scenario) -> list[Asv]:
+def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> list[Asv]:
     """Return the ASVs of a scenario at their stations, in index order."""
-    return [
-        Asv(index, Moored(Place(x, y, 0.0, 0.0)))
-        for index, (x, y) in enumerate(asv_stations(scenario))
-    ]
+    stations = asv_stations(scenario)
+    if scenario.asvs.vehicle.has_dynamics:
+        voyage = asv_voyage(scenario, stations, streams, water)
+        return [Asv(index, voyage.member(index)) for index in range(len(stations))]
+    return [Asv(index, Moored(Place(x, y, 0.0, 0.0))) for index, (x, y) in enumerate(stations)]
 
 
 def asv_stations(scenario: Scenario) -> list[tuple[float, float]]:

@@ -34,10 +34,15 @@ class FixedGain:
         dead_reckoning: Callable[[float], Position],
         gain: float,
         reference: Callable[[Position, Position], Position],
+        steer: Callable[[Position], None] = lambda _: None,
     ) -> None:
+        """Take dead reckoning at any instant (s), the gain, what fixes are compared with, and whom
+        to tell the sum of all corrections (m) after each.
+        """
         self._dead_reckoning = dead_reckoning
         self._gain = gain
         self._reference = reference
+        self._steer = steer
         self._corrected_at = [0.0]
         self._corrections = [(0.0, 0.0)]
 
@@ -64,6 +69,7 @@ class FixedGain:
         self._corrections.append(
             (last_x + self._gain * innovation[0], last_y + self._gain * innovation[1])
         )
+        self._steer(self._corrections[-1])
         return innovation
 
     def corrections(self, times: Array) -> Array:

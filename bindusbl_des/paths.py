@@ -58,7 +58,7 @@ class Path:
 
     >>> path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0),))
     >>> path.at(4.0)
-    Pose(x=4.0, y=0.0, yaw=0.0)
+    Pose(x=4.0, y=0.0, yaw=0)
     """
 
     start: Pose

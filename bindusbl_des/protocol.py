@@ -99,8 +99,7 @@ def broadcast(world: World, turn: Turn, time: float) -> None:
             turn.row.round, asv.index, time, airtime, slots.payload_bytes(len(fixes)), len(fixes)
         )
     )
-    for fix in fixes:
-        world.downlink.send(fix, asv, time, airtime)
+    world.downlink.send(fixes, asv, time, airtime)
     world.downlink_free_at = clock.after(time, slots.downlink_slot(len(fixes)))
     turn.row.downlink_s = (turn.row.downlink_s or 0.0) + world.downlink_free_at - time
     turn.row.fixes += len(fixes)

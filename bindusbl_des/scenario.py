@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
+from .vehicle_choice import AsvVehicle, AuvVehicle
+
 PAPER = "BIND-USBL paper"
 THESIS = "Nitsch 2024, USBL-Simulator"
 OURS = "this package"
@@ -110,7 +112,9 @@ class Auvs(Part):
     """The underwater vehicles: how many, what they are, where they go."""
 
     count: Whole = key(3, "1", "number of AUVs", PAPER, ge=1, le=100_000)
-    vehicle: Literal["kinematic", "remus100", "bluerov2"] = key("kinematic", "", "vehicle model")
+    vehicle: AuvVehicle = key(
+        "kinematic", "", "vehicle model, or {model: ..., coefficient: value, ...}"
+    )
     speed_m_per_s: Real = key(
         0.627, "m/s", "speed along the route", "tab:case_study (182-192 m in 300 s)", gt=0, le=20
     )
@@ -143,7 +147,9 @@ class Asvs(Part):
     """The surface vessels that carry the USBL arrays."""
 
     count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
-    vehicle: Literal["moored", "otter", "cybership2"] = key("moored", "", "vessel model")
+    vehicle: AsvVehicle = key(
+        "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
+    )
     formation: Formation = Field(default=Formation(), description="where the ASVs keep station")
 
 
@@ -152,6 +158,12 @@ class Environment(Part):
 
     sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
     current_m_per_s: Real = key(0.0, "m/s", "speed of the uniform current", ge=0, le=10)
+    current_variation_m_per_s: Real = key(
+        0.0, "m/s", "standard deviation of the current's slow variation per axis", ge=0, le=10
+    )
+    current_variation_time_s: Real = key(
+        600.0, "s", "time constant of that variation (Gauss-Markov)", ge=1, le=1e6
+    )
     current_direction_deg: Real = key(
         0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
     )
@@ -253,6 +265,9 @@ class Navigation(Part):
     velocity_bias_m_per_s: Point = key((0.06, 0.06), "m/s", "velocity bias b_i", PAPER)
     bias_frame: Literal["body", "world"] = key(
         "body", "", "frame in which the bias is constant", "eq. dead_reckoning"
+    )
+    velocity: Literal["over_ground", "through_water"] = key(
+        "over_ground", "", "the velocity dead reckoning integrates; through water misses currents"
     )
     random_walk_m_per_sqrt_s: Real = key(
         0.027, "m/sqrt(s)", "random walk sigma", PAPER, ge=0, le=1e3

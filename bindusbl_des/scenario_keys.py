@@ -11,6 +11,7 @@ from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
 from .scenario import Part, Scenario
+from .vehicle_choice import VehicleChoice
 from .wording import plain
 
 if TYPE_CHECKING:
@@ -133,6 +134,8 @@ def _row(key: str, field: "FieldInfo", only: str) -> Key:
 
 
 def _choices(annotation: Any) -> tuple[str, ...]:
+    if isinstance(annotation, type) and issubclass(annotation, VehicleChoice):
+        return annotation.MODELS
     return get_args(annotation) if get_origin(annotation) is Literal else ()
 
 
@@ -141,7 +144,7 @@ def _type(annotation: Any) -> str:
     origin, arms = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _type(arms[0])
-    if origin is Literal:
+    if origin is Literal or _choices(annotation):
         return "choice"
     if origin in (Union, UnionType):
         return f"{_type(next(arm for arm in arms if arm is not type(None)))}, or null"

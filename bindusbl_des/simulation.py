@@ -83,7 +83,10 @@ def tracks_table(world: World) -> pa.Table:
                 "path_error_m": path_error if len(path_error) else [None] * len(times),
             }
         )
-    parts += [_truth(asv.name, times, asv.vehicle.sample(times)) for asv in world.asvs]
+    for asv in world.asvs:
+        off_station = asv.vehicle.path_error(times)
+        truth = _truth(asv.name, times, asv.vehicle.sample(times))
+        parts.append({**truth, "path_error_m": off_station})
     return pa.concat_tables([from_columns("tracks", part) for part in parts])
 
 

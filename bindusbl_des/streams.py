@@ -20,6 +20,8 @@ class Purpose(IntEnum):
     LOSS = 4
     SCHEDULE = 5
     BROADCASTER = 6
+    CURRENT = 7
+    STATION = 8
 
 
 class Streams:

@@ -58,8 +58,8 @@ def turn_about(
 
     >>> turn, joined = turn_about(math.pi, 5.0, math.radians(30), 1.0)
     >>> end = Path(Pose(0.0, 0.0, math.pi), turn).end
-    >>> round(end.x - joined, 9), round(end.y, 9), round(end.yaw / math.pi, 9)
-    (0.0, -0.0, 2.0)
+    >>> abs(end.x - joined) < 1e-9, abs(end.y) < 1e-9, round(end.yaw / math.pi, 9)
+    (True, True, 2.0)
     """
     mirrored = hand * yaw
     cosine, sine = math.cos(join_angle), math.sin(join_angle)

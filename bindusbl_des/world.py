@@ -32,6 +32,7 @@ from .slots import (
 from .streams import Purpose, Streams
 from .uplink import Uplink
 from .usbl import Usbl
+from .voyages import Water
 
 
 @dataclass
@@ -107,7 +108,8 @@ class World:
 def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
     """Put the world of a scenario together, at rest at time 0."""
     streams, record, slots = Streams(seed), Recorder(), slots_of(scenario)
-    auvs, asvs = launch_auvs(scenario, streams), launch_asvs(scenario)
+    water = Water(scenario, streams)
+    auvs, asvs = launch_auvs(scenario, streams, water), launch_asvs(scenario, streams, water)
     sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
     downlink = MfDownlink(
         env,

@@ -11,11 +11,11 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 LAYERS = [
     "compiled wording events streams",
     "acoustics formation coverage dubins paths turns routes slots hydrophones usbl fusion "
-    "conflicts dead_reckoning track_file dynamics guidance",
-    "consistency scenario",
-    "vehicles navigation recorder fleet",
+    "conflicts dead_reckoning track_file currents vehicles dynamics guidance",
+    "consistency vehicle_choice scenario",
+    "navigation recorder fleet",
     "uplink downlink ranging fixing boards broadcasters schedules samples",
-    "launch world protocol metrics",
+    "voyages launch world protocol metrics",
     "tables figures summary result simulation explain",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "commands cli __init__",
@@ -31,7 +31,7 @@ HOMES = {
     "click": "cli commands",
     "numba": "compiled",
     "pydantic": "scenario scenario_file scenario_keys",
-    "pydantic_core": "scenario scenario_file",
+    "pydantic_core": "scenario scenario_file vehicle_choice",
     "matplotlib": "figures commands",
     "pandas": "result summary",
 }
@@ -66,6 +66,7 @@ def test_a_module_imports_only_downwards(path: Path) -> None:
     if home(path) == "__init__":
         return
     own, others = imports(path)
+    assert "bindusbl_des" not in others, "the package imports its own modules relatively"
     above = {name for name in own if RANK[name] > RANK[home(path)]}
     assert not above, f"{home(path)} imports upwards: {above}"
     for library, homes in HOMES.items():

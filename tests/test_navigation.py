@@ -9,7 +9,7 @@ import pytest
 from worlds import scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.dead_reckoning import Drift, bias_drift, drift_rms
+from bindusbl_des.dead_reckoning import Drift, bias_drift, drift_rms, random_walk
 from bindusbl_des.navigation import FixedGain, estimate_at_ping, present_estimate
 from bindusbl_des.paths import Path as RoutePath
 from bindusbl_des.paths import Pose, Segment
@@ -89,7 +89,8 @@ def test_drift_rms(time: float, rms: float) -> None:
 
 def test_between_samples_the_drift_is_linear() -> None:
     """The IMU holds its velocity between samples."""
-    drift = Drift(2.0, np.zeros((5, 2)), 1.0, np.random.default_rng(0).standard_normal((4, 2)))
+    noise = np.random.default_rng(0).standard_normal((4, 2))
+    drift = Drift(2.0, random_walk(2.0, 1.0, noise))
     middle = (np.array(drift.at(0.5)) + np.array(drift.at(1.0))) / 2
     assert drift.at(0.75) == pytest.approx(middle)
     assert drift.sample(np.array([0.75, 2.0]))[0] == pytest.approx(middle)

@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bindusbl_des.dynamics.fleet import DivergenceError, Fleet
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.dynamics.models import MODELS, Model, find, parameters
-from bindusbl_des.dynamics.steady import SteadyTurn, steady_speed, steady_turn
+from .fleet import DivergenceError, Fleet
+from .frames import Floats
+from .models import MODELS, Model, find, parameters
+from .steady import SteadyTurn, steady_speed, steady_turn
 
 __all__ = [
     "MODELS",

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics.frames import Floats, move_rigid_body
+from ..compiled import compiled
+from .frames import Floats, move_rigid_body
 
 STATE = ("x", "y", "z", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r")
 COMMAND = ("X", "Y", "Z", "K", "M", "N")

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics.frames import Floats, move_surface_craft
+from ..compiled import compiled
+from .frames import Floats, move_surface_craft
 
 STATE = ("x", "y", "psi", "u", "v", "r")
 COMMAND = ("tau_u", "tau_v", "tau_r")

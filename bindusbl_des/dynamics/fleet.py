@@ -6,9 +6,9 @@ from math import cos, degrees, isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bindusbl_des.dynamics import rk4
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.dynamics.models import Model, find, parameters
+from . import rk4
+from .frames import Floats
+from .models import Model, find, parameters
 
 
 class DivergenceError(FloatingPointError):

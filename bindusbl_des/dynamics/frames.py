@@ -11,7 +11,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from bindusbl_des.compiled import compiled
+from ..compiled import compiled
 
 Floats = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics.frames import Floats, cross_flow, move_surface_craft
+from ..compiled import compiled
+from .frames import Floats, cross_flow, move_surface_craft
 
 STATE = ("x", "y", "psi", "u", "v", "r", "n1", "n2")
 COMMAND = ("n1", "n2")

@@ -9,9 +9,9 @@ entering consistently; `derivative_pvs` keeps that program's own way with curren
 
 from math import atan2, cos, exp, sin, sqrt
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics import remus100_parameters as at
-from bindusbl_des.dynamics.frames import Floats, cross_flow, move_rigid_body
+from ..compiled import compiled
+from . import remus100_parameters as at
+from .frames import Floats, cross_flow, move_rigid_body
 
 STATE = (
     "x", "y", "z", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r",

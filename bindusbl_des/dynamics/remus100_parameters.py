@@ -9,7 +9,7 @@ from math import log, pi, radians, sqrt
 
 import numpy as np
 
-from bindusbl_des.dynamics.frames import Floats
+from .frames import Floats
 
 
 @dataclass(frozen=True)

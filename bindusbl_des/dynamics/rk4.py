@@ -9,9 +9,9 @@ from math import cos, floor, isfinite
 
 import numpy as np
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics import bluerov2, cybership2, otter, remus100
-from bindusbl_des.dynamics.frames import Floats
+from ..compiled import compiled
+from . import bluerov2, cybership2, otter, remus100
+from .frames import Floats
 
 REMUS100, REMUS100_PVS, BLUEROV2, OTTER, CYBERSHIP2 = range(5)  # which equations `derivative` takes
 

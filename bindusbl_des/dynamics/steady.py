@@ -7,9 +7,9 @@ from math import inf
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bindusbl_des.dynamics.fleet import Fleet
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.dynamics.models import find
+from .fleet import Fleet
+from .frames import Floats
+from .models import find
 
 WINDOW_S = 5.0  # motion is averaged over this long
 SETTLED = 1e-6  # averages of two windows that agree to this part are one

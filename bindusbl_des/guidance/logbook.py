@@ -1,0 +1,103 @@
+"""Where a vehicle under way has been: its log, and any instant between two lines of it.
+
+A line is written at each boundary of the integration, k * step (s). Between two lines position and
+yaw are cubic polynomials through both ends with the rates there (Hermite), which for these vehicles
+is within a micrometre of the motion itself.
+"""
+
+from math import cos, hypot, sin
+
+from bindusbl_des.compiled import compiled
+from bindusbl_des.dynamics.frames import Floats
+from bindusbl_des.guidance import tracks
+from bindusbl_des.guidance.tracks import Ints
+
+# A line: place (m) and yaw (rad), their rates (m/s, rad/s), integrals of cos(yaw) and sin(yaw) (s),
+# horizontal distance travelled (m)
+X, Y, Z, YAW, RATES, COS, SIN, DISTANCE, COLUMNS = 0, 1, 2, 3, 4, 8, 9, 10, 11
+
+
+@compiled
+def note(log: Floats, line: int, step: float, place: Floats, rates: Floats) -> None:
+    """Write the line of one boundary: place and rates (4,) there, and what has summed up to it."""
+    for i in range(4):
+        log[line, i] = place[i]
+        log[line, RATES + i] = rates[i]
+    if line == 0:
+        log[0, COS] = log[0, SIN] = log[0, DISTANCE] = 0.0
+        return
+    log[line, COS:] = sums(log, line - 1, step, place, rates)
+
+
+@compiled
+def sums(
+    log: Floats, line: int, duration: float, place: Floats, rates: Floats
+) -> tuple[float, float, float]:
+    """Return the integrals of cos(yaw), sin(yaw) (s) and the distance (m), `duration` past a line.
+
+    Trapezoid with its end correction for the headings (Euler-Maclaurin), Simpson's rule for the
+    distance, the speed half way taken from the cubic of the position.
+    """
+    before, now = log[line, YAW], place[YAW]
+    was, turns = log[line, RATES + YAW], rates[YAW]
+    c_before, s_before, c_now, s_now = cos(before), sin(before), cos(now), sin(now)
+    half, twelfth = duration / 2.0, duration * duration / 12.0
+    ahead = half * (c_before + c_now) + twelfth * (s_now * turns - s_before * was)
+    aside = half * (s_before + s_now) + twelfth * (c_before * was - c_now * turns)
+    u, v = log[line, RATES + X], log[line, RATES + Y]
+    walked = 0.0
+    if duration > 0.0:
+        share = 1.5 / duration
+        u_half = share * (place[X] - log[line, X]) - 0.25 * (u + rates[X])
+        v_half = share * (place[Y] - log[line, Y]) - 0.25 * (v + rates[Y])
+        walked = hypot(u, v) + 4.0 * hypot(u_half, v_half) + hypot(rates[X], rates[Y])
+    return (
+        log[line, COS] + ahead,
+        log[line, SIN] + aside,
+        log[line, DISTANCE] + duration / 6.0 * walked,
+    )
+
+
+@compiled
+def read(log: Floats, step: float, time: float, place: Floats, rates: Floats) -> int:
+    """Write place and rates (4,) at an instant (s) within the log; return the line before it."""
+    line: int = min(max(int(time / step), 0), log.shape[0] - 2)
+    share = time / step - line
+    rest = 1.0 - share
+    for i in range(4):
+        begin, end = log[line, i], log[line + 1, i]
+        leaves, arrives = step * log[line, RATES + i], step * log[line + 1, RATES + i]
+        moved = end - begin
+        place[i] = begin + share * (
+            leaves * rest * rest + share * (moved * (1.0 + 2.0 * rest) - arrives * rest)
+        )
+        rates[i] = (
+            leaves * rest * (1.0 - 3.0 * share)
+            + arrives * share * (3.0 * share - 2.0)
+            + 6.0 * moved * share * rest
+        ) / step
+    return line
+
+
+@compiled
+def read_all(log: Floats, step: float, times: Floats, table: Floats) -> None:
+    """Write the whole line, interpolated, of each instant: `table` (n, COLUMNS)."""
+    for k in range(times.size):
+        row = table[k]
+        place, rates = row[:RATES], row[RATES:COS]
+        line = read(log, step, times[k], place, rates)
+        row[COS:] = sums(log, line, times[k] - line * step, place, rates)
+
+
+@compiled
+def beside(
+    table: Floats, times: Floats, control: float, active: Ints, rows: Floats, bounds: Ints,
+    errors: Floats,
+) -> None:  # fmt: skip
+    """Write how far (m) each place of `table` (n, COLUMNS) lies from the path flown then.
+
+    `active` (intervals,) is the row of the path that was flown in each control interval.
+    """
+    for k in range(times.size):
+        interval = min(max(int(times[k] / control), 0), active.size - 1)
+        errors[k] = tracks.distance_from(rows, bounds, active[interval], table[k, X], table[k, Y])

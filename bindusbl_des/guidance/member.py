@@ -1,0 +1,88 @@
+"""One vehicle of a fleet under way, as the rest of the mission sees it."""
+
+from typing import Protocol
+
+import numpy as np
+
+from bindusbl_des.dynamics.frames import Floats
+from bindusbl_des.guidance import logbook
+from bindusbl_des.guidance.tracks import Ints, Tracks
+from bindusbl_des.vehicles import Place
+
+
+class UnderWay(Protocol):
+    """What a member needs of its fleet: to be moved on, and its log."""
+
+    step_s: float
+    control_s: float
+    logs: Floats
+    active: Ints
+    stations: Floats
+    tracks: Tracks
+
+    def advance(self, time_s: float) -> None:
+        """Make the state at an instant (s) known."""
+
+
+class Member:
+    """A vehicle that goes where its controller, its hull and the sea take it.
+
+    It answers for the past as well as for the present; asked for later, its whole fleet moves on.
+    """
+
+    def __init__(self, fleet: UnderWay, number: int) -> None:
+        self._fleet, self._number = fleet, number
+        self._log = fleet.logs[number]
+        self._place, self._rates = np.empty(4), np.empty(4)
+
+    def _read(self, time: float) -> int:
+        self._fleet.advance(time)
+        return logbook.read(self._log, self._fleet.step_s, time, self._place, self._rates)
+
+    def _table(self, times: Floats) -> Floats:
+        """Return the interpolated line of the log of each instant, (n, logbook.COLUMNS)."""
+        instants = np.ascontiguousarray(times, dtype=np.float64)
+        table = np.empty((len(instants), logbook.COLUMNS))
+        if len(instants):
+            self._fleet.advance(float(instants.max()))
+            logbook.read_all(self._log, self._fleet.step_s, instants, table)
+        return table
+
+    def at(self, time: float) -> Place:
+        """Return the true place at an instant (s)."""
+        self._read(time)
+        x, y, z, yaw = self._place.tolist()
+        return Place(x, y, z, yaw)
+
+    def velocity(self, time: float) -> tuple[float, float, float]:
+        """Return the true velocity over ground (m/s) along x, y and z at an instant (s)."""
+        self._read(time)
+        x, y, z, _ = self._rates.tolist()
+        return x, y, z
+
+    def sample(self, times: Floats) -> Floats:
+        """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
+        return self._table(times)[:, : logbook.RATES]
+
+    def heading_integral(self, times: Floats) -> Floats:
+        """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), (n, 2)."""
+        return self._table(times)[:, logbook.COS : logbook.DISTANCE]
+
+    def distance(self, time: float) -> float:
+        """Return the horizontal distance travelled over ground until an instant (m)."""
+        return float(self._table(np.array([time]))[0, logbook.DISTANCE])
+
+    def path_error(self, times: Floats) -> Floats:
+        """Return the distance (m) of the true place from the path flown, or from the station."""
+        table = self._table(times)
+        fleet = self._fleet
+        if len(fleet.stations):
+            off = table[:, :2] - fleet.stations[self._number]
+            return np.asarray(np.hypot(off[:, 0], off[:, 1]))
+        errors = np.empty(len(table))
+        logbook.beside(
+            table, np.ascontiguousarray(times, dtype=np.float64), fleet.control_s,
+            fleet.active[self._number], fleet.tracks.rows, fleet.tracks.bounds[self._number],
+            errors,
+        )  # fmt: skip
+        return errors

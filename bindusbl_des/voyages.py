@@ -1,0 +1,113 @@
+"""Vehicles with dynamics on their voyage: hulls, controllers and the water of a scenario."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .currents import carried, current_series
+from .dead_reckoning import random_walk
+from .guidance import SteeringDrift, Voyage
+from .paths import Path
+from .scenario import Scenario
+from .streams import Purpose, Streams
+
+Array = NDArray[np.float64]
+
+# Controllers look and steer ten times a second; the current holds meanwhile.
+CONTROL_S = 0.1
+
+# Sound sent at the mission's end is followed a little beyond it (s).
+AFTERWARDS_S = 5.0
+
+
+class Water:
+    """The current of one mission, and how far it has carried what drifts in it."""
+
+    def __init__(self, scenario: Scenario, streams: Streams) -> None:
+        asked = scenario.environment
+        count = voyage_intervals(scenario)
+        self.series = current_series(
+            asked.current_m_per_s,
+            math.radians(asked.current_direction_deg),
+            asked.current_variation_m_per_s,
+            asked.current_variation_time_s,
+            CONTROL_S,
+            streams.of(Purpose.CURRENT).standard_normal((count, 2)),
+        )
+
+    def carried(self, times: Array) -> Array:
+        """Return how far (m) the water has moved by each instant (s), shape (n, 2)."""
+        return carried(self.series, CONTROL_S, times)
+
+
+def voyage_intervals(scenario: Scenario) -> int:
+    """Return the number of control intervals of a voyage that outlasts the mission a little."""
+    return math.ceil((scenario.duration_s + AFTERWARDS_S) / CONTROL_S)
+
+
+def walks(scenario: Scenario, streams: Streams, water: Water) -> list[Array]:
+    """Return each AUV's dead-reckoning error (m) but for its bias, at its IMU's samples (n, 2).
+
+    Dead reckoning through the water misses the current: it falls behind by what the water moved.
+    """
+    navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
+    count = max(1, math.ceil(scenario.duration_s * rate))
+    missed = np.zeros((count + 1, 2))
+    if navigation.velocity == "through_water":
+        missed = water.carried(np.arange(count + 1) / rate)
+    sd = navigation.random_walk_m_per_sqrt_s
+    return [
+        random_walk(rate, sd, streams.of(Purpose.DRIFT, auv).standard_normal((count, 2))) - missed
+        for auv in range(scenario.auvs.count)
+    ]
+
+
+def auv_voyage(
+    scenario: Scenario, tours: Sequence[Path], water: Water, walks: Sequence[Array]
+) -> Voyage:
+    """Return the voyage of all AUVs along their tours; they steer as `auvs.feedback` says."""
+    auvs, navigation = scenario.auvs, scenario.navigation
+    drift = None
+    if auvs.feedback == "estimate":
+        beyond = math.ceil((AFTERWARDS_S + 1.0) * navigation.imu_rate_hz)
+        drift = SteeringDrift(
+            np.array(navigation.velocity_bias_m_per_s),
+            navigation.bias_frame == "body",
+            np.stack([np.pad(walk, ((0, beyond), (0, 0)), mode="edge") for walk in walks]),
+            navigation.imu_rate_hz,
+        )
+    return Voyage(
+        auvs.vehicle.model,
+        dict(auvs.vehicle.coefficients),
+        paths=tours,
+        speed_m_per_s=auvs.speed_m_per_s,
+        depth_m=scenario.survey.depth_m,
+        currents=water.series,
+        duration_s=voyage_intervals(scenario) * CONTROL_S,
+        control_s=CONTROL_S,
+        drift=drift,
+        names=[f"AUV{index}" for index in range(auvs.count)],
+    )
+
+
+def asv_voyage(
+    scenario: Scenario, stations: Sequence[tuple[float, float]], streams: Streams, water: Water
+) -> Voyage:
+    """Return the voyage of all ASVs, which keep their stations by noisy GNSS positions."""
+    asvs, count = scenario.asvs, voyage_intervals(scenario)
+    noise = [
+        streams.of(Purpose.STATION, asv).standard_normal((count, 2)) * scenario.usbl.gnss_sd_m
+        for asv in range(asvs.count)
+    ]
+    return Voyage(
+        asvs.vehicle.model,
+        dict(asvs.vehicle.coefficients),
+        stations=np.array(stations),
+        currents=water.series,
+        duration_s=count * CONTROL_S,
+        control_s=CONTROL_S,
+        position_noise=np.stack(noise),
+        names=[f"ASV{index}" for index in range(asvs.count)],
+    )
