@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .acoustics import absorption, range_loss, sound_speed, travel_time
     from .coverage import covered_area, covering_radius
-    from .formation import formation
+    from .formations import formation
     from .fusion import fuse
     from .result import Result, load_result
     from .scenario import Scenario
@@ -27,7 +27,7 @@ _HOMES = {
     "covered_area": "coverage",
     "covering_radius": "coverage",
     "downlink_slot": "slots",
-    "formation": "formation",
+    "formation": "formations",
     "fuse": "fusion",
     "load_result": "result",
     "load_scenario": "scenario_file",

@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .formation import stations
+from .formations import stations
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .dead_reckoning import Drift, SteeredDrift, bias_drift
 from .fleet import Asv, Auv
-from .formation import formation, formation_radius
+from .formations import formation, formation_radius
 from .guidance import Voyage, smallest_turn
 from .navigation import INNOVATIONS, FixedGain, Position
 from .paths import Path
@@ -75,8 +75,12 @@ def turning_radius(scenario: Scenario) -> float:
     auvs = scenario.auvs
     if not auvs.vehicle.has_dynamics:
         return auvs.turning_radius_m
-    coefficients = dict(auvs.vehicle.coefficients)
-    return smallest_turn(auvs.vehicle.model, auvs.speed_m_per_s, coefficients)
+    try:
+        return smallest_turn(
+            auvs.vehicle.model, auvs.speed_m_per_s, dict(auvs.vehicle.coefficients)
+        )
+    except ValueError as error:
+        raise ValueError(f"auvs.speed_m_per_s: {error}; ask for less") from None
 
 
 def planned_tour(scenario: Scenario, index: int) -> Path:
@@ -101,13 +105,20 @@ def planned_path(scenario: Scenario, index: int) -> Path:
     if route.kind != "lawnmower":
         raise ValueError(f"an AUV whose route is {route.kind!r} has no planned path")
     spacing, margin = route.lane_spacing_m, route.end_margin_m
+    radius = turning_radius(scenario)
+    if 2 * radius > side:
+        raise ValueError(
+            f"auvs.vehicle: at {auvs.speed_m_per_s:g} m/s {auvs.vehicle} turns with a radius of "
+            f"{radius:.1f} m, too wide for a survey of {side:g} m; use another vehicle (bluerov2 "
+            "turns tightly), another speed or a larger survey"
+        )
     return lawnmower(
         side,
         auvs.count,
         index,
         spacing=spacing,
         margin=spacing / 2 if margin is None else margin,
-        radius=turning_radius(scenario),
+        radius=radius,
         start=route.start,
         turns=route.turns,
         join_angle=math.radians(auvs.join_angle_deg),

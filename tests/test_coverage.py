@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bindusbl_des.coverage import coverage_map, covered_area, covering_radius, is_covered
-from bindusbl_des.formation import (
+from bindusbl_des.formations import (
     corner_distance,
     formation,
     formation_radius,

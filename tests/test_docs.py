@@ -98,3 +98,13 @@ def test_no_warning_on_import() -> None:
         [sys.executable, "-W", "error", "-c", "import bindusbl_des; bindusbl_des.simulate"],
         check=True,
     )
+
+
+def test_equations_are_importable_by_their_own_names() -> None:
+    """What the package offers is what its name says, also after everything has been loaded."""
+    code = (
+        "import bindusbl_des as b; b.simulate(b.Scenario(name='x', duration_s=1.0));"
+        "b.covering_radius(60, b.formation(2, 50.0));"
+        "assert all(callable(getattr(b, name)) for name in b.__all__), b.__all__"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

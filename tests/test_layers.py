@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
     "compiled wording events streams",
-    "acoustics formation coverage dubins paths turns routes slots hydrophones usbl fusion "
+    "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts dead_reckoning track_file currents vehicles dynamics guidance",
     "consistency vehicle_choice scenario",
     "navigation recorder fleet",

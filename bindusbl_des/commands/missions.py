@@ -100,7 +100,7 @@ def _simulated(scenario: "Scenario", seed: int) -> "Result":
 
     try:
         return simulate(scenario, seed=seed)
-    except (ValueError, ArithmeticError, MemoryError, OSError) as error:
+    except (ValueError, ArithmeticError, RuntimeError, MemoryError, OSError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {_reason(error)}") from error
 
 

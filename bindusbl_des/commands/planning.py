@@ -103,7 +103,7 @@ def horizontal_reach(scenario: "Scenario") -> float:
 
 def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> Iterator[str]:
     from ..coverage import covered_area, covering_radius
-    from ..formation import corner_distance, formation_radius_bound
+    from ..formations import corner_distance, formation_radius_bound
 
     side, hf_range = scenario.survey.side_m, scenario.acoustics.hf.range_m
     for number, (x, y) in enumerate(stations[:MOST_ROWS]):

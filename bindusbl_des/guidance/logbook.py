@@ -5,7 +5,7 @@ yaw are cubic polynomials through both ends with the rates there (Hermite), whic
 is within a micrometre of the motion itself.
 """
 
-from math import cos, hypot, sin
+from math import ceil, cos, hypot, sin
 
 from bindusbl_des.compiled import compiled
 from bindusbl_des.dynamics.frames import Floats
@@ -99,5 +99,5 @@ def beside(
     `active` (intervals,) is the row of the path that was flown in each control interval.
     """
     for k in range(times.size):
-        interval = min(max(int(times[k] / control), 0), active.size - 1)
+        interval = min(max(ceil(times[k] / control) - 1, 0), active.size - 1)  # at T_k, the one before
         errors[k] = tracks.distance_from(rows, bounds, active[interval], table[k, X], table[k, Y])

@@ -148,7 +148,8 @@ class Voyage:
                 "stronger than its thrust, or the station was never reached"
             )
         if fares == flight.STUCK:
-            return f"no headway along its path for {PATIENCE_S:g} s; the current is too strong"
+            spent = flight.PATIENT_FOR * PATIENCE_S
+            return f"no headway along its path for {spent:g} s; the current is too strong"
         if not np.isfinite(state).all():
             return "its state became infinite or NaN; take a shorter step_s or other overrides"
         return (

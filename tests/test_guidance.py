@@ -1,0 +1,523 @@
+"""Vehicles under their controllers: do they go where they are told, in currents and in error?"""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bindusbl_des.dynamics import MODELS, Fleet
+from bindusbl_des.guidance import (
+    Member,
+    SteeringDrift,
+    Voyage,
+    VoyageError,
+    logbook,
+    smallest_turn,
+    top_speed,
+    tracks,
+)
+from bindusbl_des.guidance.bluerov2 import share_thrust
+from bindusbl_des.paths import Path, Pose, Segment
+from bindusbl_des.routes import lawnmower
+from bindusbl_des.turns import there_and_back
+from bindusbl_des.vehicles import Vehicle
+
+Floats = NDArray[np.float64]
+LINE = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 300.0),))
+CURRENTS = {  # m/s, over lanes that run along x
+    "still": (0.0, 0.0),
+    "across": (0.0, 0.2),
+    "along": (0.2, 0.0),
+    "slanting": (0.2 * math.cos(math.pi / 4), 0.2 * math.sin(math.pi / 4)),
+}
+
+
+def rms(errors: Floats) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def on_lanes(
+    voyage: Voyage, times: Floats, longer_than: float, after: float = 0.0
+) -> NDArray[np.bool_]:
+    """Return when the first vehicle is on a lane, `after` metres into it."""
+    interval = np.minimum((times / voyage.control_s).astype(int), voyage.active.shape[1] - 1)
+    row = voyage.tracks.rows[voyage.active[0][interval]]
+    place = voyage.member(0).sample(times)
+    into = (place[:, 0] - row[:, tracks.X]) * np.cos(row[:, tracks.YAW])
+    into += (place[:, 1] - row[:, tracks.Y]) * np.sin(row[:, tracks.YAW])
+    lane = (row[:, tracks.CURVATURE] == 0.0) & (row[:, tracks.LENGTH] > longer_than)
+    return np.asarray(lane & (into > after))
+
+
+# ---------------------------------------------------------------- paths
+
+
+def locate(path: Path, place: tuple[float, float], start: float = 0.0) -> tuple[float, ...]:
+    """Return what a vehicle finds that looks for its place on a path, having begun at `start`."""
+    packed, progress = tracks.pack([path]), np.zeros(tracks.PROGRESS)
+    for along in np.arange(0.0, start, 0.5):
+        tracks.locate(packed.rows, packed.bounds[0], progress, *path.at(along)[:2])
+    found = tracks.locate(packed.rows, packed.bounds[0], progress, *place)
+    return (*found, tracks.travelled(packed.rows, progress))
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.05, -0.05])
+def test_starboard_of_the_path_is_positive(bend: float) -> None:
+    """A vehicle 1.5 m to starboard of a line or either circle finds +1.5 m, heading and distance."""
+    path = Path(Pose(3.0, -2.0, 0.7), (Segment(bend, 50.0),))
+    for along in (0.5, 20.0, 49.0):
+        x, y, yaw = path.at(along)
+        place = (x - 1.5 * math.sin(yaw), y + 1.5 * math.cos(yaw))
+        cross, heading, curvature, left, travelled = locate(path, place, along)
+        assert cross == pytest.approx(1.5, abs=1e-9)
+        assert math.remainder(heading - yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+        assert (curvature, left) == pytest.approx((bend, 50.0 - along), abs=1e-9)
+        assert travelled == pytest.approx(along, abs=1e-9)
+
+
+def test_a_tour_goes_on_where_it_repeats() -> None:
+    """Along three rounds of a tour the distance grows evenly and the vehicle is never beside it."""
+    tour = there_and_back(
+        lawnmower(60, 1, 0, spacing=10, margin=5, radius=1), 60, 1, math.radians(20)
+    )
+    packed, progress = tracks.pack([tour]), np.zeros(tracks.PROGRESS)
+    for along in np.arange(0.0, 3 * tour.length, 0.06):
+        x, y, yaw = tour.at(along)
+        cross, heading, _, left = tracks.locate(packed.rows, packed.bounds[0], progress, x, y)
+        assert abs(cross) < 1e-6
+        assert abs(math.remainder(heading - yaw, 2 * math.pi)) < 1e-6
+        assert left == math.inf
+        assert tracks.travelled(packed.rows, progress) == pytest.approx(along, abs=1e-5)
+
+
+def test_a_neighbouring_lane_is_not_mistaken_for_ones_own() -> None:
+    """Carried 9 m sideways, next to the lane 10 m away, a vehicle still knows its own."""
+    path = lawnmower(60, 1, 0, spacing=10, margin=5, radius=1, start="strip_corner")
+    x, y, _ = path.at(25.0)
+    cross, *_, travelled = locate(path, (x, y + 9.0), 25.0)
+    assert cross == pytest.approx(9.0)
+    assert travelled == pytest.approx(25.0)
+
+
+def test_a_bend_is_seen_ahead() -> None:
+    """One metre before an arc the curvature two metres ahead is the arc's."""
+    packed = tracks.pack([Path(Pose(0, 0, 0), (Segment(0.0, 10.0), Segment(-0.5, 3.0)))])
+    progress = np.array([0.0, 9.0, 0.0])
+    ahead = [tracks.bend_ahead(packed.rows, packed.bounds[0], progress, m) for m in (0.5, 2.0, 9.0)]
+    assert ahead == [0.0, -0.5, 0.0]
+
+
+# ---------------------------------------------------------------- BlueROV2
+
+
+def test_no_thruster_is_overloaded() -> None:
+    """Whatever is wanted, eight thrusters at their places give it with 30.4 N each or less."""
+    c, arm = math.sqrt(0.5), 0.18880
+    lever = 0.085 * c
+    thrusters = np.array([
+        [c, c, -c, -c, 0, 0, 0, 0],
+        [-c, c, -c, c, 0, 0, 0, 0],
+        [0, 0, 0, 0, -1, 1, 1, -1],
+        [lever, -lever, lever, -lever, -0.218, -0.218, 0.218, 0.218],
+        [lever, lever, -lever, -lever, 0.12, -0.12, 0.12, -0.12],
+        [-arm, arm, arm, -arm, 0, 0, 0, 0],
+    ])  # fmt: skip
+    allocation, given, random = np.linalg.pinv(thrusters), np.zeros(6), np.random.default_rng(1)
+    hardest = []
+    for _ in range(500):
+        wanted = random.normal(size=6) * (80.0, 80.0, 80.0, 10.0, 10.0, 20.0)
+        full = share_thrust(wanted, 30.4, given)
+        hardest.append(np.abs(allocation @ given).max())
+        assert any(full) == bool(np.any(np.abs(given - wanted) > 1e-12))
+    assert max(hardest) <= 30.4 * 1.0001
+    assert max(hardest) > 30.0  # and nothing is left unused that is wanted
+
+
+@pytest.mark.parametrize("current", CURRENTS)
+@pytest.mark.parametrize(("side", "strips"), [(60, 1), (140, 3)])
+def test_bluerov2_flies_its_lanes(side: float, strips: int, current: str) -> None:
+    """Lanes 10 m apart: within 5 cm RMS in still water, 20 cm in a current of 0.2 m/s."""
+    radius = smallest_turn("bluerov2", 0.6)
+    path = lawnmower(side, strips, 0, spacing=10, margin=5, radius=radius)
+    duration = path.length / 0.6 * 0.98
+    voyage = Voyage(
+        "bluerov2", paths=[path], speed_m_per_s=0.6, depth_m=10.0,
+        currents=[CURRENTS[current]], duration_s=duration,
+    )  # fmt: skip
+    times = np.arange(0.0, duration, 0.5)
+    errors, lanes = voyage.member(0).path_error(times), on_lanes(voyage, times, 20.0)
+    assert lanes.mean() > 0.5
+    assert rms(errors[lanes]) < (0.05 if current == "still" else 0.2)
+    assert np.abs(voyage.member(0).sample(times)[:, 2] - 10.0).max() < 0.05
+    assert (voyage.saturated[0] == 0.0) == (current == "still")
+
+
+def test_bluerov2_slows_down_where_its_thrusters_end() -> None:
+    """Against 0.2 m/s it makes 0.534 m/s over ground instead of 0.6, as its thrust predicts."""
+    voyage = Voyage(
+        "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=[(-0.2, 0.0)],
+        duration_s=300.0,
+    )  # fmt: skip
+    assert voyage.member(0).velocity(300.0)[0] == pytest.approx(0.534, abs=0.001)
+    assert voyage.saturated[0] > 0.9
+    assert 0.5 < voyage.mean_speed[0] < 0.534
+
+
+def test_bluerov2_hovers_at_its_paths_end() -> None:
+    """Having arrived it stays there, in a current from abeam."""
+    path = Path(Pose(1.0, 2.0, 0.5), (Segment(0.0, 30.0),))
+    voyage = Voyage(
+        "bluerov2", paths=[path], speed_m_per_s=0.6, depth_m=5.0, currents=[(0.1, 0.2)],
+        duration_s=300.0,
+    )  # fmt: skip
+    assert np.allclose(voyage.member(0).at(300.0)[:2], path.end[:2], atol=1e-3)
+    assert voyage.member(0).path_error(np.array([150.0, 300.0])).max() < 1e-3
+
+
+# ---------------------------------------------------------------- REMUS
+
+
+@pytest.mark.parametrize("current", CURRENTS)
+@pytest.mark.parametrize("yaw_time_constant", [1.0, 5.0])
+def test_remus_flies_its_lanes(yaw_time_constant: float, current: str) -> None:
+    """Lanes 80 m apart at 1.5 m/s: within 2 m RMS after the turns, in 0.2 m/s as well."""
+    changed = {"yaw_time_constant_s": yaw_time_constant}
+    radius = smallest_turn("remus100", 1.5, changed)
+    path = lawnmower(1000, 1, 0, spacing=80, margin=50, radius=radius)
+    duration = path.length / 1.5 * 0.9
+    voyage = Voyage(
+        "remus100", changed, paths=[path], speed_m_per_s=1.5, depth_m=10.0,
+        currents=[CURRENTS[current]], duration_s=duration,
+    )  # fmt: skip
+    times = np.arange(0.0, duration, 1.0)
+    errors = voyage.member(0).path_error(times)
+    assert rms(errors[on_lanes(voyage, times, 200.0, after=40.0)]) < 0.3
+    assert rms(errors[on_lanes(voyage, times, 200.0)]) < 2.0
+    assert errors.max() < 5.0
+    assert np.abs(voyage.member(0).sample(times)[:, 2] - 10.0).max() < 0.1
+
+
+@pytest.mark.parametrize("speed", [0.6, 1.0, 2.0])
+@pytest.mark.parametrize("yaw_time_constant", [1.0, 10.0])
+def test_remus_turns_at_any_speed(speed: float, yaw_time_constant: float) -> None:
+    """Round a circle of its smallest turn it stays within 2 m, slow or fast, in still water."""
+    changed = {"yaw_time_constant_s": yaw_time_constant}
+    bend = 1.0 / smallest_turn("remus100", speed, changed)
+    path = Path(Pose(0, 0, 0), (Segment(0, 50), Segment(-bend, 7 / bend), Segment(0, 200)))
+    voyage = Voyage(
+        "remus100", changed, paths=[path], speed_m_per_s=speed, depth_m=4.0,
+        duration_s=path.length / speed,
+    )  # fmt: skip
+    errors = voyage.member(0).path_error(np.arange(0.0, voyage.duration_s, 0.5))
+    assert errors.max() < 2.0
+    assert voyage.mean_speed[0] == pytest.approx(speed, rel=0.02)
+
+
+def test_remus_circles_at_its_paths_end() -> None:
+    """Since it cannot stop it goes round to starboard, a few metres beside its circle at most."""
+    path = Path(Pose(0, 0, 0), (Segment(0, 100),))
+    voyage = Voyage("remus100", paths=[path], speed_m_per_s=1.5, depth_m=4.0, duration_s=900.0)
+    times = np.arange(100.0, 900.0)
+    sea = voyage.member(0).sample(times)
+    radius = smallest_turn("remus100", 1.5)
+    away = np.hypot(sea[:, 0] - 100.0, sea[:, 1] - radius)
+    assert np.abs(away - radius).max() < 2.0
+    assert sea[-1, 3] > 4 * math.pi  # several times round
+
+
+def test_turning_radii_follow_from_the_vehicles() -> None:
+    """REMUS: 1.3 times its circle (29.9 m at 0.6 m/s, 17.9 m and 2 s at 1.5); BlueROV2: a metre."""
+    assert smallest_turn("remus100", 0.6) == pytest.approx(1.3 * 29.9, rel=0.01)
+    slow_yaw = smallest_turn("remus100", 1.49, {"yaw_time_constant_s": 2.0})
+    assert slow_yaw == pytest.approx(1.3 * 17.9, rel=0.01)
+    assert smallest_turn("bluerov2", 0.6) == pytest.approx(1.0, abs=0.05)
+    with pytest.raises(ValueError, match="otter keeps a station"):
+        smallest_turn("otter", 1.0)
+    with pytest.raises(ValueError, match=r"0\.734 m/s"):
+        smallest_turn("bluerov2", 0.8)
+
+
+# ---------------------------------------------------------------- stations
+
+
+@pytest.mark.parametrize("bearing", range(0, 360, 45))
+@pytest.mark.parametrize(("model", "speed"), [("otter", 0.3), ("otter", 0.05), ("cybership2", 0.1)])
+def test_asvs_keep_station(model: str, speed: float, bearing: int) -> None:
+    """Half a metre RMS with GNSS noise of half a metre, though the current sets in from abeam."""
+    angle = math.radians(bearing)
+    current = [(0.0, 0.0), (speed * math.cos(angle), speed * math.sin(angle))]
+    noise = np.random.default_rng(bearing).normal(scale=0.5, size=(2, 6000, 2))
+    voyage = Voyage(
+        model, stations=[(0.0, 0.0), (50.0, -20.0)], currents=current, duration_s=600.0,
+        position_noise=noise,
+    )  # fmt: skip
+    for number in range(2):
+        errors = voyage.member(number).path_error(np.arange(200.0, 600.0, 0.5))
+        assert rms(errors) < 0.5
+        assert 0.0 < errors.max() < 1.0
+    assert voyage.saturated.max() < 0.2
+
+
+def test_an_otter_lies_with_its_bow_against_the_current() -> None:
+    """When the current turns by a right angle, the Otter turns after it."""
+    currents = np.repeat([[0.0, -0.3], [0.3, 0.0]], 6000, axis=0)
+    voyage = Voyage("otter", stations=[(5.0, 5.0)], currents=currents, duration_s=1200.0)
+    before, after = voyage.member(0).at(600.0), voyage.member(0).at(1200.0)
+    assert math.remainder(before.yaw - math.pi / 2, 2 * math.pi) == pytest.approx(0.0, abs=0.02)
+    assert math.remainder(after.yaw - math.pi, 2 * math.pi) == pytest.approx(0.0, abs=0.02)
+    assert math.hypot(after.x - 5.0, after.y - 5.0) < 0.1
+
+
+# ---------------------------------------------------------------- time
+
+
+def voyages() -> list[tuple[str, Voyage]]:
+    """Return a small voyage of each model, noise and changing current included."""
+    random = np.random.default_rng(7)
+    made = []
+    for model in ("bluerov2", "remus100", "otter", "cybership2"):
+        currents = 0.05 + 0.02 * np.random.default_rng(3).normal(size=(400, 2))
+        noise = random.normal(scale=0.3, size=(2, 400, 2))
+        if model in ("otter", "cybership2"):
+            plan: dict[str, object] = {"stations": [(0.0, 0.0), (3.0, 4.0)]}
+        else:
+            bend = Path(Pose(0, 0, 1), (Segment(0, 8), Segment(0.03, 20), Segment(-0.03, 90)))
+            plan = {"paths": [LINE, bend], "speed_m_per_s": 0.55, "depth_m": (5.0, 7.0)}
+        made.append((model, Voyage(model, currents=currents, duration_s=40.0,
+                                   position_noise=noise, **plan)))  # type: ignore[arg-type]  # fmt: skip
+    return made
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_looking_changes_nothing(number: int) -> None:
+    """Asked at random instants or once at the end, vehicles are in the same places bit for bit."""
+    (_, once), (_, often) = voyages()[number], voyages()[number]
+    once.advance(40.0)
+    for instant in np.sort(np.random.default_rng(number).uniform(0.0, 40.0, 60)):
+        often.member(1).at(float(instant))
+    often.member(0).at(40.0)
+    assert np.array_equal(once.logs, often.logs)
+    assert np.array_equal(once.saturated, often.saturated)
+    times = np.random.default_rng(5).uniform(0.0, 40.0, 50)
+    assert np.array_equal(
+        once.member(1).sample(times), np.array([often.member(1).at(t) for t in times])
+    )
+
+
+@pytest.mark.parametrize("model", ["bluerov2", "remus100", "otter", "cybership2"])
+def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
+    """Any instant between two boundaries is within a micrometre of the integrated motion."""
+    command, step = {
+        "bluerov2": ([60.0, 20.0, 12.0, 0.0, 0.3, 1.0], 0.05),
+        "remus100": ([0.26, 0.1, 1200.0], 0.05),
+        "otter": ([60.0, -60.0], 0.02),
+        "cybership2": ([2.0, 1.0, 1.0], 0.05),
+    }[model]
+    kind, rest = MODELS[model], np.zeros((1, len(MODELS[model].states)))
+    columns = [kind.states.index(name) if name in kind.states else None for name in ("x", "y", "z")]
+
+    def places(fleet: Fleet, times: Floats) -> Floats:
+        rows = np.array([fleet.at(t)[0] for t in times])
+        flat = np.zeros(len(rows))
+        space = [flat if c is None else rows[:, c] for c in columns]
+        return np.column_stack((*space, rows[:, kind.heading]))
+
+    lines = np.arange(81) * step
+    sea = {"commands": [command], "current_m_per_s": (0.1, -0.2), "step_s": step}
+    log = np.zeros((len(lines), logbook.COLUMNS))
+    table = places(Fleet(model, rest, **sea), lines)  # type: ignore[arg-type]
+    tiny = 1e-4
+    fine = Fleet(model, rest, **sea)  # type: ignore[arg-type]
+    for k, line in enumerate(lines):
+        after = places(fine, np.array([line, line + tiny, line + 2 * tiny]))
+        rates = (-3 * after[0] + 4 * after[1] - after[2]) / (2 * tiny)
+        logbook.note(log, k, step, table[k], rates)
+    times = np.sort(np.random.default_rng(2).uniform(0.0, lines[-1], 300))
+    read = np.empty((len(times), logbook.COLUMNS))
+    logbook.read_all(log, step, times, read)
+    truth = places(Fleet(model, rest, **sea), times)  # type: ignore[arg-type]
+    assert np.abs(read[:, :3] - truth[:, :3]).max() < 1e-6
+    assert np.abs(read[:, 3] - truth[:, 3]).max() < 3e-6
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_sums_of_heading_and_distance(number: int) -> None:
+    """Integrals of the heading and distances agree with a fine sum over the track itself."""
+    model, voyage = voyages()[number]
+    member: Vehicle = voyage.member(1)
+    times = np.arange(20001) * 0.002
+    track = member.sample(times)
+    middle = (track[1:, 3] + track[:-1, 3]) / 2
+    fine = np.cumsum(np.column_stack((np.cos(middle), np.sin(middle))), axis=0) * 0.002
+    assert np.abs(member.heading_integral(times[1:]) - fine).max() < 2e-5
+    steps = np.hypot(*np.diff(track[:, :2], axis=0).T)
+    assert member.distance(40.0) == pytest.approx(steps.sum(), rel=1e-4)
+    assert member.distance(0.0) == 0.0
+    fast = [voyage.member(1).velocity(t) for t in (10.0, 33.333)]
+    ends = [member.sample(np.array([t - 1e-3, t + 1e-3]))[:, :3] for t in (10.0, 33.333)]
+    slopes = [(b - a) / 2e-3 for a, b in ends]
+    assert np.allclose(fast, slopes, atol=1e-3), model
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_half_the_step_leads_to_the_same_place(number: int) -> None:
+    """With steps of 0.05 s an AUV is where it is with ten times as many, to a millimetre."""
+    model, voyage = voyages()[number]
+    plan = {"paths": [LINE], "speed_m_per_s": 0.55, "depth_m": 5.0, "duration_s": 40.0}
+    coarse = Voyage(model, currents=[(0.05, 0.1)], **plan)  # type: ignore[arg-type]
+    fine = Voyage(model, currents=[(0.05, 0.1)], step_s=0.005, **plan)  # type: ignore[arg-type]
+    times = np.arange(0.0, 40.0, 0.37)
+    apart = coarse.member(0).sample(times) - fine.member(0).sample(times)
+    assert np.abs(apart).max() < 1e-3
+
+
+# ---------------------------------------------------------------- belief
+
+
+def offset(x: float, y: float, duration: float) -> SteeringDrift:
+    """Return the drift of one vehicle that believes to be (x, y) m from where it is."""
+    walk = np.tile([x, y], (1, math.ceil(duration) + 1, 1))
+    return SteeringDrift(np.zeros(2), False, walk, 1.0)
+
+
+def believing(model: str, drift: SteeringDrift | None, duration: float = 160.0) -> Voyage:
+    """Return a voyage of one vehicle along x."""
+    speed = 0.6 if model == "bluerov2" else 1.5
+    return Voyage(
+        model, paths=[LINE], speed_m_per_s=speed, depth_m=5.0, duration_s=duration, drift=drift
+    )
+
+
+@pytest.mark.parametrize("model", ["bluerov2", "remus100"])
+def test_the_path_flown_is_off_by_what_is_believed(model: str) -> None:
+    """Who believes to be 2 m to starboard flies 2 m to port, until a correction tells it so."""
+    voyage = believing(model, offset(0.0, 2.0, 160.0))
+    member = voyage.member(0)
+    assert member.at(80.0).y == pytest.approx(-2.0, abs=0.02)
+    voyage.corrections[0] = 0.0, -2.0
+    assert member.at(160.0).y == pytest.approx(0.0, abs=0.02)
+    assert member.path_error(np.array([80.0, 160.0])) == pytest.approx([2.0, 0.0], abs=0.02)
+
+
+@pytest.mark.parametrize("in_body", [True, False])
+def test_a_velocity_bias_carries_the_path_away(in_body: bool) -> None:
+    """A bias of 5 cm/s to starboard: after 100 s the vehicle flies 5 m to port of its path."""
+    drift = SteeringDrift(np.array([0.0, 0.05]), in_body, np.zeros((1, 161, 2)), 1.0)
+    member = believing("bluerov2", drift).member(0)
+    assert member.at(100.0).y == pytest.approx(-5.0, abs=0.05)
+
+
+def test_corrections_count_from_the_next_control_instant() -> None:
+    """Two runs with the same corrections between the same control instants agree bit for bit."""
+    random = np.random.default_rng(11)
+    walk = np.cumsum(random.normal(scale=0.02, size=(1, 401, 2)), axis=1)
+    drift = SteeringDrift(np.array([0.05, -0.02]), True, walk, 10.0)
+    runs = []
+    for nudges in ((10.04, 20.01), (10.09, 20.07)):
+        voyage = believing("bluerov2", drift, 40.0)
+        for number, instant in enumerate(nudges):
+            voyage.member(0).at(instant)
+            voyage.corrections[0] += (0.3 + number, -0.2)
+        voyage.advance(40.0)
+        runs.append(voyage.logs)
+    assert np.array_equal(*runs)
+    late = believing("bluerov2", drift, 40.0)
+    late.member(0).at(10.11)
+    late.corrections[0] += (0.3, -0.2)
+    late.advance(20.0)
+    assert not np.array_equal(late.logs[0, :400], runs[0][0, :400])
+
+
+# ---------------------------------------------------------------- what cannot be done
+
+
+def test_a_speed_above_the_vehicles_own_is_refused() -> None:
+    """A BlueROV2 does not make 0.9 m/s, and says so before it starts."""
+    with pytest.raises(
+        VoyageError, match=r"AUV2 at 0 s: asked for 0.9 m/s, .* reaches 0\.734"
+    ) as e:
+        Voyage("bluerov2", paths=[LINE], speed_m_per_s=0.9, duration_s=10.0, names=["AUV2"])
+    assert (e.value.vehicle, e.value.time_s) == ("AUV2", 0.0)
+
+
+@pytest.mark.parametrize(
+    ("model", "current"),
+    [("otter", 3.5), ("cybership2", 0.7), ("remus100", 1.6), ("bluerov2", 0.8)],
+)
+def test_a_current_that_carries_everyone_away_is_refused(model: str, current: float) -> None:
+    """Nobody sets out into a current faster than himself."""
+    auv = model in ("remus100", "bluerov2")
+    speed = 1.5 if model == "remus100" else 0.6
+    plan = {"paths": [LINE], "speed_m_per_s": speed} if auv else {"stations": [(0.0, 0.0)]}
+    with pytest.raises(VoyageError, match="would carry it away"):
+        Voyage(model, currents=[(0.0, current)], duration_s=10.0, **plan)  # type: ignore[arg-type]
+
+
+def test_a_ship_adrift_is_reported() -> None:
+    """CyberShip II holds 0.3 m/s bow on, but not when it sets in from abeam: it says when."""
+    current = [(0.0, 0.0), (0.0, 0.45)]
+    voyage = Voyage("cybership2", stations=[(0.0, 0.0)], currents=current, duration_s=900.0,
+                    names=["ASV7"])  # fmt: skip
+    with pytest.raises(VoyageError, match=r"ASV7 .* off its station for 120 s") as error:
+        voyage.advance(900.0)
+    assert 120.0 < error.value.time_s < 900.0
+
+
+def test_an_auv_without_headway_is_reported() -> None:
+    """A current that outruns a BlueROV2 for minutes, if not on average, is found out under way."""
+    currents = np.repeat([[-0.9, 0.0], [0.9, 0.0]], 6000, axis=0)
+    voyage = Voyage(
+        "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=currents,
+        duration_s=1200.0,
+    )  # fmt: skip
+    with pytest.raises(VoyageError, match="no headway along its path for 360 s"):
+        voyage.advance(1200.0)
+
+
+def test_a_broken_state_is_reported_with_its_instant() -> None:
+    """A REMUS a thousand times lighter than its fins allow ends in no number, not in silence."""
+    voyage = Voyage("bluerov2", paths=[LINE], speed_m_per_s=0.6, duration_s=10.0, control_s=1.0,
+                    step_s=0.5, names=["AUV1"])  # fmt: skip
+    with pytest.raises(VoyageError, match=r"AUV1 at .* s: (its state|pitch)"):
+        voyage.advance(10.0)
+
+
+def test_plans_that_do_not_fit_are_refused() -> None:
+    """Wrong plans, steps and shapes are named with what would be right."""
+    with pytest.raises(ValueError, match="give paths, and no stations"):
+        Voyage("otter", paths=[LINE], duration_s=10.0)
+    with pytest.raises(ValueError, match="not a whole multiple of step_s"):
+        Voyage("otter", stations=[(0, 0)], duration_s=10.0, control_s=0.05)
+    with pytest.raises(ValueError, match=r"currents has shape \(2,\)"):
+        Voyage("otter", stations=[(0, 0)], duration_s=10.0, currents=(0.1, 0.1))
+    with pytest.raises(ValueError, match=r"position_noise has shape \(1, 3, 2\)"):
+        Voyage("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
+    with pytest.raises(ValueError, match=r"drift.walk has shape \(1, 5, 2\)"):
+        drift = SteeringDrift(np.zeros(2), False, np.zeros((1, 5, 2)), 1.0)
+        Voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
+    with pytest.raises(ValueError, match="beyond the voyage of 10"):
+        believing("bluerov2", None, 10.0).member(0).at(10.5)
+    assert top_speed("otter") > 2.8
+
+
+# ---------------------------------------------------------------- cost
+
+
+@pytest.mark.parametrize(("model", "speed"), [("bluerov2", 0.6), ("remus100", 1.5)])
+def test_ten_vehicles_cost_little(model: str, speed: float) -> None:
+    """Five minutes of ten vehicles take a small part of a second of one core (measured: 0.07)."""
+
+    def sail() -> float:
+        voyage = Voyage(
+            model, paths=[LINE] * 10, speed_m_per_s=speed, depth_m=5.0, duration_s=300.0
+        )
+        begin = time.process_time()
+        voyage.advance(300.0)
+        assert isinstance(voyage.member(9), Member)
+        return time.process_time() - begin
+
+    sail()  # compiles
+    assert sail() < 1.0
