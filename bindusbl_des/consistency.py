@@ -57,7 +57,8 @@ def _vehicles(scenario: "Scenario") -> Iterator[Problem]:
         yield Problem(
             "environment.current_m_per_s",
             "a current moves neither kinematic nor moored vehicles, nor dead reckoning over "
-            "ground; set it to 0, or use a vehicle with dynamics or navigation.velocity: through_water",
+            "ground; set it to 0, use a vehicle with dynamics, or set navigation.velocity to "
+            "through_water",
             ("auvs.vehicle", "asvs.vehicle", "navigation.velocity"),
         )
 

@@ -155,6 +155,10 @@ class AuvMetrics:
     path_error_m: float | None = column("m", "time mean distance of the truth from the path")
     imu_error_m: float = column("m", "time mean error of dead reckoning without any fix")
     distance_m: float = column("m", "distance travelled")
+    speed_m_per_s: float = column("m/s", "mean speed over ground")
+    saturated_share: float | None = column(
+        "1", "share of control instants with an actuator at its limit (vehicles with dynamics)"
+    )
 
 
 @dataclass(slots=True)

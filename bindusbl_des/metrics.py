@@ -30,6 +30,9 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
             **_accuracy(sample(auv, times)),
             path_error_m=_mean(auv.vehicle.path_error(times)),
             distance_m=auv.vehicle.distance(world.scenario.duration_s),
+            speed_m_per_s=auv.vehicle.distance(world.scenario.duration_s)
+            / world.scenario.duration_s,
+            saturated_share=auv.vehicle.saturated(),
         )
         for auv in world.auvs
     ]

@@ -40,6 +40,9 @@ class Vehicle(Protocol):
     def path_error(self, times: Array) -> Array:
         """Return the distance from the planned path (m) at each instant; empty without a plan."""
 
+    def saturated(self) -> float | None:
+        """Return the share of control instants with an actuator at its limit; None without any."""
+
 
 class Moored:
     """A vehicle that keeps its place."""
@@ -61,6 +64,9 @@ class Moored:
 
     def path_error(self, times: Array) -> Array:
         return np.zeros(len(times))
+
+    def saturated(self) -> None:
+        return None
 
 
 class Kinematic:
@@ -97,6 +103,9 @@ class Kinematic:
 
     def path_error(self, times: Array) -> Array:
         return np.zeros(len(times))
+
+    def saturated(self) -> None:
+        return None
 
 
 class Recorded:
@@ -148,3 +157,6 @@ class Recorded:
 
     def path_error(self, times: Array) -> Array:
         return np.empty(0)
+
+    def saturated(self) -> None:
+        return None

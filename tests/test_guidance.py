@@ -13,6 +13,7 @@ from bindusbl_des.guidance import (
     SteeringDrift,
     Voyage,
     VoyageError,
+    belief,
     logbook,
     smallest_turn,
     top_speed,
@@ -66,7 +67,7 @@ def locate(path: Path, place: tuple[float, float], start: float = 0.0) -> tuple[
 
 @pytest.mark.parametrize("bend", [0.0, 0.05, -0.05])
 def test_starboard_of_the_path_is_positive(bend: float) -> None:
-    """A vehicle 1.5 m to starboard of a line or either circle finds +1.5 m, heading and distance."""
+    """A vehicle 1.5 m to starboard of a line or a circle finds +1.5 m, heading and distance."""
     path = Path(Pose(3.0, -2.0, 0.7), (Segment(bend, 50.0),))
     for along in (0.5, 20.0, 49.0):
         x, y, yaw = path.at(along)
@@ -183,7 +184,7 @@ def test_bluerov2_hovers_at_its_paths_end() -> None:
 @pytest.mark.parametrize("current", CURRENTS)
 @pytest.mark.parametrize("yaw_time_constant", [1.0, 5.0])
 def test_remus_flies_its_lanes(yaw_time_constant: float, current: str) -> None:
-    """Lanes 80 m apart at 1.5 m/s: within 2 m RMS after the turns, in 0.2 m/s as well."""
+    """Lanes 80 m apart at 1.5 m/s: within 20 cm RMS, in 0.2 m/s too, turns within 2.5 m."""
     changed = {"yaw_time_constant_s": yaw_time_constant}
     radius = smallest_turn("remus100", 1.5, changed)
     path = lawnmower(1000, 1, 0, spacing=80, margin=50, radius=radius)
@@ -194,9 +195,9 @@ def test_remus_flies_its_lanes(yaw_time_constant: float, current: str) -> None:
     )  # fmt: skip
     times = np.arange(0.0, duration, 1.0)
     errors = voyage.member(0).path_error(times)
-    assert rms(errors[on_lanes(voyage, times, 200.0, after=40.0)]) < 0.3
-    assert rms(errors[on_lanes(voyage, times, 200.0)]) < 2.0
-    assert errors.max() < 5.0
+    assert rms(errors[on_lanes(voyage, times, 200.0, after=40.0)]) < 0.05
+    assert rms(errors[on_lanes(voyage, times, 200.0)]) < 0.2
+    assert errors.max() < 2.5
     assert np.abs(voyage.member(0).sample(times)[:, 2] - 10.0).max() < 0.1
 
 
@@ -271,6 +272,16 @@ def test_an_otter_lies_with_its_bow_against_the_current() -> None:
     assert math.hypot(after.x - 5.0, after.y - 5.0) < 0.1
 
 
+def test_cybership_does_not_lie_with_its_stern_to_the_current() -> None:
+    """Begun with a following current, it comes about and ends with its bow against it."""
+    voyage = Voyage(
+        "cybership2", stations=[(0.0, 0.0)], currents=[(0.0, 0.0), (0.15, 0.0)], duration_s=600.0
+    )
+    place = voyage.member(0).at(600.0)
+    assert math.cos(place.yaw) == pytest.approx(-1.0, abs=0.01)
+    assert math.hypot(place.x, place.y) < 0.1
+
+
 # ---------------------------------------------------------------- time
 
 
@@ -311,7 +322,7 @@ def test_looking_changes_nothing(number: int) -> None:
 def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
     """Any instant between two boundaries is within a micrometre of the integrated motion."""
     command, step = {
-        "bluerov2": ([60.0, 20.0, 12.0, 0.0, 0.3, 1.0], 0.05),
+        "bluerov2": ([30.0, 10.0, 6.0, 0.0, 0.2, 0.5], 0.05),
         "remus100": ([0.26, 0.1, 1200.0], 0.05),
         "otter": ([60.0, -60.0], 0.02),
         "cybership2": ([2.0, 1.0, 1.0], 0.05),
@@ -334,7 +345,7 @@ def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
     for k, line in enumerate(lines):
         after = places(fine, np.array([line, line + tiny, line + 2 * tiny]))
         rates = (-3 * after[0] + 4 * after[1] - after[2]) / (2 * tiny)
-        logbook.note(log, k, step, table[k], rates)
+        logbook.note(log, k, step, np.concatenate((table[k], rates)))
     times = np.sort(np.random.default_rng(2).uniform(0.0, lines[-1], 300))
     read = np.empty((len(times), logbook.COLUMNS))
     logbook.read_all(log, step, times, read)
@@ -343,12 +354,29 @@ def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
     assert np.abs(read[:, 3] - truth[:, 3]).max() < 3e-6
 
 
+def test_headings_sum_up_exactly_on_a_circle() -> None:
+    """Half a turn a second round a circle of 1 m: sums within 1e-7 s, distance within 1e-6 m."""
+    rate, step = math.pi, 0.05
+    log = np.zeros((21, logbook.COLUMNS))
+    for line in range(21):
+        yaw = rate * line * step
+        c, s = math.cos(yaw), math.sin(yaw)
+        place, rates = (s, 1.0 - c, 5.0, yaw), (rate * c, rate * s, 0.0, rate)
+        logbook.note(log, line, step, np.array([*place, *rates]))
+    table = np.empty((2, logbook.COLUMNS))
+    logbook.read_all(log, step, np.array([0.31, 1.0]), table)
+    for row, yaw in zip(table, (0.31 * rate, rate), strict=True):
+        sums = (math.sin(yaw) / rate, (1.0 - math.cos(yaw)) / rate)
+        assert row[logbook.COS : logbook.DISTANCE] == pytest.approx(sums, abs=1e-7)
+        assert row[logbook.DISTANCE] == pytest.approx(yaw, abs=1e-6)
+
+
 @pytest.mark.parametrize("number", range(4))
 def test_sums_of_heading_and_distance(number: int) -> None:
     """Integrals of the heading and distances agree with a fine sum over the track itself."""
     model, voyage = voyages()[number]
     member: Vehicle = voyage.member(1)
-    times = np.arange(20001) * 0.002
+    times = np.linspace(0.0, 40.0, 20001)
     track = member.sample(times)
     middle = (track[1:, 3] + track[:-1, 3]) / 2
     fine = np.cumsum(np.column_stack((np.cos(middle), np.sin(middle))), axis=0) * 0.002
@@ -365,7 +393,7 @@ def test_sums_of_heading_and_distance(number: int) -> None:
 @pytest.mark.parametrize("number", range(2))
 def test_half_the_step_leads_to_the_same_place(number: int) -> None:
     """With steps of 0.05 s an AUV is where it is with ten times as many, to a millimetre."""
-    model, voyage = voyages()[number]
+    model = ("bluerov2", "remus100")[number]
     plan = {"paths": [LINE], "speed_m_per_s": 0.55, "depth_m": 5.0, "duration_s": 40.0}
     coarse = Voyage(model, currents=[(0.05, 0.1)], **plan)  # type: ignore[arg-type]
     fine = Voyage(model, currents=[(0.05, 0.1)], step_s=0.005, **plan)  # type: ignore[arg-type]
@@ -396,10 +424,21 @@ def test_the_path_flown_is_off_by_what_is_believed(model: str) -> None:
     """Who believes to be 2 m to starboard flies 2 m to port, until a correction tells it so."""
     voyage = believing(model, offset(0.0, 2.0, 160.0))
     member = voyage.member(0)
-    assert member.at(80.0).y == pytest.approx(-2.0, abs=0.02)
+    assert member.at(80.0).y == pytest.approx(-2.0, abs=0.05)
     voyage.corrections[0] = 0.0, -2.0
-    assert member.at(160.0).y == pytest.approx(0.0, abs=0.02)
-    assert member.path_error(np.array([80.0, 160.0])) == pytest.approx([2.0, 0.0], abs=0.02)
+    assert member.at(160.0).y == pytest.approx(0.0, abs=0.05)
+    assert member.path_error(np.array([80.0, 160.0])) == pytest.approx([2.0, 0.0], abs=0.05)
+
+
+def test_drift_is_straight_between_samples() -> None:
+    """A quarter of the way between two samples a quarter of the step has been walked."""
+    walk = np.array([[0.0, 0.0], [1.0, -2.0], [1.0, 6.0]])
+    line, bias = np.zeros(logbook.COLUMNS), np.array([0.1, 0.2])
+    line[[logbook.COS, logbook.SIN]] = 3.0, 4.0
+    world = belief.error(0.625, line, bias, False, walk, 2.0)
+    assert world == pytest.approx((0.0625 + 1.0, 0.125 - 2.0 + 0.25 * 8.0))
+    body = belief.error(0.5, line, bias, True, walk, 2.0)
+    assert body == pytest.approx((0.3 - 0.8 + 1.0, 0.4 + 0.6 - 2.0))
 
 
 @pytest.mark.parametrize("in_body", [True, False])
@@ -423,7 +462,7 @@ def test_corrections_count_from_the_next_control_instant() -> None:
             voyage.corrections[0] += (0.3 + number, -0.2)
         voyage.advance(40.0)
         runs.append(voyage.logs)
-    assert np.array_equal(*runs)
+    assert np.array_equal(runs[0], runs[1])
     late = believing("bluerov2", drift, 40.0)
     late.member(0).at(10.11)
     late.corrections[0] += (0.3, -0.2)
@@ -453,12 +492,12 @@ def test_a_current_that_carries_everyone_away_is_refused(model: str, current: fl
     speed = 1.5 if model == "remus100" else 0.6
     plan = {"paths": [LINE], "speed_m_per_s": speed} if auv else {"stations": [(0.0, 0.0)]}
     with pytest.raises(VoyageError, match="would carry it away"):
-        Voyage(model, currents=[(0.0, current)], duration_s=10.0, **plan)  # type: ignore[arg-type]
+        Voyage(model, currents=[(0.0, current)], duration_s=10.0, **plan)
 
 
 def test_a_ship_adrift_is_reported() -> None:
-    """CyberShip II holds 0.3 m/s bow on, but not when it sets in from abeam: it says when."""
-    current = [(0.0, 0.0), (0.0, 0.45)]
+    """CyberShip II is carried off by 0.9 m/s for minutes, and the voyage says who and when."""
+    current = np.repeat([[0.0, 0.9], [0.0, -0.9]], 4000, axis=0)
     voyage = Voyage("cybership2", stations=[(0.0, 0.0)], currents=current, duration_s=900.0,
                     names=["ASV7"])  # fmt: skip
     with pytest.raises(VoyageError, match=r"ASV7 .* off its station for 120 s") as error:
@@ -478,7 +517,7 @@ def test_an_auv_without_headway_is_reported() -> None:
 
 
 def test_a_broken_state_is_reported_with_its_instant() -> None:
-    """A REMUS a thousand times lighter than its fins allow ends in no number, not in silence."""
+    """Integrated in steps of half a second a BlueROV2 tumbles or ends in no number, and says so."""
     voyage = Voyage("bluerov2", paths=[LINE], speed_m_per_s=0.6, duration_s=10.0, control_s=1.0,
                     step_s=0.5, names=["AUV1"])  # fmt: skip
     with pytest.raises(VoyageError, match=r"AUV1 at .* s: (its state|pitch)"):
@@ -495,8 +534,8 @@ def test_plans_that_do_not_fit_are_refused() -> None:
         Voyage("otter", stations=[(0, 0)], duration_s=10.0, currents=(0.1, 0.1))
     with pytest.raises(ValueError, match=r"position_noise has shape \(1, 3, 2\)"):
         Voyage("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
+    drift = SteeringDrift(np.zeros(2), False, np.zeros((1, 5, 2)), 1.0)
     with pytest.raises(ValueError, match=r"drift.walk has shape \(1, 5, 2\)"):
-        drift = SteeringDrift(np.zeros(2), False, np.zeros((1, 5, 2)), 1.0)
         Voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
     with pytest.raises(ValueError, match="beyond the voyage of 10"):
         believing("bluerov2", None, 10.0).member(0).at(10.5)

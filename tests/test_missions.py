@@ -129,6 +129,16 @@ def test_a_survey_too_small_to_turn_in_is_refused() -> None:
         simulate(rov(auvs={"count": 1, "vehicle": "remus100", "speed_m_per_s": 1.0}))
 
 
+def test_noisy_fixes_do_not_lose_the_path() -> None:
+    """An AUV whose estimate jumps by more than its turning radius still finds its way round."""
+    noisy = load_scenario(
+        SCENARIOS / "harbour_current.yaml",
+        overrides=["navigation.velocity=over_ground", "record.detail=summary"],
+    )
+    for seed in range(6):
+        assert (simulate(noisy, seed).auvs.path_error_m < 0.6).all()
+
+
 def test_coefficients_change_the_vehicle() -> None:
     """A REMUS whose yaw is damped less turns more tightly, and its plan uses that."""
     from bindusbl_des.launch import turning_radius

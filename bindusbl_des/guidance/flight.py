@@ -24,8 +24,9 @@ HEADWAY = 0.02  # of the speed demanded: less of it along its path is no headway
 ARRIVED = 1.0  # m before its path's end, a vehicle that slows down there counts as arrived
 PATIENT_FOR = 3  # times in a row: a correction may take a vehicle back once
 
-# What `spot` holds: x, y, z (m), yaw (rad), their rates, current ahead and to starboard (m/s)
-YAW, RATES, AHEAD, ASIDE, SPOT = 3, 4, 8, 9, 10
+# What `spot` holds: x, y, z (m), yaw (rad), their rates, as a line of the log does; then the
+# current ahead and to starboard (m/s)
+AHEAD, ASIDE, SPOT = 8, 9, 10
 
 
 @compiled
@@ -105,7 +106,7 @@ def _hold(
             return False
         if k < steps:
             _observe(state, current, depth, rates, spot)
-            logbook.note(log, line + k, step, spot[:RATES], spot[RATES:AHEAD])
+            logbook.note(log, line + k, step, spot)
     return True
 
 
@@ -130,40 +131,41 @@ def fly(
     command, scratch, believed = np.empty(6), np.empty(6), np.empty(4)
     aim, turning, reached = (0.0, 0.0, 0.0, 0.0), 0.0, nan
     for i in range(states.shape[0]):
-        told, log = watch[i], logs[i]
+        state, told, log, recalls = states[i], watch[i], logs[i], memory[i]
+        bound, way, gain, drift, wander = bounds[i], progress[i], gains[i], bias[i], walk[i]
         for interval in range(first, last):
             time, line = interval * control, interval * steps
             current = currents[min(interval, currents.shape[0] - 1)]
-            _observe(states[i], current, told[DEPTH], rates, spot)
-            logbook.note(log, line, step, spot[:RATES], spot[RATES:AHEAD])
-            off_n, off_e = belief.error(time, log[line], bias[i], in_body, walk[i], walk_rate)
+            _observe(state, current, told[DEPTH], rates, spot)
+            logbook.note(log, line, step, spot)
+            off_n, off_e = belief.error(time, log[line], drift, in_body, wander, walk_rate)
             fix = noise[i, min(interval, noise.shape[1] - 1)]
             believed[0] = spot[0] + off_n + fix[0] + corrections[i, 0] - told[NORTH]
             believed[1] = spot[1] + off_e + fix[1] + corrections[i, 1] - told[EAST]
-            turn = spot[YAW] if in_body else 0.0
-            believed[2] = spot[4] + cos(turn) * bias[i, 0] - sin(turn) * bias[i, 1]
-            believed[3] = spot[5] + sin(turn) * bias[i, 0] + cos(turn) * bias[i, 1]
+            turn = spot[logbook.YAW] if in_body else 0.0
+            believed[2] = spot[4] + cos(turn) * drift[0] - sin(turn) * drift[1]
+            believed[3] = spot[5] + sin(turn) * drift[0] + cos(turn) * drift[1]
             if rows.shape[0] > 0:  # there are paths, and stations are at the origin
-                aim = tracks.locate(rows, bounds[i], progress[i], believed[0], believed[1])
-                active[i, interval] = int(progress[i, tracks.ROW])
-                reached = tracks.travelled(rows, progress[i]) if aim[3] > ARRIVED else nan
+                aim = tracks.locate(rows, bound, way, believed[0], believed[1])
+                active[i, interval] = int(way[tracks.ROW])
+                reached = tracks.travelled(rows, way) if aim[3] > ARRIVED else nan
                 ground = spot[4] * cos(aim[1]) + spot[5] * sin(aim[1])
                 ahead = max(ground, 0.0) * remus100.LEAD
-                turning = ground * tracks.bend_ahead(rows, bounds[i], progress[i], ahead)
+                turning = ground * tracks.bend_ahead(rows, bound, way, ahead)
             saturated[i] += _steer(
-                model, states[i], rates, spot, believed, aim, turning, told, control, p, gains[i],
-                memory[i], scratch, command,
+                model, state, rates, spot, believed, aim, turning, told, control, p, gain,
+                recalls, scratch, command,
             )  # fmt: skip
             off = hypot(spot[0] - told[NORTH], spot[1] - told[EAST])
             fares = _look_out(time, off, reached, told)
             if not _hold(
-                model, states[i], command, current, p, told[DEPTH], step, steps, log, line, spot,
+                model, state, command, current, p, told[DEPTH], step, steps, log, line, spot,
                 rates, work,
             ):  # fmt: skip
                 fares = BROKEN
             if fares != SOUND:
                 lost[0], lost[1] = fares, time
                 return i
-        _observe(states[i], currents[0], told[DEPTH], rates, spot)
-        logbook.note(log, last * steps, step, spot[:RATES], spot[RATES:AHEAD])
+        _observe(state, currents[0], told[DEPTH], rates, spot)
+        logbook.note(log, last * steps, step, spot)
     return -1

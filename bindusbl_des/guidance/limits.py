@@ -65,8 +65,8 @@ def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | Non
     its thrusters and its yaw loop allow. Raises ValueError for a model that follows no path and a
     speed that it does not reach.
 
-    >>> round(smallest_turn("bluerov2", 0.6), 2), round(smallest_turn("remus100", 1.5))
-    (1.0, 27)
+    >>> round(smallest_turn("bluerov2", 0.6), 2), round(smallest_turn("remus100", 1.5), 1)
+    (1.01, 27.2)
     """
     if model not in FOLLOWERS:
         raise ValueError(

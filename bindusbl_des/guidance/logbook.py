@@ -18,39 +18,42 @@ X, Y, Z, YAW, RATES, COS, SIN, DISTANCE, COLUMNS = 0, 1, 2, 3, 4, 8, 9, 10, 11
 
 
 @compiled
-def note(log: Floats, line: int, step: float, place: Floats, rates: Floats) -> None:
-    """Write the line of one boundary: place and rates (4,) there, and what has summed up to it."""
-    for i in range(4):
-        log[line, i] = place[i]
-        log[line, RATES + i] = rates[i]
+def note(log: Floats, line: int, step: float, spot: Floats) -> None:
+    """Write the line of one boundary: place and rates there, and what has summed up to it.
+
+    `spot` (8 or more,) begins like a line.
+    """
+    for i in range(COS):
+        log[line, i] = spot[i]
     if line == 0:
         log[0, COS] = log[0, SIN] = log[0, DISTANCE] = 0.0
         return
-    log[line, COS:] = sums(log, line - 1, step, place, rates)
+    summed = sums(log, line - 1, step, spot)
+    log[line, COS], log[line, SIN], log[line, DISTANCE] = summed
 
 
 @compiled
-def sums(
-    log: Floats, line: int, duration: float, place: Floats, rates: Floats
-) -> tuple[float, float, float]:
+def sums(log: Floats, line: int, duration: float, spot: Floats) -> tuple[float, float, float]:
     """Return the integrals of cos(yaw), sin(yaw) (s) and the distance (m), `duration` past a line.
 
+    `spot` (8 or more,) begins like a line, and holds place and rates at that later instant.
     Trapezoid with its end correction for the headings (Euler-Maclaurin), Simpson's rule for the
     distance, the speed half way taken from the cubic of the position.
     """
-    before, now = log[line, YAW], place[YAW]
-    was, turns = log[line, RATES + YAW], rates[YAW]
+    before, now = log[line, YAW], spot[YAW]
+    was, turns = log[line, RATES + YAW], spot[RATES + YAW]
     c_before, s_before, c_now, s_now = cos(before), sin(before), cos(now), sin(now)
     half, twelfth = duration / 2.0, duration * duration / 12.0
     ahead = half * (c_before + c_now) + twelfth * (s_now * turns - s_before * was)
     aside = half * (s_before + s_now) + twelfth * (c_before * was - c_now * turns)
     u, v = log[line, RATES + X], log[line, RATES + Y]
+    u_now, v_now = spot[RATES + X], spot[RATES + Y]
     walked = 0.0
     if duration > 0.0:
         share = 1.5 / duration
-        u_half = share * (place[X] - log[line, X]) - 0.25 * (u + rates[X])
-        v_half = share * (place[Y] - log[line, Y]) - 0.25 * (v + rates[Y])
-        walked = hypot(u, v) + 4.0 * hypot(u_half, v_half) + hypot(rates[X], rates[Y])
+        u_half = share * (spot[X] - log[line, X]) - 0.25 * (u + u_now)
+        v_half = share * (spot[Y] - log[line, Y]) - 0.25 * (v + v_now)
+        walked = hypot(u, v) + 4.0 * hypot(u_half, v_half) + hypot(u_now, v_now)
     return (
         log[line, COS] + ahead,
         log[line, SIN] + aside,
@@ -59,8 +62,8 @@ def sums(
 
 
 @compiled
-def read(log: Floats, step: float, time: float, place: Floats, rates: Floats) -> int:
-    """Write place and rates (4,) at an instant (s) within the log; return the line before it."""
+def read(log: Floats, step: float, time: float, spot: Floats) -> int:
+    """Write place and rates, `spot` (8 or more,), at an instant (s); return the line before it."""
     line: int = min(max(int(time / step), 0), log.shape[0] - 2)
     share = time / step - line
     rest = 1.0 - share
@@ -68,10 +71,10 @@ def read(log: Floats, step: float, time: float, place: Floats, rates: Floats) ->
         begin, end = log[line, i], log[line + 1, i]
         leaves, arrives = step * log[line, RATES + i], step * log[line + 1, RATES + i]
         moved = end - begin
-        place[i] = begin + share * (
+        spot[i] = begin + share * (
             leaves * rest * rest + share * (moved * (1.0 + 2.0 * rest) - arrives * rest)
         )
-        rates[i] = (
+        spot[RATES + i] = (
             leaves * rest * (1.0 - 3.0 * share)
             + arrives * share * (3.0 * share - 2.0)
             + 6.0 * moved * share * rest
@@ -84,9 +87,8 @@ def read_all(log: Floats, step: float, times: Floats, table: Floats) -> None:
     """Write the whole line, interpolated, of each instant: `table` (n, COLUMNS)."""
     for k in range(times.size):
         row = table[k]
-        place, rates = row[:RATES], row[RATES:COS]
-        line = read(log, step, times[k], place, rates)
-        row[COS:] = sums(log, line, times[k] - line * step, place, rates)
+        line = read(log, step, times[k], row)
+        row[COS], row[SIN], row[DISTANCE] = sums(log, line, times[k] - line * step, row)
 
 
 @compiled
@@ -99,5 +101,7 @@ def beside(
     `active` (intervals,) is the row of the path that was flown in each control interval.
     """
     for k in range(times.size):
-        interval = min(max(ceil(times[k] / control) - 1, 0), active.size - 1)  # at T_k, the one before
+        interval = min(
+            max(ceil(times[k] / control) - 1, 0), active.size - 1
+        )  # at T_k, the one before
         errors[k] = tracks.distance_from(rows, bounds, active[interval], table[k, X], table[k, Y])

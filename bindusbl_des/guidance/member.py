@@ -20,6 +20,10 @@ class UnderWay(Protocol):
     stations: Floats
     tracks: Tracks
 
+    @property
+    def saturated(self) -> Floats:
+        """Share of the control instants so far in which an actuator was at its limit, (n,)."""
+
     def advance(self, time_s: float) -> None:
         """Make the state at an instant (s) known."""
 
@@ -33,11 +37,11 @@ class Member:
     def __init__(self, fleet: UnderWay, number: int) -> None:
         self._fleet, self._number = fleet, number
         self._log = fleet.logs[number]
-        self._place, self._rates = np.empty(4), np.empty(4)
+        self._spot = np.empty(logbook.COS)
 
     def _read(self, time: float) -> int:
         self._fleet.advance(time)
-        return logbook.read(self._log, self._fleet.step_s, time, self._place, self._rates)
+        return logbook.read(self._log, self._fleet.step_s, time, self._spot)
 
     def _table(self, times: Floats) -> Floats:
         """Return the interpolated line of the log of each instant, (n, logbook.COLUMNS)."""
@@ -51,13 +55,13 @@ class Member:
     def at(self, time: float) -> Place:
         """Return the true place at an instant (s)."""
         self._read(time)
-        x, y, z, yaw = self._place.tolist()
+        x, y, z, yaw = self._spot[: logbook.RATES].tolist()
         return Place(x, y, z, yaw)
 
     def velocity(self, time: float) -> tuple[float, float, float]:
         """Return the true velocity over ground (m/s) along x, y and z at an instant (s)."""
         self._read(time)
-        x, y, z, _ = self._rates.tolist()
+        x, y, z, _ = self._spot[logbook.RATES :].tolist()
         return x, y, z
 
     def sample(self, times: Floats) -> Floats:
@@ -71,6 +75,10 @@ class Member:
     def distance(self, time: float) -> float:
         """Return the horizontal distance travelled over ground until an instant (m)."""
         return float(self._table(np.array([time]))[0, logbook.DISTANCE])
+
+    def saturated(self) -> float:
+        """Return the share of its control instants so far with an actuator at its limit."""
+        return float(self._fleet.saturated[self._number])
 
     def path_error(self, times: Floats) -> Floats:
         """Return the distance (m) of the true place from the path flown, or from the station."""

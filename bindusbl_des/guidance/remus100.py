@@ -13,12 +13,13 @@ from bindusbl_des.dynamics import remus100_parameters as hull
 from bindusbl_des.dynamics.frames import Floats, cross_flow
 from bindusbl_des.guidance.signals import half_turn, within
 
-LOOKAHEAD = 8.0  # m, five lengths of the vehicle (Fossen 2021, section 12.4: three or more)
-LEARNING = 0.25  # of the largest adaptation that does not overshoot, (U / 2 lookahead)^2
-CRAB_MEMORY = 3.0  # s over which the measured crab angle is averaged
+LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: three or more)
+LEARNING = 0.1  # of the largest adaptation that does not overshoot, (U / 2 lookahead)^2
+CRAB_MEMORY = 1.0  # s over which the measured crab angle is averaged
 LARGEST_CRAB = 1.0  # rad
 LEAD = 0.4  # s, fin and yaw: the turn is begun this much before the path's
-YAW_FREQUENCY, YAW_DAMPING = 1.0, 0.9  # rad/s: eight times that of line of sight at 1 m/s
+# rad/s: well above line of sight (U / lookahead), for the hull's sideslip follows slowly
+YAW_FREQUENCY, YAW_DAMPING = 2.0, 1.0
 PITCH_FREQUENCY, PITCH_DAMPING = 1.2, 0.9  # rad/s: the hull's own is 0.9 rad/s
 DEPTH_FREQUENCY = 0.2  # rad/s, a sixth of the pitch loop's
 STEEPEST = np.radians(20.0)  # demanded pitch

@@ -37,7 +37,9 @@ class Tracks:
     bounds: Ints
 
 
-NOWHERE = Tracks(np.zeros((0, COLUMNS)), np.zeros((0, 3), dtype=np.int64))  # of those at station
+def nowhere(count: int) -> Tracks:
+    """Return the paths of vehicles that keep stations: no rows at all."""
+    return Tracks(np.zeros((0, COLUMNS)), np.zeros((count, 3), dtype=np.int64))
 
 
 def pack(paths: Sequence[Path]) -> Tracks:
@@ -119,7 +121,10 @@ def locate(
     what is left of it is infinite. Source: Fossen 2021, section 12.5 (path-tangential frame).
     """
     row = int(progress[ROW])
-    into = _into(rows[row], north, east, progress[ALONG])
+    # A believed place may jump beyond a tight circle's centre: measured from within the arc, that
+    # is no turn backwards which would have to be unwound.
+    near = min(max(progress[ALONG], 0.0), rows[row, LENGTH])
+    into = _into(rows[row], north, east, near)
     for _ in range(ROWS_AT_ONCE):
         following = _next(row, bounds)
         if into < rows[row, LENGTH] or following < 0:

@@ -90,6 +90,7 @@ class Voyage:
             self._progress[:, tracks.ROW] = self.tracks.bounds[:, tracks.FIRST]
         self._saturated = np.zeros(count, dtype=np.int64)
         self._flown, self._lost = 0, np.zeros(2)
+        self._move_on(0)  # the start is known before anybody moves
 
     def _set_out(
         self,
@@ -102,7 +103,7 @@ class Voyage:
         model, body = self.model, parameters(self.model.name, overrides)
         refuse_impossible(model.name, overrides, self.names, speed, self._currents)
         if paths is None:
-            return tracks.NOWHERE, departure.at_stations(
+            return tracks.nowhere(len(self.stations)), departure.at_stations(
                 model, body, self.stations, depth, self._currents[0]
             )
         vessels = departure.on_paths(model, body, paths, speed, depth, self._currents[0])
@@ -126,6 +127,10 @@ class Voyage:
                 f"{self.model.name}: {time_s} s lies beyond the voyage of {self.duration_s} s; "
                 "give it a longer duration_s"
             )
+        self._move_on(wanted)
+
+    def _move_on(self, wanted: int) -> None:
+        """Fly up to the beginning of an interval, whose state is then in the log."""
         vessels, drift = self._vessels, self._drift
         lost = flight.fly(
             self.model.equations, vessels.hull, vessels.gains, vessels.states, vessels.memory,
