@@ -56,6 +56,13 @@ def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert simulate(scenario).auvs.fixes_delivered.min() > 5
 
 
+def test_python_in_the_manual_runs() -> None:
+    """The Python of the other pages runs as it stands."""
+    for page in ("docs/vehicles.md",):
+        for block in blocks(page, "python"):
+            exec(block, {})
+
+
 def test_readme_first_commands_exist() -> None:
     """The two scripts of the README are there and executable."""
     for line in blocks("README.md", "console")[0].splitlines():

@@ -106,11 +106,17 @@ def test_vessels_keep_station_and_their_gnss_enters_the_fixes() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"auvs": {"count": 1, "vehicle": "bluerov2", "speed_m_per_s": 0.9}}, r"auvs.speed_m_per_s: bluerov2: a speed of 0\.9 m/s .* reaches"),
+        (
+            {"auvs": {"count": 1, "vehicle": "bluerov2", "speed_m_per_s": 0.9}},
+            r"auvs.speed_m_per_s: bluerov2: a speed of 0\.9 m/s .* reaches",
+        ),
         ({"environment": {"current_m_per_s": 0.9}}, r"AUV0 .*current of 0\.900 m/s is stronger"),
         (
-            {"asvs": {"count": 1, "vehicle": "cybership2"}, "environment": {"current_m_per_s": 0.65},
-             "auvs": {"count": 1}},
+            {
+                "asvs": {"count": 1, "vehicle": "cybership2"},
+                "environment": {"current_m_per_s": 0.65},
+                "auvs": {"count": 1},
+            },
             r"ASV0 .*current of 0\.650 m/s is stronger",
         ),
     ],
