@@ -2,7 +2,7 @@
 
 numba knows a cached function to be stale only if the function's own file changed, so an edited
 hull model would leave the old physics inside the integrator that calls it. `compiled` stamps the
-cache with every source file of the function's folder instead.
+cache with every source file that the function can be made of instead.
 """
 
 import hashlib
@@ -16,12 +16,21 @@ import numba
 Function = TypeVar("Function", bound=Callable[..., object])
 
 
+PACKAGE = Path(__file__).resolve().parent
+
+
 @cache
 def _digest(folder: Path) -> str:
-    """Return the fingerprint of the Python sources in a folder."""
+    """Return the fingerprint of the sources that a function in a folder can be made of.
+
+    Those are the folder's own, and the package's folders of equations; in the package's first
+    folder, where few files are compiled, only those that are.
+    """
     total = hashlib.sha256()
-    for source in sorted(folder.glob("*.py")):
-        total.update(source.read_bytes())
+    for source in sorted({*PACKAGE.rglob("*.py"), *folder.glob("*.py")}):
+        text = source.read_bytes()
+        if source.parent != PACKAGE or b"@compiled" in text:
+            total.update(text)
     return total.hexdigest()
 
 

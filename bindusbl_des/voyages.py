@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 # Controllers look and steer ten times a second; the current holds meanwhile.
 CONTROL_S = 0.1
 
-# Sound sent at the mission's end is followed a little beyond it (s).
-AFTERWARDS_S = 5.0
+# Sound is at least this fast (m/s), so that it has arrived this long after the mission's end.
+SLOWEST_SOUND = 1300.0
 
 
 class Water:
@@ -42,9 +42,20 @@ class Water:
         return carried(self.series, CONTROL_S, times)
 
 
+def afterwards_s(scenario: Scenario) -> float:
+    """Return how long (s) after its end a mission still asks where vehicles are.
+
+    Sound sent at the last instant is followed to the farthest vehicle.
+    """
+    given = scenario.asvs.formation.positions_m or ((0.0, 0.0),)
+    radius = scenario.asvs.formation.radius_m or 0.0
+    farthest = max(math.hypot(x, y) for x, y in given) + radius + scenario.acoustics.hf.range_m
+    return 2.0 + (farthest + 2 * scenario.survey.side_m) / SLOWEST_SOUND
+
+
 def voyage_intervals(scenario: Scenario) -> int:
     """Return the number of control intervals of a voyage that outlasts the mission a little."""
-    return math.ceil((scenario.duration_s + AFTERWARDS_S) / CONTROL_S)
+    return math.ceil((scenario.duration_s + afterwards_s(scenario)) / CONTROL_S)
 
 
 def walks(scenario: Scenario, streams: Streams, water: Water) -> list[Array]:
@@ -71,7 +82,7 @@ def auv_voyage(
     auvs, navigation = scenario.auvs, scenario.navigation
     drift = None
     if auvs.feedback == "estimate":
-        beyond = math.ceil((AFTERWARDS_S + 1.0) * navigation.imu_rate_hz)
+        beyond = math.ceil((afterwards_s(scenario) + 1.0) * navigation.imu_rate_hz)
         drift = SteeringDrift(
             np.array(navigation.velocity_bias_m_per_s),
             navigation.bias_frame == "body",

@@ -44,7 +44,7 @@ def starved_and_served() -> dict[int, np.ndarray]:
 
 
 def test_a_starved_auv_leaves_its_lane(starved_and_served: dict[int, np.ndarray]) -> None:
-    """Steering by its own estimate, AUV0 strays by metres with one ASV, by decimetres with three."""
+    """Steering by its own estimate, AUV0 strays by metres with one ASV, not with three."""
     assert starved_and_served[1][0] > 5.0
     assert (starved_and_served[3] < 0.6).all()
 

@@ -42,7 +42,7 @@ def derivative(
 
 
 @compiled
-def _step(
+def move(
     model: int, state: Floats, command: Floats, current_n: float, current_e: float, p: Floats,
     duration: float, work: Floats,
 ) -> bool:  # fmt: skip
@@ -94,7 +94,7 @@ def advance(
             duration = step if whole else instant - clocks[vehicle]
             whole = True
             clocks[vehicle] = instant
-            if not _step(model, state, command, current_n, current_e, p, duration, work):
+            if not move(model, state, command, current_n, current_e, p, duration, work):
                 return vehicle
     return -1
 
@@ -115,6 +115,6 @@ def leap(
         if duration > SAME_INSTANT * step:
             clocks[vehicle] = until
             state, command = states[vehicle], commands[vehicle]
-            if not _step(model, state, command, current_n, current_e, p, duration, work):
+            if not move(model, state, command, current_n, current_e, p, duration, work):
                 return vehicle
     return -1

@@ -4,9 +4,9 @@
 tell what may be asked of one. SI units and radians; x North, y East, z down.
 """
 
-from bindusbl_des.guidance.belief import SteeringDrift
-from bindusbl_des.guidance.limits import VoyageError, smallest_turn, top_speed
-from bindusbl_des.guidance.member import Member
-from bindusbl_des.guidance.voyage import Voyage
+from .belief import SteeringDrift
+from .limits import VoyageError, smallest_turn, top_speed
+from .member import Member
+from .voyage import Voyage
 
 __all__ = ["Member", "SteeringDrift", "Voyage", "VoyageError", "smallest_turn", "top_speed"]

@@ -5,9 +5,9 @@ from math import ceil, floor
 
 import numpy as np
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.guidance import logbook
+from ..compiled import compiled
+from ..dynamics.frames import Floats
+from . import logbook
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from math import cos, hypot, sin, sqrt
 
 import numpy as np
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics import bluerov2 as hull
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.guidance.signals import half_turn, within
+from ..compiled import compiled
+from ..dynamics import bluerov2 as hull
+from ..dynamics.frames import Floats
+from .signals import half_turn, within
 
 # Newtons of one thruster that a newton or newton metre of each axis costs: 1 / (4 c), c = cos 45
 # deg, across; 1 / (4 arm) in the turns (arms 0.1888, 0.218, 0.12 m); a quarter in heave

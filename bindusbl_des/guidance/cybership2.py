@@ -7,11 +7,11 @@ method: nonlinear PID with weathervaning, Fossen 2021, sections 15.2 and 15.3.
 
 from math import copysign, cos, hypot, sin
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics import cybership2 as hull
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.guidance.otter import average_fixes
-from bindusbl_des.guidance.signals import half_turn, within
+from ..compiled import compiled
+from ..dynamics import cybership2 as hull
+from ..dynamics.frames import Floats
+from .otter import average_fixes
+from .signals import half_turn, within
 
 # Skjetne et al. 2004: surge, sway (N), yaw (N m)
 SURGE_LIMIT, SWAY_LIMIT, YAW_LIMIT = 2.0, 1.5, 1.5

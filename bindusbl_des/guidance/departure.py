@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.dynamics.models import Model
-from bindusbl_des.guidance import bluerov2, cybership2, flight, otter, remus100
-from bindusbl_des.paths import Path, Segment
+from ..dynamics.frames import Floats
+from ..dynamics.models import Model
+from ..paths import Path, Segment
+from . import bluerov2, cybership2, flight, otter, remus100
 
 WATCH_CIRCLES = {"otter": otter.WATCH_CIRCLE, "cybership2": cybership2.WATCH_CIRCLE}
 LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it

@@ -8,11 +8,11 @@ from math import cos, hypot, isfinite, nan, sin
 
 import numpy as np
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics import rk4
-from bindusbl_des.dynamics.frames import Floats, move_rigid_body, move_surface_craft
-from bindusbl_des.guidance import belief, bluerov2, cybership2, logbook, otter, remus100, tracks
-from bindusbl_des.guidance.tracks import Ints
+from ..compiled import compiled
+from ..dynamics import rk4
+from ..dynamics.frames import Floats, move_rigid_body, move_surface_craft
+from . import belief, bluerov2, cybership2, logbook, otter, remus100, tracks
+from .tracks import Ints
 
 MEMORY = 8  # numbers that a controller may remember
 # Which numbers `watch` holds: where the vehicle was told to be (m), how fast (m/s), how deep (m);
@@ -102,7 +102,7 @@ def _hold(
     `line` of the log is the interval's beginning, already written; its end is not yet.
     """
     for k in range(1, steps + 1):
-        if not rk4._step(model, state, command, current[0], current[1], p, step, work):
+        if not rk4.move(model, state, command, current[0], current[1], p, step, work):
             return False
         if k < steps:
             _observe(state, current, depth, rates, spot)

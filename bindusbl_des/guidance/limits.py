@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from bindusbl_des.dynamics import MODELS, parameters, steady_speed, steady_turn
-from bindusbl_des.dynamics import bluerov2 as rov
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.guidance import bluerov2, cybership2, remus100
+from ..dynamics import MODELS, parameters, steady_speed, steady_turn
+from ..dynamics import bluerov2 as rov
+from ..dynamics.frames import Floats
+from . import bluerov2, cybership2, remus100
 
 FOLLOWERS = ("remus100", "remus100_pvs", "bluerov2")  # fly along paths
 KEEPERS = ("otter", "cybership2")  # keep stations

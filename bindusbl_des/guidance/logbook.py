@@ -7,10 +7,10 @@ is within a micrometre of the motion itself.
 
 from math import ceil, cos, hypot, sin
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.guidance import tracks
-from bindusbl_des.guidance.tracks import Ints
+from ..compiled import compiled
+from ..dynamics.frames import Floats
+from . import tracks
+from .tracks import Ints
 
 # A line: place (m) and yaw (rad), their rates (m/s, rad/s), integrals of cos(yaw) and sin(yaw) (s),
 # horizontal distance travelled (m)

@@ -4,10 +4,10 @@ from typing import Protocol
 
 import numpy as np
 
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.guidance import logbook
-from bindusbl_des.guidance.tracks import Ints, Tracks
-from bindusbl_des.vehicles import Place
+from ..dynamics.frames import Floats
+from ..vehicles import Place
+from . import logbook
+from .tracks import Ints, Tracks
 
 
 class UnderWay(Protocol):

@@ -8,10 +8,10 @@ Method: nonlinear PID with weathervaning, Fossen 2021, sections 15.2 and 15.3.
 
 from math import atan2, cos, hypot, sin, sqrt
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics import otter as hull
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.guidance.signals import half_turn, within
+from ..compiled import compiled
+from ..dynamics import otter as hull
+from ..dynamics.frames import Floats
+from .signals import half_turn, within
 
 WATCH_CIRCLE = 2.0  # m: leaving it sends the Otter back to within HOME
 HOME = 0.4  # m

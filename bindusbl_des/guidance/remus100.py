@@ -8,10 +8,10 @@ from math import asin, atan2, cos, exp, hypot, sin, sqrt
 
 import numpy as np
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics import remus100_parameters as hull
-from bindusbl_des.dynamics.frames import Floats, cross_flow
-from bindusbl_des.guidance.signals import half_turn, within
+from ..compiled import compiled
+from ..dynamics import remus100_parameters as hull
+from ..dynamics.frames import Floats, cross_flow
+from .signals import half_turn, within
 
 LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: three or more)
 LEARNING = 0.1  # of the largest adaptation that does not overshoot, (U / 2 lookahead)^2

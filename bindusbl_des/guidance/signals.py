@@ -2,7 +2,7 @@
 
 from math import floor, pi
 
-from bindusbl_des.compiled import compiled
+from ..compiled import compiled
 
 
 @compiled

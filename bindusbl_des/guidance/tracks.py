@@ -12,10 +12,10 @@ from math import atan2, cos, hypot, inf, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from bindusbl_des.compiled import compiled
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.guidance.signals import half_turn
-from bindusbl_des.paths import SHORTEST_SEGMENT, Path, Segment
+from ..compiled import compiled
+from ..dynamics.frames import Floats
+from ..paths import SHORTEST_SEGMENT, Path, Segment
+from .signals import half_turn
 
 Ints = NDArray[np.int64]
 

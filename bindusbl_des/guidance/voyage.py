@@ -6,24 +6,25 @@ from math import degrees
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bindusbl_des.dynamics import rk4
-from bindusbl_des.dynamics.frames import Floats
-from bindusbl_des.dynamics.models import find, parameters
-from bindusbl_des.guidance import belief, departure, flight, logbook, tracks
-from bindusbl_des.guidance.belief import SteeringDrift
-from bindusbl_des.guidance.departure import LOST_CIRCLES, PATIENCE_S, WATCH_CIRCLES, Vessels
-from bindusbl_des.guidance.limits import (
+from ..dynamics import rk4
+from ..dynamics.frames import Floats
+from ..dynamics.models import find, parameters
+from ..paths import Path
+from . import belief, departure, flight, logbook, tracks
+from .belief import SteeringDrift
+from .departure import LOST_CIRCLES, PATIENCE_S, WATCH_CIRCLES, Vessels
+from .limits import (
     FOLLOWERS,
     KEEPERS,
     VoyageError,
     refuse_impossible,
     smallest_turn,
 )
-from bindusbl_des.guidance.member import Member
-from bindusbl_des.paths import Path
+from .member import Member
 
 STEP_S = 0.05  # s
-STEPS_S = {"otter": 0.02}  # s: an Otter's propellers reverse within a few hundredths of a second
+# An Otter's propellers reverse within a few hundredths of a second; a REMUS takes its time.
+STEPS_S = {"otter": 0.02, "remus100": 0.1, "remus100_pvs": 0.1}
 
 
 class Voyage:
@@ -36,7 +37,8 @@ class Voyage:
     m/s along x and y, and `position_noise` (n, intervals, 2) m, hold for one control interval each,
     the last current from then on. Axes: x North, y East, z down.
 
-    Control begins anew each `control_s`, a whole number of steps `step_s` (0.05 s, Otter 0.02 s).
+    Control begins anew each `control_s`, a whole number of steps `step_s` (0.05 s, Otter 0.02 s,
+    REMUS 0.1 s).
     What a vehicle believes is truth + drift + noise + its row of `corrections` (n, 2), which anyone
     may write to. Without drift it does not matter when and how often the fleet is advanced.
 
