@@ -196,3 +196,32 @@ def test_a_bad_seed_is_refused(seed: object) -> None:
     """A seed is a whole number, zero or more."""
     with pytest.raises(ValueError, match="seed must be a whole number"):
         simulate(scenario(duration_s=1.0), seed)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("asvs", [1, 2, 3])
+def test_fused_fixes_are_as_good_as_they_say(asvs: int) -> None:
+    """Over a mission the errors of fixes agree with their own 3x3 covariances (NEES)."""
+    world = scenario(
+        survey={"side_m": 60.0},
+        auvs={"count": 4, "turning_radius_m": 3.0},
+        asvs={"count": asvs, "formation": {"radius_m": 20.0}},
+        acoustics={"hf": {"range_m": 100.0}},
+    )
+    nees = []
+    for seed in range(3):
+        result = simulate(world, seed)
+        fixes = result.tables["fixes"].merge(
+            result.tables["pings"], on="ping", suffixes=("", "_true")
+        )
+        assert (fixes.asvs.str.split().str.len() == asvs).all()
+        error = np.array([fixes[f"{axis}_m"] - fixes[f"{axis}_m_true"] for axis in "xyz"]).T
+        covariance = np.empty((len(fixes), 3, 3))
+        for i, a in enumerate("xyz"):
+            covariance[:, i, i] = fixes[f"sd_{a}_m"] ** 2
+            for j, b in enumerate("xyz"):
+                if i < j:
+                    covariance[:, i, j] = covariance[:, j, i] = fixes[f"cov_{a}{b}_m2"]
+        nees.append(np.einsum("ni,nij,nj->n", error, np.linalg.inv(covariance), error))
+    found = np.concatenate(nees)
+    # chi-square with 3 degrees of freedom, 4 sigma, and 2 % for what is beyond second order
+    assert found.mean() == pytest.approx(3.0, abs=4 * np.sqrt(6 / len(found)) + 0.06)
