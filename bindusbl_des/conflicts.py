@@ -1,6 +1,7 @@
 """Which AUVs must not ping at once: the conflict graph and its colourings."""
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any
 
 import networkx as nx
@@ -8,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Hearing = NDArray[np.bool_]
+
+# AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
+REMEMBERED = 256
 
 
 def hearing(
@@ -28,11 +32,19 @@ def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
     >>> sorted(conflict_graph(np.array([[True, False], [True, True], [False, True]])).edges)
     [(0, 1), (1, 2)]
     """
-    graph: nx.Graph[int] = nx.Graph()
-    graph.add_nodes_from(range(len(heard)))
     shared = heard.astype(np.float32) @ heard.T.astype(np.float32)
-    graph.add_edges_from((i, j) for i, j in np.argwhere(np.triu(shared > 0, 1)).tolist())
-    return graph
+    edges = np.argwhere(np.triu(shared > 0, 1)).tolist()
+    return _graph(len(heard), tuple((i, j) for i, j in edges))
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _graph(count: int, edges: tuple[tuple[int, int], ...]) -> "nx.Graph[int]":
+    """Return the graph of `count` AUVs and their conflicts, frozen because rounds share it."""
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_nodes_from(range(count))
+    graph.add_edges_from(edges)
+    frozen: nx.Graph[int] = nx.freeze(graph)
+    return frozen
 
 
 def _index_order(graph: "nx.Graph[int]", _: Mapping[int, int]) -> Iterator[int]:
@@ -53,6 +65,14 @@ def colour_dsatur(graph: "nx.Graph[int]") -> dict[int, int]:
 
 
 def _coloured(graph: "nx.Graph[int]", strategy: Any) -> dict[int, int]:
+    # A frozen graph stays as it is, so its colouring does as well.
+    if nx.is_frozen(graph):
+        return dict(_coloured_once(graph, strategy))
+    return dict(nx.greedy_color(graph, strategy=strategy))
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _coloured_once(graph: "nx.Graph[int]", strategy: Any) -> dict[int, int]:
     return dict(nx.greedy_color(graph, strategy=strategy))
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +27,19 @@ class Water:
     """The current of one mission, and how far it has carried what drifts in it."""
 
     def __init__(self, scenario: Scenario, streams: Streams) -> None:
-        asked = scenario.environment
-        count = voyage_intervals(scenario)
-        self.series = current_series(
+        self._scenario, self._streams = scenario, streams
+
+    @cached_property
+    def series(self) -> Array:
+        """The current (m/s) along x and y in each control interval, shape (n, 2)."""
+        asked, count = self._scenario.environment, voyage_intervals(self._scenario)
+        return current_series(
             asked.current_m_per_s,
             math.radians(asked.current_direction_deg),
             asked.current_variation_m_per_s,
             asked.current_variation_time_s,
             CONTROL_S,
-            streams.of(Purpose.CURRENT).standard_normal((count, 2)),
+            self._streams.of(Purpose.CURRENT).standard_normal((count, 2)),
         )
 
     def carried(self, times: Array) -> Array:
