@@ -1,0 +1,64 @@
+"""Figures of merit, in worlds where they can be worked out by hand."""
+
+import math
+
+import pytest
+from worlds import still
+
+from bindusbl_des import simulate
+
+
+def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
+    """Coverage leaves out the ping that the end of the mission overtakes."""
+    first = simulate(still(1, duration_s=0.02))
+    assert first.auvs.pings[0] == 1
+    assert first.arrow["auvs"]["hf_coverage"].null_count == 1
+    assert first.tables["receptions"].outcome.tolist() == ["in_flight"]
+    # the second ping starts at 0.5 s, and is heard 24.9 ms later
+    both = simulate(still(1, duration_s=0.51))
+    assert both.auvs.pings[0] == 2
+    assert both.auvs.hf_coverage[0] == 1.0
+    out_of_range = simulate(still(1, at=60.0, duration_s=0.51))
+    assert out_of_range.auvs.hf_coverage[0] == 0.0
+
+
+def test_overlapping_pings_use_the_channel_once() -> None:
+    """Two AUVs that answer a call 1 m apart occupy HF for a ping and 1 m of sound."""
+    world = still(
+        2,
+        survey={"depth_m": 0.0},
+        auvs={"route": {"kind": "hold", "positions_m": [[20.0, 0.0], [-21.0, 0.0]]}},
+        protocol={"schedule": "schedules_for_tests:all_at_once", "ranging": "twtt"},
+    )
+    result = simulate(world)
+    once = 0.010 + 1.0 / 1500
+    assert result.mission.hf_utilisation[0] == pytest.approx(
+        result.mission.rounds[0] * once / 300, rel=2e-3
+    )
+
+
+@pytest.mark.parametrize(("law", "slant", "probability"), [("head", 300.0, 0.684256481)])
+def test_pings_are_lost_as_often_as_the_law_says(
+    law: str, slant: float, probability: float
+) -> None:
+    """At 300 m the OEM head loses 68 % of the pings."""
+    world = still(
+        1,
+        at=math.sqrt(slant**2 - 10**2),
+        duration_s=1000.0,
+        acoustics={"hf": {"range_m": 400.0}, "loss": {"law": law}},
+        record={"detail": "summary"},
+    )
+    auv = simulate(world).auvs.iloc[0]
+    spread = math.sqrt(probability * (1 - probability) / auv.pings)
+    assert auv.receptions_lost / auv.pings == pytest.approx(probability, abs=4 * spread)
+
+
+def test_intervals_and_rates_of_clockwork() -> None:
+    """A still AUV alone gets a fix each round of 15 ticks: rate, interval and latency follow."""
+    auv = simulate(still(1)).auvs.iloc[0]
+    assert (auv.interval_mean_s, auv.interval_max_s) == pytest.approx((0.5, 0.5))
+    assert auv.fix_rate_hz == pytest.approx(2.0)
+    assert auv.latency_max_s == pytest.approx(10 / 30)  # slot 3 ticks, airtime and way 7
+    assert auv.latency_from_broadcast_s == pytest.approx(7 / 30)
+    assert auv.latency_from_slot_s == pytest.approx(7 / 30)
