@@ -9,6 +9,7 @@ from .commands.doctor import doctor
 from .commands.files import init, params, schema, validate
 from .commands.missions import explain, run
 from .commands.planning import coverage, timing
+from .commands.sweeps import merge, resume, status, sweep
 
 INTERRUPTED = 130
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
@@ -51,12 +52,27 @@ def _print_version(context: click.Context, _: click.Parameter, asked: bool) -> N
 def main(context: click.Context, quiet: bool) -> None:
     """Simulate underwater acoustic networks that keep AUVs on their way.
 
-    Exit codes: 0 ok, 1 the run failed, 2 bad input, 130 interrupted.
+    Exit codes: 0 ok, 1 the run failed, 2 bad input, 3 some missions of a campaign failed,
+    130 interrupted.
     """
     context.obj = {"quiet": quiet}
 
 
-for _command in (run, validate, schema, init, params, timing, coverage, explain, doctor):
+for _command in (
+    run,
+    sweep,
+    resume,
+    status,
+    merge,
+    validate,
+    schema,
+    init,
+    params,
+    timing,
+    coverage,
+    explain,
+    doctor,
+):
     main.add_command(_command)
 
 

@@ -18,6 +18,7 @@ LAYERS = [
     "voyages launch world protocol metrics",
     "tables figures summary result simulation explain",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
+    "campaigns",
     "commands cli __init__",
 ]
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split()}
@@ -26,14 +27,14 @@ RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split(
 HOMES = {
     "simpy": "uplink downlink ranging protocol world simulation",
     "networkx": "conflicts schedules",
-    "pyarrow": "tables result simulation",
+    "pyarrow": "tables result simulation campaigns",
     "yaml": "plain_yaml yaml_syntax",
     "click": "cli commands",
     "numba": "compiled",
-    "pydantic": "scenario scenario_file scenario_keys",
+    "pydantic": "scenario scenario_file scenario_keys campaigns",
     "pydantic_core": "scenario scenario_file vehicle_choice",
     "matplotlib": "figures commands",
-    "pandas": "result summary",
+    "pandas": "result summary campaigns",
 }
 
 

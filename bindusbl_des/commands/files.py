@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print the mistakes as JSON.")
 @click.pass_context
 def validate(context: click.Context, files: tuple[str, ...], as_json: bool) -> None:
-    """List every mistake in scenario files, with its place and remedy."""
+    """List every mistake in scenario or experiment files, with its place and remedy."""
     found = {file: _mistakes(file) for file in files}
     if as_json:
         report = {file: [asdict(mistake) for mistake in found[file]] for file in found}
@@ -33,19 +33,31 @@ def validate(context: click.Context, files: tuple[str, ...], as_json: bool) -> N
 
 def _mistakes(file: str) -> "list[Mistake]":
     from ..mistakes import ScenarioError
-    from ..scenario_file import load_scenario
+    from ..plain_yaml import read_yaml
+    from ..scenario_file import load_scenario, read_text
 
     try:
-        load_scenario(file)
+        data = read_yaml(read_text(file), file).data
+        if isinstance(data, dict) and isinstance(data.get("scenario"), str):
+            from ..campaigns.experiment_file import load_experiment
+
+            load_experiment(file)
+        else:
+            load_scenario(file)
     except ScenarioError as error:
         return error.mistakes
     return []
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["scenario"]), default="scenario")
+@click.argument("kind", type=click.Choice(["scenario", "experiment"]), default="scenario")
 def schema(kind: str) -> None:
-    """Print the JSON Schema of scenario files, for completion in editors."""
+    """Print the JSON Schema of scenario or experiment files, for completion in editors."""
+    if kind == "experiment":
+        from ..campaigns.experiment_schema import experiment_schema
+
+        print_json(experiment_schema())
+        return
     from ..scenario_keys import json_schema
 
     print_json(json_schema())

@@ -1,0 +1,206 @@
+"""Batches of missions, run by a worker, which writes their rows itself."""
+
+import json
+import shlex
+import signal
+import time
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+
+import pyarrow as pa
+
+from ..scenario import Scenario
+from ..simulation import simulate
+from .experiment import as_written
+from .folder import STOP, write_json
+from .parts import ARROW_TYPES, MISSIONS, commit, labelled, metric_schema, part_path, read_part
+from .plan import Mission, PlannedPoint, mission_id
+
+OK, FAILED = "ok", "failed"
+
+# With `detail: full`, a part is written before its tables need more memory than this.
+LARGEST_PART_BYTES = 64_000_000
+
+
+class NotWritten(OSError):
+    """The rows of a batch could not be written; the campaign stops and can be resumed."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Missions for one worker, and all it must know to run them and write their rows."""
+
+    folder: str
+    part: str
+    model_version: str
+    columns: Mapping[str, str]
+    points: Mapping[int, PlannedPoint]
+    missions: tuple[Mission, ...]
+    budget_s: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """What comes back of one mission: its number, whether it failed, its wall time."""
+
+    number: int
+    status: str
+    wall_time_s: float
+
+
+@dataclass
+class Ran:
+    """One mission as it was run: its tables, or why there are none."""
+
+    mission: Mission
+    wall_time_s: float
+    tables: Mapping[str, pa.Table] = field(default_factory=dict)
+    error: str | None = None
+
+
+def run_batch(batch: Batch) -> list[Row]:
+    """Run missions until the budget is spent or the campaign stops, at least one; write them.
+
+    Raises:
+        NotWritten: when the rows cannot be written, as on a full disk.
+    """
+    folder = Path(batch.folder)
+    if part_path(folder, MISSIONS, batch.part).is_file():  # sent again by a cluster
+        return rows_of(folder, batch.part)
+    ran: list[Ran] = []
+    began, size = time.monotonic(), 0
+    for mission in batch.missions:
+        ran.append(_run(batch, mission))
+        size += sum(table.nbytes for table in ran[-1].tables.values())
+        spent = time.monotonic() - began
+        if spent > batch.budget_s or size > LARGEST_PART_BYTES or (folder / STOP).exists():
+            break
+    write(batch, ran)
+    return [Row(it.mission.number, FAILED if it.error else OK, it.wall_time_s) for it in ran]
+
+
+def rows_of(folder: Path, part: str) -> list[Row]:
+    """Return what would have come back of a part that is on the disk."""
+    rows = read_part(folder, MISSIONS, part, ("mission", "status", "wall_time_s"))
+    assert rows is not None
+    return [Row(*row.values()) for row in rows.to_pylist()]
+
+
+@lru_cache(maxsize=16)
+def _scenario(text: str) -> Scenario:
+    return Scenario.model_validate(json.loads(text))
+
+
+def _run(batch: Batch, mission: Mission) -> Ran:
+    began = time.perf_counter()
+    try:
+        result = simulate(_scenario(batch.points[mission.point].scenario), mission.seed)
+    except (Exception, SystemExit) as error:  # a schedule of the user's own may raise anything
+        spent = time.perf_counter() - began
+        text = "".join(traceback.format_exception_only(error)).strip()
+        _note_failure(batch, mission, text, traceback.format_exc())
+        return Ran(mission, spent, error=text)
+    return Ran(mission, time.perf_counter() - began, result.arrow)
+
+
+def _note_failure(batch: Batch, mission: Mission, error: str, trace: str) -> None:
+    try:
+        write_failure(batch, mission, error, trace)
+    except OSError as reason:
+        raise NotWritten(reason.errno, reason.strerror) from None
+
+
+def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> None:
+    """Write `failures/<mission_id>.json`: what happened, and the command that does it again."""
+    folder, point = Path(batch.folder), batch.points[mission.point]
+    name = mission_id(point.scenario, mission.seed, batch.model_version)
+    (folder / "failures").mkdir(exist_ok=True)
+    values = [f"--set {shlex.quote(f'{k}={as_written(v)}')}" for k, v in point.sets.items()]
+    scenario = shlex.quote(str(folder / "scenario.yaml"))
+    write_json(
+        folder / "failures" / f"{name}.json",
+        {
+            "mission_id": name,
+            "mission": mission.number,
+            "point": mission.point,
+            "varied": point.varied,
+            "seed": mission.seed,
+            "error": error,
+            "traceback": trace,
+            "reproduce": " ".join(
+                ["bindusbl-des run", scenario, *values, f"--seed {mission.seed}"]
+            ),
+        },
+    )
+
+
+def write(batch: Batch, ran: Sequence[Ran]) -> None:
+    """Write the rows of missions as one part.
+
+    Raises:
+        NotWritten: when it cannot be written.
+    """
+    names = dict.fromkeys(name for it in ran for name in it.tables if name != "mission")
+    tables = {name: _table(batch, name, ran) for name in names}
+    tables[MISSIONS] = _missions(batch, ran)
+    try:
+        commit(Path(batch.folder), batch.part, tables)
+    except OSError as error:
+        raise NotWritten(error.errno, error.strerror or str(error)) from None
+
+
+def _table(batch: Batch, name: str, ran: Sequence[Ran]) -> pa.Table:
+    tables = [it.tables[name] for it in ran if name in it.tables]
+    lengths = [len(it.tables[name]) if name in it.tables else 0 for it in ran]
+    labels = _labels(batch, ran, with_point=name == "auvs")
+    owner = pa.array([n for n, length in enumerate(lengths) for _ in range(length)], pa.int64())
+    return labelled(
+        pa.concat_tables(tables), {key: array.take(owner) for key, array in labels.items()}
+    )
+
+
+def _missions(batch: Batch, ran: Sequence[Ran]) -> pa.Table:
+    described = metric_schema(MISSIONS)
+    nothing = pa.Table.from_pylist([{}], schema=described)
+    table = pa.concat_tables(
+        [it.tables["mission"].cast(described) if it.tables else nothing for it in ran]
+    )
+    labels = _labels(batch, ran, with_point=True)
+    labels["status"] = pa.array([FAILED if it.error else OK for it in ran])
+    labels["error"] = pa.array([it.error for it in ran], pa.string())
+    labels["wall_time_s"] = pa.array([it.wall_time_s for it in ran], pa.float64())
+    return labelled(table, labels)
+
+
+def _labels(batch: Batch, ran: Sequence[Ran], *, with_point: bool) -> dict[str, pa.Array]:
+    """Return the columns that say which mission it was, a value for each mission."""
+    points = [batch.points[it.mission.point] for it in ran]
+    ids = [
+        mission_id(point.scenario, it.mission.seed, batch.model_version)
+        for it, point in zip(ran, points, strict=True)
+    ]
+    labels = {
+        "mission": pa.array([it.mission.number for it in ran], pa.int64()),
+        "mission_id": pa.array(ids, pa.string()),
+        "seed": pa.array([it.mission.seed for it in ran], pa.int64()),
+    }
+    if with_point:
+        labels["point"] = pa.array([it.mission.point for it in ran], pa.int64())
+        for key, kind in batch.columns.items():
+            values = [point.varied[key] for point in points]
+            if kind == "json":
+                values = [None if value is None else json.dumps(value) for value in values]
+            labels[key] = pa.array(values, ARROW_TYPES[kind])
+    return labels
+
+
+def signal_name(exit_code: int | None) -> str:
+    """Return what ended a process: the name of a signal, or an exit code."""
+    if exit_code is None:
+        return "an unknown cause"
+    if exit_code < 0:
+        return f"signal {-exit_code} ({signal.Signals(-exit_code).name})"
+    return f"exit code {exit_code}"

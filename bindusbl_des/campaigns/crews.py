@@ -1,0 +1,216 @@
+"""Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster."""
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from importlib import import_module
+from multiprocessing import parent_process
+from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
+from typing import Any, Protocol
+
+from .batches import Batch, Row, run_batch
+
+# Workers share the machine: a library that starts threads of its own would slow all of them.
+LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
+ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in LIBRARIES}
+REMEDY = 'Dask is not installed; install it with: python -m pip install "bindusbl-des[cluster]"'
+
+
+class BackendMissing(RuntimeError):
+    """The backend asked for is not installed or cannot be reached."""
+
+
+class Crew(Protocol):
+    """Workers to whom batches are given."""
+
+    @property
+    def size(self) -> int:
+        """How many batches run at once."""
+
+    def has_room(self) -> bool:
+        """Tell whether a worker waits for a batch."""
+
+    def submit(self, batch: Batch) -> "Future[list[Row]]":
+        """Give a batch to a worker."""
+
+    def release(self, future: "Future[list[Row]]") -> int | None:
+        """Take note that a batch has ended; return the exit code of a worker that died of it."""
+
+    def close(self, *, now: bool) -> None:
+        """Let the workers go; `now` ends them in the midst of their work."""
+
+
+class _Process(SpawnProcess):
+    """A spawned process that does not run the user's own script again."""
+
+    @staticmethod
+    def _Popen(process_obj: BaseProcess) -> Any:
+        with _environment(), _script_hidden():
+            return SpawnProcess._Popen(process_obj)
+
+
+class _Spawn(SpawnContext):
+    Process = _Process
+
+
+@contextmanager
+def _environment() -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _script_hidden() -> Iterator[None]:
+    """Hide the main script, so that one without `if __name__ == "__main__"` may start a sweep."""
+    main = sys.modules["__main__"]
+    hidden = {name: getattr(main, name) for name in ("__file__", "__spec__") if hasattr(main, name)}
+    if "__file__" in hidden:
+        del main.__file__
+    main.__spec__ = None
+    try:
+        yield
+    finally:
+        for name, value in hidden.items():
+            setattr(main, name, value)
+
+
+def _begin() -> None:
+    """Make a worker leave Ctrl-C to its parent, and end when its parent does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+class LocalCrew:
+    """Processes of this machine, each in a pool of its own: if one dies, it dies alone."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self._idle: list[ProcessPoolExecutor] = []
+        self._busy: dict[Future[list[Row]], ProcessPoolExecutor] = {}
+        self._processes: dict[ProcessPoolExecutor, list[BaseProcess]] = {}
+
+    def has_room(self) -> bool:
+        """Tell whether a worker waits for a batch."""
+        return len(self._busy) < self.size
+
+    def submit(self, batch: Batch) -> "Future[list[Row]]":
+        """Give a batch to a waiting worker, or to a new one."""
+        pool = self._idle.pop() if self._idle else self._new()
+        try:
+            future = pool.submit(run_batch, batch)
+        except RuntimeError:  # it died while it waited
+            self._dismiss(pool)
+            pool = self._new()
+            future = pool.submit(run_batch, batch)
+        self._processes[pool] = list((getattr(pool, "_processes", None) or {}).values())
+        self._busy[future] = pool
+        return future
+
+    def _new(self) -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(1, mp_context=_Spawn(), initializer=_begin)
+
+    def _dismiss(self, pool: ProcessPoolExecutor) -> None:
+        pool.shutdown(wait=True, cancel_futures=True)
+        self._processes.pop(pool, None)
+
+    def release(self, future: "Future[list[Row]]") -> int | None:
+        """Take a worker back; one that died is let go, and its exit code returned."""
+        pool = self._busy.pop(future)
+        if not isinstance(future.exception(), RuntimeError):
+            self._idle.append(pool)
+            return None
+        processes = self._processes.get(pool, [])
+        self._dismiss(pool)
+        return processes[0].exitcode if processes else None
+
+    def pids(self) -> list[int]:
+        """Return the process numbers of the workers."""
+        return [p.pid for ps in self._processes.values() for p in ps if p.pid is not None]
+
+    def close(self, *, now: bool) -> None:
+        """Let the workers go."""
+        pools = [*self._idle, *self._busy.values()]
+        for pool in pools:
+            for process in self._processes.get(pool, []) if now else []:
+                process.kill()
+        for pool in pools:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+class ClusterCrew:
+    """The workers of a Dask cluster."""
+
+    def __init__(self, address: str) -> None:
+        try:
+            distributed: Any = import_module("distributed")
+        except ImportError:
+            raise BackendMissing(REMEDY) from None
+        try:
+            self._client: Any = distributed.Client(address, timeout="10s")
+        except (OSError, ValueError) as error:
+            raise BackendMissing(f"no Dask scheduler at {address}: {error}") from None
+        # A batch that Dask sends again after a worker died is recognised by its part.
+        self._executor: Executor = self._client.get_executor(pure=False, retries=0)
+        self._running = 0
+
+    @property
+    def size(self) -> int:
+        """The number of threads in the cluster, which may grow."""
+        return max(1, sum(map(int, self._client.nthreads().values())))
+
+    def has_room(self) -> bool:
+        """Tell whether a worker waits for a batch; one more each waits with it."""
+        return self._running < 2 * self.size
+
+    def submit(self, batch: Batch) -> "Future[list[Row]]":
+        """Give a batch to the scheduler."""
+        self._running += 1
+        return self._executor.submit(run_batch, batch)
+
+    def release(self, future: "Future[list[Row]]") -> int | None:
+        """Take note that a batch has ended; Dask replaces its workers itself."""
+        self._running -= 1
+        return None
+
+    def close(self, *, now: bool) -> None:
+        """Leave the cluster, which goes on."""
+        self._executor.shutdown(wait=False, cancel_futures=now)
+        self._client.close()
+
+
+def crew_for(backend: str, workers: int) -> Crew:
+    """Return the crew of a backend: `local` or ``dask:ADDRESS``.
+
+    Raises:
+        ValueError: when there is no such backend.
+        BackendMissing: when it is not installed or cannot be reached.
+    """
+    kind, _, address = backend.partition(":")
+    if backend == "local":
+        return LocalCrew(workers)
+    if kind == "dask" and address:
+        return ClusterCrew(address)
+    raise ValueError(
+        f"no backend {backend!r}; write local, or dask:ADDRESS such as dask:tcp://10.0.0.1:8786"
+    )

@@ -1,0 +1,89 @@
+"""An experiment: one scenario, the points at which it is varied, and the seeds at each point."""
+
+import json
+import math
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from ..overrides import override
+from ..plain_yaml import Document
+from ..scenario import Scenario
+
+Detail = Literal["summary", "full"]
+Point = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What a campaign runs: every point with every seed.
+
+    `given` holds the keys of the base scenario that its author gave, so that a point may choose
+    another kind of route without inheriting the defaults of the first; a point maps dotted keys to
+    values.
+    """
+
+    name: str
+    given: Mapping[str, Any]
+    points: tuple[Point, ...]
+    seeds: tuple[int, ...]
+    detail: Detail = "summary"
+
+    def base(self) -> Scenario:
+        """Return the scenario before it is varied."""
+        return laid_over(self.given, {})
+
+    def scenario(self, point: int) -> Scenario:
+        """Return the scenario of one point."""
+        return laid_over(self.given, {**self.points[point], "record.detail": self.detail})
+
+    def varied(self) -> tuple[str, ...]:
+        """Return the keys that differ between points, in the order of the experiment file."""
+        return tuple(dict.fromkeys(key for point in self.points for key in point))
+
+    def record(self) -> dict[str, Any]:
+        """Return the experiment as plain data, for `campaign.json`."""
+        return {
+            "name": self.name,
+            "scenario_as_given": self.given,
+            "points": [dict(point) for point in self.points],
+            "seeds": list(self.seeds),
+            "detail": self.detail,
+        }
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> "Experiment":
+        """Return the experiment that `record` described."""
+        return cls(
+            record["name"],
+            record["scenario_as_given"],
+            tuple(record["points"]),
+            tuple(record["seeds"]),
+            record["detail"],
+        )
+
+
+def laid_over(given: Mapping[str, Any], point: Point) -> Scenario:
+    """Return the scenario that a point makes of the keys given.
+
+    Raises:
+        ValueError: when it is no valid scenario.
+    """
+    document = Document("point", deepcopy(dict(given)))
+    for key, value in point.items():
+        override(document, f"{key}={as_written(value)}")
+    if document.mistakes:
+        raise ValueError("\n".join(map(str, document.mistakes)))
+    return Scenario.model_validate(document.data)
+
+
+def as_written(value: Any) -> str:
+    """Return a value as one writes it after ``--set key=``.
+
+    >>> as_written(0.5), as_written([1, "a"]), as_written(None)
+    ('0.5', '[1, "a"]', 'null')
+    """
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else f"{'-' if value < 0 else ''}.inf"
+    return json.dumps(value, ensure_ascii=False)

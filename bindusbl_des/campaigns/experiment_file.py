@@ -1,0 +1,162 @@
+"""Experiments from YAML files: every mistake at once, each with its place and a remedy."""
+
+from collections.abc import Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+from ..mistakes import Mistake, Place, ScenarioError
+from ..plain_yaml import Document, Path, read_yaml
+from ..scenario import Scenario
+from ..scenario_file import load_scenario, read_text
+from ..wording import described, did_you_mean
+from .experiment import Detail, Experiment
+from .experiment_points import points_in
+from .point_checks import check_points
+
+KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "detail")
+DETAILS = ("summary", "full")
+
+# Each point is a scenario that is validated, and each mission a line of the plan.
+MOST_MISSIONS = 5_000_000
+LARGEST_SEED = 2**63 - 1
+
+
+def load_experiment(path: str | FilePath) -> Experiment:
+    """Read an experiment file and the scenario it names, which is sought beside it.
+
+    Raises:
+        ScenarioError: listing every mistake in either.
+        ScipyMissing: when points are to be sampled and scipy is not installed.
+    """
+    path = FilePath(path)
+    document = read_yaml(read_text(path), str(path))
+    if not isinstance(document.data, dict):
+        raise _wrong_root(document)
+    _check_keys(document)
+    name, detail = _name(document, path.stem), _detail(document)
+    seeds = _seeds(document)
+    points, places = points_in(document)
+    base = _base(document, path.parent)
+    if base is not None and seeds and len(points) * len(seeds) > MOST_MISSIONS:
+        count = len(points) * len(seeds)
+        _note(document, ("seeds",), f"makes {count:,} missions; at most {MOST_MISSIONS:,} can run")
+    elif base is not None:
+        file = path.parent / document.data["scenario"]
+        points = check_points(document, file, base, points, places)
+    if base is None or document.mistakes:
+        raise _wrong(document)
+    given = base.model_dump(mode="json", exclude_unset=True)
+    return Experiment(name, given, tuple(points), tuple(seeds), detail)
+
+
+def _wrong(document: Document) -> ScenarioError:
+    own = document.file
+    document.mistakes.sort(key=lambda it: (it.file != own, it.line, it.column))
+    return ScenarioError(dict.fromkeys(document.mistakes))
+
+
+def _note(document: Document, path: Path, message: str, at_key: bool = False) -> None:
+    places = document.keys if at_key else document.values
+    document.report(places.get(path, Place(document.file, 1, 1)), path, message)
+
+
+def _wrong_root(document: Document) -> ScenarioError:
+    if document.mistakes:
+        return _wrong(document)
+    if document.data is None:
+        message = "the file is empty; an experiment needs at least `scenario: FILE.yaml`"
+    else:
+        message = f"must hold keys such as `scenario: FILE.yaml`; it holds {_kind(document.data)}"
+    _note(document, (), message)
+    return _wrong(document)
+
+
+def _kind(data: Any) -> str:
+    return "a list" if isinstance(data, list) else "a single value"
+
+
+def _check_keys(document: Document) -> None:
+    for key in document.data:
+        if key not in KEYS:
+            hint = did_you_mean(key, KEYS) or f"; the keys are {', '.join(KEYS)}"
+            if key in Scenario.model_fields:
+                hint = f"; a scenario's keys go under vary, as in `vary: {{{key}: [...]}}`"
+            _note(document, (key,), f"unknown key{hint}", at_key=True)
+    ways = [key for key in ("vary", "points", "sample") if key in document.data]
+    for way in ways[1:]:
+        _note(document, (way,), f"cannot be combined with {ways[0]}; keep one of them", True)
+
+
+def _name(document: Document, default: str) -> str:
+    name = document.data.get("name", default)
+    if not isinstance(name, str) or not 1 <= len(name) <= 200:
+        _note(document, ("name",), f"needs a text of 1 to 200 letters; got {described(name)}")
+        return default
+    return name
+
+
+def _detail(document: Document) -> Detail:
+    detail: Any = document.data.get("detail", "summary")
+    if detail not in DETAILS:
+        hint = did_you_mean(str(detail), DETAILS)
+        message = f"must be one of summary, full; got {described(detail)}{hint}"
+        _note(document, ("detail",), message)
+        return "summary"
+    checked: Detail = detail
+    return checked
+
+
+def _seeds(document: Document) -> Sequence[int]:
+    """Return the seeds: N stands for 0 to N - 1."""
+    seeds: Any = document.data.get("seeds", 1)
+    if isinstance(seeds, list):
+        return _listed_seeds(document, seeds)
+    if isinstance(seeds, bool) or not isinstance(seeds, int):
+        message = f"needs a whole number or a list of seeds; got {described(seeds)}"
+        _note(document, ("seeds",), message)
+        return ()
+    if not 1 <= seeds <= MOST_MISSIONS:
+        message = f"must be >= 1 and <= {MOST_MISSIONS}, the number of seeds; got {seeds}"
+        _note(document, ("seeds",), message)
+        return ()
+    return range(seeds)
+
+
+def _listed_seeds(document: Document, seeds: list[Any]) -> Sequence[int]:
+    if not seeds:
+        _note(document, ("seeds",), "is an empty list; give a number of seeds or name some")
+    known: set[int] = set()
+    for number, seed in enumerate(seeds):
+        path = ("seeds", number)
+        whole = isinstance(seed, int) and not isinstance(seed, bool)
+        if not whole or not 0 <= seed <= LARGEST_SEED:
+            _note(document, path, f"a seed is a whole number >= 0; got {described(seed)}")
+        elif seed in known:
+            _note(document, path, f"seed {seed} is given twice; keep one")
+        else:
+            known.add(seed)
+    return seeds
+
+
+def _base(document: Document, folder: FilePath) -> Scenario | None:
+    """Return the scenario that the experiment names; its mistakes join the experiment's."""
+    if "scenario" not in document.data:
+        if not any(mistake.key in ("scenario", "") for mistake in document.mistakes):
+            place = Place(document.file, 1, 1)
+            message = "missing; add it, such as `scenario: my_mission.yaml`"
+            document.mistakes.append(Mistake.at(place, "scenario", message))
+        return None
+    named = document.data["scenario"]
+    if not isinstance(named, str) or not named:
+        _note(document, ("scenario",), f"needs the name of a file; got {described(named)}")
+        return None
+    file = folder / named
+    if not file.is_file():
+        message = f"no such file: {file}; scenarios are sought beside the experiment file"
+        _note(document, ("scenario",), message)
+        return None
+    try:
+        return load_scenario(file)
+    except ScenarioError as error:
+        document.mistakes += error.mistakes
+        return None

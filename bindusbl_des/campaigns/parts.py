@@ -1,0 +1,151 @@
+"""The tables of a campaign in parts: files that are whole or absent, the missions' row last.
+
+A part has one name in all tables.  It counts from the moment when its file in `missions/` is there;
+a file of that name elsewhere without one in `missions/` is what a killed process left.  A part that
+replaces others names them in its metadata, so that no row is ever counted twice.
+"""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from ..tables import EVENT_TABLES, schema, write_parquet
+
+MISSIONS = "missions"
+
+# The missions come last: they commit the part.
+TABLES = ("auvs", *EVENT_TABLES, MISSIONS)
+REPLACES = b"bindusbl.replaces"
+ARROW_TYPES = {
+    "bool": pa.bool_(),
+    "int": pa.int64(),
+    "float": pa.float64(),
+    "text": pa.string(),
+    "json": pa.string(),
+}
+
+
+def part_path(folder: Path, table: str, part: str) -> Path:
+    """Return where a part of a table lies."""
+    return folder / table / f"part-{part}.parquet"
+
+
+def commit(
+    folder: Path, part: str, tables: Mapping[str, pa.Table], replaces: Sequence[str] = ()
+) -> None:
+    """Write a part of each table, `missions` last.
+
+    Raises:
+        OSError: when it cannot be written; nothing of it counts then.
+    """
+    for name in TABLES:
+        if name in tables:
+            (folder / name).mkdir(exist_ok=True)
+            with Draft(part_path(folder, name, part)) as file:
+                write_parquet(tables[name], name, file, {REPLACES.decode(): ",".join(replaces)})
+
+
+class Draft:
+    """A file that appears under its name only when it is whole and on the disk."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._draft = path.with_name(f".{path.name}.tmp")
+
+    def __enter__(self) -> Any:
+        self._file = open(self._draft, "wb")
+        return self._file
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if kind is None:
+                self._file.flush()
+                os.fsync(self._file.fileno())
+            self._file.close()
+            if kind is None:
+                os.replace(self._draft, self._path)
+        finally:
+            self._draft.unlink(missing_ok=True)
+
+
+def committed(folder: Path) -> list[str]:
+    """Return the names of the parts that count, sorted."""
+    names = {path.stem.removeprefix("part-") for path in (folder / MISSIONS).glob("part-*.parquet")}
+    return sorted(names - _replaced(folder, names))
+
+
+def _replaced(folder: Path, names: Iterable[str]) -> set[str]:
+    replaced: set[str] = set()
+    for name in names:
+        if name.startswith("all-"):  # what only merging and compaction write
+            metadata = pq.read_schema(part_path(folder, MISSIONS, name)).metadata or {}
+            replaced |= set(metadata.get(REPLACES, b"").decode().split(","))
+    return replaced
+
+
+def clean_parts(folder: Path) -> None:
+    """Remove parts that do not count: replaced ones, and those without a row of missions."""
+    kept = set(committed(folder))
+    for name in TABLES[::-1]:
+        for path in (folder / name).glob("part-*.parquet"):
+            if path.stem.removeprefix("part-") not in kept:
+                path.unlink(missing_ok=True)
+
+
+def read_part(
+    folder: Path, table: str, part: str, columns: Sequence[str] | None = None
+) -> pa.Table | None:
+    """Return a part of a table, None where it has none."""
+    path = part_path(folder, table, part)
+    if not path.is_file():
+        return None
+    with pq.ParquetFile(path) as file:
+        return file.read(columns=list(columns) if columns else None)
+
+
+def done(folder: Path) -> dict[int, str]:
+    """Return the missions that have a row, by their number in the plan, and their status."""
+    states: dict[int, str] = {}
+    for part in committed(folder):
+        rows = read_part(folder, MISSIONS, part, ("mission", "status"))
+        if rows is not None:
+            states.update(zip(rows["mission"].to_pylist(), rows["status"].to_pylist(), strict=True))
+    return states
+
+
+def read_table(folder: Path, table: str) -> pa.Table | None:
+    """Return a whole table in the order of the plan, each mission once."""
+    parts, seen = [], set[int]()
+    for part in committed(folder):
+        rows = read_part(folder, table, part)
+        if rows is None or not len(rows):
+            continue
+        numbers = set(rows["mission"].to_pylist())
+        if numbers & seen:
+            rows = rows.filter(pa.array([n not in seen for n in rows["mission"].to_pylist()]))
+        seen |= numbers
+        parts.append(rows)
+    return in_order(pa.concat_tables(parts)) if parts else None
+
+
+def in_order(rows: pa.Table) -> pa.Table:
+    """Return rows in the order of the plan, those of one mission as they were."""
+    return rows.take(np.argsort(rows["mission"].to_numpy(), kind="stable"))
+
+
+def metric_schema(table: str) -> pa.Schema:
+    """Return the schema of the metrics of a mission or its AUVs, of an event table."""
+    return schema("mission" if table == MISSIONS else table)
+
+
+def labelled(table: pa.Table, labels: Mapping[str, pa.Array]) -> pa.Table:
+    """Return a table with columns that say of which mission each row is put before its own."""
+    own = [(table.schema.field(n), table.column(n)) for n in table.schema.names if n not in labels]
+    fields = [pa.field(name, array.type) for name, array in labels.items()]
+    columns = [*labels.values(), *(column for _, column in own)]
+    return pa.table(columns, schema=pa.schema([*fields, *(field for field, _ in own)]))

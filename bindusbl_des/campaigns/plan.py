@@ -1,0 +1,107 @@
+"""The plan of a campaign: which missions there are, and a name for each that never changes."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+from ..scenario import Scenario
+from .experiment import Experiment
+
+# To be raised whenever a mission would give other numbers than before for the same scenario.
+MODEL_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Mission:
+    """One mission of the plan: its number there, its point and its seed."""
+
+    number: int
+    point: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class PlannedPoint:
+    """One point: its scenario as JSON text, all varied keys as they are in it, those it sets."""
+
+    scenario: str
+    varied: dict[str, Any]
+    sets: dict[str, Any]
+
+
+class Plan:
+    """All missions of an experiment, point after point, each with every seed."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self.experiment = experiment
+        self.model_version = model_version()
+        varied = experiment.varied()
+        self.points: list[PlannedPoint] = []
+        for number in range(len(experiment.points)):
+            scenario = experiment.scenario(number)
+            values = {key: _value(scenario, key) for key in varied}
+            self.points.append(
+                PlannedPoint(_canonical(scenario), values, dict(experiment.points[number]))
+            )
+        self.columns = {key: _kind([point.varied[key] for point in self.points]) for key in varied}
+
+    def __len__(self) -> int:
+        return len(self.points) * len(self.experiment.seeds)
+
+    def mission(self, number: int) -> Mission:
+        """Return a mission by its number in the plan."""
+        point, replicate = divmod(number, len(self.experiment.seeds))
+        return Mission(number, point, self.experiment.seeds[replicate])
+
+    def mission_id(self, mission: Mission) -> str:
+        """Return the fingerprint of what decides a mission: scenario, seed and model."""
+        return mission_id(self.points[mission.point].scenario, mission.seed, self.model_version)
+
+    def shard(self, part: int, of: int) -> Iterator[int]:
+        """Yield the numbers of the missions of one shard, `part` counted from 1."""
+        return iter(range(part - 1, len(self), of))
+
+    def fingerprint(self) -> str:
+        """Return the sha256 of the whole plan; equal plans run the same missions."""
+        text = json.dumps(self.experiment.record(), sort_keys=True) + self.model_version
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def model_version() -> str:
+    """Return what the numbers of a mission depend on besides scenario and seed."""
+    return f"{version('bindusbl-des')}/{MODEL_VERSION}"
+
+
+def mission_id(scenario: str, seed: int, model: str) -> str:
+    """Return the fingerprint of one mission."""
+    return hashlib.sha256(f"{scenario}\n{seed}\n{model}".encode()).hexdigest()
+
+
+def _canonical(scenario: Scenario) -> str:
+    return json.dumps(scenario.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+
+
+def _value(scenario: Scenario, key: str) -> Any:
+    """Return the value of a dotted key in the whole scenario, null where it has none."""
+    value: Any = scenario.model_dump(mode="json")
+    for part in key.split("."):
+        if isinstance(value, list):
+            value = value[int(part)]
+        else:
+            value = value.get(part) if isinstance(value, dict) else None
+    return value
+
+
+def _kind(values: list[Any]) -> str:
+    """Return the type of a column that can hold all of the values."""
+    kinds = {type(value) for value in values if value is not None}
+    if kinds <= {bool}:
+        return "bool"
+    if kinds <= {int}:
+        return "int"
+    if kinds <= {int, float}:
+        return "float"
+    return "text" if kinds <= {str} else "json"

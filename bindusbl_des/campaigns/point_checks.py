@@ -1,0 +1,140 @@
+"""Whether every point of an experiment is a valid scenario, told in the experiment's own lines."""
+
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from ..mistakes import Mistake, Place, ScenarioError
+from ..plain_yaml import Document, Path
+from ..scenario import Scenario
+from ..scenario_file import load_scenario
+from ..schedules import schedule_named
+from .experiment import as_written, laid_over
+from .experiment_points import Places, Points
+
+# A grid of thousands of points repeats its mistakes; beyond these, only values not yet looked at
+# are explained.
+MOST_WRONG_POINTS = 20
+MOST_MISTAKES = 100
+
+DETAIL = "record.detail"
+TRACKS = "auvs.route.files"
+SCHEDULE = "protocol.schedule"
+
+
+def check_points(
+    document: Document, file: FilePath, base: Scenario, points: Points, places: Places
+) -> Points:
+    """Return the points with track files made absolute; what is wrong goes to the document."""
+    given = base.model_dump(mode="json", exclude_unset=True)
+    settled: Points = []
+    seen: dict[str, int] = {}
+    wrong = 0
+    looked_at: set[Path] = set()
+    for number, (point, where) in enumerate(zip(points, places, strict=True)):
+        point = _with_absolute_tracks(point, file.parent)
+        settled.append(point)
+        scenario = None if DETAIL in point else _valid(given, point)
+        if scenario is None:
+            wrong += 1
+            if wrong <= MOST_WRONG_POINTS or not looked_at.issuperset(where.values()):
+                _explain(document, file, point, where)
+            looked_at.update(where.values())
+        else:
+            _check_repeated(document, scenario, seen, number, where)
+        if len(document.mistakes) >= MOST_MISTAKES:
+            break
+    return settled
+
+
+def _with_absolute_tracks(point: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
+    files = point.get(TRACKS)
+    if not isinstance(files, list) or not all(isinstance(file, str) for file in files):
+        return dict(point)
+    return {**point, TRACKS: [str((folder / file).resolve()) for file in files]}
+
+
+def _valid(given: Mapping[str, Any], point: Mapping[str, Any]) -> Scenario | None:
+    try:
+        scenario = laid_over(given, point)
+        schedule_named(scenario.protocol.schedule)
+    except ValueError:
+        return None
+    return None if TRACKS in point else scenario
+
+
+def _check_repeated(
+    document: Document,
+    scenario: Scenario,
+    seen: dict[str, int],
+    number: int,
+    where: Mapping[str, Any],
+) -> None:
+    text = scenario.model_dump_json()
+    first = seen.setdefault(text, number)
+    if first != number:
+        message = f"point {number} is the same scenario as point {first}; keep one"
+        key, place = _last(document, where)
+        document.mistakes.append(Mistake.at(place, key, message))
+
+
+def _last(document: Document, where: Mapping[str, Any]) -> tuple[str, Place]:
+    """Return the last key of a point and where its value stands."""
+    if not where:
+        return "points", document.values.get(("points",), Place(document.file, 1, 1))
+    key = list(where)[-1]
+    return key, document.values.get(where[key], Place(document.file, 1, 1))
+
+
+def _explain(
+    document: Document, file: FilePath, point: Mapping[str, Any], where: Mapping[str, Any]
+) -> None:
+    """Note what is wrong with a point: each value by itself first, then their combination."""
+    if DETAIL in point:
+        message = "belongs to the experiment: write `detail: full` at the top level"
+        _add(document, document.keys.get(where[DETAIL], document.values[()]), DETAIL, message)
+        return
+    alone = [
+        (key, mistake) for key, value in point.items() for mistake in _mistakes(file, {key: value})
+    ]
+    together = _mistakes(file, point)
+    for key, mistake in alone:
+        # What another value of the point mends is no mistake.
+        known = any((m.key, m.message) == (mistake.key, mistake.message) for m in together)
+        if known or mistake.key == SCHEDULE:  # schedules are loaded for valid scenarios only
+            _add(document, _place(document, where[key], mistake), mistake.key, mistake.message)
+    told = {(mistake.key, mistake.message) for _, mistake in alone}
+    for mistake in together:
+        if (mistake.key, mistake.message) not in told:
+            key, place = _last(document, where)
+            if mistake.key in where:
+                place = document.values[where[mistake.key]]
+            values = ", ".join(f"{key}={as_written(value)}" for key, value in point.items())
+            _add(document, place, mistake.key, f"{mistake.message} (with {values})")
+
+
+def _place(document: Document, path: Path, mistake: Mistake) -> Place:
+    """Return where the key stands that is unknown, or the value that is wrong."""
+    if not mistake.message.startswith(("unknown key", "no key")):
+        return document.values[path]
+    return document.keys[path[:2] if path[0] == "vary" else path]
+
+
+def _add(document: Document, place: Place, key: str, message: str) -> None:
+    mistake = Mistake.at(place, key, message)
+    if mistake not in document.mistakes:
+        document.mistakes.append(mistake)
+
+
+def _mistakes(file: FilePath, point: Mapping[str, Any]) -> list[Mistake]:
+    """Return what the loader of scenario files says to a point."""
+    options = [f"{key}={as_written(value)}" for key, value in point.items()]
+    try:
+        scenario = load_scenario(file, overrides=options)
+        schedule_named(scenario.protocol.schedule)
+    except ScenarioError as error:
+        return error.mistakes
+    except ValueError as error:
+        key, _, message = str(error).partition(": ")
+        return [Mistake(str(file), 0, 0, key, message)]
+    return []

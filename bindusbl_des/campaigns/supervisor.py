@@ -1,0 +1,165 @@
+"""The supervisor: hands out batches, survives dying workers, isolates the missions that kill them.
+
+Batches are short at first and longer as the campaign grows, so that its folder holds few files and
+yet no more than half a minute of one worker's work is ever lost.
+"""
+
+import uuid
+from collections import Counter, deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import suppress
+from math import ceil
+from pathlib import Path
+from time import monotonic
+
+from .batches import (
+    FAILED,
+    Batch,
+    NotWritten,
+    Ran,
+    Row,
+    rows_of,
+    signal_name,
+    write,
+    write_failure,
+)
+from .crews import Crew
+from .folder import STOP
+from .parts import MISSIONS, part_path
+from .plan import Plan
+
+MOST_IN_BATCH = 200
+SHORTEST_BATCH_S = 0.5
+LONGEST_BATCH_S = 30.0
+
+# A mission whose worker died this often, at last with it alone, is not tried again.
+MOST_KILLS = 3
+
+# Batches end after this share of the time that the campaign has taken so far.
+BATCH_SHARE = 0.05
+
+
+# So many workers that died before any mission was finished died of something else.
+MOST_DEATHS_AT_FIRST = 8
+
+
+class WorkersDie(RuntimeError):
+    """Workers die before they finish any mission, whichever they are given."""
+
+
+class Supervisor:
+    """Runs missions of a plan on a crew; workers write the rows, it counts them."""
+
+    def __init__(
+        self, plan: Plan, folder: Path, crew: Crew, note: Callable[[Row], None] = lambda _: None
+    ) -> None:
+        self.plan, self.folder, self.crew, self.note = plan, folder, crew, note
+        self.stopping = False
+        self.trouble: NotWritten | None = None
+        self._fresh: deque[int] = deque()
+        self._suspects: deque[tuple[int, ...]] = deque()
+        self._kills: Counter[int] = Counter()
+        self._deaths = self._finished = 0
+        self._running: dict[Future[list[Row]], Batch] = {}
+        self._began = monotonic()
+
+    def stop(self) -> None:
+        """Let the workers finish the missions they are at, write their rows, and end."""
+        self.stopping = True
+        with suppress(OSError):  # on a full disk they stop when their time is spent
+            (self.folder / STOP).touch()
+
+    def run(self, missions: Iterable[int]) -> None:
+        """Run missions until all have a row or a stop was asked for."""
+        self._fresh.extend(missions)
+        while self._running or (self._waiting() and not self.stopping):
+            while self._waiting() and not self.stopping and self.crew.has_room():
+                batch = self._next()
+                self._running[self.crew.submit(batch)] = batch
+            finished, _ = wait(self._running, timeout=0.2, return_when=FIRST_COMPLETED)
+            for future in finished:
+                self._take(self._running.pop(future), future)
+
+    def _waiting(self) -> bool:
+        return bool(self._suspects or self._fresh)
+
+    def _next(self) -> Batch:
+        """Return the next batch: one under suspicion, or a fair share of the fresh missions."""
+        spent = monotonic() - self._began
+        budget = min(max(BATCH_SHARE * spent, SHORTEST_BATCH_S), LONGEST_BATCH_S)
+        if self._suspects:
+            return self._batch(self._suspects.popleft(), budget)
+        share = min(ceil(len(self._fresh) / (2 * self.crew.size)), MOST_IN_BATCH)
+        return self._batch(tuple(self._fresh.popleft() for _ in range(share)), budget)
+
+    def _batch(self, numbers: tuple[int, ...], budget_s: float) -> Batch:
+        return batch_of(self.plan, self.folder, numbers, budget_s)
+
+    def _take(self, batch: Batch, future: "Future[list[Row]]") -> None:
+        """Count what a batch brought; what it did not come to waits again."""
+        exit_code = self.crew.release(future)
+        error = future.exception()
+        if isinstance(error, NotWritten):
+            self._break_off(error)
+        elif error is None:
+            self._count(batch, future.result())
+        elif part_path(self.folder, MISSIONS, batch.part).is_file():  # died when all was written
+            self._count(batch, rows_of(self.folder, batch.part))
+        else:
+            self._suspect(batch, exit_code, error)
+
+    def _count(self, batch: Batch, rows: list[Row]) -> None:
+        self._finished += len(rows)
+        for row in rows:
+            self.note(row)
+        ran = {row.number for row in rows}
+        rest = [it.number for it in batch.missions if it.number not in ran]
+        self._fresh.extendleft(reversed(rest))
+
+    def _suspect(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
+        """Try the missions of a worker that died again, in halves, until the culprit is alone."""
+        self._deaths += 1
+        if not self._finished and self._deaths >= MOST_DEATHS_AT_FIRST:
+            end = signal_name(exit_code) if exit_code is not None else str(error)
+            raise WorkersDie(f"{self._deaths} workers died before any mission was finished: {end}")
+        numbers = tuple(it.number for it in batch.missions)
+        self._kills.update(numbers)
+        if len(numbers) > 1:
+            middle = len(numbers) // 2
+            self._suspects.extend((numbers[:middle], numbers[middle:]))
+        elif self._kills[numbers[0]] < MOST_KILLS:
+            self._suspects.append(numbers)
+        else:
+            self._quarantine(batch, exit_code, error)
+
+    def _quarantine(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
+        """Write the row of a mission that always kills its worker: it failed."""
+        kills = self._kills[batch.missions[0].number]
+        end = signal_name(exit_code) if exit_code is not None else type(error).__name__
+        text = f"killed its worker {kills} times: {end}"
+        try:
+            write_failure(batch, batch.missions[0], text, str(error))
+            write(batch, [Ran(batch.missions[0], 0.0, error=text)])
+        except OSError as reason:
+            self._break_off(NotWritten(reason.errno, reason.strerror))
+            return
+        self.note(Row(batch.missions[0].number, FAILED, 0.0))
+
+    def _break_off(self, error: NotWritten) -> None:
+        self.trouble = error
+        self.stop()
+
+
+def batch_of(plan: Plan, folder: Path, numbers: tuple[int, ...], budget_s: float) -> Batch:
+    """Return the batch of some missions of a plan."""
+    missions = tuple(plan.mission(number) for number in numbers)
+    return Batch(
+        folder=str(folder.absolute()),
+        part=f"{numbers[0]:08d}-{uuid.uuid4().hex[:8]}",
+        model_version=plan.model_version,
+        columns=plan.columns,
+        points={it.point: plan.points[it.point] for it in missions},
+        missions=missions,
+        budget_s=budget_s,
+    )

@@ -1,0 +1,230 @@
+"""Commands about campaigns: sweep, resume, status and merge."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .console import RunFailed, print_json, refuse, talk
+
+if TYPE_CHECKING:
+    from ..campaigns.campaign import Campaign
+    from ..campaigns.experiment import Experiment
+
+SOME_FAILED = 3
+INTERRUPTED = 130
+
+
+def _shard(_: click.Context, __: click.Parameter, text: str | None) -> tuple[int, int] | None:
+    """Return the two numbers of a share of a campaign, written ``i/N``: the i-th of N."""
+    if text is None:
+        return None
+    numbers = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    if not numbers or not 1 <= int(numbers[1]) <= int(numbers[2]):
+        raise click.BadParameter(f"{text!r} is no share; write i/N with 1 <= i <= N, such as 1/4")
+    return int(numbers[1]), int(numbers[2])
+
+
+def _worker_options(command: Any) -> Any:
+    """Give a command the options that say who does the work."""
+    command = click.option("--json", "as_json", is_flag=True, help="Print a summary as JSON.")(
+        command
+    )
+    command = click.option(
+        "--backend", default="local", metavar="local|dask:ADDRESS", help="Who does the work."
+    )(command)
+    return click.option(
+        "--workers", type=click.IntRange(min=1), help="Processes at once (default: one per CPU)."
+    )(command)
+
+
+@click.command()
+@click.argument("experiment", metavar="EXPERIMENT.yaml")
+@click.option("--out", metavar="DIR", help="Campaign folder (default results/<name>).")
+@_worker_options
+@click.option(
+    "--shard", metavar="i/N", callback=_shard, help="Run the i-th of N shares; `merge` joins them."
+)
+@click.option("--dry-run", is_flag=True, help="Tell missions, time and disk; write nothing.")
+def sweep(
+    experiment: str,
+    out: str | None,
+    workers: int | None,
+    backend: str,
+    as_json: bool,
+    shard: tuple[int, int] | None,
+    dry_run: bool,
+) -> None:
+    """Run a scenario over many points and seeds.
+
+    Whatever is cut short, by Ctrl-C, a kill or a full disk, `resume` continues.  Exit code 3: some
+    missions failed.
+    """
+    with _mistakes_told():
+        from ..campaigns.experiment_file import load_experiment
+
+        plan = load_experiment(experiment)
+        folder = Path(out) if out else default_folder(plan.name, shard)
+        if dry_run:
+            _tell_estimate(plan, shard, workers, as_json)
+            return
+        from ..campaigns.campaign import sweep as sweep_experiment
+
+        campaign = sweep_experiment(
+            plan, folder, workers=workers, backend=backend, shard=shard, quiet=_quiet()
+        )
+    _report(campaign, as_json)
+
+
+def default_folder(name: str, shard: tuple[int, int] | None) -> Path:
+    """Return where a campaign's results go unless the user says."""
+    share = f"-shard{shard[0]}of{shard[1]}" if shard else ""
+    return Path("results") / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', name)}{share}"
+
+
+@click.command()
+@click.argument("folder", metavar="DIR")
+@_worker_options
+@click.option("--retry-failed", is_flag=True, help="Also run missions again that failed.")
+def resume(
+    folder: str, workers: int | None, backend: str, as_json: bool, retry_failed: bool
+) -> None:
+    """Run what is missing of a campaign."""
+    with _mistakes_told():
+        from ..campaigns.campaign import resume as resume_campaign
+
+        campaign = resume_campaign(
+            folder, retry_failed=retry_failed, workers=workers, backend=backend, quiet=_quiet()
+        )
+    _report(campaign, as_json)
+
+
+@click.command()
+@click.argument("folder", metavar="DIR")
+@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+def status(folder: str, as_json: bool) -> None:
+    """Tell how far a campaign is."""
+    with _mistakes_told():
+        from ..campaigns.campaign import load_campaign
+        from ..campaigns.progress import duration
+
+        campaign = load_campaign(folder)
+        state = campaign.state()
+    if as_json:
+        print_json({**_summary(campaign), "seconds_left": state.seconds_left})
+        return
+    rows = {
+        "campaign": campaign.record["name"],
+        "status": state.status,
+        "missions": state.missions,
+        "done": state.done,
+        "failed": state.failed,
+        "missing": state.missing,
+    }
+    if state.missions_per_s:
+        rows["rate"] = f"{state.missions_per_s:.1f} missions/s"
+    if state.seconds_left is not None and state.status == "running":
+        rows["left"] = duration(state.seconds_left)
+    click.echo("\n".join(f"{name:<10}{value}" for name, value in rows.items()))
+
+
+@click.command()
+@click.argument("folders", metavar="DIR...", nargs=-1, required=True)
+@click.option("--out", metavar="DIR", required=True, help="Folder of the whole campaign.")
+@click.option("--json", "as_json", is_flag=True, help="Print a summary as JSON.")
+def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
+    """Join the shards of a campaign."""
+    with _mistakes_told():
+        from ..campaigns.campaign import merge as merge_campaigns
+
+        campaign = merge_campaigns(folders, out)
+    missing = campaign.state().missing
+    if missing:
+        talk(f"{missing} missions are in none of them; `bindusbl-des resume {out}` runs them")
+    _report(campaign, as_json, merged=True)
+
+
+@contextmanager
+def _mistakes_told() -> Iterator[None]:
+    """Tell what a user can mend as such: exit code 2, or 1 where a campaign broke off."""
+    from ..campaigns.batches import NotWritten
+    from ..campaigns.crews import BackendMissing
+    from ..campaigns.folder import CampaignError
+    from ..campaigns.sampling import ScipyMissing
+    from ..campaigns.supervisor import WorkersDie
+
+    try:
+        yield
+    except NotWritten as error:
+        raise RunFailed(
+            f"stopped, because results cannot be written: {error.strerror or error}. What was "
+            "written counts; free some space, then `bindusbl-des resume` the folder"
+        ) from error
+    except (BackendMissing, ScipyMissing, WorkersDie) as error:
+        raise RunFailed(str(error)) from error
+    except (CampaignError, ValueError) as error:
+        refuse(str(error))
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise RunFailed(f"{error.filename or 'the folder'}: {reason}") from error
+
+
+def _quiet() -> bool:
+    context = click.get_current_context(silent=True)
+    return bool(context and (context.find_root().obj or {}).get("quiet"))
+
+
+def _tell_estimate(
+    experiment: "Experiment", shard: tuple[int, int] | None, workers: int | None, as_json: bool
+) -> None:
+    from ..campaigns.estimate import estimated
+    from ..campaigns.plan import Plan
+    from ..campaigns.progress import duration
+
+    plan = Plan(experiment)
+    missions = len(list(plan.shard(*(shard or (1, 1)))))
+    cost = estimated(plan, missions, workers)
+    if as_json:
+        print_json(asdict(cost))
+        return
+    share = f" in this shard of {len(plan)}" if shard else ""
+    click.echo(f"missions  {missions}{share} ({cost.points} points x {cost.seeds} seeds)")
+    click.echo(f"time      about {duration(cost.seconds)}")
+    click.echo(f"disk      about {cost.bytes / 1e6:.1f} MB")
+
+
+def _summary(campaign: "Campaign") -> dict[str, Any]:
+    state = campaign.state()
+    return {
+        "folder": str(campaign.folder),
+        "name": campaign.record["name"],
+        "status": state.status,
+        "missions": state.missions,
+        "done": state.done,
+        "failed": state.failed,
+        "missing": state.missing,
+    }
+
+
+def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> None:
+    """Print what a campaign found; end with 3 or 130 where that is how it went."""
+    from ..campaigns.points_table import points_table
+
+    state = campaign.state()
+    if as_json:
+        print_json(_summary(campaign))
+    else:
+        click.echo(points_table(campaign.folder, campaign.plan))
+        click.echo(f"Results: {campaign.folder}")
+    context = click.get_current_context()
+    if state.failed:
+        talk(f"{state.failed} missions failed; see {campaign.folder / 'failures'}")
+    if state.status == "interrupted" and not merged:
+        talk(f"interrupted; `bindusbl-des resume {campaign.folder}` runs the other {state.missing}")
+        context.exit(INTERRUPTED)
+    if state.failed:
+        context.exit(SOME_FAILED)
