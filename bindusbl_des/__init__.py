@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .acoustics import absorption, range_loss, sound_speed, travel_time
+    from .campaigns.campaign import Campaign, load_campaign, sweep
     from .coverage import covered_area, covering_radius
     from .formations import formation
     from .fusion import fuse
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
+    "Campaign": "campaigns.campaign",
+    "load_campaign": "campaigns.campaign",
+    "sweep": "campaigns.campaign",
     "absorption": "acoustics",
     "airtime": "slots",
     "covered_area": "coverage",
@@ -42,6 +46,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Campaign",
     "Result",
     "Scenario",
     "ScenarioError",
@@ -52,11 +57,13 @@ __all__ = [
     "downlink_slot",
     "formation",
     "fuse",
+    "load_campaign",
     "load_result",
     "load_scenario",
     "range_loss",
     "simulate",
     "sound_speed",
+    "sweep",
     "travel_time",
     "uplink_slot",
 ]

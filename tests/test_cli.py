@@ -95,7 +95,7 @@ def test_version() -> None:
             "protocol.schedule: cannot load 'none.such:thing'",
         ),
         (("validate",), "Missing argument 'FILE...'"),
-        (("schema", "x"), "'x' is not 'scenario'"),
+        (("schema", "x"), "'x' is not one of 'scenario', 'experiment'"),
         (("init", "stil"), "no template 'stil'; did you mean 'still'?"),
         (("init", "--out", "f.yaml"), "f.yaml: exists; use --force to replace it"),
         (("init", "--out", "none/f.yaml"), "none/f.yaml: cannot be written (No such file"),
