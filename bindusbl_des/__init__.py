@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .acoustics import absorption, range_loss, sound_speed, travel_time
-    from .campaigns.campaign import Campaign, load_campaign, sweep
+    from .campaigns.campaign import Campaign, load_campaign
+    from .campaigns.running import sweep
     from .coverage import covered_area, covering_radius
     from .formations import formation
     from .fusion import fuse
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Campaign": "campaigns.campaign",
     "load_campaign": "campaigns.campaign",
-    "sweep": "campaigns.campaign",
+    "sweep": "campaigns.running",
     "absorption": "acoustics",
     "airtime": "slots",
     "covered_area": "coverage",

@@ -16,17 +16,24 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
 
-from bindusbl_des.campaigns import campaign as campaign_module
-from bindusbl_des.campaigns.batches import Batch, Row, run_batch
-from bindusbl_des.campaigns.campaign import Campaign, load_campaign, sweep
-from bindusbl_des.campaigns.crews import LocalCrew
-from bindusbl_des.campaigns.experiment_file import load_experiment
-from bindusbl_des.campaigns.folder import RECORD, CampaignError, locked, read_record, write_json
-from bindusbl_des.campaigns.merging import compact
-from bindusbl_des.campaigns.parts import committed, done, part_path
-from bindusbl_des.campaigns.plan import Plan
-from bindusbl_des.campaigns.progress import Progress
-from bindusbl_des.campaigns.supervisor import batch_of
+from bindusbl_des.campaigns import running
+from bindusbl_des.campaigns.campaign import Campaign, load_campaign
+from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
+from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.running import sweep
+from bindusbl_des.campaigns.storage.folder import (
+    RECORD,
+    CampaignError,
+    locked,
+    read_record,
+    write_json,
+)
+from bindusbl_des.campaigns.storage.joining import compact
+from bindusbl_des.campaigns.storage.parts import committed, done, part_path
+from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
+from bindusbl_des.campaigns.workers.crews import LocalCrew
+from bindusbl_des.campaigns.workers.progress import Progress
+from bindusbl_des.campaigns.workers.supervisor import batch_of
 from bindusbl_des.cli import main
 from bindusbl_des.scenario_file import load_scenario
 from bindusbl_des.simulation import simulate
@@ -107,14 +114,14 @@ class OneThread:
 @pytest.fixture
 def at_home(monkeypatch: pytest.MonkeyPatch) -> None:
     """Missions are run in this process."""
-    monkeypatch.setattr(campaign_module, "crew_for", OneThread)
+    monkeypatch.setattr(running, "crew_for", OneThread)
 
 
 @pytest.fixture(scope="module")
 def undisturbed(home: Path) -> Campaign:
     """The campaign of the slow missions that nothing happened to."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(campaign_module, "crew_for", OneThread)
+        patch.setattr(running, "crew_for", OneThread)
         return sweep(home / "slow.yaml", home / "undisturbed")
 
 
@@ -183,7 +190,7 @@ def test_a_killed_worker_costs_nothing(undisturbed: Campaign, home: Path, tmp_pa
         os.kill(crews[-1].pids()[0], signal.SIGKILL)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(campaign_module, "crew_for", remembered)
+        patch.setattr(running, "crew_for", remembered)
         killer = threading.Thread(target=kill)
         killer.start()
         same(undisturbed, sweep(home / "slow.yaml", tmp_path / "killed", workers=2))

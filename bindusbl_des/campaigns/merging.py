@@ -1,103 +1,62 @@
-"""Parts put together in the order of the plan, a few hundred missions in memory at a time."""
+"""Shards of a campaign joined in a new folder."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
-from functools import lru_cache
+import json
+import shutil
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.parquet as pq
-
-from .parts import (
-    MISSIONS,
-    REPLACES,
-    TABLES,
-    Draft,
-    clean_parts,
-    committed,
-    in_order,
-    part_path,
-    read_part,
-)
-
-MISSIONS_AT_A_TIME = 500
-
-Source = tuple[Path, str]
+from .campaign import Campaign, load_campaign
+from .storage.folder import RECORD, CampaignError, is_locked, write_json
+from .storage.joining import merge_parts
+from .storage.parts import done
 
 
-def compact(folder: Path, *, leave_out: Iterable[int] = ()) -> None:
-    """Replace the parts of a campaign by one, sorted; equal campaigns get equal tables.
+def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
+    """Join the shards of one campaign in a new folder.
 
     Raises:
-        OSError: when it cannot be written; the parts are then as before.
+        CampaignError: when they belong to different campaigns, or the folder is not new.
     """
-    parts = committed(folder)
-    whole = [name for name in parts if name.startswith("all-")]
-    number = 1 + max((int(name.removeprefix("all-")) for name in whole), default=0)
-    left_out = set(leave_out)
-    if parts != whole or left_out:
-        _join([(folder, part) for part in parts], folder, f"all-{number:04d}", left_out, parts)
-        clean_parts(folder)
+    campaigns = [load_campaign(folder) for folder in folders]
+    first, folder = campaigns[0], Path(out)
+    for other in campaigns[1:]:
+        if other.record["plan_sha256"] != first.record["plan_sha256"]:
+            raise CampaignError(
+                f"{other.folder} is not of the same campaign as {first.folder}: "
+                f"{_difference(first.record, other.record)}"
+            )
+    for campaign in campaigns:
+        if is_locked(campaign.folder):
+            raise CampaignError(f"{campaign.folder}: is still running; merge it when it has ended")
+    if folder.exists():
+        raise CampaignError(f"{folder}: exists; name another --out")
+    folder.mkdir(parents=True)
+    merge_parts([campaign.folder for campaign in campaigns], folder)
+    for campaign in campaigns:
+        if (campaign.folder / "failures").is_dir():
+            shutil.copytree(campaign.folder / "failures", folder / "failures", dirs_exist_ok=True)
+    shutil.copy(first.folder / "scenario.yaml", folder / "scenario.yaml")
+    states = done(folder)
+    status = "complete" if len(states) == len(first.plan) else "interrupted"
+    session = {"began_at": time.time(), "rows_before": len(states)}
+    record = {**first.record, "shard": None, "status": status, "session": session}
+    write_json(folder / RECORD, record)
+    return Campaign(folder, first.plan, record)
 
 
-def merge_parts(folders: Sequence[Path], out: Path) -> None:
-    """Write the missions of several folders as one part of another, each mission once."""
-    sources = [(folder, part) for folder in folders for part in committed(folder)]
-    _join(sources, out, "all-0001", set(), [])
+def _difference(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """Return the first thing in which two campaigns differ."""
+    for name in ("model_version", "name", "missions"):
+        if one[name] != other[name]:
+            return f"{name} is {other[name]}, not {one[name]}"
+    for name in one["experiment"]:
+        if one["experiment"][name] != other["experiment"][name]:
+            return f"{name} differ: {_short(other, name)}, not {_short(one, name)}"
+    return "their plans differ"
 
 
-def _join(
-    sources: Sequence[Source], out: Path, part: str, leave_out: set[int], replaces: Sequence[str]
-) -> None:
-    owners: dict[int, Source] = {}
-    for source in sources:
-        rows = read_part(*_at(source, MISSIONS), columns=("mission",))
-        for number in rows["mission"].to_pylist() if rows is not None else ():
-            owners.setdefault(number, source)
-    order = sorted(set(owners) - leave_out)
-    for table in TABLES:
-        _join_table(table, sources, owners, order, part_path(out, table, part), replaces)
-
-
-def _at(source: Source, table: str) -> tuple[Path, str, str]:
-    return source[0], table, source[1]
-
-
-def _join_table(
-    table: str,
-    sources: Sequence[Source],
-    owners: Mapping[int, Source],
-    order: Sequence[int],
-    path: Path,
-    replaces: Sequence[str],
-) -> None:
-    first = next((s for s in sources if part_path(*_at(s, table)).is_file()), None)
-    if first is None:
-        return
-    described = pq.read_schema(part_path(*_at(first, table)))
-    metadata = {**(described.metadata or {}), REPLACES: ",".join(replaces).encode()}
-    described = described.with_metadata(metadata)
-    path.parent.mkdir(exist_ok=True)
-    with ExitStack() as stack:
-        file = stack.enter_context(Draft(path))
-        writer = stack.enter_context(pq.ParquetWriter(file, described, compression="zstd"))
-        for rows in _chunks(table, owners, order):
-            writer.write_table(rows.cast(described))
-
-
-def _chunks(table: str, owners: Mapping[int, Source], order: Sequence[int]) -> Iterator[pa.Table]:
-    # Neighbouring chunks share their parts, which are read again only when others came between.
-    read = lru_cache(maxsize=4)(lambda source: read_part(*_at(source, table)))
-    for start in range(0, len(order), MISSIONS_AT_A_TIME):
-        numbers = order[start : start + MISSIONS_AT_A_TIME]
-        wanted: dict[Source, list[int]] = {}
-        for number in numbers:
-            wanted.setdefault(owners[number], []).append(number)
-        pieces = []
-        for source, mine in wanted.items():
-            rows = read(source)
-            if rows is not None:
-                pieces.append(rows.filter(pc.is_in(rows["mission"], pa.array(mine, pa.int64()))))
-        if pieces:
-            yield in_order(pa.concat_tables(pieces))
+def _short(record: Mapping[str, Any], name: str) -> str:
+    text = json.dumps(record["experiment"][name])
+    return text if len(text) <= 80 else f"{text[:77]}..."

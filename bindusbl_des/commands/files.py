@@ -39,7 +39,7 @@ def _mistakes(file: str) -> "list[Mistake]":
     try:
         data = read_yaml(read_text(file), file).data
         if isinstance(data, dict) and isinstance(data.get("scenario"), str):
-            from ..campaigns.experiment_file import load_experiment
+            from ..campaigns.experiments.experiment_file import load_experiment
 
             load_experiment(file)
         else:
@@ -54,7 +54,7 @@ def _mistakes(file: str) -> "list[Mistake]":
 def schema(kind: str) -> None:
     """Print the JSON Schema of scenario or experiment files, for completion in editors."""
     if kind == "experiment":
-        from ..campaigns.experiment_schema import experiment_schema
+        from ..campaigns.experiments.experiment_schema import experiment_schema
 
         print_json(experiment_schema())
         return

@@ -13,7 +13,7 @@ from .console import RunFailed, print_json, refuse, talk
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
-    from ..campaigns.experiment import Experiment
+    from ..campaigns.experiments.experiment import Experiment
 
 SOME_FAILED = 3
 INTERRUPTED = 130
@@ -65,14 +65,14 @@ def sweep(
     missions failed.
     """
     with _mistakes_told():
-        from ..campaigns.experiment_file import load_experiment
+        from ..campaigns.experiments.experiment_file import load_experiment
 
         plan = load_experiment(experiment)
         folder = Path(out) if out else default_folder(plan.name, shard)
         if dry_run:
             _tell_estimate(plan, shard, workers, as_json)
             return
-        from ..campaigns.campaign import sweep as sweep_experiment
+        from ..campaigns.running import sweep as sweep_experiment
 
         campaign = sweep_experiment(
             plan, folder, workers=workers, backend=backend, shard=shard, quiet=_quiet()
@@ -95,7 +95,7 @@ def resume(
 ) -> None:
     """Run what is missing of a campaign."""
     with _mistakes_told():
-        from ..campaigns.campaign import resume as resume_campaign
+        from ..campaigns.running import resume as resume_campaign
 
         campaign = resume_campaign(
             folder, retry_failed=retry_failed, workers=workers, backend=backend, quiet=_quiet()
@@ -110,7 +110,7 @@ def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign is."""
     with _mistakes_told():
         from ..campaigns.campaign import load_campaign
-        from ..campaigns.progress import duration
+        from ..campaigns.workers.progress import duration
 
         campaign = load_campaign(folder)
         state = campaign.state()
@@ -139,7 +139,7 @@ def status(folder: str, as_json: bool) -> None:
 def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
     """Join the shards of a campaign."""
     with _mistakes_told():
-        from ..campaigns.campaign import merge as merge_campaigns
+        from ..campaigns.merging import merge as merge_campaigns
 
         campaign = merge_campaigns(folders, out)
     missing = campaign.state().missing
@@ -151,11 +151,11 @@ def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
 @contextmanager
 def _mistakes_told() -> Iterator[None]:
     """Tell what a user can mend as such: exit code 2, or 1 where a campaign broke off."""
-    from ..campaigns.batches import NotWritten
-    from ..campaigns.crews import BackendMissing
-    from ..campaigns.folder import CampaignError
-    from ..campaigns.sampling import ScipyMissing
-    from ..campaigns.supervisor import WorkersDie
+    from ..campaigns.experiments.sampling import ScipyMissing
+    from ..campaigns.storage.folder import CampaignError
+    from ..campaigns.workers.batches import NotWritten
+    from ..campaigns.workers.crews import BackendMissing
+    from ..campaigns.workers.supervisor import WorkersDie
 
     try:
         yield
@@ -181,9 +181,9 @@ def _quiet() -> bool:
 def _tell_estimate(
     experiment: "Experiment", shard: tuple[int, int] | None, workers: int | None, as_json: bool
 ) -> None:
-    from ..campaigns.estimate import estimated
-    from ..campaigns.plan import Plan
-    from ..campaigns.progress import duration
+    from ..campaigns.experiments.plan import Plan
+    from ..campaigns.workers.estimate import estimated
+    from ..campaigns.workers.progress import duration
 
     plan = Plan(experiment)
     missions = len(list(plan.shard(*(shard or (1, 1)))))
@@ -212,7 +212,7 @@ def _summary(campaign: "Campaign") -> dict[str, Any]:
 
 def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> None:
     """Print what a campaign found; end with 3 or 130 where that is how it went."""
-    from ..campaigns.points_table import points_table
+    from ..campaigns.statistics.points_table import points_table
 
     state = campaign.state()
     if as_json:

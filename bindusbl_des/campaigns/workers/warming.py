@@ -3,9 +3,9 @@
 import json
 from contextlib import suppress
 
-from ..scenario import Scenario
-from ..simulation import simulate
-from .plan import Plan
+from ...scenario import Scenario
+from ...simulation import simulate
+from ..experiments.plan import Plan
 
 # Long enough for a ping to be heard and its fix to be computed.
 WARMING_S = 3.0

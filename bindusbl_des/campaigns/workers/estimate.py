@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
+from ..experiments.plan import Plan
 from .batches import run_batch
-from .plan import Plan
 from .supervisor import batch_of
 from .warming import compile_kernels
 

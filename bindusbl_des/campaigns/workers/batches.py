@@ -12,12 +12,20 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from ..scenario import Scenario
-from ..simulation import simulate
-from .experiment import as_written
-from .folder import STOP, write_json
-from .parts import ARROW_TYPES, MISSIONS, commit, labelled, metric_schema, part_path, read_part
-from .plan import Mission, PlannedPoint, mission_id
+from ...scenario import Scenario
+from ...simulation import simulate
+from ..experiments.experiment import as_written
+from ..experiments.plan import Mission, PlannedPoint, mission_id
+from ..storage.folder import STOP, write_json
+from ..storage.parts import (
+    ARROW_TYPES,
+    MISSIONS,
+    commit,
+    labelled,
+    metric_schema,
+    part_path,
+    read_part,
+)
 
 OK, FAILED = "ok", "failed"
 

@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ..tables import EVENT_TABLES, schema, write_parquet
+from ...tables import EVENT_TABLES, schema, write_parquet
 
 MISSIONS = "missions"
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from .parts import MISSIONS, committed, read_part
-from .plan import Plan
-from .statistics import Interval, interval
+from ..experiments.plan import Plan
+from ..storage.parts import MISSIONS, committed, read_part
+from .intervals import Interval, interval
 
 # metric, heading, digits
 METRICS = (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
-from ..scenario import Scenario
+from ...scenario import Scenario
 from .experiment import Experiment
 
 # To be raised whenever a mission would give other numbers than before for the same scenario.

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ..scenario_keys import DIALECT, keys
+from ...scenario_keys import DIALECT, keys
 from .experiment_file import DETAILS, LARGEST_SEED, MOST_MISSIONS
 from .experiment_points import MOST_POINTS
 from .sampling import METHODS

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from ..mistakes import Mistake, Place, ScenarioError
-from ..plain_yaml import Document, Path
-from ..scenario import Scenario
-from ..scenario_file import load_scenario
-from ..schedules import schedule_named
+from ...mistakes import Mistake, Place, ScenarioError
+from ...plain_yaml import Document, Path
+from ...scenario import Scenario
+from ...scenario_file import load_scenario
+from ...schedules import schedule_named
 from .experiment import as_written, laid_over
 from .experiment_points import Places, Points
 

@@ -13,6 +13,9 @@ from math import ceil
 from pathlib import Path
 from time import monotonic
 
+from ..experiments.plan import Plan
+from ..storage.folder import STOP
+from ..storage.parts import MISSIONS, part_path
 from .batches import (
     FAILED,
     Batch,
@@ -25,9 +28,6 @@ from .batches import (
     write_failure,
 )
 from .crews import Crew
-from .folder import STOP
-from .parts import MISSIONS, part_path
-from .plan import Plan
 
 MOST_IN_BATCH = 200
 SHORTEST_BATCH_S = 0.5

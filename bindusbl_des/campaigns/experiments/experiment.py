@@ -7,9 +7,9 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from ..overrides import override
-from ..plain_yaml import Document
-from ..scenario import Scenario
+from ...overrides import override
+from ...plain_yaml import Document
+from ...scenario import Scenario
 
 Detail = Literal["summary", "full"]
 Point = Mapping[str, Any]

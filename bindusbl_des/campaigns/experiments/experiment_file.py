@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
-from ..mistakes import Mistake, Place, ScenarioError
-from ..plain_yaml import Document, Path, read_yaml
-from ..scenario import Scenario
-from ..scenario_file import load_scenario, read_text
-from ..wording import described, did_you_mean
+from ...mistakes import Mistake, Place, ScenarioError
+from ...plain_yaml import Document, Path, read_yaml
+from ...scenario import Scenario
+from ...scenario_file import load_scenario, read_text
+from ...wording import described, did_you_mean
 from .experiment import Detail, Experiment
 from .experiment_points import points_in
 from .point_checks import check_points

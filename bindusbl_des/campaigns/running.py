@@ -1,0 +1,163 @@
+"""Campaigns begun and continued."""
+
+import os
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from ..result import PACKAGES, scenario_sha256
+from .campaign import Campaign, load_campaign
+from .experiments.experiment import Experiment
+from .experiments.experiment_file import load_experiment
+from .experiments.plan import Plan
+from .refusals import check_new, check_unchanged
+from .storage.folder import FORMAT, RECORD, clean, locked, write_json
+from .storage.joining import compact
+from .storage.parts import clean_parts, done
+from .workers.batches import FAILED, NotWritten
+from .workers.crews import crew_for
+from .workers.interruption import interruptible
+from .workers.progress import Progress
+from .workers.supervisor import Supervisor
+from .workers.warming import compile_kernels
+
+Shard = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a campaign is run, which changes nothing of what it finds."""
+
+    workers: int | None = None
+    backend: str = "local"
+    quiet: bool = True
+
+
+def sweep(
+    experiment: str | Path | Experiment,
+    out: str | Path,
+    *,
+    workers: int | None = None,
+    backend: str = "local",
+    shard: Shard | None = None,
+    quiet: bool = True,
+) -> Campaign:
+    """Run every mission of an experiment; return the campaign, which its folder keeps.
+
+    Interrupted or killed, it is continued by `resume`.
+
+    Raises:
+        ScenarioError: when the experiment file or its scenario is wrong.
+        CampaignError: when the folder cannot take a new campaign.
+        NotWritten: when the disk is full; what was written counts.
+    """
+    if not isinstance(experiment, Experiment):
+        experiment = load_experiment(experiment)
+    plan, folder = Plan(experiment), Path(out)
+    check_new(folder, plan)
+    settings = Settings(workers, backend, quiet)
+    crew_for_check(settings)
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder):
+        check_new(folder, plan)
+        record = first_record(plan, shard)
+        write_json(folder / "scenario.yaml", experiment.given)  # JSON is YAML
+        return _run(Campaign(folder, plan, record), settings)
+
+
+def crew_for_check(settings: Settings) -> None:
+    """Refuse a backend that does not exist before anything is written."""
+    crew_for(settings.backend, 1).close(now=True)
+
+
+def resume(folder: str | Path, *, retry_failed: bool = False, **settings: Any) -> Campaign:
+    """Run what is missing of a campaign.
+
+    Raises:
+        CampaignError: when the model has changed since, or another process runs it.
+        NotWritten: when the disk is full; what was written counts.
+    """
+    campaign = load_campaign(folder)
+    check_unchanged(campaign)
+    with locked(campaign.folder):
+        clean(campaign.folder)
+        clean_parts(campaign.folder)
+        if retry_failed:
+            states = done(campaign.folder)
+            compact(campaign.folder, leave_out=[n for n, it in states.items() if it == FAILED])
+        return _run(campaign, Settings(**settings))
+
+
+def first_record(plan: Plan, shard: Shard | None) -> dict[str, Any]:
+    """Return what `campaign.json` holds when a campaign begins."""
+    base = plan.experiment.base()
+    return {
+        "format": FORMAT,
+        "name": plan.experiment.name,
+        "status": "running",
+        "missions": len(plan),
+        "shard": shard,
+        "plan_sha256": plan.fingerprint(),
+        "model_version": plan.model_version,
+        "versions": {package: version(package) for package in PACKAGES},
+        "scenario_sha256": scenario_sha256(base),
+        "scenario": base.model_dump(mode="json"),
+        "experiment": plan.experiment.record(),
+    }
+
+
+def _run(campaign: Campaign, settings: Settings) -> Campaign:
+    """Run the missing missions of a campaign whose folder is ours."""
+    folder, states = campaign.folder, done(campaign.folder)
+    missing = [number for number in campaign.numbers() if number not in states]
+    session = {"began_at": time.time(), "rows_before": len(states)}
+    record = {**campaign.record, "status": "running", "session": session}
+    write_json(folder / RECORD, record)
+    status = "killed"
+    try:
+        status = _supervise(campaign, missing, settings)
+    except KeyboardInterrupt:
+        status = "interrupted"
+        raise
+    except NotWritten:
+        status = "stopped: the disk is full or cannot be written"
+        raise
+    finally:
+        _settle(folder, {**record, "status": status})
+    return Campaign(folder, campaign.plan, {**record, "status": status})
+
+
+def _settle(folder: Path, record: Mapping[str, Any]) -> None:
+    with suppress(OSError):  # on a full disk the rows still say what is done
+        clean(folder)
+        write_json(folder / RECORD, record)
+
+
+def _supervise(campaign: Campaign, missing: Sequence[int], settings: Settings) -> str:
+    """Run missions; return `complete` or `interrupted`."""
+    if missing:
+        workers = settings.workers or os.cpu_count() or 1
+        if settings.backend == "local":
+            compile_kernels(campaign.plan)
+        progress = Progress(len(missing), quiet=settings.quiet)
+        crew = crew_for(settings.backend, min(workers, len(missing)))
+        supervisor = Supervisor(campaign.plan, campaign.folder, crew, progress.note)
+        ended = False
+        try:
+            with interruptible(supervisor.stop):
+                supervisor.run(missing)
+            ended = True
+        finally:
+            crew.close(now=not ended)
+            progress.end()
+        if supervisor.trouble:
+            raise supervisor.trouble
+        if supervisor.stopping and len(done(campaign.folder)) < len(campaign.numbers()):
+            return "interrupted"
+    with suppress(OSError):  # sorting needs room for a copy; unsorted parts hold the same rows
+        compact(campaign.folder)
+    return "complete"

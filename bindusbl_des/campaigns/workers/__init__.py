@@ -1,0 +1,1 @@
+"""Who runs the missions: batches, the crews that run them, and the supervisor of a crew."""
