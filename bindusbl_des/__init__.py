@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .acoustics import absorption, range_loss, sound_speed, travel_time
     from .campaigns.campaign import Campaign, load_campaign
+    from .campaigns.compare import compare
     from .campaigns.running import sweep
     from .coverage import covered_area, covering_radius
     from .formations import formation
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
     "Campaign": "campaigns.campaign",
+    "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
     "absorption": "acoustics",
@@ -53,6 +55,7 @@ __all__ = [
     "ScenarioError",
     "absorption",
     "airtime",
+    "compare",
     "covered_area",
     "covering_radius",
     "downlink_slot",

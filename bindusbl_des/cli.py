@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from .commands.comparing import compare
 from .commands.doctor import doctor
 from .commands.files import init, params, schema, validate
 from .commands.missions import explain, run
@@ -64,6 +65,7 @@ for _command in (
     resume,
     status,
     merge,
+    compare,
     validate,
     schema,
     init,

@@ -9,12 +9,12 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
+from one_thread import OneThread
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
@@ -30,7 +30,7 @@ from bindusbl_des.campaigns.storage.folder import (
 )
 from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.parts import committed, done, part_path
-from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
+from bindusbl_des.campaigns.workers.batches import Row, run_batch
 from bindusbl_des.campaigns.workers.crews import LocalCrew
 from bindusbl_des.campaigns.workers.progress import Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
@@ -85,30 +85,6 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(folder))
         yield folder
-
-
-class OneThread:
-    """A crew of one thread of this process: no accident can happen to it, and it starts at once."""
-
-    size = 1
-
-    def __init__(self, *_: object) -> None:
-        self._executor = ThreadPoolExecutor(1)
-        self._running = 0
-
-    def has_room(self) -> bool:
-        return self._running == 0
-
-    def submit(self, batch: Batch) -> "Future[list[Row]]":
-        self._running += 1
-        return self._executor.submit(run_batch, batch)
-
-    def release(self, future: "Future[list[Row]]") -> int | None:
-        self._running -= 1
-        return None
-
-    def close(self, *, now: bool) -> None:
-        self._executor.shutdown()
 
 
 @pytest.fixture

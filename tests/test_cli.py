@@ -20,7 +20,8 @@ from bindusbl_des.templates import IMPORTANT, TEMPLATES, template
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 COMMANDS = (
-    "run", "validate", "schema", "init", "params", "timing", "coverage", "explain", "doctor",
+    "run", "sweep", "resume", "status", "merge", "compare", "validate", "schema", "init", "params",
+    "timing", "coverage", "explain", "doctor",
 )  # fmt: skip
 HEAVY = {
     "matplotlib", "networkx", "numba", "numpy", "pandas", "pyarrow", "pydantic", "simpy", "yaml",

@@ -35,7 +35,7 @@ def test_readme_commands_print_what_it_says(
         for line in block.splitlines()
         if line.startswith("bindusbl-des")
     ]
-    assert len(commands) == len(shown) == 2
+    assert len(commands) == len(shown) == 4
     for command, expected in zip(commands, shown, strict=True):
         outcome = CliRunner().invoke(main, shlex.split(command)[1:])
         assert outcome.exit_code == 0, outcome.output

@@ -11,8 +11,9 @@ from typing import Any
 
 from ..result import PACKAGES, scenario_sha256
 from .campaign import Campaign, load_campaign
-from .experiments.experiment import Experiment
+from .experiments.experiment import Detail, Experiment
 from .experiments.experiment_file import load_experiment
+from .experiments.options import Options, written
 from .experiments.plan import Plan
 from .refusals import check_new, check_unchanged
 from .storage.folder import FORMAT, RECORD, clean, locked, write_json
@@ -41,6 +42,9 @@ def sweep(
     experiment: str | Path | Experiment,
     out: str | Path,
     *,
+    vary: Mapping[str, Sequence[Any]] | None = None,
+    seeds: int | Sequence[int] | None = None,
+    detail: Detail | None = None,
     workers: int | None = None,
     backend: str = "local",
     shard: Shard | None = None,
@@ -48,7 +52,8 @@ def sweep(
 ) -> Campaign:
     """Run every mission of an experiment; return the campaign, which its folder keeps.
 
-    Interrupted or killed, it is continued by `resume`.
+    `experiment` is an experiment file or a scenario file; `vary` (dotted keys with their values),
+    `seeds` and `detail` are laid over it.  Interrupted or killed, it is continued by `resume`.
 
     Raises:
         ScenarioError: when the experiment file or its scenario is wrong.
@@ -56,7 +61,7 @@ def sweep(
         NotWritten: when the disk is full; what was written counts.
     """
     if not isinstance(experiment, Experiment):
-        experiment = load_experiment(experiment)
+        experiment = load_experiment(experiment, Options(written(vary or {}), seeds, detail))
     plan, folder = Plan(experiment), Path(out)
     check_new(folder, plan)
     settings = Settings(workers, backend, quiet)

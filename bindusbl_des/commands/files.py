@@ -32,13 +32,14 @@ def validate(context: click.Context, files: tuple[str, ...], as_json: bool) -> N
 
 
 def _mistakes(file: str) -> "list[Mistake]":
+    from ..campaigns.experiments.kinds import is_experiment
     from ..mistakes import ScenarioError
     from ..plain_yaml import read_yaml
     from ..scenario_file import load_scenario, read_text
 
     try:
         data = read_yaml(read_text(file), file).data
-        if isinstance(data, dict) and isinstance(data.get("scenario"), str):
+        if is_experiment(data):
             from ..campaigns.experiments.experiment_file import load_experiment
 
             load_experiment(file)

@@ -42,8 +42,25 @@ def _worker_options(command: Any) -> Any:
     )(command)
 
 
+def _experiment_options(command: Any) -> Any:
+    """Give a command the options that are laid over an experiment or a scenario."""
+    command = click.option(
+        "--detail", type=click.Choice(["summary", "full"]), help="Keep metrics only, or all events."
+    )(command)
+    command = click.option(
+        "--seeds", type=click.IntRange(min=1), help="Seeds 0 to N - 1 at each point."
+    )(command)
+    return click.option(
+        "--vary",
+        metavar="KEY=V1,V2",
+        multiple=True,
+        help="Vary a key, such as asvs.count=2,3; several make a grid.",
+    )(command)
+
+
 @click.command()
-@click.argument("experiment", metavar="EXPERIMENT.yaml")
+@click.argument("file", metavar="FILE.yaml")
+@_experiment_options
 @click.option("--out", metavar="DIR", help="Campaign folder (default results/<name>).")
 @_worker_options
 @click.option(
@@ -51,7 +68,10 @@ def _worker_options(command: Any) -> Any:
 )
 @click.option("--dry-run", is_flag=True, help="Tell missions, time and disk; write nothing.")
 def sweep(
-    experiment: str,
+    file: str,
+    vary: tuple[str, ...],
+    seeds: int | None,
+    detail: str | None,
     out: str | None,
     workers: int | None,
     backend: str,
@@ -59,15 +79,16 @@ def sweep(
     shard: tuple[int, int] | None,
     dry_run: bool,
 ) -> None:
-    """Run a scenario over many points and seeds.
+    """Run an experiment, or a scenario, over many points and seeds.
 
     Whatever is cut short, by Ctrl-C, a kill or a full disk, `resume` continues.  Exit code 3: some
     missions failed.
     """
-    with _mistakes_told():
+    with mistakes_told():
         from ..campaigns.experiments.experiment_file import load_experiment
+        from ..campaigns.experiments.options import Options
 
-        plan = load_experiment(experiment)
+        plan = load_experiment(file, Options(vary, seeds, detail))
         folder = Path(out) if out else default_folder(plan.name, shard)
         if dry_run:
             _tell_estimate(plan, shard, workers, as_json)
@@ -94,7 +115,7 @@ def resume(
     folder: str, workers: int | None, backend: str, as_json: bool, retry_failed: bool
 ) -> None:
     """Run what is missing of a campaign."""
-    with _mistakes_told():
+    with mistakes_told():
         from ..campaigns.running import resume as resume_campaign
 
         campaign = resume_campaign(
@@ -108,7 +129,7 @@ def resume(
 @click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign is."""
-    with _mistakes_told():
+    with mistakes_told():
         from ..campaigns.campaign import load_campaign
         from ..campaigns.workers.progress import duration
 
@@ -138,7 +159,7 @@ def status(folder: str, as_json: bool) -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print a summary as JSON.")
 def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
     """Join the shards of a campaign."""
-    with _mistakes_told():
+    with mistakes_told():
         from ..campaigns.merging import merge as merge_campaigns
 
         campaign = merge_campaigns(folders, out)
@@ -149,7 +170,7 @@ def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
 
 
 @contextmanager
-def _mistakes_told() -> Iterator[None]:
+def mistakes_told() -> Iterator[None]:
     """Tell what a user can mend as such: exit code 2, or 1 where a campaign broke off."""
     from ..campaigns.experiments.sampling import ScipyMissing
     from ..campaigns.storage.folder import CampaignError

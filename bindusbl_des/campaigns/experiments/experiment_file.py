@@ -11,18 +11,23 @@ from ...scenario_file import load_scenario, read_text
 from ...wording import described, did_you_mean
 from .experiment import Detail, Experiment
 from .experiment_points import points_in
+from .kinds import KEYS, is_experiment, is_scenario
+from .options import Options, lay_over
 from .point_checks import check_points
 
-KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "detail")
 DETAILS = ("summary", "full")
 
 # Each point is a scenario that is validated, and each mission a line of the plan.
 MOST_MISSIONS = 5_000_000
 LARGEST_SEED = 2**63 - 1
+LONGEST_NAME = 200
+NO_OPTIONS = Options()
 
 
-def load_experiment(path: str | FilePath) -> Experiment:
+def load_experiment(path: str | FilePath, options: Options = NO_OPTIONS) -> Experiment:
     """Read an experiment file and the scenario it names, which is sought beside it.
+
+    A scenario file is an experiment of one point, which options may vary.
 
     Raises:
         ScenarioError: listing every mistake in either.
@@ -30,8 +35,11 @@ def load_experiment(path: str | FilePath) -> Experiment:
     """
     path = FilePath(path)
     document = read_yaml(read_text(path), str(path))
+    if not is_experiment(document.data) and (options or is_scenario(document.data)):
+        document = _of_scenario(path, document.data)
     if not isinstance(document.data, dict):
         raise _wrong_root(document)
+    lay_over(document, options)
     _check_keys(document)
     name, detail = _name(document, path.stem), _detail(document)
     seeds = _seeds(document)
@@ -47,6 +55,15 @@ def load_experiment(path: str | FilePath) -> Experiment:
         raise _wrong(document)
     given = base.model_dump(mode="json", exclude_unset=True)
     return Experiment(name, given, tuple(points), tuple(seeds), detail)
+
+
+def _of_scenario(path: FilePath, data: Any) -> Document:
+    """Return the experiment that runs a scenario as it is; what is wrong in it is told later."""
+    name = data.get("name") if isinstance(data, dict) else None
+    named = {"name": name[:LONGEST_NAME]} if isinstance(name, str) and name else {}
+    document = Document(str(path), {**named, "scenario": path.name})
+    document.keys[()] = document.values[()] = Place(str(path), 1, 1)
+    return document
 
 
 def _wrong(document: Document) -> ScenarioError:
@@ -89,8 +106,9 @@ def _check_keys(document: Document) -> None:
 
 def _name(document: Document, default: str) -> str:
     name = document.data.get("name", default)
-    if not isinstance(name, str) or not 1 <= len(name) <= 200:
-        _note(document, ("name",), f"needs a text of 1 to 200 letters; got {described(name)}")
+    if not isinstance(name, str) or not 1 <= len(name) <= LONGEST_NAME:
+        message = f"needs a text of 1 to {LONGEST_NAME} letters; got {described(name)}"
+        _note(document, ("name",), message)
         return default
     return name
 

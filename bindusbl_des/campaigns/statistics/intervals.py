@@ -11,7 +11,8 @@ STUDENT_95 = (
     2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056,
     2.052, 2.048, 2.045, 2.042,
 )  # fmt: skip
-NORMAL_95 = NormalDist().inv_cdf(0.975)
+CONFIDENCE = 0.95
+NORMAL_95 = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
 
 
 @dataclass(frozen=True)

@@ -118,11 +118,12 @@ def done(folder: Path) -> dict[int, str]:
     return states
 
 
-def read_table(folder: Path, table: str) -> pa.Table | None:
-    """Return a whole table in the order of the plan, each mission once."""
+def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -> pa.Table | None:
+    """Return a table, or those columns of it, in the order of the plan, each mission once."""
+    wanted = ("mission", *columns) if columns else None
     parts, seen = [], set[int]()
     for part in committed(folder):
-        rows = read_part(folder, table, part)
+        rows = read_part(folder, table, part, wanted)
         if rows is None or not len(rows):
             continue
         numbers = set(rows["mission"].to_pylist())

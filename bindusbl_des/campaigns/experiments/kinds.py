@@ -1,0 +1,18 @@
+"""Experiment files and scenario files, told apart by their keys."""
+
+from typing import Any
+
+from ...scenario import Scenario
+
+KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "detail")
+
+
+def is_experiment(data: Any) -> bool:
+    """Tell whether data are those of an experiment file, right or wrong."""
+    return isinstance(data, dict) and any(key in data for key in KEYS if key != "name")
+
+
+def is_scenario(data: Any) -> bool:
+    """Tell whether data are those of a scenario file, right or wrong, and of no experiment."""
+    known = isinstance(data, dict) and any(key in data for key in Scenario.model_fields)
+    return known and not is_experiment(data)

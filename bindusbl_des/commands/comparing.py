@@ -1,0 +1,75 @@
+"""The command `compare`: are two campaigns, or two points of one, different, and how surely?"""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .console import print_json, refuse, talk
+from .sweeps import mistakes_told
+
+if TYPE_CHECKING:
+    from ..campaigns.compare import Comparison
+
+TABLES = (".csv", ".parquet")
+
+
+@click.command()
+@click.argument("folders", metavar="DIR...", nargs=-1, required=True)
+@click.option("--by", metavar="KEY", help="Compare the points of one campaign along this key.")
+@click.option("--baseline", metavar="VALUE", help="Compare with this value of KEY, not the first.")
+@click.option("--metric", "metrics", multiple=True, help="Metric to compare; repeatable.")
+@click.option("--out", metavar="FILE", help="Also write all rows to a .csv or .parquet file.")
+@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@click.option("--json", "as_json", is_flag=True, help="Print all rows as JSON.")
+def compare(
+    folders: tuple[str, ...],
+    by: str | None,
+    baseline: str | None,
+    metrics: tuple[str, ...],
+    out: str | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Compare campaigns with the first, or points of one campaign.
+
+    Missions with equal seeds are paired, so that the noise they share cancels.
+    """
+    if out:
+        _check_table(Path(out), force)
+    with mistakes_told():
+        from ..campaigns.compare import METRICS, compared
+        from ..campaigns.statistics.comparison_table import comparison_table
+
+        found = compared(folders, by=by, metrics=metrics or METRICS, baseline=baseline)
+        if out:
+            _write_table(found, Path(out))
+    if as_json:
+        print_json({"differences": found.records(), "notes": found.notes})
+    else:
+        click.echo("\n".join([comparison_table(found.differences), *found.notes]))
+    if out:
+        talk(f"Table: {out}")
+
+
+def _check_table(path: Path, force: bool) -> None:
+    if path.suffix.lower() not in TABLES:
+        refuse(f"{path}: a table's name ends in one of {', '.join(TABLES)}")
+    if path.exists() and (not force or path.is_dir()):
+        refuse(f"{path}: exists; use --force to replace it, or name another file")
+    if not path.absolute().parent.is_dir():
+        refuse(f"{path}: the folder {path.parent} does not exist")
+
+
+def _write_table(found: "Comparison", path: Path) -> None:
+    """Write all rows beside the file, then rename, so that there is a whole one or none."""
+    frame, draft = found.frame(), path.with_name(f".{path.name}.tmp")
+    try:
+        if path.suffix.lower() == ".csv":
+            frame.to_csv(draft, index=False)
+        else:
+            frame.to_parquet(draft, index=False)
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)

@@ -1,0 +1,267 @@
+"""Comparisons: differences paired by seed, how sure they are, and what is said of them."""
+
+import json
+from math import nan
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner, Result
+from one_thread import OneThread
+
+from bindusbl_des import compare, load_campaign
+from bindusbl_des.campaigns import running
+from bindusbl_des.campaigns.statistics.comparison_table import comparison_table, sentence
+from bindusbl_des.campaigns.statistics.differences import Difference, difference
+from bindusbl_des.campaigns.statistics.outcomes import Outcomes
+from bindusbl_des.campaigns.statistics.pairing import Pair, Side
+from bindusbl_des.cli import main
+
+SCENARIO = "name: short\nduration_s: 15\nsurvey: {side_m: 140}\n"
+ANGLE = "asvs.formation.angle_deg"
+
+
+@pytest.fixture(autouse=True)
+def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each test runs in a folder with a scenario alone; missions run in this process."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(running, "crew_for", OneThread)
+    Path("short.yaml").write_text(SCENARIO)
+
+
+def call(*words: object) -> Result:
+    """Run a command; an exception that is no exit is a failure of the test."""
+    return CliRunner().invoke(main, [str(word) for word in words], catch_exceptions=False)
+
+
+def paired(metric: str, one: list[float], other: list[float]) -> Difference:
+    """Return the difference between two points, seeds 0, 1, ... at the first, 1, 2, ... there."""
+    campaign: Any = SimpleNamespace(folder=Path("c"))
+    pair = Pair(Side(campaign, 0, "A"), Side(campaign, 1, "B"), {}, "key")
+    count = len(one) + len(other)
+    point = np.repeat([0, 1], [len(one), len(other)])
+    seed = np.concatenate([np.arange(len(one)), 1 + np.arange(len(other))])
+    values = np.array([*one, *other], float)
+    ok = ~(values == -1)
+    metrics = {metric: values}
+    outcomes = Outcomes(np.arange(count), point, seed, ok, metrics)
+    return difference(pair, metric, {Path("c"): outcomes})
+
+
+def test_differences_are_paired_by_seed() -> None:
+    """Seeds of one point alone, failed missions and missions without a value are left out."""
+    found = paired("position_error_m", [9, 1, 2, 3, nan, 5], [2, 4, 6, 1, -1, 7])
+    # Pairs: seeds 1, 2, 3 with differences 1, 2, 3; t(2) = 4.303.
+    assert found.found.count == 3
+    assert (found.baseline, found.other, found.found.mean) == (2.0, 4.0, 2.0)
+    assert found.found.half_width == pytest.approx(4.303 / 3**0.5)
+    assert found.relative == 1.0
+    assert found.verdict == "not shown"
+
+
+def test_intervals_are_those_of_scipy() -> None:
+    """Student's t of the paired differences, by another hand."""
+    stats = pytest.importorskip("scipy.stats")
+    draws = np.random.default_rng(1).normal(size=(2, 31))
+    found = paired("position_error_m", draws[0].tolist(), draws[1].tolist())
+    theirs = stats.ttest_rel(draws[1][:30], draws[0][1:]).confidence_interval(0.95)
+    assert (found.low, found.high) == pytest.approx((theirs.low, theirs.high), abs=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("metric", "one", "other", "said"),
+    [
+        (
+            "position_error_m",
+            [0, 1.0, 1.2],
+            [1.5, 1.71],
+            "B is worse than A: position_error_m +0.505 m [+0.441, +0.569] over 2 paired seeds.",
+        ),
+        (
+            "fix_rate_hz",
+            [0, 1.0, 1.0],
+            [1.5, 1.5],
+            "B is better than A: fix_rate_hz +0.500 Hz [+0.500, +0.500] over 2 paired seeds.",
+        ),
+        (
+            "rounds",
+            [0, 9, 9],
+            [8, 8],
+            "B has lower rounds than A: -1.00 [-1.00, -1.00] over 2 paired seeds.",
+        ),
+        (
+            "latency_mean_s",
+            [0, 1, 1],
+            [0, 2.5],
+            "No difference in latency_mean_s shown between B and A: "
+            "+0 s [-16, +16] over 2 paired seeds.",
+        ),
+        ("rounds", [0, 9, 7], [9, 7], "rounds: equal in all 2 paired seeds."),
+        (
+            "rounds",
+            [0, 9],
+            [8],
+            "rounds: -1.00 in one paired seed, which shows nothing; run more seeds.",
+        ),
+        ("rounds", [9], [8], "No seed has rounds at both."),
+    ],
+)
+def test_findings_are_said_in_words(
+    metric: str, one: list[float], other: list[float], said: str
+) -> None:
+    """Better or worse where one knows; never more sure than the interval is."""
+    found = paired(metric, one, other)
+    assert sentence(found) == said
+    assert said in comparison_table([found])
+
+
+def test_two_commands_answer_a_question() -> None:
+    """From a scenario alone: sweep an angle, compare; the numbers are those of the missions."""
+    swept = call("sweep", "short.yaml", "--vary", f"{ANGLE}=0,60", "--seeds", 4, "--out", "angle")
+    assert swept.exit_code == 0, swept.stderr
+    told = call("compare", "angle", "--by", ANGLE)
+    assert told.exit_code == 0, told.stderr
+    assert f"{ANGLE}: 60 compared with 0; 4 paired seeds" in told.stdout
+    assert "60 is worse than 0: position_error_m +" in told.stdout
+    assert max(map(len, told.stdout.splitlines())) <= 80
+    rows = json.loads(call("compare", "angle", "--json").stdout)["differences"]
+    missions = load_campaign("angle").missions.set_index(["seed", ANGLE]).position_error_m.unstack()
+    gaps = missions[60] - missions[0]
+    assert rows[0]["difference"] == pytest.approx(gaps.mean())
+    half = 3.182 * gaps.std() / 2  # t(3)
+    assert (rows[0]["low"], rows[0]["high"]) == pytest.approx(
+        (gaps.mean() - half, gaps.mean() + half)
+    )
+    assert rows[0]["pairs"] == 4
+
+
+def test_points_of_a_grid_are_compared_where_all_else_is_equal() -> None:
+    """Each value of the other keys is a pair of its own; the baseline may be chosen."""
+    vary = ("--vary", f"{ANGLE}=0,30,60", "--vary", "asvs.count=2,3")
+    assert call("sweep", "short.yaml", *vary, "--seeds", 2, "--out", "grid").exit_code == 0
+    frame = compare("grid", by="angle_deg", baseline="60", metrics=["rounds"])
+    assert list(frame["asvs.count"]) == [2, 2, 3, 3]
+    assert list(frame["baseline"]) == ["60"] * 4
+    assert list(frame["other"]) == ["0", "30", "0", "30"]
+    told = call("compare", "grid")
+    assert (told.exit_code, told.stdout) == (2, "")
+    assert told.stderr == f"grid: say with --by which key to compare: {ANGLE}, asvs.count\n"
+    assert call("compare", "grid", "--by", "count", "--out", "g.csv").exit_code == 0
+    table = pd.read_csv("g.csv", dtype={"baseline": str, "other": str})
+    assert len(table) == 3 * 5
+    assert call("compare", "grid", "--by", "count", "--out", "g.parquet").exit_code == 0
+    pd.testing.assert_frame_equal(pd.read_parquet("g.parquet"), table, check_dtype=False)
+    assert "g.csv: exists" in call("compare", "grid", "--by", "count", "--out", "g.csv").stderr
+
+
+def test_campaigns_are_compared_point_by_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Equal points pair; failures and seeds of one campaign alone are left out, and told."""
+    Path("mishaps.py").write_text(
+        "def raising(view):\n"
+        "    if view.random.bit_generator.seed_seq.entropy == 1:\n"
+        "        raise RuntimeError\n"
+        "    return [[auv] for auv in range(len(view.auvs))]\n"
+    )
+    monkeypatch.syspath_prepend(".")
+    vary = ("--vary", "asvs.count=2,3")
+    assert call("sweep", "short.yaml", *vary, "--seeds", 3, "--out", "one").exit_code == 0
+    Path("other.yaml").write_text(f"{SCENARIO}protocol: {{schedule: 'mishaps:raising'}}\n")
+    assert call("sweep", "other.yaml", *vary, "--seeds", 4, "--out", "other").exit_code == 3
+    told = call("compare", "one", "other", "--metric", "rounds")
+    assert told.exit_code == 0, told.stderr
+    assert "other compared with one, asvs.count=3; 2 paired seeds" in told.stdout
+    assert told.stdout.splitlines()[-3:] == [
+        "failed missions are left out (2), and those they would be paired with",
+        "the points of 2 of 2 pairs have different seeds; those that both have count",
+        "one and other differ in protocol.schedule",
+    ]
+    rows = compare("one", "other", metrics=["rounds"])
+    assert list(rows["pairs"]) == [2, 2]
+    assert call("sweep", "short.yaml", "--seeds", 2, "--out", "alone").exit_code == 0
+    assert len(compare("alone", "one", "other", metrics=["rounds"])) == 4
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    """One line says why and what to do; the exit code is 2."""
+    assert call("run", "short.yaml", "--out", "run").exit_code == 0
+    for name, key in (("one", "asvs.count=2,3"), ("other", "auvs.count=1,2")):
+        assert call("sweep", "short.yaml", "--vary", key, "--out", name).exit_code == 0
+    assert call("sweep", "short.yaml", "--seeds", 2, "--out", "alone").exit_code == 0
+    for words, message in {
+        ("run", "run"): "run: the same campaign is named twice",
+        ("run", "one"): "run: is one mission, and chance alone makes two missions differ; sweep",
+        ("none", "one"): "none is no campaign folder (it has no campaign.json)",
+        ("alone",): "alone: varies nothing, so there is nothing to compare in it; name a second",
+        ("one", "other"): "one varies asvs.count and other auvs.count; campaigns are compared",
+        ("one", "alone", "--by", "asvs.count"): "--by and --baseline compare points within one",
+        (
+            "one",
+            "--by",
+            "asvs.cuont",
+        ): "one: --by asvs.cuont: not a varied key; did you mean 'asvs.",
+        ("one", "--baseline", "4"): "one: --baseline 4: not a value of asvs.count; it has 2, 3",
+        ("one", "--metric", "positon_error_m"): "no metric 'positon_error_m'; did you mean 'positi",
+        ("one", "--out", "x.txt"): "x.txt: a table's name ends in one of .csv, .parquet",
+        ("one", "--out", "no/x.csv"): "no/x.csv: the folder no does not exist",
+    }.items():
+        told = call("compare", *words)
+        assert (told.exit_code, told.stdout) == (2, ""), words
+        assert told.stderr.startswith(message)
+        assert told.stderr.count("\n") == 1
+
+
+FORM = "needs the form dotted.key=value,value,..., such as asvs.count=2,3"
+
+WRONG_OPTIONS = {
+    ("asvs.count",): [f"--vary asvs.count: {FORM}"],
+    ("=2",): [f"--vary =2: {FORM}"],
+    ("asvs.count=",): [
+        "--vary asvs.count=: vary.asvs.count: is an empty list; give at least one value"
+    ],
+    ("asvs.count=2", "asvs.count=3"): [
+        "--vary asvs.count=3: vary.asvs.count: given twice; name all its values after one --vary"
+    ],
+    ("asvs.cuont=2", "asvs.count=x"): [
+        "--vary asvs.cuont=2: asvs.cuont: unknown key; did you mean 'count'?",
+        "--vary asvs.count=x: asvs.count: needs a whole number (>= 1 and <= 10000); got the "
+        "text 'x'",
+    ],
+    ("asvs.count=[2",): [
+        "--vary asvs.count=[2: vary.asvs.count: YAML syntax: [ or { is not closed, or a comma is "
+        "missing"
+    ],
+    ("record.detail=full",): [
+        "--vary record.detail=full: record.detail: belongs to the experiment: write `detail: full` "
+        "at the top level"
+    ],
+}
+
+
+@pytest.mark.parametrize("options", WRONG_OPTIONS)
+def test_wrong_values_to_vary_get_their_messages(options: tuple[str, ...]) -> None:
+    """What is wrong on the command line is told as in a file, and nothing is left."""
+    words = [word for option in options for word in ("--vary", option)]
+    told = call("sweep", "short.yaml", *words)
+    assert told.stderr.splitlines() == WRONG_OPTIONS[options]
+    assert told.exit_code == 2
+    assert sorted(path.name for path in Path().iterdir()) == ["short.yaml"]
+
+
+def test_options_are_laid_over_an_experiment() -> None:
+    """A further key to vary makes a grid with the file's; seeds replace the file's."""
+    Path("e.yaml").write_text("scenario: short.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 9\n")
+    words = ("--vary", "auvs.count=1,2", "--seeds", 2, "--detail", "full", "--out", "over")
+    assert call("sweep", "e.yaml", *words).exit_code == 0
+    missions = load_campaign("over").missions
+    assert list(missions["asvs.count"]) == [2] * 4 + [3] * 4
+    assert list(missions["auvs.count"]) == [1, 1, 2, 2] * 2
+    assert list(missions["seed"]) == [0, 1] * 4
+    assert Path("over/pings").is_dir()
+    python = running.sweep("e.yaml", "python", vary={"auvs.count": [1, 2]}, seeds=2)
+    assert python.plan.experiment.points == load_campaign("over").plan.experiment.points
+    Path("p.yaml").write_text("scenario: short.yaml\npoints: [{asvs.count: 2}]\n")
+    told = call("sweep", "p.yaml", "--vary", "auvs.count=1")
+    assert told.stderr == "p.yaml:2:1: points: cannot be combined with vary; keep one of them\n"
