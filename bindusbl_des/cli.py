@@ -10,6 +10,7 @@ from .commands.doctor import doctor
 from .commands.files import init, params, schema, validate
 from .commands.missions import explain, run
 from .commands.planning import coverage, timing
+from .commands.reports import report
 from .commands.sweeps import merge, resume, status, sweep
 
 INTERRUPTED = 130
@@ -72,6 +73,7 @@ for _command in (
     params,
     timing,
     coverage,
+    report,
     explain,
     doctor,
 ):

@@ -102,6 +102,7 @@ class Result:
 
     def _write_into(self, draft: Path, scenario_text: str | None) -> None:
         from .figures import save_mission_figure
+        from .report.run_page import run_page
 
         run = self.run_record()
         origin = {
@@ -115,6 +116,7 @@ class Result:
         _write_json(draft / "data_dictionary.json", data_dictionary())
         if "tracks" in self.arrow:
             save_mission_figure(self, draft / "mission.png")
+        (draft / "report.html").write_text(run_page(self), encoding="utf-8")
         _write_json(draft / "run.json", run)
 
 

@@ -16,7 +16,7 @@ LAYERS = [
     "navigation recorder fleet",
     "uplink downlink ranging fixing boards broadcasters schedules samples",
     "voyages launch world protocol metrics",
-    "tables figures summary result simulation explain",
+    "tables figures summary result simulation explain report",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns",
     "commands cli __init__",

@@ -1,0 +1,124 @@
+"use strict";
+// What every page needs: data, colours, elements, numbers. `bindusbl` shows tests what a page shows.
+
+window.bindusbl = { ready: false, plots: {} };
+
+const byId = (id) => document.getElementById(id);
+const readData = () => JSON.parse(byId("data").textContent);
+const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+// Columns: zigzag differences in four byte planes, deflated; the packing is packing.py's.
+async function unpacker() {
+  const text = atob(byId("packed").textContent);
+  const deflated = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
+  const stream = new Blob([deflated]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+  return ({ at, length, quantum, order }) => {
+    const steps = new Int32Array(length);
+    const start = 4 * at;
+    for (let i = 0; i < length; i++) {
+      const z = bytes[start + i] | bytes[start + length + i] << 8
+        | bytes[start + 2 * length + i] << 16 | bytes[start + 3 * length + i] << 24;
+      steps[i] = (z >>> 1) ^ -(z & 1);
+    }
+    for (let pass = 0; pass < order; pass++) {
+      for (let i = 1; i < length; i++) steps[i] = (steps[i] + steps[i - 1]) | 0;
+    }
+    const missing = -(2 ** 31);
+    return Float64Array.from(steps, (step) => (step === missing ? NaN : step * quantum));
+  };
+}
+
+// Replaces every packed column in a tree of data by its numbers.
+function unpackAll(node, unpack) {
+  if (Array.isArray(node)) return node.map((child) => unpackAll(child, unpack));
+  if (node === null || typeof node !== "object") return node;
+  if ("quantum" in node && "order" in node) return unpack(node);
+  return Object.fromEntries(Object.entries(node).map(([k, child]) => [k, unpackAll(child, unpack)]));
+}
+
+// Colours come from the style sheet, so that a theme is one attribute.
+const colours = {};
+function readColours() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of ["paper", "sheet", "ink", "soft", "line", "grid", "accent", "alarm", "shade",
+    "sea", "hf", "mf", "heard", "lost", "collided", "plan"]) {
+    colours[name] = style.getPropertyValue("--" + name).trim();
+  }
+  colours.series = Array.from({ length: 8 }, (_, i) => style.getPropertyValue("--c" + i).trim());
+}
+const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
+const seriesColour = (i) => colours.series[i % colours.series.length];
+const seriesDash = (i) => DASHES[Math.floor(i / 8) % DASHES.length];
+
+const repaints = [];
+function onTheme(repaint) { repaints.push(repaint); }
+function setTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  readColours();
+  repaints.forEach((repaint) => repaint());
+}
+function startTheme() {
+  readColours();
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
+  byId("theme").addEventListener("click", () =>
+    setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+}
+
+// A canvas whose coordinates are CSS pixels; `draw(context, width, height)` paints it.
+class Sheet {
+  constructor(canvas, draw) {
+    this.canvas = canvas;
+    this.draw = draw;
+    new ResizeObserver(() => this.paint()).observe(canvas);
+    onTheme(() => this.paint());
+  }
+  paint() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    const ratio = window.devicePixelRatio || 1;
+    const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (this.canvas.width !== w || this.canvas.height !== h) {
+      this.canvas.width = w;
+      this.canvas.height = h;
+    }
+    const context = this.canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    this.draw(context, width, height);
+  }
+}
+
+// The first index whose value is above `value`, in sorted numbers.
+function above(sorted, value) {
+  let low = 0, high = sorted.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (sorted[middle] > value) high = middle; else low = middle + 1;
+  }
+  return low;
+}
+
+// A step of 1, 2 or 5 times a power of ten, not below `least`.
+function roundStep(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return [1, 2, 5, 10].map((it) => it * power).find((it) => it >= least * 0.999);
+}
+
+function mean(values) { return values.reduce((sum, it) => sum + it, 0) / values.length; }
+function quantile(values, share) {
+  const sorted = Float64Array.from(values).sort();
+  const place = share * (sorted.length - 1), whole = Math.floor(place);
+  return sorted[whole] + (place - whole) * ((sorted[whole + 1] ?? sorted[whole]) - sorted[whole]);
+}
+function escapeHtml(text) {
+  return text.replace(/[&<>"]/g, (it) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[it]);
+}

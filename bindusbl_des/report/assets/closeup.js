@@ -1,0 +1,79 @@
+"use strict";
+// The surroundings of one AUV, a few metres wide: where it is, where it believes to be, its last fix.
+
+class Closeup {
+  constructor(canvas, mission) {
+    this.map = new SeaMap(canvas, mission, { still: true });
+    this.map.home = () => {};
+    this.map.view = { x: 0, y: 0, scale: 1 };
+    this.map.draw = (context, width, height) => this.draw(context, width, height);
+    this.map.sheet.draw = this.map.draw;
+    this.mission = mission;
+    this.auv = 0;
+    this.now = 0;
+  }
+  paint(now) { this.now = now; this.map.sheet.paint(); }
+  draw(context, width, height) {
+    const { map, mission } = this, state = mission.auvAt(this.auv, this.now);
+    map.width = width;
+    map.height = height;
+    const reach = [2, 5, 10, 20, 50, 100, 200, 500, 1000].find((it) => it > 1.15 * state.error) || 2000;
+    map.view = { x: state.x, y: state.y, scale: Math.min(width, height) / (2.2 * reach) };
+    this.drawScale(context, reach, width, height);
+    const colour = seriesColour(this.auv);
+    this.trail(context, colour);
+    if (state.fix !== null) this.fix(context, state, colour);
+    map.ring(context, state.estimateX, state.estimateY, state.envelope, colour, { dash: [6, 4], alpha: 0.6 });
+    const [px, py] = map.at(state.x, state.y), [ex, ey] = map.at(state.estimateX, state.estimateY);
+    map.stroke(context, colour, px, py, ex, ey, 1.5);
+    map.hull(context, px, py, state.yaw, colour);
+    map.stroke(context, colour, ex - 7, ey, ex + 7, ey, 2.5);
+    map.stroke(context, colour, ex, ey - 7, ex, ey + 7, 2.5);
+    map.label(context, "truth", px + 9, py + 15, colour);
+    map.label(context, "estimate", ex + 9, ey - 7, colour);
+    this.width = 2 * reach;
+  }
+  drawScale(context, reach, width, height) {
+    const { map } = this;
+    for (const share of [0.5, 1]) map.ring(context, map.view.x, map.view.y, share * reach, colours.line);
+    context.fillStyle = colours.soft;
+    context.font = "11px system-ui, sans-serif";
+    context.fillText(`rings ${reach / 2} m and ${reach} m around the truth`, 8, height - 7);
+  }
+  // The last seconds of truth (broad) and estimate (fine).
+  trail(context, colour) {
+    const { map, mission } = this, auv = mission.auvs[this.auv];
+    const end = above(mission.time, this.now), start = Math.max(0, end - Math.round(60 * mission.rate));
+    const xs = auv.x.subarray(start, end), ys = auv.y.subarray(start, end);
+    map.line(context, xs, ys, { colour, width: 5, alpha: 0.2 });
+    map.line(context, xs.map((x, i) => x + auv.off_x[start + i]), ys.map((y, i) => y + auv.off_y[start + i]), { colour, width: 1, alpha: 0.8 });
+  }
+  // The last fix is of where the AUV was when it pinged: its mark stays behind, with its 3-sigma ellipse.
+  fix(context, state, colour) {
+    const { map } = this, fixes = this.mission.fixes, row = state.fix;
+    const [px, py] = map.at(fixes.x[row], fixes.y[row]);
+    const xx = fixes.sd_x[row] ** 2, yy = fixes.sd_y[row] ** 2, xy = fixes.cov[row];
+    const middle = (xx + yy) / 2, spread = Math.hypot((xx - yy) / 2, xy);
+    const angle = 0.5 * Math.atan2(2 * xy, xx - yy);
+    context.save();
+    context.translate(px, py);
+    context.rotate(-angle);
+    context.beginPath();
+    const radius = (variance) => Math.max(3 * Math.sqrt(Math.max(variance, 0)) * map.view.scale, 0.5);
+    context.ellipse(0, 0, radius(middle + spread), radius(middle - spread), 0, 0, 2 * Math.PI);
+    context.fillStyle = colours.mf;
+    context.globalAlpha = 0.25;
+    context.fill();
+    context.globalAlpha = 1;
+    context.lineWidth = 1.5;
+    context.strokeStyle = colours.mf;
+    context.stroke();
+    context.restore();
+    map.cross(context, fixes.x[row], fixes.y[row], colours.mf, 1);
+    map.label(context, "last fix", px + 8, py + 4, colours.mf);
+    if (state.jumpFrom && state.sinceFix < 1) {
+      const [jx, jy] = map.at(...state.jumpFrom), [ex, ey] = map.at(state.estimateX, state.estimateY);
+      map.stroke(context, colours.mf, jx, jy, ex, ey, 2.5, [4, 3]);
+    }
+  }
+}

@@ -1,0 +1,73 @@
+"use strict";
+// A run's data with what is asked of it at any instant.
+
+class Mission {
+  constructor(run) {
+    Object.assign(this, run);
+    this.rate = this.time.length > 1 ? 1 / (this.time[1] - this.time[0]) : 1;
+    this.delivered = this.auvs.map((_, auv) => this.rowsOf(auv));
+    this.landed = this.delivered.map((rows) => Float64Array.from(rows, (row) => this.fixes.delivered[row]));
+    this.fixByPing = null;
+    this.longestArrival = 2 * this.hf.range / this.soundSpeed;
+    this.receptionsOf = Array.from({ length: this.pings.at.length }, () => []);
+    this.receptions.ping.forEach((ping, row) => this.receptionsOf[ping].push(row));
+    this.deliveredOrder = this.sortedFixes();
+    this.lostTimes = Float64Array.from(this.pings.at).filter((_, i) => this.isLost(i));
+    this.broadcastOrder = this.broadcasts.at;
+  }
+  rowsOf(auv) {
+    const rows = [];
+    this.fixes.auv.forEach((it, row) => {
+      if (it === auv && this.fixes.outcome[row] === 0) rows.push(row);
+    });
+    return rows.sort((a, b) => this.fixes.delivered[a] - this.fixes.delivered[b]);
+  }
+  sortedFixes() {
+    const rows = this.delivered.flat();
+    return rows.sort((a, b) => this.fixes.delivered[a] - this.fixes.delivered[b]);
+  }
+  isLost(ping) {
+    const fate = this.fates[this.pings.fate[ping]];
+    return fate !== "delivered" && fate !== "in_flight";
+  }
+  // The sample at or before t, and the share of the way to the next one.
+  place(t) {
+    const last = this.time.length - 1;
+    const at = Math.min(Math.max(t * this.rate, 0), last);
+    const k = Math.min(Math.floor(at), Math.max(last - 1, 0));
+    return [k, last ? at - k : 0, Math.min(k + 1, last)];
+  }
+  along(column, t) {
+    const [k, share, next] = this.place(t);
+    return column[k] + share * (column[next] - column[k]);
+  }
+  // Truth and belief of an AUV; what fixes change jumps at the instant of their delivery.
+  auvAt(number, t) {
+    const auv = this.auvs[number];
+    const [k, share, next] = this.place(t);
+    const count = above(this.landed[number], t);
+    const fixes = this.landed[number];
+    const from = this.time[k], to = this.time[next];
+    const jumpsBefore = count > 0 && fixes[count - 1] > from;
+    const jumpsAfter = count < fixes.length && fixes[count] <= to;
+    const off = (column) => {
+      if (jumpsBefore) return column[next];
+      if (jumpsAfter) return column[k];
+      return column[k] + share * (column[next] - column[k]);
+    };
+    const x = this.along(auv.x, t), y = this.along(auv.y, t);
+    const ex = off(auv.off_x), ey = off(auv.off_y);
+    return {
+      x, y, yaw: auv.yaw[k], estimateX: x + ex, estimateY: y + ey, error: Math.hypot(ex, ey),
+      imuX: x + this.along(auv.drift_x, t), imuY: y + this.along(auv.drift_y, t),
+      envelope: off(auv.envelope),
+      fix: count ? this.delivered[number][count - 1] : null,
+      sinceFix: t - (count ? fixes[count - 1] : 0), fixes: count,
+      jumpFrom: jumpsBefore ? [x + auv.off_x[k], y + auv.off_y[k]] : null,
+    };
+  }
+  asvAt(number, t) {
+    const asv = this.asvs[number];
+    return { x: this.along(asv.x, t), y: this.along(asv.y, t) };
+  }
+}

@@ -1,0 +1,208 @@
+"use strict";
+// Line plots by uPlot, in the colours of the theme; each is made anew when the theme changes.
+
+const axis = (label, more = {}) => ({
+  stroke: colours.soft, font: "12px system-ui, sans-serif",
+  ...(label ? { label, labelSize: 20, labelGap: 2, labelFont: "12px system-ui, sans-serif" } : {}),
+  grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.grid, width: 1 }, ...more,
+});
+
+class Plot {
+  // `options(width)` and `data` as for uPlot; `name` is how tests find it.
+  constructor(name, host, options, data) {
+    Object.assign(this, { name, host, options, data });
+    this.host.setAttribute("role", "img");
+    onTheme(() => this.make());
+    new ResizeObserver(() => this.fit()).observe(host);
+    this.make();
+  }
+  make() {
+    this.plot?.destroy();
+    this.width = this.host.clientWidth;
+    this.plot = new uPlot({ ...this.options(), width: Math.max(this.width, 100) }, this.data, this.host);
+    const points = this.data.slice(1).flatMap((series) => Array.from(series).filter((value) => Number.isFinite(value)));
+    bindusbl.plots[this.name] = points.length;
+  }
+  set(data) { this.data = data; this.make(); }
+  fit() {
+    const width = this.host.clientWidth;
+    if (width && width !== this.width) {
+      this.width = width;
+      this.plot.setSize({ width, height: this.options().height });
+    }
+  }
+}
+
+const drawTicks = (times, colour) => (u) => {
+  const { ctx } = u, { left, width, top, height } = u.bbox, ratio = window.devicePixelRatio || 1;
+  ctx.save();
+  ctx.strokeStyle = colour();
+  ctx.lineWidth = ratio;
+  ctx.beginPath();
+  for (const time of times) {
+    const x = u.valToPos(time, "x", true);
+    if (x < left || x > left + width) continue;
+    ctx.moveTo(x, top + height - 9 * ratio);
+    ctx.lineTo(x, top + height);
+  }
+  ctx.stroke();
+  ctx.restore();
+};
+
+const drawGaps = (gaps) => (u) => {
+  const { ctx } = u, { left, width, top, height } = u.bbox;
+  ctx.save();
+  ctx.fillStyle = colours.shade;
+  for (const [start, end] of gaps) {
+    const x1 = Math.max(u.valToPos(start, "x", true), left), x2 = Math.min(u.valToPos(end, "x", true), left + width);
+    if (x2 > x1) ctx.fillRect(x1, top, x2 - x1, height);
+  }
+  ctx.restore();
+};
+
+// Where the playback is, as a thin line over a plot of time.
+function nowLine(u, now) {
+  let line = u.over.querySelector(".now");
+  if (!line) {
+    line = make("div", { class: "now" });
+    u.over.append(line);
+  }
+  const x = u.valToPos(now, "x");
+  line.style.transform = `translateX(${x}px)`;
+  line.style.display = x < 0 || x > u.over.clientWidth ? "none" : "";
+}
+
+function clickToSeek(u, seek) {
+  let from = 0;
+  u.over.addEventListener("mousedown", (event) => { from = event.clientX; });
+  u.over.addEventListener("click", (event) => {
+    if (Math.abs(event.clientX - from) < 4) seek(u.posToVal(event.offsetX, "x"));
+  });
+}
+
+function errorPlot(host, mission, number, playback, highest) {
+  const auv = mission.auvs[number];
+  const data = [mission.time, auv.error, auv.envelope];
+  const options = () => {
+    const colour = seriesColour(number);
+    return {
+      height: 140, cursor: { sync: { key: "time" }, y: false },
+      scales: { x: { time: false, range: (u, low, high) => [low ?? 0, high ?? mission.duration] }, y: { range: () => [0, highest] } },
+      axes: [axis("", { size: 26, values: (u, ticks) => ticks.map((it) => `${it} s`) }), axis(`${auv.name} (m)`, { size: 44 })],
+      series: [
+        { label: "time", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} s`) },
+        { label: `${auv.name} error`, stroke: colour, width: 1.5, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
+        { label: "3σ envelope", stroke: colour, width: 0.8, dash: [4, 3], fill: colour + "22", value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
+      ],
+      hooks: { drawClear: [drawGaps(auv.gaps)], draw: [drawTicks(mission.landed[number], () => colour)], ready: [(u) => clickToSeek(u, playback.seek)] },
+    };
+  };
+  host.setAttribute("aria-label", `Position error of ${auv.name} over time, with its 3-sigma envelope and its fixes`);
+  return new Plot(`error ${auv.name}`, host, options, data);
+}
+
+// The AUVs worst served first: they are what a reader looks for.
+function errorPlots(mission, playback) {
+  const host = byId("error-plots"), more = byId("more-errors"), first = 4;
+  const starved = mission.auvs.map((auv) => auv.gaps.reduce((sum, [start, end]) => sum + end - start, 0));
+  const order = mission.auvs.map((_, i) => i).sort((a, b) => starved[b] - starved[a] || a - b);
+  const shown = order.length <= first + 1 ? order : order.slice(0, first);
+  const highest = 1.05 * Math.max(...mission.auvs.map((auv) => auv.error.reduce((a, b) => Math.max(a, b), 0)), 0.1);
+  const plots = [];
+  const add = (number) => {
+    const place = make("div", { class: "error-plot" });
+    host.append(place);
+    plots.push(errorPlot(place, mission, number, playback, highest));
+  };
+  shown.forEach(add);
+  if (shown.length < order.length) {
+    more.hidden = false;
+    more.textContent = `Show the other ${order.length - shown.length} AUVs (these are the longest without fixes)`;
+    more.addEventListener("click", () => { more.hidden = true; order.slice(shown.length).forEach(add); });
+  }
+  playback.onChange((now) => plots.forEach((plot) => nowLine(plot.plot, now)));
+}
+
+function fixesPlot(mission, playback) {
+  const tables = mission.landed.map((times) => [
+    [0, ...times, mission.duration], [0, ...times.map((_, i) => i + 1), times.length],
+  ]);
+  const data = uPlot.join(tables);
+  const options = () => ({
+    height: 260, cursor: { sync: { key: "time" } }, legend: { show: mission.auvs.length <= 12 },
+    scales: { x: { time: false } },
+    axes: [axis("time (s)"), axis("fixes", { size: 46 })],
+    series: [{ label: "time", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} s`) }, ...mission.auvs.map((auv, i) => ({
+      label: auv.name, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }),
+      value: (u, v, s, at) => { for (let k = at ?? -1; k >= 0; k--) if (Number.isFinite(u.data[s][k])) return u.data[s][k]; return "–"; },
+    }))],
+    hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
+  });
+  byId("fixes-plot").setAttribute("aria-label", "Delivered fixes of each AUV over time");
+  const plot = new Plot("fixes", byId("fixes-plot"), options, data);
+  playback.onChange((now) => nowLine(plot.plot, now));
+}
+
+function histogram(name, host, values, unit) {
+  const top = values.length ? quantile(values, 0.995) : 1, low = values.length ? Math.min(...values.slice(0, 1), ...[quantile(values, 0)]) : 0;
+  const width = roundStep(Math.max((top - low) / 40, 1e-3)), start = Math.floor(low / width) * width;
+  const count = Math.max(Math.ceil((top - start) / width) + 1, 2);
+  const bins = Array.from({ length: count }, (_, i) => start + (i + 0.5) * width), heights = new Array(count).fill(0);
+  for (const value of values) heights[Math.min(Math.max(Math.floor((value - start) / width), 0), count - 1)]++;
+  const beyond = values.filter((value) => value >= start + count * width).length;
+  const options = () => ({
+    height: 220, cursor: { y: false, drag: { x: false } }, scales: { x: { time: false, range: [start, start + count * width] } },
+    axes: [axis(`s, in steps of ${+width.toPrecision(2)} s`), axis(unit, { size: 50 })],
+    series: [{ label: "from–to", value: (u, v) => (v === null ? "–" : `${(v - width / 2).toFixed(3)}–${(v + width / 2).toFixed(3)} s`) },
+      { label: unit, stroke: colours.accent, fill: colours.accent + "99", paths: uPlot.paths.bars({ size: [0.9, 100] }), points: { show: false } }],
+  });
+  host.setAttribute("aria-label", `Histogram: ${name}`);
+  new Plot(name, host, options, [bins, heights]);
+  return beyond;
+}
+
+function histograms(mission) {
+  const latency = Array.from(mission.deliveredOrder, (row) => mission.fixes.latency[row]);
+  const waits = mission.landed.flatMap((times) => Array.from(times.slice(1), (time, i) => time - times[i]));
+  const told = (values, beyond) => (values.length
+    ? `: mean ${mean(values).toFixed(2)} s, 95 % below ${quantile(values, 0.95).toFixed(2)} s, largest ${quantile(values, 1).toFixed(2)} s${beyond ? ` (the last bar holds the ${beyond} beyond)` : ""}`
+    : ": none");
+  byId("latency-caption").textContent += told(latency, histogram("latency", byId("latency-plot"), latency, "fixes"));
+  byId("interval-caption").textContent += told(waits, histogram("interval", byId("interval-plot"), waits, "intervals"));
+}
+
+// What became of the pings, a bar for each AUV.
+const FATE_LOOKS = {
+  delivered: ["fix delivered", "heard"], out_of_mf: ["fix beyond MF range", "mf"], lost: ["lost", "lost"],
+  collided: ["collided", "collided"], out_of_hf: ["out of HF range", "plan"], in_flight: ["in flight at the end", "hf"],
+};
+function fateBars(mission) {
+  const host = byId("fates-plot"), totals = mission.auvs.map(() => ({}));
+  mission.pings.auv.forEach((auv, i) => {
+    const fate = mission.fates[mission.pings.fate[i]];
+    totals[auv][fate] = (totals[auv][fate] || 0) + 1;
+  });
+  const paint = () => {
+    const bars = make("div", { class: "bars" }), used = new Set();
+    totals.forEach((total, i) => {
+      const all = Object.values(total).reduce((a, b) => a + b, 0), bar = make("div", { class: "bar" });
+      for (const [fate, [words, look]] of Object.entries(FATE_LOOKS)) {
+        if (!total[fate]) continue;
+        used.add(fate);
+        const share = 100 * total[fate] / all;
+        const part = make("span", { title: `${mission.auvs[i].name}: ${total[fate]} of ${all} pings (${share.toFixed(1)} %) ${words}`, style: `width:${share}%;background:${colours[look]}` });
+        if (fate === "out_of_hf") part.style.backgroundImage = "repeating-linear-gradient(45deg, transparent 0 5px, var(--paper) 5px 6px)";
+        if (fate === "lost") part.style.backgroundImage = "radial-gradient(var(--paper) 20%, transparent 22%)", part.style.backgroundSize = "7px 7px";
+        bar.append(part);
+      }
+      bars.append(make("span", {}, mission.auvs[i].name), bar);
+    });
+    const key = make("div", { class: "key" });
+    for (const fate of used) key.append(make("span", {}, make("span", { class: "swatch", style: `background:${colours[FATE_LOOKS[fate][1]]}` }), FATE_LOOKS[fate][0]));
+    const words = totals.map((total, i) => `${mission.auvs[i].name}: ${Object.entries(total).map(([fate, n]) => `${n} ${FATE_LOOKS[fate][0]}`).join(", ")}`).join("; ");
+    host.replaceChildren(bars, key, make("p", { class: "hidden" }, words));
+    bindusbl.plots.fates = mission.pings.at.length;
+  };
+  onTheme(paint);
+  paint();
+}

@@ -1,0 +1,124 @@
+"use strict";
+// The page of one run: data in, map and plots out.
+
+function stateTable(mission) {
+  const host = byId("now"), rows = mission.auvs.map((auv, i) => {
+    const cells = ["", "", ""].map(() => make("td"));
+    const dot = make("span", { class: "swatch" });
+    const paint = () => { dot.style.background = seriesColour(i); };
+    onTheme(paint);
+    paint();
+    return [make("tr", {}, make("th", { scope: "row" }, dot, auv.name), ...cells), cells];
+  });
+  const head = make("thead");
+  head.innerHTML = '<tr><th scope="col">now</th><th scope="col">error, m</th><th scope="col">last fix, s ago</th><th scope="col">fixes</th></tr>';
+  host.append(make("table", {}, head, make("tbody", {}, ...rows.slice(0, 12).map(([row]) => row))));
+  return (now) => rows.slice(0, 12).forEach(([, cells], i) => {
+    const state = mission.auvAt(i, now);
+    [state.error.toFixed(2), state.fixes ? state.sinceFix.toFixed(1) : "none yet", `${state.fixes}`].forEach((text, k) => { cells[k].textContent = text; });
+  });
+}
+
+// Above the slider: when each AUV was without fixes, a line for each.
+function gapStrip(mission) {
+  const canvas = byId("gaps"), lines = mission.auvs.length;
+  canvas.style.height = `${Math.min(Math.max(4 * lines, 6), 60)}px`;
+  new Sheet(canvas, (context, width, height) => {
+    const inset = 8, x = (time) => inset + time / mission.duration * (width - 2 * inset), each = height / lines;
+    mission.auvs.forEach((auv, i) => {
+      context.fillStyle = colours.grid;
+      context.fillRect(inset, i * each, width - 2 * inset, Math.max(each - 1, 0.5));
+      context.fillStyle = seriesColour(i);
+      for (const [start, end] of auv.gaps) context.fillRect(x(start), i * each, Math.max(x(end) - x(start), 1), Math.max(each - 1, 0.5));
+    });
+  });
+  canvas.title = "Times without fixes, a line for each AUV";
+}
+
+function legend(mission, map) {
+  const host = byId("marks");
+  for (const [layer, words] of LAYERS) {
+    const box = make("input", { type: "checkbox", checked: "" }), sample = make("canvas", { "aria-hidden": "true" });
+    box.addEventListener("change", () => { map.hidden[box.checked ? "delete" : "add"](layer); map.sheet.paint(); });
+    host.append(make("label", {}, box, sample, words));
+    new Sheet(sample, (context, width, height) => legendMark(context, layer, width, height));
+  }
+  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded"], ["lost", "lost"], ["collided", "collided"], ["cross", "no ASV in range"], ["ring", "fix delivered"], ["gap", "bar over the slider: time without fixes"]]) {
+    const sample = make("canvas", { "aria-hidden": "true" });
+    host.append(make("label", {}, sample, words));
+    new Sheet(sample, (context, width, height) => legendMark(context, mark, width, height));
+  }
+}
+
+function legendMark(context, mark, width, height) {
+  const y = height / 2, x = width / 2, map = SeaMap.prototype, colour = colours.series[0];
+  const line = (of, thick, dash, alpha = 1) => { context.globalAlpha = alpha; map.stroke(context, of, 2, y, width - 2, y, thick, dash); context.globalAlpha = 1; };
+  const ring = (of, radius, dash = []) => { context.setLineDash(dash); context.strokeStyle = of; context.lineWidth = 2; context.beginPath(); context.arc(x, y, radius, 0, 2 * Math.PI); context.stroke(); };
+  const marks = {
+    plan: () => line(colours.plan, 1), truth: () => line(colour, 5, [], 0.3), fused: () => line(colour, 1.3), imu: () => line(colour, 1.5, [1.5, 3.5]),
+    hf: () => line(colours.hf, 1.5, [7, 4]), mf: () => line(colours.mf, 1.5, [2, 4]), pings: () => ring(colour, 6), downlink: () => ring(colours.mf, 6, [2, 2]),
+    star: () => map.star(context, x, y), hull: () => map.hull(context, x, y, 0, colour),
+    plus: () => { map.stroke(context, colour, x - 5, y, x + 5, y, 2); map.stroke(context, colour, x, y - 5, x, y + 5, 2); },
+    heard: () => line(colours.heard, 2), lost: () => { line(colours.lost, 2.5, [5, 4]); map.sign(context, "lost", x, y); },
+    collided: () => { line(colours.collided, 2.5, [5, 4]); map.sign(context, "collided", x, y); },
+    cross: () => { for (const way of [-1, 1]) map.stroke(context, colours.soft, x - 4, y - 4 * way, x + 4, y + 4 * way, 1.5); },
+    ring: () => ring(colours.mf, 6), gap: () => { context.fillStyle = colour; context.fillRect(4, y - 3, width - 8, 6); },
+  };
+  marks[mark]();
+}
+
+function followed(mission, closeup, playback) {
+  const select = byId("follow");
+  mission.auvs.forEach((auv, i) => select.append(make("option", { value: i }, auv.name)));
+  const starved = mission.auvs.map((auv) => auv.gaps.reduce((sum, [start, end]) => sum + end - start, 0));
+  const follow = (number) => {
+    closeup.auv = number;
+    select.value = number;
+    byId("closeup-caption").textContent = `Close-up of ${mission.auvs[number].name}: hull truth, + estimate, ✕ last fix with its 3σ ellipse, dashed circle 3σ envelope.`;
+    closeup.paint(playback.now);
+  };
+  follow(starved.indexOf(Math.max(...starved)));
+  select.addEventListener("change", () => follow(+select.value));
+  document.querySelectorAll("[data-seek]").forEach((link) => link.addEventListener("click", (event) => {
+    event.preventDefault();
+    follow(+link.dataset.auv);
+    playback.play(false);
+    playback.seek(+link.dataset.seek);
+    byId("playback").scrollIntoView({ behavior: calm() ? "auto" : "smooth" });
+  }));
+}
+
+async function start() {
+  startTheme();
+  const mission = new Mission(unpackAll(readData(), await unpacker()));
+  const playback = new Playback(mission);
+  playback.seek = playback.seek.bind(playback);
+  const map = new SeaMap(byId("map"), mission), closeup = new Closeup(byId("closeup"), mission);
+  map.linger = () => playback.linger();
+  const showState = stateTable(mission), log = new Log(byId("log"), mission);
+  playback.onChange((now) => { map.now = now; map.sheet.paint(); closeup.paint(now); showState(now); log.show(now); });
+  byId("all").addEventListener("click", () => { map.touched = false; map.seeAll(); });
+  byId("speed").addEventListener("change", () => slowed(playback));
+  gapStrip(mission);
+  legend(mission, map);
+  followed(mission, closeup, playback);
+  errorPlots(mission, playback);
+  fixesPlot(mission, playback);
+  fateBars(mission);
+  histograms(mission);
+  new Timeline(byId("timeline"), mission, playback);
+  slowed(playback);
+  playback.seek(0);
+  Object.assign(bindusbl, {
+    ready: true, mission, playback, map, closeup,
+    vehicles: () => mission.auvs.map((auv, i) => ({ name: auv.name, ...mission.auvAt(i, playback.now) })),
+  });
+}
+
+function slowed(playback) {
+  byId("visible-note").textContent = playback.speed > 0.02
+    ? "At this speed sound would cross the map unseen: fronts and receptions are held long enough to be seen. At 0.01 × they move as fast as they do."
+    : "";
+}
+
+bindusbl.opened = start();

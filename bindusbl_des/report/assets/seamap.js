@@ -1,0 +1,306 @@
+"use strict";
+// The survey seen from above at an instant: x to the right, y upwards, as in the figures.
+
+const LAYERS = [
+  ["plan", "planned path"], ["truth", "true path"], ["fused", "fused estimate"], ["imu", "IMU only"],
+  ["hf", "HF range"], ["mf", "MF range"], ["pings", "pings and what became of them"],
+  ["downlink", "broadcasts and fixes"],
+];
+
+class SeaMap {
+  constructor(canvas, mission, options = {}) {
+    this.mission = mission;
+    this.hidden = options.hidden || new Set();
+    this.linger = () => 1;
+    this.now = 0;
+    this.paths = document.createElement("canvas");
+    this.sheet = new Sheet(canvas, (context, width, height) => this.draw(context, width, height));
+    onTheme(() => { this.drawn = ""; });
+    if (!options.still) this.listen(canvas);
+  }
+  // The part of the sea that is shown: what the vehicles and HF circles take up.
+  home(width, height) {
+    const { side, asvs, auvs, hf } = this.mission;
+    let limit = side / 2;
+    for (const asv of asvs) limit = Math.max(limit, Math.abs(asv.x[0]) + 0.15 * hf.reach, Math.abs(asv.y[0]) + 0.15 * hf.reach);
+    for (const auv of auvs) for (const column of [auv.x, auv.y]) for (const value of column) limit = Math.max(limit, Math.abs(value));
+    this.view = { x: 0, y: 0, scale: Math.min(width, height) / (2.16 * limit) };
+    this.touched = false;
+  }
+  at(x, y) {
+    return [this.width / 2 + (x - this.view.x) * this.view.scale, this.height / 2 - (y - this.view.y) * this.view.scale];
+  }
+  zoom(factor, px = this.width / 2, py = this.height / 2) {
+    const x = this.view.x + (px - this.width / 2) / this.view.scale;
+    const y = this.view.y - (py - this.height / 2) / this.view.scale;
+    this.view = { x: x - (x - this.view.x) / factor, y: y - (y - this.view.y) / factor, scale: this.view.scale * factor };
+    this.touched = true;
+    this.sheet.paint();
+  }
+  move(dx, dy) {
+    this.view = { ...this.view, x: this.view.x - dx / this.view.scale, y: this.view.y + dy / this.view.scale };
+    this.touched = true;
+    this.sheet.paint();
+  }
+  seeAll() { this.view = null; this.sheet.paint(); }
+  listen(canvas) {
+    const pointers = new Map();
+    canvas.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && document.activeElement !== canvas && !this.touched) return; // the page scrolls
+      event.preventDefault();
+      this.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
+    }, { passive: false });
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const before = pointers.get(event.pointerId);
+      if (!before) return;
+      const other = [...pointers].find(([id]) => id !== event.pointerId);
+      const now = [event.offsetX, event.offsetY];
+      if (other) {
+        const [, [ox, oy]] = other;
+        this.zoom(Math.hypot(now[0] - ox, now[1] - oy) / Math.max(Math.hypot(before[0] - ox, before[1] - oy), 1), ox, oy);
+      } else this.move(now[0] - before[0], now[1] - before[1]);
+      pointers.set(event.pointerId, now);
+    });
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+    canvas.addEventListener("keydown", (event) => {
+      const act = { "+": () => this.zoom(1.3), "=": () => this.zoom(1.3), "-": () => this.zoom(1 / 1.3), 0: () => this.seeAll() }[event.key];
+      if (act) { act(); event.preventDefault(); }
+    });
+  }
+  draw(context, width, height) {
+    if (!this.view || (!this.touched && (width !== this.width || height !== this.height))) this.home(width, height);
+    this.width = width;
+    this.height = height;
+    this.drawPaths();
+    context.drawImage(this.paths, 0, 0, width, height);
+    if (!this.hidden.has("downlink")) this.drawBroadcasts(context);
+    if (!this.hidden.has("pings")) this.drawPings(context);
+    this.mission.asvs.forEach((_, number) => this.drawAsv(context, number));
+    this.mission.auvs.forEach((_, number) => this.drawAuv(context, number));
+  }
+  // What does not move is drawn once for each view.
+  drawPaths() {
+    const ratio = window.devicePixelRatio || 1;
+    const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper].join();
+    if (key === this.drawn) return;
+    this.drawn = key;
+    this.paths.width = Math.round(this.width * ratio);
+    this.paths.height = Math.round(this.height * ratio);
+    const context = this.paths.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.drawGrid(context);
+    const { auvs } = this.mission;
+    if (!this.hidden.has("plan")) for (const { plan } of auvs) if (plan) this.line(context, plan.x, plan.y, { colour: colours.plan, width: 1 });
+    auvs.forEach((auv, i) => {
+      const colour = seriesColour(i);
+      const sum = (a, b) => a.map((value, k) => value + b[k]);
+      if (!this.hidden.has("imu")) this.line(context, sum(auv.x, auv.drift_x), sum(auv.y, auv.drift_y), { colour, width: 1.2, dash: [1.5, 3.5], alpha: 0.75 });
+      if (!this.hidden.has("truth")) this.line(context, auv.x, auv.y, { colour, width: 4, alpha: 0.25 });
+      if (!this.hidden.has("fused")) this.line(context, sum(auv.x, auv.off_x), sum(auv.y, auv.off_y), { colour, width: 1, alpha: 0.8 });
+    });
+  }
+  line(context, xs, ys, { colour, width, dash = [], alpha = 1 }) {
+    context.save();
+    context.strokeStyle = colour;
+    context.globalAlpha = alpha;
+    context.lineWidth = width;
+    context.setLineDash(dash);
+    context.lineJoin = "round";
+    context.beginPath();
+    let [lastX, lastY] = [NaN, NaN];
+    for (let i = 0; i < xs.length; i++) {
+      const [px, py] = this.at(xs[i], ys[i]);
+      if (Math.abs(px - lastX) + Math.abs(py - lastY) < 0.7) continue;
+      context.lineTo(px, py);
+      [lastX, lastY] = [px, py];
+    }
+    context.stroke();
+    context.restore();
+  }
+  drawGrid(context) {
+    const { side } = this.mission;
+    const step = roundStep(70 / this.view.scale);
+    context.font = "11px system-ui, sans-serif";
+    context.lineWidth = 1;
+    const [left, top] = [this.view.x - this.width / 2 / this.view.scale, this.view.y + this.height / 2 / this.view.scale];
+    const text = (value) => `${+value.toPrecision(6)}`.replace("-", "−");
+    for (let x = Math.ceil(left / step) * step; this.at(x, 0)[0] < this.width; x += step) {
+      const px = Math.round(this.at(x, 0)[0]) + 0.5;
+      this.stroke(context, colours.grid, px, 0, px, this.height);
+      context.fillStyle = colours.soft;
+      if (px > 34 && px < this.width - 60) context.fillText(text(x), px + 3, this.height - 5);
+    }
+    for (let y = Math.floor(top / step) * step; this.at(0, y)[1] < this.height; y -= step) {
+      const py = Math.round(this.at(0, y)[1]) + 0.5;
+      this.stroke(context, colours.grid, 0, py, this.width, py);
+      context.fillStyle = colours.soft;
+      if (py > 24 && py < this.height - 18) context.fillText(text(y), 4, py - 3);
+    }
+    context.fillText("x, y in m", this.width - 54, this.height - 5);
+    const [px, py] = this.at(-side / 2, side / 2);
+    context.strokeStyle = colours.soft;
+    context.strokeRect(px, py, side * this.view.scale, side * this.view.scale);
+  }
+  stroke(context, colour, x1, y1, x2, y2, width = 1, dash = []) {
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.setLineDash(dash);
+    context.beginPath();
+    context.moveTo(x1, y1);
+    context.lineTo(x2, y2);
+    context.stroke();
+    context.setLineDash([]);
+  }
+  ring(context, x, y, radius, colour, { width = 1, dash = [], alpha = 1, fill = 0 } = {}) {
+    const [px, py] = this.at(x, y);
+    context.save();
+    context.globalAlpha = alpha;
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.setLineDash(dash);
+    context.beginPath();
+    context.arc(px, py, Math.max(radius * this.view.scale, 0.1), 0, 2 * Math.PI);
+    if (fill) {
+      context.fillStyle = colour;
+      context.globalAlpha = fill;
+      context.fill();
+      context.globalAlpha = alpha;
+    }
+    context.stroke();
+    context.restore();
+  }
+  drawAsv(context, number) {
+    const { x, y } = this.mission.asvAt(number, this.now);
+    const { hf, mf } = this.mission;
+    if (!this.hidden.has("hf")) this.ring(context, x, y, hf.reach, colours.hf, { dash: [7, 4], alpha: 0.8, width: 1.3 });
+    if (!this.hidden.has("mf")) this.ring(context, x, y, mf.range, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
+    const [px, py] = this.at(x, y);
+    this.star(context, px, py);
+    this.label(context, this.mission.asvs[number].name, px + 9, py - 8, colours.ink);
+  }
+  star(context, px, py) {
+    context.beginPath();
+    for (let i = 0; i < 10; i++) {
+      const angle = -Math.PI / 2 + i * Math.PI / 5, radius = i % 2 ? 3.4 : 8;
+      context.lineTo(px + radius * Math.cos(angle), py + radius * Math.sin(angle));
+    }
+    context.closePath();
+    context.fillStyle = colours.ink;
+    context.fill();
+  }
+  label(context, text, px, py, colour) {
+    context.font = "600 12px system-ui, sans-serif";
+    context.lineWidth = 3;
+    context.strokeStyle = colours.sea;
+    context.lineJoin = "round";
+    context.strokeText(text, px, py);
+    context.fillStyle = colour;
+    context.fillText(text, px, py);
+  }
+  drawAuv(context, number) {
+    const state = this.mission.auvAt(number, this.now), colour = seriesColour(number);
+    const [px, py] = this.at(state.x, state.y), [ex, ey] = this.at(state.estimateX, state.estimateY);
+    if (!this.hidden.has("fused")) {
+      this.stroke(context, colour, px, py, ex, ey, 1);
+      this.stroke(context, colour, ex - 5, ey, ex + 5, ey, 2);
+      this.stroke(context, colour, ex, ey - 5, ex, ey + 5, 2);
+    }
+    this.hull(context, px, py, state.yaw, colour);
+    const name = this.mission.auvs[number].name;
+    this.label(context, this.mission.auvs.length > 12 ? name.slice(3) : name, px + 9, py + 15, colour);
+  }
+  hull(context, px, py, yaw, colour) {
+    context.save();
+    context.translate(px, py);
+    context.rotate(-yaw);
+    context.beginPath();
+    context.moveTo(9, 0);
+    context.lineTo(-6, 5);
+    context.lineTo(-3, 0);
+    context.lineTo(-6, -5);
+    context.closePath();
+    context.fillStyle = colour;
+    context.fill();
+    context.lineWidth = 1.2;
+    context.strokeStyle = colours.paper;
+    context.stroke();
+    context.restore();
+  }
+  // A ping's front takes milliseconds; it is shown for `linger` seconds of mission time at least.
+  drawPings(context) {
+    const { pings, hf, soundSpeed, receptions } = this.mission;
+    const linger = this.linger(), crossing = hf.range / soundSpeed;
+    const growing = Math.max(crossing, linger * 0.5), shown = Math.max(2.5 * growing, linger);
+    for (let i = above(pings.at, this.now) - 1; i >= 0 && this.now - pings.at[i] < shown; i--) {
+      const age = this.now - pings.at[i], share = Math.min(age / growing, 1);
+      const fade = Math.max(1 - age / shown, 0);
+      const colour = seriesColour(pings.auv[i]);
+      this.ring(context, pings.x[i], pings.y[i], share * hf.reach, colour, { width: 2, alpha: fade });
+      if (this.mission.fates[pings.fate[i]] === "out_of_hf" && share === 1) this.cross(context, pings.x[i], pings.y[i], colours.soft, fade);
+      for (const row of this.mission.receptionsOf[i]) {
+        const travelled = (receptions.at[row] - pings.at[i]) * growing / crossing;
+        if (age >= travelled) this.reception(context, i, row, fade);
+      }
+    }
+  }
+  reception(context, ping, row, fade) {
+    const { pings, receptions, outcomes } = this.mission;
+    const outcome = outcomes[receptions.outcome[row]];
+    if (outcome === "in_flight") return;
+    const asv = this.mission.asvAt(receptions.asv[row], receptions.at[row]);
+    const [x1, y1] = this.at(pings.x[ping], pings.y[ping]), [x2, y2] = this.at(asv.x, asv.y);
+    context.save();
+    context.globalAlpha = fade;
+    this.stroke(context, colours[outcome], x1, y1, x2, y2, outcome === "heard" ? 2 : 2.5, outcome === "heard" ? [] : [5, 4]);
+    if (outcome !== "heard") this.sign(context, outcome, x1 + 0.8 * (x2 - x1), y1 + 0.8 * (y2 - y1));
+    context.restore();
+  }
+  sign(context, outcome, px, py) {
+    if (outcome === "collided") {
+      this.stroke(context, colours.collided, px - 6, py - 6, px + 6, py + 6, 3);
+      this.stroke(context, colours.collided, px - 6, py + 6, px + 6, py - 6, 3);
+      return;
+    }
+    context.beginPath();
+    context.arc(px, py, 5, 0, 2 * Math.PI);
+    context.fillStyle = colours.sea;
+    context.fill();
+    context.strokeStyle = colours[outcome];
+    context.lineWidth = 2;
+    context.stroke();
+  }
+  cross(context, x, y, colour, fade) {
+    const [px, py] = this.at(x, y);
+    context.save();
+    context.globalAlpha = fade;
+    this.stroke(context, colour, px - 4, py - 4, px + 4, py + 4, 1.5);
+    this.stroke(context, colour, px - 4, py + 4, px + 4, py - 4, 1.5);
+    context.restore();
+  }
+  drawBroadcasts(context) {
+    const { broadcasts, fixes, mf } = this.mission;
+    const linger = this.linger();
+    for (let i = above(broadcasts.at, this.now) - 1; i >= 0; i--) {
+      const age = this.now - broadcasts.at[i], shown = Math.max(broadcasts.airtime[i], linger);
+      if (age > shown) break;
+      const { x, y } = this.mission.asvAt(broadcasts.asv[i], this.now);
+      this.ring(context, x, y, mf.range, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown), fill: 0.06 * (1 - age / shown) });
+    }
+    const order = this.mission.deliveredOrder, times = this.mission.deliveredTimes ??= Float64Array.from(order, (row) => fixes.delivered[row]);
+    for (let i = above(times, this.now) - 1; i >= 0 && this.now - times[i] < linger; i--) {
+      const row = order[i], fade = 1 - (this.now - times[i]) / linger;
+      const from = this.mission.asvAt(fixes.by[row], times[i]);
+      const auv = this.mission.auvAt(fixes.auv[row], times[i]);
+      const [x1, y1] = this.at(from.x, from.y), [x2, y2] = this.at(auv.x, auv.y);
+      context.save();
+      context.globalAlpha = fade;
+      this.stroke(context, colours.mf, x1, y1, x2, y2, 2, [1, 4]);
+      context.restore();
+      this.ring(context, auv.x, auv.y, 14 / this.view.scale, colours.mf, { width: 2.5, alpha: fade });
+    }
+  }
+}

@@ -1,0 +1,127 @@
+"use strict";
+// Who owns the channels when: HF pings of each AUV, arrivals and broadcasts at each ASV.
+
+class Timeline {
+  constructor(canvas, mission, playback) {
+    Object.assign(this, { mission, playback, canvas });
+    this.lanes = [...mission.auvs.map((it, i) => ["auv", i, it.name]), ...mission.asvs.map((it, i) => ["asv", i, it.name])];
+    this.length = Math.min(Math.max(8 * mission.round, 5), mission.duration);
+    this.height = Math.max(Math.min(26, Math.floor(900 / this.lanes.length)), 8);
+    canvas.style.height = `${this.lanes.length * this.height + 30}px`;
+    this.sheet = new Sheet(canvas, (context, width) => this.draw(context, width));
+    this.choices();
+    this.listen();
+    playback.onChange(() => this.sheet.paint());
+    byId("timeline-legend").textContent = "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, grey where no ASV was in HF range. "
+      + "ASV lanes: dots above are pings arriving (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts. The line is the time of the playback; drag to move in time.";
+    bindusbl.plots.timeline = mission.pings.at.length + mission.broadcasts.at.length;
+  }
+  choices() {
+    const select = byId("window"), { duration, round } = this.mission;
+    const lengths = [...new Set([2 * round, 8 * round, 30 * round, duration].map((it) => Math.min(it, duration)))];
+    lengths.forEach((length) => select.append(make("option", { value: length }, length === duration ? "whole mission" : `${length.toPrecision(2)} s`)));
+    select.value = lengths[Math.min(1, lengths.length - 1)];
+    this.length = +select.value;
+    select.addEventListener("change", () => { this.length = +select.value; this.sheet.paint(); });
+  }
+  listen() {
+    let last = null;
+    this.canvas.addEventListener("pointerdown", (event) => { last = event.clientX; this.canvas.setPointerCapture(event.pointerId); });
+    this.canvas.addEventListener("pointermove", (event) => {
+      if (last === null) return;
+      this.playback.play(false);
+      this.playback.seek(this.playback.now - (event.clientX - last) * this.length / this.canvas.clientWidth);
+      last = event.clientX;
+    });
+    for (const end of ["pointerup", "pointercancel"]) this.canvas.addEventListener(end, () => { last = null; });
+    this.canvas.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      if (step) { this.playback.seek(this.playback.now + step * this.length / 20); event.preventDefault(); }
+    });
+  }
+  draw(context, width) {
+    const { mission, playback } = this, label = 52;
+    const start = Math.min(Math.max(playback.now - this.length / 2, 0), mission.duration - this.length), end = start + this.length;
+    this.x = (time) => label + (time - start) / this.length * (width - label - 6);
+    context.font = "12px system-ui, sans-serif";
+    this.lanes.forEach(([kind, number, name], row) => {
+      const y = row * this.height;
+      context.fillStyle = row % 2 ? colours.paper : colours.sheet;
+      context.fillRect(0, y, width, this.height);
+      context.fillStyle = kind === "auv" ? seriesColour(number) : colours.ink;
+      if (this.height > 12 || row % 2 === 0) context.fillText(name, 6, y + this.height / 2 + 4);
+    });
+    context.save();
+    context.beginPath();
+    context.rect(label, 0, width - label, this.canvas.clientHeight);
+    context.clip();
+    this.broadcasts(context, start, end);
+    this.pings(context, start, end);
+    context.fillStyle = colours.accent;
+    context.fillRect(this.x(playback.now) - 0.75, 0, 1.5, this.lanes.length * this.height);
+    context.restore();
+    this.axis(context, start, end, width);
+    byId("timeline-range").textContent = `${start.toFixed(1)} to ${end.toFixed(1)} s`;
+  }
+  broadcasts(context, start, end) {
+    const { broadcasts, auvs } = this.mission;
+    const longest = this.longest ??= broadcasts.airtime.reduce((a, b) => Math.max(a, b), 0);
+    for (let i = above(broadcasts.at, start - longest); i < broadcasts.at.length && broadcasts.at[i] < end; i++) {
+      const y = (auvs.length + broadcasts.asv[i]) * this.height, x = this.x(broadcasts.at[i]);
+      const width = Math.max(this.x(broadcasts.at[i] + broadcasts.airtime[i]) - x, 1);
+      context.fillStyle = colours.mf;
+      context.fillRect(x, y + this.height * 0.55, width, this.height * 0.38);
+      if (width > 60 && this.height > 18) {
+        context.fillStyle = colours.paper;
+        context.font = "10px system-ui, sans-serif";
+        context.fillText(`${broadcasts.fixes[i]} fixes`, x + 4, y + this.height * 0.87);
+      }
+    }
+  }
+  pings(context, start, end) {
+    const { pings, fates, hf, soundSpeed } = this.mission, late = 2 * hf.range / soundSpeed;
+    for (let i = above(pings.at, start - late); i < pings.at.length && pings.at[i] < end; i++) {
+      const fate = fates[pings.fate[i]], y = pings.auv[i] * this.height, x = this.x(pings.at[i]), middle = y + this.height / 2;
+      const width = Math.max(this.x(pings.at[i] + this.mission.pingLength) - x, 2);
+      context.fillStyle = fate === "out_of_hf" ? colours.plan : fate === "collided" ? colours.collided : seriesColour(pings.auv[i]);
+      context.fillRect(x, y + 2, width, this.height - 4);
+      if (this.length < 40 * this.mission.round && this.height > 12) {
+        if (fate === "collided") this.cross(context, x + width + 6, middle);
+        if (fate === "lost") this.dot(context, x + width + 6, middle, colours.lost, false);
+      }
+      for (const row of this.mission.receptionsOf[i]) this.arrival(context, row);
+    }
+  }
+  arrival(context, row) {
+    const { receptions, outcomes, auvs } = this.mission, outcome = outcomes[receptions.outcome[row]];
+    if (outcome === "in_flight") return;
+    const x = this.x(receptions.at[row]), y = (auvs.length + receptions.asv[row]) * this.height + this.height * 0.28;
+    if (outcome === "collided") this.cross(context, x, y);
+    else this.dot(context, x, y, colours[outcome], outcome === "heard");
+  }
+  dot(context, x, y, colour, filled) {
+    context.beginPath();
+    context.arc(x, y, Math.min(3.4, this.height / 4), 0, 2 * Math.PI);
+    context.fillStyle = filled ? colour : colours.paper;
+    context.fill();
+    context.strokeStyle = colour;
+    context.lineWidth = 1.5;
+    context.stroke();
+  }
+  cross(context, x, y) {
+    context.strokeStyle = colours.collided;
+    context.lineWidth = 2;
+    context.beginPath();
+    for (const way of [-1, 1]) { context.moveTo(x - 4, y - 4 * way); context.lineTo(x + 4, y + 4 * way); }
+    context.stroke();
+  }
+  axis(context, start, end, width) {
+    const bottom = this.lanes.length * this.height, step = roundStep(this.length / Math.max(width / 110, 2));
+    context.fillStyle = colours.soft;
+    context.font = "11px system-ui, sans-serif";
+    for (let time = Math.ceil(start / step) * step; time <= end; time += step) {
+      context.fillRect(this.x(time), bottom, 1, 5);
+      context.fillText(`${+time.toPrecision(6)} s`, Math.min(this.x(time) + 3, width - 34), bottom + 17);
+    }
+  }
+}

@@ -1,0 +1,122 @@
+"""A mission as a report reads it: the result tables as plain arrays, vehicles by number."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ..result import Result
+    from ..scenario import Scenario
+
+Floats = NDArray[np.float64]
+Whole = NDArray[np.int64]
+Columns = dict[str, NDArray[Any]]
+
+TRUTH = ("x_m", "y_m", "z_m", "yaw_rad")
+OWN = ("estimate_x_m", "estimate_y_m", "imu_x_m", "imu_y_m", "position_error_m")
+
+# What can become of a ping, from the AUV's point of view; `fate` holds their numbers.
+FATES = ("delivered", "out_of_hf", "lost", "collided", "out_of_mf", "in_flight")
+DELIVERED, OUT_OF_HF, LOST, COLLIDED, OUT_OF_MF, IN_FLIGHT = range(len(FATES))
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What was recorded of a mission with `record.detail: full`.
+
+    Tracks have the shape (vehicles, instants): `truth` of AUVs then ASVs by TRUTH, `own` of AUVs by
+    OWN.  Events are columns by their names in the tables, vehicles by number (-1: none).  `fate`
+    says what became of each ping, `nearest` how far (m) its nearest ASV was, as the HF range counts
+    it.
+    """
+
+    scenario: "Scenario"
+    times: Floats
+    truth: dict[str, Floats]
+    own: dict[str, Floats]
+    pings: Columns
+    receptions: Columns
+    fixes: Columns
+    broadcasts: Columns
+    rounds: Columns
+    fate: Whole
+    nearest: Floats
+
+    @property
+    def auvs(self) -> int:
+        """Number of AUVs."""
+        return self.scenario.auvs.count
+
+    def delivered_to(self, auv: int) -> Whole:
+        """Return which rows of `fixes` reached an AUV, in the order in which they did."""
+        fixes = self.fixes
+        rows = np.flatnonzero((fixes["auv"] == auv) & (fixes["outcome"] == "delivered"))
+        return rows[np.argsort(fixes["delivered_at_s"][rows], kind="stable")]
+
+
+def recording(result: "Result") -> Recording:
+    """Return a mission's tables as arrays.
+
+    Raises:
+        KeyError: when the result holds metrics only.
+        ValueError: when its tracks are not those of its scenario.
+    """
+    scenario = result.scenario
+    tracks = result.arrow["tracks"]
+    vehicles = scenario.auvs.count + scenario.asvs.count
+    if len(tracks) % vehicles:
+        raise ValueError(f"tracks: {len(tracks)} rows do not belong to {vehicles} vehicles")
+
+    def track(name: str) -> Floats:
+        column: Floats = tracks[name].to_numpy().astype(np.float64)
+        return column.reshape(vehicles, -1)
+
+    pings, receptions = _events(result, "pings"), _events(result, "receptions")
+    fixes = _events(result, "fixes")
+    return Recording(
+        scenario=scenario,
+        times=track("time_s")[0],
+        truth={name: track(name) for name in TRUTH},
+        own={name: track(name)[: scenario.auvs.count] for name in OWN},
+        pings=pings,
+        receptions=receptions,
+        fixes=fixes,
+        broadcasts=_events(result, "broadcasts"),
+        rounds=_events(result, "rounds"),
+        fate=_fates(pings, receptions, fixes),
+        nearest=_nearest(scenario, pings, receptions),
+    )
+
+
+def _events(result: "Result", name: str) -> Columns:
+    table = result.arrow[name]
+    columns = {column: table[column].to_numpy() for column in table.column_names}
+    for column in ("auv", "asv", "broadcast_by"):
+        if column in columns:
+            columns[column] = np.array(
+                [int(vehicle[3:]) if vehicle else -1 for vehicle in columns[column]], dtype=np.int64
+            )
+    return columns
+
+
+def _fates(pings: Columns, receptions: Columns, fixes: Columns) -> Whole:
+    """Return what became of each ping; what happened later in its life counts."""
+    fate = np.full(len(pings["ping"]), OUT_OF_HF, dtype=np.int64)
+    for outcome, code in (("in_flight", IN_FLIGHT), ("lost", LOST), ("collided", COLLIDED)):
+        fate[receptions["ping"][receptions["outcome"] == outcome]] = code
+    codes = {"in_flight": IN_FLIGHT, "out_of_range": OUT_OF_MF, "delivered": DELIVERED}
+    for outcome, code in codes.items():
+        fate[fixes["ping"][fixes["outcome"] == outcome]] = code
+    return fate
+
+
+def _nearest(scenario: "Scenario", pings: Columns, receptions: Columns) -> Floats:
+    """Return each ping's distance (m) to its nearest ASV, slant or horizontal as for the range."""
+    away = receptions["slant_range_m"].astype(np.float64)
+    if scenario.acoustics.hf.range_metric == "horizontal":  # ASVs float at the surface
+        away = np.sqrt(np.maximum(away**2 - pings["z_m"][receptions["ping"]] ** 2, 0.0))
+    nearest = np.full(len(pings["ping"]), np.inf)
+    np.minimum.at(nearest, receptions["ping"], away)
+    return nearest

@@ -1,0 +1,185 @@
+"""A run as data of a page: what is drawn, packed, and thinned where a mission is very long."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..launch import planned_path
+from .envelope import error_envelope
+from .packing import Packer
+from .recording import FATES, Recording
+from .remedies import reach
+
+if TYPE_CHECKING:
+    from .service import Service
+
+# A page stays quick to open up to about so many numbers of each kind.
+MOST_TRACK_POINTS = 120_000
+MOST_PINGS = 60_000
+MOST_RECEPTIONS = 150_000
+MOST_PLAN_POINTS = 30_000
+
+# Steps to which a page rounds: positions, what is told in the plots, times, angles.
+CENTIMETRE, MILLIMETRE, TENTH_OF_MS, CENTIRADIAN = 0.01, 0.001, 1e-4, 0.01
+
+OUTCOMES = ("heard", "lost", "collided", "in_flight")
+FIX_OUTCOMES = ("delivered", "out_of_range", "in_flight")
+
+
+def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer) -> dict[str, Any]:
+    """Return what a page needs to draw and play a mission; its columns go into the packer."""
+    scenario, acoustics = mission.scenario, mission.scenario.acoustics
+    track_step = _step(mission.truth["x_m"].size, MOST_TRACK_POINTS)
+    kept = _kept_pings(mission)
+    return {
+        "name": scenario.name,
+        "duration": scenario.duration_s,
+        "side": scenario.survey.side_m,
+        "hf": {"range": acoustics.hf.range_m, "reach": reach(mission)},
+        "mf": {"range": acoustics.mf.range_m},
+        "soundSpeed": scenario.environment.sound_speed_m_per_s,
+        "pingLength": acoustics.hf.ping_s,
+        "round": float(np.median(np.diff(mission.rounds["started_at_s"])))
+        if len(mission.rounds["round"]) > 1
+        else scenario.duration_s,
+        "fates": FATES,
+        "outcomes": OUTCOMES,
+        "time": packer.add(mission.times[::track_step], quantum=TENTH_OF_MS),
+        "auvs": [_auv(mission, it, track_step, packer) for it in services],
+        "asvs": [_asv(mission, number, track_step, packer) for number in _asvs(mission)],
+        "pings": _pings(mission, kept, packer),
+        "receptions": _receptions(mission, kept, packer),
+        "fixes": _fixes(mission, packer),
+        "broadcasts": _broadcasts(mission, packer),
+        "thinned": _thinned(mission, track_step, kept),
+    }
+
+
+def _step(count: int, most: int) -> int:
+    return max(1, -(-count // most))
+
+
+def _asvs(mission: Recording) -> range:
+    return range(mission.scenario.asvs.count)
+
+
+def _auv(mission: Recording, service: "Service", step: int, packer: Packer) -> dict[str, Any]:
+    number, own = service.auv, mission.own
+    x, y = (mission.truth[name][number][::step] for name in ("x_m", "y_m"))
+    columns = {
+        "x": packer.add(x, quantum=CENTIMETRE),
+        "y": packer.add(y, quantum=CENTIMETRE),
+        "yaw": packer.add(mission.truth["yaw_rad"][number][::step], quantum=CENTIRADIAN),
+        "envelope": packer.add(error_envelope(mission, number)[::step], quantum=CENTIMETRE),
+        "error": packer.add(own["position_error_m"][number][::step], quantum=MILLIMETRE),
+    }
+    for name, truth in (("x", x), ("y", y)):  # as errors: small numbers, and jumps are told apart
+        estimate, imu = (own[f"{kind}_{name}_m"][number][::step] for kind in ("estimate", "imu"))
+        columns[f"off_{name}"] = packer.add(estimate - truth, quantum=CENTIMETRE)
+        columns[f"drift_{name}"] = packer.add(imu - truth, quantum=CENTIMETRE)
+    return {
+        "name": f"AUV{number}",
+        "gaps": [[gap.start, gap.end] for gap in service.gaps],
+        "plan": _plan(mission, number, packer),
+        **columns,
+    }
+
+
+def _plan(mission: Recording, number: int, packer: Packer) -> dict[str, Any] | None:
+    """Return the planned path, None for an AUV that holds or repeats a track."""
+    scenario = mission.scenario
+    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+        return None
+    path = planned_path(scenario, number)
+    most = max(MOST_PLAN_POINTS // mission.auvs, 2)
+    points = int(np.clip(path.length / scenario.survey.side_m * 200, 2, most))
+    places = path.sample(np.linspace(0.0, path.length, points))
+    return {
+        "x": packer.add(places[:, 0], quantum=CENTIMETRE),
+        "y": packer.add(places[:, 1], quantum=CENTIMETRE),
+    }
+
+
+def _asv(mission: Recording, number: int, step: int, packer: Packer) -> dict[str, Any]:
+    row = mission.auvs + number
+    return {
+        "name": f"ASV{number}",
+        "x": packer.add(mission.truth["x_m"][row][::step], quantum=CENTIMETRE),
+        "y": packer.add(mission.truth["y_m"][row][::step], quantum=CENTIMETRE),
+    }
+
+
+def _kept_pings(mission: Recording) -> NDArray[np.bool_]:
+    """Return which pings are played: those of every k-th round where there are too many."""
+    in_range = int(mission.pings["in_range_of"].sum())
+    step = max(_step(len(mission.fate), MOST_PINGS), _step(in_range, MOST_RECEPTIONS))
+    kept: NDArray[np.bool_] = mission.pings["round"] % step == 0
+    return kept
+
+
+def _pings(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[str, Any]:
+    pings = mission.pings
+    return {
+        "id": packer.add(pings["ping"][kept]),
+        "auv": packer.add(pings["auv"][kept]),
+        "at": packer.add(pings["sent_at_s"][kept], quantum=TENTH_OF_MS),
+        "x": packer.add(pings["x_m"][kept], quantum=CENTIMETRE),
+        "y": packer.add(pings["y_m"][kept], quantum=CENTIMETRE),
+        "fate": packer.add(mission.fate[kept]),
+    }
+
+
+def _receptions(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[str, Any]:
+    """Pack the receptions in range of pings that are kept; `ping` counts the kept ones."""
+    receptions = mission.receptions
+    shown = kept[receptions["ping"]] & (receptions["outcome"] != "out_of_range")
+    number = np.cumsum(kept) - 1
+    codes = np.select([receptions["outcome"][shown] == it for it in OUTCOMES], range(len(OUTCOMES)))
+    return {
+        "ping": packer.add(number[receptions["ping"][shown]]),
+        "asv": packer.add(receptions["asv"][shown]),
+        "at": packer.add(receptions["arrived_at_s"][shown], quantum=TENTH_OF_MS),
+        "outcome": packer.add(codes),
+    }
+
+
+def _fixes(mission: Recording, packer: Packer) -> dict[str, Any]:
+    fixes = mission.fixes
+    codes = np.select([fixes["outcome"] == it for it in FIX_OUTCOMES], range(len(FIX_OUTCOMES)))
+    lengths = ("x_m", "y_m", "sd_x_m", "sd_y_m", "error_m", "innovation_m")
+    return {
+        "auv": packer.add(fixes["auv"]),
+        "by": packer.add(fixes["broadcast_by"]),
+        "outcome": packer.add(codes),
+        "pinged": packer.add(fixes["pinged_at_s"], quantum=TENTH_OF_MS),
+        "broadcast": packer.add(fixes["broadcast_at_s"], quantum=TENTH_OF_MS),
+        "delivered": packer.add(fixes["delivered_at_s"], quantum=TENTH_OF_MS),
+        "latency": packer.add(fixes["latency_s"], quantum=TENTH_OF_MS),
+        "cov": packer.add(fixes["cov_xy_m2"], quantum=1e-6),
+        **{name[:-2]: packer.add(fixes[name], quantum=MILLIMETRE) for name in lengths},
+    }
+
+
+def _broadcasts(mission: Recording, packer: Packer) -> dict[str, Any]:
+    broadcasts = mission.broadcasts
+    return {
+        "asv": packer.add(broadcasts["asv"]),
+        "at": packer.add(broadcasts["sent_at_s"], quantum=TENTH_OF_MS),
+        "airtime": packer.add(broadcasts["airtime_s"], quantum=TENTH_OF_MS),
+        "fixes": packer.add(broadcasts["fixes"]),
+    }
+
+
+def _thinned(mission: Recording, step: int, kept: NDArray[np.bool_]) -> list[str]:
+    """Return in sentences what a long mission's page leaves out; the tables hold it all."""
+    said = []
+    if step > 1:
+        rate = mission.scenario.record.tracks_hz / step
+        said.append(f"Tracks are shown at {rate:.3g} Hz, every {step}th row of the table.")
+    if not kept.all():
+        said.append(
+            f"Of {len(kept)} pings {int(kept.sum())} are played, all those of some rounds; "
+            "sums and shares count all of them."
+        )
+    return said

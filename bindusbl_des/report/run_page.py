@@ -1,0 +1,161 @@
+"""The page of one run."""
+
+import html
+import json
+from importlib.metadata import version
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+from .packing import Packer
+from .page import assembled, asset, number, table
+from .recording import recording
+from .run_data import run_data
+from .story import Story, story
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+MAP = ("mission.js", "seamap.js", "closeup.js", "playback.js")
+SCRIPTS = (*MAP, "plots.js", "timeline.js", "run.js")
+
+# heading, unit, metric, digits, factor
+AUV_COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
+    ("pings", "", "pings", 0, 1),
+    ("in HF range", "%", "hf_coverage", 1, 100),
+    ("decoded", "", "pings_heard", 0, 1),
+    ("lost", "receptions", "receptions_lost", 0, 1),
+    ("collided", "receptions", "collisions", 0, 1),
+    ("fixes made", "", "fixes", 0, 1),
+    ("delivered", "", "fixes_delivered", 0, 1),
+    ("beyond MF", "", "fixes_out_of_range", 0, 1),
+    ("mean interval", "s", "interval_mean_s", 2, 1),
+    ("longest", "s", "interval_max_s", 1, 1),
+    ("latency", "s", "latency_mean_s", 3, 1),
+    ("error, mean", "m", "position_error_m", 2, 1),
+    ("95 %", "m", "position_error_p95_m", 2, 1),
+    ("largest", "m", "position_error_max_m", 2, 1),
+    ("without fixes", "m", "imu_error_m", 2, 1),
+    ("cross-track", "m", "cross_track_error_m", 2, 1),
+    ("distance", "m", "distance_m", 0, 1),
+)
+TILES: tuple[tuple[str, str, str, int, float], ...] = (
+    ("mean position error", "m", "position_error_m", 2, 1),
+    ("without any fix", "m", "imu_error_m", 2, 1),
+    ("pings in HF range", "%", "hf_coverage", 1, 100),
+    ("fixes per AUV", "", "fixes_delivered", 1, 1),
+    ("between fixes", "s", "interval_mean_s", 2, 1),
+    ("latency", "s", "latency_mean_s", 3, 1),
+    ("HF in use", "%", "hf_utilisation", 1, 100),
+    ("MF in use", "%", "mf_utilisation", 1, 100),
+)
+
+
+def run_page(result: "Result") -> str:
+    """Return the report of one run as HTML.
+
+    A run recorded with `detail: summary` has no events; its page holds the metrics and says so.
+    """
+    packer = Packer()
+    data: dict[str, Any] = {}
+    scripts: tuple[str, ...] = ("summary.js",)
+    if "tracks" in result.arrow:
+        mission = recording(result)
+        told = story(mission)
+        data, scripts = run_data(mission, told.services, packer), SCRIPTS
+        middle = Template(asset("run.html")).substitute(
+            story=_told(told), thinned=_sentences(data["thinned"])
+        )
+    else:
+        middle = asset("summary.html")
+    body = _head(result) + _tiles(result) + middle + auv_table(result) + origin(result)
+    title = f"{result.scenario.name}, seed {result.seed}"
+    return assembled(title, body, scripts, data, packer.text())
+
+
+def _head(result: "Result") -> str:
+    return (
+        f"<header><div><h1>{html.escape(result.scenario.name)}</h1>"
+        f"<p>{html.escape(described(result))}</p></div>{asset('theme.html')}</header>"
+    )
+
+
+def described(result: "Result") -> str:
+    """Return in a line who was where for how long, and the seed."""
+    scenario = result.scenario
+    auvs, asvs, side = scenario.auvs, scenario.asvs, scenario.survey.side_m
+    return (
+        f"{auvs.count} AUV{'s' * (auvs.count != 1)} ({auvs.vehicle}) and {asvs.count} "
+        f"ASV{'s' * (asvs.count != 1)} ({asvs.vehicle}) over {side:g} m by {side:g} m for "
+        f"{scenario.duration_s:g} s; {scenario.protocol.schedule}, {scenario.protocol.downlink} "
+        f"downlink; seed {result.seed}"
+    )
+
+
+def _told(told: Story) -> str:
+    parts = [f'<p class="verdict">{html.escape(told.verdict)}</p>', '<div class="cards">']
+    for heading, paragraphs in told.sections:
+        text = "".join(f"<div>{paragraph}</div>" for paragraph in paragraphs)
+        parts.append(f"<article><h3>{html.escape(heading)}</h3>{text}</article>")
+    return "".join(parts) + "</div>"
+
+
+def _sentences(said: list[str]) -> str:
+    return f'<p class="note">{html.escape(" ".join(said))}</p>' if said else ""
+
+
+def _tiles(result: "Result") -> str:
+    row = mission_row(result)
+    tiles = "".join(
+        f"<div><dt>{html.escape(name)}</dt><dd>{number(row[metric], digits, factor)}"
+        f'<span class="unit">{unit}</span></dd></div>'
+        for name, unit, metric, digits, factor in TILES
+    )
+    counts = f"{row['rounds']:.0f} rounds, {row['collisions']:.0f} collisions"
+    return (
+        f'<dl class="tiles" aria-label="The mission in numbers">{tiles}</dl>'
+        f'<p class="note">Means over the AUVs; {counts}.</p>'
+    )
+
+
+def mission_row(result: "Result") -> dict[str, Any]:
+    """Return the mission's metrics by name."""
+    row: dict[str, Any] = result.arrow["mission"].to_pylist()[0]
+    return row
+
+
+def auv_table(result: "Result") -> str:
+    """Return the table with a row per AUV and the fleet's means."""
+    rows = [(str(row["auv"]), row) for row in result.arrow["auvs"].to_pylist()]
+    rows.append(("mean", mission_row(result)))
+    cells = [[name, *(number(row[c[2]], c[3], c[4]) for c in AUV_COLUMNS)] for name, row in rows]
+    headings = [("AUV", ""), *((name, unit) for name, unit, *_ in AUV_COLUMNS)]
+    # The mission counts collisions of the whole fleet; a mean beside its AUVs would be another.
+    cells[-1][5] = "-"
+    return (
+        '<section id="auvs"><h2>Each AUV</h2>'
+        + table(headings, cells, "Metrics of each AUV")
+        + '<p class="note">Errors are horizontal |estimate &minus; truth|, means over time; '
+        "“without fixes” is dead reckoning alone; intervals are between delivered fixes.</p>"
+        "</section>"
+    )
+
+
+def origin(result: "Result") -> str:
+    """Return the section that says which scenario, seed and version made the run."""
+    run = result.run_record()
+    versions = ", ".join(f"{name} {number}" for name, number in run["versions"].items())
+    command = f"bindusbl-des run scenario.yaml --seed {result.seed}"
+    text = json.dumps(run["scenario"], indent=2, ensure_ascii=False)
+    return (
+        '<section id="origin"><h2>What made this run</h2><dl class="origin">'
+        f"<dt>Scenario</dt><dd>{html.escape(result.scenario.name)}, sha256 "
+        f"<code>{run['scenario_sha256']}</code></dd><dt>Seed</dt><dd>{result.seed}</dd>"
+        f"<dt>Versions</dt><dd>{html.escape(versions)}</dd>"
+        f"<dt>Computed</dt><dd>{run['wall_time_s']:.2f} s of computing for "
+        f"{result.scenario.duration_s:g} s of mission</dd>"
+        f"<dt>Again</dt><dd><code>{html.escape(command)}</code> with the scenario.yaml of this "
+        "folder</dd></dl><details><summary>The scenario in full, as JSON (JSON is YAML)</summary>"
+        f"<pre>{html.escape(text)}</pre></details></section>"
+        f"<footer>Made by bindusbl-des {html.escape(version('bindusbl-des'))}; plots drawn with "
+        "uPlot (MIT licence, in this file).</footer>"
+    )
