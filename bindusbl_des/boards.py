@@ -1,11 +1,9 @@
 """What the surface fleet does with the pings it has heard: collect them, or answer at once."""
 
-from collections.abc import Sequence
-
 from .downlink import MfDownlink
 from .events import Broadcast, Fix
 from .fixing import UsblFleet
-from .fleet import Asv
+from .propagation import ARRIVED_AT
 from .recorder import Recorder
 from .uplink import Flight
 
@@ -25,28 +23,25 @@ class Board:
     def take(self) -> list[Fix]:
         """Return the fixes of all pings on the board and clear it."""
         flights, self._heard = self._heard, []
-        return [self._usbls.fix(flight, flight.heard) for flight in flights]
+        return self._usbls.fix(flights)
 
 
 class ReplyBoard:
     """No waiting: the first ASV that decodes a ping answers it with a fix of its own."""
 
-    def __init__(
-        self, usbls: UsblFleet, asvs: Sequence[Asv], downlink: MfDownlink, record: Recorder
-    ) -> None:
-        self._usbls, self._asvs = usbls, asvs
-        self._downlink, self._record = downlink, record
+    def __init__(self, usbls: UsblFleet, downlink: MfDownlink, record: Recorder) -> None:
+        self._usbls, self._downlink, self._record = usbls, downlink, record
 
     def settled(self, flight: Flight) -> None:
         """Answer a ping when it has just been heard for the first time."""
-        if flight.ping.heard_by != 1 or flight.answered:
+        if len(flight.heard) != 1 or flight.answered:
             return
         flight.answered = True
-        arrival, noise = flight.heard[0]
-        fix = self._usbls.fix(flight, [(arrival, noise)])
-        time, asv = arrival.arrived_at_s, self._asvs[arrival.asv]
-        self._record.broadcasts.append(Broadcast(flight.ping.round, asv.index, time, 0.0, 0, 1))
-        self._record.rounds[flight.ping.round].fixes += 1
+        [fix] = self._usbls.fix([flight])
+        asv, row, *_ = flight.heard[0]
+        time = float(self._record.receptions.array[row, ARRIVED_AT])
+        self._record.broadcasts.append(Broadcast(flight.round, asv, time, 0.0, 0, 1))
+        self._record.rounds[flight.round].fixes += 1
         self._downlink.reply(fix, asv, time)
 
     def take(self) -> list[Fix]:

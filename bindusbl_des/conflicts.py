@@ -8,22 +8,33 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled import compiled
+
+Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]
 
 # AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
 REMEMBERED = 256
 
 
-def hearing(
-    auvs: NDArray[np.float64], asvs: NDArray[np.float64], hf_range: float, metric: str
-) -> Hearing:
+def hearing(auvs: Array, asvs: Array, hf_range: float, metric: str) -> Hearing:
     """Return who is within HF range of whom, shape (AUVs, ASVs); the edge of the range counts.
 
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m; `metric` is "horizontal" or "slant".
     """
-    axes = 2 if metric == "horizontal" else 3
-    offsets = auvs[:, None, :axes] - asvs[None, :, :axes]
-    return np.asarray(np.einsum("ijk,ijk->ij", offsets, offsets) <= hf_range**2)
+    return _hearing(auvs, asvs, hf_range, 2 if metric == "horizontal" else 3)
+
+
+@compiled
+def _hearing(auvs: Array, asvs: Array, hf_range: float, axes: int) -> Hearing:
+    heard = np.empty((len(auvs), len(asvs)), dtype=np.bool_)
+    for i in range(len(auvs)):
+        for j in range(len(asvs)):
+            square = 0.0
+            for axis in range(axes):
+                square += (auvs[i, axis] - asvs[j, axis]) ** 2
+            heard[i, j] = square <= hf_range**2
+    return heard
 
 
 def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
@@ -32,17 +43,16 @@ def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
     >>> sorted(conflict_graph(np.array([[True, False], [True, True], [False, True]])).edges)
     [(0, 1), (1, 2)]
     """
-    shared = heard.astype(np.float32) @ heard.T.astype(np.float32)
-    edges = np.argwhere(np.triu(shared > 0, 1)).tolist()
-    return _graph(len(heard), tuple((i, j) for i, j in edges))
+    return _graph(heard.tobytes(), *heard.shape)
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _graph(count: int, edges: tuple[tuple[int, int], ...]) -> "nx.Graph[int]":
-    """Return the graph of `count` AUVs and their conflicts, frozen because rounds share it."""
+def _graph(heard: bytes, auvs: int, asvs: int) -> "nx.Graph[int]":
+    """Return the conflict graph, frozen because rounds share it."""
+    hears = np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs).astype(np.float32)
     graph: nx.Graph[int] = nx.Graph()
-    graph.add_nodes_from(range(count))
-    graph.add_edges_from(edges)
+    graph.add_nodes_from(range(auvs))
+    graph.add_edges_from((i, j) for i, j in np.argwhere(np.triu(hears @ hears.T > 0, 1)).tolist())
     frozen: nx.Graph[int] = nx.freeze(graph)
     return frozen
 

@@ -1,10 +1,12 @@
 """How dead reckoning drifts: a velocity bias and the random walk of the IMU's noise."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .compiled import compiled
+from .motion import COLUMNS, COS, SIN, YAW, Ints, Motion, X, Y, Z, line_at
 
 Array = NDArray[np.float64]
 
@@ -59,55 +61,67 @@ def random_walk(rate: float, sd: float, noise: Array) -> Array:
     return np.cumsum(steps, axis=0)
 
 
-class Drift:
-    """How wrong the dead reckoning of an AUV is, known at the samples k / rate of its IMU.
-
-    Between samples the IMU holds its velocity, so drift grows linearly.
-    """
-
-    def __init__(self, rate: float, samples: Array) -> None:
-        """Take the drift (m) along x and y at each sample, shape (n, 2), n >= 2."""
-        self._rate, self._samples = rate, samples
-
-    def at(self, time: float) -> tuple[float, float]:
-        """Return the drift (m) along x and y at an instant (s)."""
-        whole = min(int(time * self._rate), len(self._samples) - 2)
-        share = time * self._rate - whole
-        (x, y), (next_x, next_y) = self._samples[whole : whole + 2].tolist()
-        return x + share * (next_x - x), y + share * (next_y - y)
-
-    def sample(self, times: Array) -> Array:
-        """Return the drift (m) at each instant (s), shape (n, 2)."""
-        whole = np.minimum((times * self._rate).astype(np.intp), len(self._samples) - 2)
-        share = (times * self._rate - whole)[:, None]
-        return np.asarray(
-            self._samples[whole] + share * (self._samples[whole + 1] - self._samples[whole])
-        )
-
-
-class SteeredDrift:
-    """The drift of an AUV that steers by its estimate: where its bias leads depends on its path.
-
-    `walk` is the drift but for the bias; `headings(times)` gives the integrals of cos(yaw) and
-    sin(yaw) along the path travelled so far, shape (n, 2).
-    """
+class DeadReckoning:
+    """What one AUV knows of its way by itself: its motion, with a bias and a random walk."""
 
     def __init__(
         self,
-        walk: Drift,
+        motion: Motion,
+        vehicle: int,
+        walk: Array,
+        rate: float,
         bias: tuple[float, float],
         frame: str,
-        headings: Callable[[Array], Array],
     ) -> None:
-        self._walk, self._bias, self._frame = walk, bias, frame
-        self._headings = headings
+        """Take the true motion of a vehicle of a fleet, and what makes its dead reckoning wrong.
+
+        `walk` (n + 1, 2), m, holds at the samples k / `rate` of the IMU, which keeps its velocity
+        between them; n >= 1.  `bias` (m/s) is constant in the `frame` "body" or "world".
+        """
+        self._known = (*motion, vehicle, walk, rate, *bias, frame == "body")
 
     def at(self, time: float) -> tuple[float, float]:
-        """Return the drift (m) along x and y at an instant (s)."""
-        x, y = self.sample(np.array([time]))[0].tolist()
-        return x, y
+        """Return where the AUV believes to be (m) at an instant (s) if it has had no fix."""
+        x, y, _, _, ahead, aside = _reckoned(*self._known, time)
+        return x + ahead, y + aside
 
-    def sample(self, times: Array) -> Array:
-        """Return the drift (m) at each instant (s), shape (n, 2)."""
-        biased = bias_drift(self._bias, self._frame, times, self._headings(times))
-        return np.asarray(self._walk.sample(times) + biased)
+    def sample(self, times: Array) -> tuple[Array, Array]:
+        """Return truth x, y, z (m), yaw (rad), (n, 4), and drift (m), (n, 2), at instants (s)."""
+        return _reckoned_all(*self._known, np.ascontiguousarray(times, dtype=np.float64))
+
+
+@compiled
+def _reckoned(
+    table: Array, first: Ints, step: float, vehicle: int, walk: Array, rate: float,
+    forward: float, starboard: float, in_body: bool, time: float,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s)."""
+    line = np.empty(COLUMNS)
+    line_at(Motion(table, first, step), vehicle, time, line)
+    whole = min(int(time * rate), len(walk) - 2)
+    share = time * rate - whole
+    x = walk[whole, 0] + share * (walk[whole + 1, 0] - walk[whole, 0])
+    y = walk[whole, 1] + share * (walk[whole + 1, 1] - walk[whole, 1])
+    if in_body:
+        x += line[COS] * forward - line[SIN] * starboard
+        y += line[SIN] * forward + line[COS] * starboard
+    else:
+        x += time * forward
+        y += time * starboard
+    return line[X], line[Y], line[Z], line[YAW], x, y
+
+
+@compiled
+def _reckoned_all(
+    table: Array, first: Ints, step: float, vehicle: int, walk: Array, rate: float,
+    forward: float, starboard: float, in_body: bool, times: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return truth (n, 4) and drift (n, 2) at instants (s)."""
+    truth, drift = np.empty((times.size, 4)), np.empty((times.size, 2))
+    for k in range(times.size):
+        x, y, z, yaw, ahead, aside = _reckoned(
+            table, first, step, vehicle, walk, rate, forward, starboard, in_body, times[k]
+        )
+        truth[k, 0], truth[k, 1], truth[k, 2], truth[k, 3] = x, y, z, yaw
+        drift[k, 0], drift[k, 1] = ahead, aside
+    return truth, drift

@@ -2,14 +2,17 @@
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
+import numpy as np
 import simpy
 
 from .acoustics import travel_time
 from .events import Fix
-from .fleet import Asv, Auv
+from .fleet import Auv, Fleet
+from .motion import where
+from .propagation import travel_times, within
 from .slots import Clock
-from .vehicles import Place
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
@@ -22,61 +25,83 @@ class MfDownlink:
         self,
         env: simpy.Environment,
         auvs: Sequence[Auv],
+        auv_fleet: Fleet,
+        asv_fleet: Fleet,
         *,
         mf_range: float,
         sound_speed: float,
         clock: Clock,
     ) -> None:
-        self._env, self._auvs = env, auvs
+        self._env, self._auvs, self._auv_fleet, self._asv_fleet = env, auvs, auv_fleet, asv_fleet
         self._range, self._sound_speed, self._clock = mf_range, sound_speed, clock
+        self._set_out = self._foreseen if auv_fleet.foreseen else self._awaited
 
-    def send(self, fixes: Sequence[Fix], asv: Asv, time: float, airtime: float) -> None:
+    def send(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
-        vessel = asv.vehicle.at(time)
+        if not fixes:
+            return
+        self._auv_fleet.reach(time)
+        near = within(
+            *self._asv_fleet.motion, asv, time, *self._auv_fleet.motion,
+            np.array([fix.auv for fix in fixes]), self._range,
+        )  # fmt: skip
         reached = []
-        for fix in fixes:
-            fix.broadcast_at_s, fix.broadcast_by = time, asv.index
-            place = self._auvs[fix.auv].vehicle.at(time)
-            if math.hypot(place.x - vessel.x, place.y - vessel.y) > self._range:
-                fix.outcome = "out_of_range"
-            else:
+        for fix, in_range in zip(fixes, near, strict=True):
+            fix.broadcast_at_s, fix.broadcast_by = time, asv
+            if in_range:
                 reached.append(fix)
+            else:
+                fix.outcome = "out_of_range"
+        self._set_out(reached, asv, time, airtime)
+
+    def _foreseen(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
+        """Find the arrivals at AUVs whose way is known whatever the fixes tell them."""
+        auvs = np.array([fix.auv for fix in fixes], dtype=np.int64)
+        ways = travel_times(
+            *self._asv_fleet.motion, asv, time + airtime, *self._auv_fleet.motion, auvs,
+            self._sound_speed,
+        )  # fmt: skip
+        for fix, travel in zip(fixes, ways, strict=True):
+            self.deliver(fix, self._clock.after(time, airtime + travel))
+
+    def _awaited(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
+        """Let the end of the frame set out to AUVs that steer meanwhile by other fixes."""
         event = self._env.timeout(airtime)
-        event.callbacks.append(lambda _: self._leave(reached, asv, time, airtime))
+        event.callbacks.append(lambda _: self._leave(fixes, asv, time, airtime))
 
-    def _leave(self, fixes: Sequence[Fix], asv: Asv, time: float, airtime: float) -> None:
-        """Let the end of a frame set out to AUVs that have moved since the frame began."""
+    def _leave(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
         ends = time + airtime
-        vessel = asv.vehicle.at(ends)
+        vessel = where(self._asv_fleet.motion, asv, ends)
         for fix in fixes:
-            distance = math.dist(vessel[:3], self._auvs[fix.auv].vehicle.at(ends)[:3])
-            event = self._env.timeout(NEARLY_THERE * distance / self._sound_speed)
-            event.callbacks.append(
-                lambda _, fix=fix: self._arrive(fix, vessel, time, airtime)  # type: ignore[misc]
+            place = self._auvs[fix.auv].vehicle.at(ends)
+            event = self._env.timeout(
+                NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
             )
+            event.callbacks.append(partial(self._arrive, fix, asv, time, airtime))
 
-    def _arrive(self, fix: Fix, vessel: Place, time: float, airtime: float) -> None:
+    def _arrive(self, fix: Fix, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
         """Find the exact arrival when it is near: who steers by fixes has no sure future."""
-        ends = time + airtime
-        vehicle = self._auvs[fix.auv].vehicle
-        travel = travel_time(vessel, vehicle.at, ends, self._sound_speed)
+        travel = self._travel(asv, fix.auv, time + airtime)
         self.deliver(fix, self._clock.after(time, airtime + travel))
 
-    def reply(self, fix: Fix, asv: Asv, time: float) -> None:
+    def _travel(self, asv: int, auv: int, time: float) -> float:
+        """Return how long (s) a sound that leaves an ASV at an instant (s) is on its way."""
+        vessel = self._asv_fleet.vehicles[asv].at(time)
+        return travel_time(vessel, self._auvs[auv].vehicle.at, time, self._sound_speed)
+
+    def reply(self, fix: Fix, asv: int, time: float) -> None:
         """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
-        auv = self._auvs[fix.auv]
-        fix.broadcast_at_s, fix.broadcast_by = time, asv.index
-        travel = travel_time(asv.vehicle.at(time), auv.vehicle.at, time, self._sound_speed)
-        two_way = time - fix.pinged_at_s + travel
+        fix.broadcast_at_s, fix.broadcast_by = time, asv
+        two_way = time - fix.pinged_at_s + self._travel(asv, fix.auv, time)
         self.deliver(fix, self._clock.after(fix.pinged_at_s, two_way))
 
     def deliver(self, fix: Fix, instant: float) -> None:
         """Let an AUV have a fix at an instant (s), but not before now."""
         instant = max(instant, self._env.now)
         event = self._env.timeout(instant - self._env.now)
-        event.callbacks.append(lambda _: self._correct(fix, instant))
+        event.callbacks.append(partial(self._correct, fix, instant))
 
-    def _correct(self, fix: Fix, time: float) -> None:
+    def _correct(self, fix: Fix, time: float, _: simpy.Event) -> None:
         navigator = self._auvs[fix.auv].navigator
         innovation = navigator.correct((fix.x_m, fix.y_m), fix.pinged_at_s, time)
         fix.delivered_at_s = time

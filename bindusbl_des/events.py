@@ -14,6 +14,11 @@ def column(unit: str, meaning: str, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"unit": unit, "meaning": meaning})
 
 
+# What becomes of a ping at an ASV; a ledger holds the number of the word.
+OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight")
+HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT = range(5)
+
+
 @dataclass(slots=True)
 class Round:
     """One round: every AUV has had its turn to ping, and the fixes have been broadcast."""

@@ -1,73 +1,104 @@
 """The fleet at the start of a mission: each vehicle on its route, each AUV with its drift."""
 
 import math
+from collections.abc import Sequence
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .dead_reckoning import Drift, SteeredDrift, bias_drift
-from .fleet import Asv, Auv
+from .dead_reckoning import DeadReckoning
+from .fleet import Auv, Fleet
 from .formations import formation, formation_radius
-from .guidance import Voyage, smallest_turn
-from .navigation import INNOVATIONS, FixedGain, Position
+from .guidance import Member, Voyage, smallest_turn
+from .motion import together
+from .navigation import INNOVATIONS, FixedGain
 from .paths import Path
 from .routes import lawnmower, waypoint_path
 from .scenario import Scenario
 from .streams import Streams
 from .track_file import read_track
 from .turns import there_and_back
-from .vehicles import Kinematic, Moored, Place, Recorded, Vehicle
-from .voyages import Water, asv_voyage, auv_voyage, walks
+from .vehicles import Legged, Place, kinematic, moored, recorded
+from .voyages import Water, afterwards_s, asv_voyage, auv_voyage
 
 Array = NDArray[np.float64]
 
 
-def launch_auvs(scenario: Scenario, streams: Streams, water: Water) -> list[Auv]:
-    """Return the AUVs of a scenario, in index order."""
-    auvs, lost = scenario.auvs, walks(scenario, streams, water)
-    voyage = None
-    if auvs.vehicle.has_dynamics:
-        tours = [planned_tour(scenario, index) for index in range(auvs.count)]
-        voyage = auv_voyage(scenario, tours, water, lost)
-    return [_auv(scenario, index, walk, voyage) for index, walk in enumerate(lost)]
+def launch_auvs(scenario: Scenario, water: Water, walks: Sequence[Array]) -> Fleet:
+    """Return the AUVs of a scenario, in index order; `walks` are what they know of it wrongly."""
+    auvs = scenario.auvs
+    if not auvs.vehicle.has_dynamics:
+        if auvs.route.kind == "track":
+            return _legged([recorded(*read_track(file)) for file in auvs.route.files])
+        return _kinematic_auvs(scenario)
+    if auvs.feedback == "truth":
+        return _voyage_foreseen(scenario) if water.is_steady else _voyage(scenario, water)
+    voyage = auv_voyage(scenario, _tours(scenario), water, walks)
+    return Fleet(_members(voyage, auvs.count), voyage.motion, voyage)
 
 
-def _auv(scenario: Scenario, index: int, walk: Array, voyage: Voyage | None) -> Auv:
-    navigation = scenario.navigation
-    rate, bias, frame = (
-        navigation.imu_rate_hz,
-        navigation.velocity_bias_m_per_s,
-        navigation.bias_frame,
-    )
-    vehicle = kinematic_vehicle(scenario, index) if voyage is None else voyage.member(index)
-    drift: Drift | SteeredDrift
-    if scenario.auvs.feedback == "estimate":
-        drift = SteeredDrift(Drift(rate, walk), bias, frame, vehicle.heading_integral)
-    else:
-        times = np.arange(len(walk)) / rate
-        biased = bias_drift(bias, frame, times, vehicle.heading_integral(times))
-        drift = Drift(rate, walk + biased)
-
-    def dead_reckoned(time: float) -> Position:
-        place, (x, y) = vehicle.at(time), drift.at(time)
-        return place.x + x, place.y + y
-
-    def steer(corrections: Position) -> None:
-        if voyage is not None:
-            voyage.corrections[index] = corrections
-
-    reference = INNOVATIONS[navigation.delay_compensation]
-    return Auv(index, vehicle, drift, FixedGain(dead_reckoned, navigation.gain, reference, steer))
+# Where vehicles go whatever the seed is worked out once for all seeds of a scenario.
+@lru_cache(maxsize=4)
+def _kinematic_auvs(scenario: Scenario) -> Fleet:
+    return _legged([_kinematic(scenario, index) for index in range(scenario.auvs.count)])
 
 
-def kinematic_vehicle(scenario: Scenario, index: int) -> Vehicle:
+@lru_cache(maxsize=1)
+def _voyage_foreseen(scenario: Scenario) -> Fleet:
+    return _voyage(scenario, Water(scenario, Streams(0)))
+
+
+@lru_cache(maxsize=4)
+def _moored_asvs(scenario: Scenario) -> Fleet:
+    return _legged([moored(Place(x, y, 0.0, 0.0)) for x, y in asv_stations(scenario)])
+
+
+def _legged(vehicles: Sequence[Legged]) -> Fleet:
+    return Fleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
+
+
+def _voyage(scenario: Scenario, water: Water) -> Fleet:
+    """Return AUVs with dynamics that know where they are: their whole way is foreseen."""
+    voyage = auv_voyage(scenario, _tours(scenario), water, ())
+    voyage.advance(voyage.duration_s)
+    return Fleet(_members(voyage, scenario.auvs.count), voyage.motion)
+
+
+def _tours(scenario: Scenario) -> list[Path]:
+    return [planned_tour(scenario, index) for index in range(scenario.auvs.count)]
+
+
+def _members(voyage: Voyage, count: int) -> list[Member]:
+    return [voyage.member(index) for index in range(count)]
+
+
+def _kinematic(scenario: Scenario, index: int) -> Legged:
     """Return one AUV without dynamics on its route, at its depth."""
     route, depth = scenario.auvs.route, scenario.survey.depth_m
     if route.kind == "hold":
-        return Moored(Place(*route.positions_m[index], depth, 0.0))
-    if route.kind == "track":
-        return Recorded(*read_track(route.files[index]))
-    return Kinematic(planned_tour(scenario, index), scenario.auvs.speed_m_per_s, depth)
+        return moored(Place(*route.positions_m[index], depth, 0.0))
+    lasts = scenario.duration_s + afterwards_s(scenario)
+    return kinematic(planned_tour(scenario, index), scenario.auvs.speed_m_per_s, depth, lasts)
+
+
+def board_auvs(scenario: Scenario, fleet: Fleet, walks: Sequence[Array]) -> list[Auv]:
+    """Return the AUVs with what they carry: dead reckoning and a navigator."""
+    navigation = scenario.navigation
+    reference = INNOVATIONS[navigation.delay_compensation]
+    auvs = []
+    for index, vehicle in enumerate(fleet.vehicles):
+        reckoning = DeadReckoning(
+            fleet.motion,
+            index,
+            walks[index],
+            navigation.imu_rate_hz,
+            navigation.velocity_bias_m_per_s,
+            navigation.bias_frame,
+        )
+        navigator = FixedGain(reckoning.at, navigation.gain, reference, partial(fleet.steer, index))
+        auvs.append(Auv(index, vehicle, reckoning, navigator))
+    return auvs
 
 
 def turning_radius(scenario: Scenario) -> float:
@@ -125,13 +156,13 @@ def planned_path(scenario: Scenario, index: int) -> Path:
     )
 
 
-def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> list[Asv]:
+def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> Fleet:
     """Return the ASVs of a scenario at their stations, in index order."""
-    stations = asv_stations(scenario)
-    if scenario.asvs.vehicle.has_dynamics:
-        voyage = asv_voyage(scenario, stations, streams, water)
-        return [Asv(index, voyage.member(index)) for index in range(len(stations))]
-    return [Asv(index, Moored(Place(x, y, 0.0, 0.0))) for index, (x, y) in enumerate(stations)]
+    if not scenario.asvs.vehicle.has_dynamics:
+        return _moored_asvs(scenario)
+    voyage = asv_voyage(scenario, asv_stations(scenario), streams, water)
+    voyage.advance(voyage.duration_s)
+    return Fleet(_members(voyage, scenario.asvs.count), voyage.motion)
 
 
 def asv_stations(scenario: Scenario) -> list[tuple[float, float]]:

@@ -1,31 +1,32 @@
 """What a mission achieved: each figure defined once, here."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .events import AuvMetrics, Fix, Ping, Reception, Utilisation
+from .events import COLLIDED, IN_FLIGHT, LOST, AuvMetrics, Fix, Utilisation
+from .propagation import AUV, HEARD_BY, IN_RANGE_OF, OF_AUV, OF_PING, OUTCOME, SENT_AT
+from .recorder import Recorder
 from .samples import Samples, instants, sample
 from .world import World
 
 Array = NDArray[np.float64]
-Row = TypeVar("Row", Ping, Reception, Fix)
 
 
 def auv_metrics(world: World) -> list[AuvMetrics]:
     """Return the metrics of every AUV, in index order."""
     times = instants(world.scenario.duration_s, world.scenario.record.metrics_hz)
-    record = world.record
-    pings = _by_auv(record.pings, len(world.auvs))
-    receptions = _by_auv(record.receptions, len(world.auvs))
-    fixes = _by_auv(record.fixes, len(world.auvs))
+    reach = _reach(world.record, len(world.auvs))
+    fixes: list[list[Fix]] = [[] for _ in world.auvs]
+    for fix in world.record.fixes:
+        fixes[fix.auv].append(fix)
     return [
         AuvMetrics(
             auv=auv.index,
-            **_reach(pings[auv.index], receptions[auv.index]),
+            **{name: counts[auv.index] for name, counts in reach.items()},
             **_service(fixes[auv.index], world),
             **_accuracy(sample(auv, times)),
             path_error_m=_mean(auv.vehicle.path_error(times)),
@@ -38,24 +39,26 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
     ]
 
 
-def _by_auv(rows: Iterable[Row], count: int) -> list[list[Row]]:
-    groups: list[list[Row]] = [[] for _ in range(count)]
-    for row in rows:
-        groups[row.auv].append(row)
-    return groups
+def _reach(record: Recorder, auvs: int) -> dict[str, list[Any]]:
+    """Return what became of the pings of each AUV."""
+    pings, receptions = record.pings.rows, record.receptions.rows
+    sender, outcome = pings[:, AUV].astype(np.intp), receptions[:, OUTCOME]
 
+    def count(of: NDArray[Any], which: NDArray[np.bool_]) -> list[int]:
+        counts: list[int] = np.bincount(of[which].astype(np.intp), minlength=auvs).tolist()
+        return counts
 
-def _reach(pings: Sequence[Ping], receptions: Sequence[Reception]) -> dict[str, Any]:
-    under_way = {r.ping for r in receptions if r.outcome == "in_flight"}
-    landed = [ping for ping in pings if ping.ping not in under_way]
-    covered = sum(1 for ping in landed if ping.in_range_of)
+    landed = np.ones(len(pings), dtype=bool)
+    landed[receptions[outcome == IN_FLIGHT, OF_PING].astype(np.intp)] = False
+    in_range = pings[:, IN_RANGE_OF] > 0
+    covered, known = count(sender, landed & in_range), count(sender, landed)
     return {
-        "pings": len(pings),
-        "pings_in_range": sum(1 for ping in pings if ping.in_range_of),
-        "pings_heard": sum(1 for ping in pings if ping.heard_by),
-        "hf_coverage": covered / len(landed) if landed else None,
-        "receptions_lost": sum(1 for r in receptions if r.outcome == "lost"),
-        "collisions": sum(1 for r in receptions if r.outcome == "collided"),
+        "pings": count(sender, np.ones(len(pings), dtype=bool)),
+        "pings_in_range": count(sender, in_range),
+        "pings_heard": count(sender, pings[:, HEARD_BY] > 0),
+        "hf_coverage": [c / k if k else None for c, k in zip(covered, known, strict=True)],
+        "receptions_lost": count(receptions[:, OF_AUV], outcome == LOST),
+        "collisions": count(receptions[:, OF_AUV], outcome == COLLIDED),
     }
 
 
@@ -117,11 +120,11 @@ def _rms(values: Array) -> float | None:
 def utilisation(world: World) -> Utilisation:
     """Return what only the mission as a whole has."""
     record, duration = world.record, world.scenario.duration_s
-    sent = sorted({ping.sent_at_s for ping in record.pings})
+    sent = np.unique(record.pings.rows[:, SENT_AT]).tolist()
     on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
     return Utilisation(
         rounds=len(record.rounds),
-        collisions=sum(1 for r in record.receptions if r.outcome == "collided"),
+        collisions=int(np.sum(record.receptions.rows[:, OUTCOME] == COLLIDED)),
         hf_utilisation=_covered(sent, world.slots.ping_duration, duration) / duration,
         mf_utilisation=sum(on_air) / duration,
     )

@@ -17,6 +17,10 @@ Array = NDArray[np.float64]
 # Segments shorter than this (m) are left out: they carry no distance, only rounding.
 SHORTEST_SEGMENT = 1e-9
 
+# A segment as a row: its first point (m) and heading (rad), curvature (1/m), distance along the
+# path at which it begins (m), length (m)
+X, Y, YAW, CURVATURE, BEGIN, LENGTH, ROW_COLUMNS = range(7)
+
 
 class Pose(NamedTuple):
     """A position (m) and a heading (rad, from +x towards +y)."""
@@ -158,3 +162,37 @@ def dubins_segments(start: Pose, end: Pose, radius: float) -> Iterable[Segment]:
     bend = {"L": 1.0 / radius, "R": -1.0 / radius, "S": 0.0}
     for kind, length in dubins.shortest(start, end, radius).segments():
         yield Segment(bend[kind], length)
+
+
+def path_rows(path: Path) -> tuple[Array, int]:
+    """Return one path's rows, and at which of them its tour begins again (-1: it ends)."""
+    segments, again = list(path.segments), -1
+    if path.repeats_from is not None:
+        segments, again = _jointed(segments, path.repeats_from)
+    if not segments:  # a point to hover at
+        segments = [Segment(0.0, 0.0)]
+    rows = np.empty((len(segments), ROW_COLUMNS))
+    rows[:, CURVATURE:] = [(segment.curvature, 0.0, segment.length) for segment in segments]
+    rows[1:, BEGIN] = np.cumsum(rows[:-1, LENGTH])
+    rows[:, :CURVATURE] = Path(path.start, tuple(segments)).sample(rows[:, BEGIN])
+    return rows, again
+
+
+def _jointed(segments: list[Segment], distance: float) -> tuple[list[Segment], int]:
+    """Return the segments, cut in two at a distance (m), and the number of the one after it."""
+    begin = 0.0
+    for number, segment in enumerate(segments):
+        into = distance - begin
+        if into <= SHORTEST_SEGMENT:
+            return segments, number
+        if into < segment.length - SHORTEST_SEGMENT:
+            halves = [
+                Segment(segment.curvature, into),
+                Segment(segment.curvature, segment.length - into),
+            ]
+            return segments[:number] + halves + segments[number + 1 :], number + 1
+        begin += segment.length
+    raise ValueError(
+        f"a tour cannot repeat from {distance} m: its path is only {begin} m long; repeats_from "
+        "must lie before the end"
+    )

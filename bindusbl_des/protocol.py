@@ -81,7 +81,7 @@ DOWNLINKS: dict[str, Callable[[World, Turn, float], Steps]] = {
 def uplink_slot(world: World, turn: Turn, slot: int, time: float) -> Steps:
     """Let one ping group ping and wait for the end of its slot (eq. UL_slot, UL_tick)."""
     for auv in turn.groups[slot]:
-        world.ranging.ping(turn.row.round, slot, world.auvs[auv], time)
+        world.ranging.ping(turn.row.round, slot, auv, time)
     ends = world.slots.clock.after(time, world.slots.uplink_slot)
     yield until(world, ends)
     turn.row.uplink_s = ends - turn.row.started_at_s
@@ -92,12 +92,10 @@ def broadcast(world: World, turn: Turn, time: float) -> None:
     """Let one ASV broadcast every fix made since the last broadcast; none still costs a header."""
     slots, clock = world.slots, world.slots.clock
     fixes = world.board.take()
-    asv = world.asvs[world.next_broadcaster(fixes, time)]
+    asv = world.next_broadcaster(fixes, time)
     airtime = slots.airtime(len(fixes))
     world.record.broadcasts.append(
-        Broadcast(
-            turn.row.round, asv.index, time, airtime, slots.payload_bytes(len(fixes)), len(fixes)
-        )
+        Broadcast(turn.row.round, asv, time, airtime, slots.payload_bytes(len(fixes)), len(fixes))
     )
     world.downlink.send(fixes, asv, time, airtime)
     world.downlink_free_at = clock.after(time, slots.downlink_slot(len(fixes)))

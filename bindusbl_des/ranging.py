@@ -1,11 +1,9 @@
 """How a ping comes about: on the AUV's own clock, or in answer to an interrogation."""
 
-from collections.abc import Sequence
-
 import simpy
 
 from .acoustics import travel_time
-from .fleet import Asv, Auv
+from .fleet import Fleet
 from .uplink import Uplink
 
 
@@ -15,7 +13,7 @@ class OneWay:
     def __init__(self, uplink: Uplink) -> None:
         self._uplink = uplink
 
-    def ping(self, round_number: int, slot: int, auv: Auv, time: float) -> None:
+    def ping(self, round_number: int, slot: int, auv: int, time: float) -> None:
         """Let an AUV ping at the start of its slot."""
         self._uplink.send(round_number, slot, auv, time)
 
@@ -32,23 +30,25 @@ class TwoWay:
         self,
         env: simpy.Environment,
         uplink: Uplink,
-        asvs: Sequence[Asv],
+        auvs: Fleet,
+        asvs: Fleet,
         *,
         ping_duration: float,
         turnaround: float,
         sound_speed: float,
     ) -> None:
-        self._env, self._uplink, self._asvs = env, uplink, asvs
+        self._env, self._uplink, self._auvs, self._asvs = env, uplink, auvs, asvs
         self._reply_delay = ping_duration + turnaround
         self._sound_speed = sound_speed
 
-    def ping(self, round_number: int, slot: int, auv: Auv, time: float) -> None:
+    def ping(self, round_number: int, slot: int, auv: int, time: float) -> None:
         """Call an AUV at the start of its slot; it pings when the call has reached it."""
-        place = auv.vehicle.at(time)
+        vehicle = self._auvs.vehicles[auv]
+        place = vehicle.at(time)
         calls = [
-            (travel_time(vessel, auv.vehicle.at, time, self._sound_speed), asv.index)
-            for asv in self._asvs
-            if self._uplink.in_range(place, vessel := asv.vehicle.at(time))
+            (travel_time(vessel, vehicle.at, time, self._sound_speed), asv)
+            for asv, vessel in enumerate(vessel.at(time) for vessel in self._asvs.vehicles)
+            if self._uplink.in_range(place, vessel)
         ]
         if not calls:
             self._uplink.send(round_number, slot, auv, time)

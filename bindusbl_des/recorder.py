@@ -1,16 +1,52 @@
 """What happened, row by row, in the order in which it happened."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .events import Broadcast, Fix, Ping, Reception, Round
+
+Rows = NDArray[np.float64]
+
+# Rows for which a ledger has room at first; it doubles when it is full.
+ROOM = 512
+
+
+class Ledger:
+    """Rows of one kind of event in one array, which compiled equations write to.
+
+    Columns are those of the event's class, in order; labels are written as numbers.  The array
+    begins with the rows so far and is a new one when it has had to grow.
+    """
+
+    def __init__(self, event: type) -> None:
+        self.array = np.empty((ROOM, len(fields(event))))
+        self.count = 0
+
+    @property
+    def rows(self) -> Rows:
+        """The rows so far, shape (count, columns)."""
+        return self.array[: self.count]
+
+    def room_for(self, count: int) -> Rows:
+        """Return the array with room for further rows after the first `self.count`."""
+        while self.count + count > len(self.array):
+            self.array = np.concatenate((self.array, np.empty_like(self.array)))
+        return self.array
 
 
 @dataclass
 class Recorder:
-    """The event rows of one mission; it is told, it never asks."""
+    """The event rows of one mission; it is told, it never asks.
 
+    Pings and receptions are many and have no blanks: they are kept as numbers.  Without
+    `everything` receptions out of range are not kept.
+    """
+
+    everything: bool = True
     rounds: list[Round] = field(default_factory=list)
-    pings: list[Ping] = field(default_factory=list)
-    receptions: list[Reception] = field(default_factory=list)
+    pings: Ledger = field(default_factory=lambda: Ledger(Ping))
+    receptions: Ledger = field(default_factory=lambda: Ledger(Reception))
     broadcasts: list[Broadcast] = field(default_factory=list)
     fixes: list[Fix] = field(default_factory=list)

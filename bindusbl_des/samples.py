@@ -1,10 +1,12 @@
 """The mission sampled at regular instants: truth, estimate, dead reckoning and their errors."""
 
 from dataclasses import dataclass
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled import compiled
 from .fleet import Auv
 
 Array = NDArray[np.float64]
@@ -20,36 +22,49 @@ def instants(duration: float, rate: float) -> Array:
 
 @dataclass(frozen=True)
 class Samples:
-    """One AUV at n instants: truth x, y, z, yaw (n, 4); the rest is horizontal (n, 2)."""
+    """One AUV at n instants (s): truth x, y, z (m), yaw (rad), (n, 4), and its errors.
+
+    `drift` is dead reckoning - truth, `error` estimate - truth; both horizontal, (n, 2), m.
+    """
 
     times: Array
     truth: Array
-    imu: Array
-    estimate: Array
-
-    @property
-    def error(self) -> Array:
-        return self.estimate - self.truth[:, :2]
+    drift: Array
+    error: Array
 
     @property
     def position_error(self) -> Array:
         """Horizontal |estimate - truth|, shape (n,), m."""
-        return np.asarray(np.hypot(*self.error.T))
+        return np.asarray(np.hypot(self.error[:, 0], self.error[:, 1]))
 
     @property
     def imu_error(self) -> Array:
         """Horizontal |dead reckoning - truth|, shape (n,), m."""
-        return np.asarray(np.hypot(*(self.imu - self.truth[:, :2]).T))
+        return np.asarray(np.hypot(self.drift[:, 0], self.drift[:, 1]))
 
     @property
     def cross_track_error(self) -> Array:
         """Estimate - truth perpendicular to the heading, positive to starboard, shape (n,), m."""
-        yaw, (along, across) = self.truth[:, 3], self.error.T
-        return np.asarray(np.cos(yaw) * across - np.sin(yaw) * along)
+        return across(self.truth[:, 3], self.error)
+
+
+@compiled
+def across(yaw: Array, error: Array) -> Array:
+    """Return the part of errors (n, 2) across headings (n,) in rad, positive to starboard.
+
+    >>> across(np.array([0.0, np.pi]), np.array([[1.0, 2.0], [1.0, 2.0]])).round(9).tolist()
+    [2.0, -2.0]
+    """
+    out = np.empty(yaw.size)
+    cosine, sine = cos(0.0), sin(0.0)
+    for k in range(yaw.size):
+        if k == 0 or yaw[k] != yaw[k - 1]:  # lanes keep their heading
+            cosine, sine = cos(yaw[k]), sin(yaw[k])
+        out[k] = cosine * error[k, 1] - sine * error[k, 0]
+    return out
 
 
 def sample(auv: Auv, times: Array) -> Samples:
     """Sample one AUV; its estimate at an instant includes a fix delivered at that instant."""
-    truth = auv.vehicle.sample(times)
-    imu = truth[:, :2] + auv.drift.sample(times)
-    return Samples(times, truth, imu, imu + auv.navigator.corrections(times))
+    truth, drift = auv.reckoning.sample(times)
+    return Samples(times, truth, drift, drift + auv.navigator.corrections(times))

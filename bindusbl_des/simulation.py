@@ -11,7 +11,7 @@ from .protocol import serve
 from .result import Result
 from .samples import instants, sample
 from .scenario import Scenario
-from .tables import from_columns, from_rows
+from .tables import from_columns, from_numbers, from_rows
 from .world import World, build_world
 
 
@@ -51,11 +51,10 @@ def run(scenario: Scenario, seed: int) -> World:
 def event_tables(world: World) -> dict[str, pa.Table]:
     """Return the event tables of a finished mission."""
     record = world.record
-    receptions = sorted(record.receptions, key=lambda r: (r.ping, r.asv))
     return {
         "rounds": from_rows("rounds", record.rounds),
-        "pings": from_rows("pings", record.pings),
-        "receptions": from_rows("receptions", receptions),
+        "pings": from_numbers("pings", record.pings.rows),
+        "receptions": from_numbers("receptions", record.receptions.rows),
         "broadcasts": from_rows("broadcasts", record.broadcasts),
         "fixes": from_rows("fixes", record.fixes),
         "tracks": tracks_table(world),
@@ -73,19 +72,19 @@ def tracks_table(world: World) -> pa.Table:
         parts.append(
             {
                 **_truth(auv.name, times, samples.truth),
-                "estimate_x_m": samples.estimate[:, 0],
-                "estimate_y_m": samples.estimate[:, 1],
+                "estimate_x_m": samples.truth[:, 0] + samples.error[:, 0],
+                "estimate_y_m": samples.truth[:, 1] + samples.error[:, 1],
                 "estimate_z_m": samples.truth[:, 2] + world.depth_noise(auv.index, times),
-                "imu_x_m": samples.imu[:, 0],
-                "imu_y_m": samples.imu[:, 1],
+                "imu_x_m": samples.truth[:, 0] + samples.drift[:, 0],
+                "imu_y_m": samples.truth[:, 1] + samples.drift[:, 1],
                 "position_error_m": samples.position_error,
                 "cross_track_error_m": samples.cross_track_error,
                 "path_error_m": path_error if len(path_error) else [None] * len(times),
             }
         )
-    for asv in world.asvs:
-        off_station = asv.vehicle.path_error(times)
-        truth = _truth(asv.name, times, asv.vehicle.sample(times))
+    for index, vessel in enumerate(world.asv_fleet.vehicles):
+        off_station = vessel.path_error(times)
+        truth = _truth(f"ASV{index}", times, vessel.sample(times))
         parts.append({**truth, "path_error_m": off_station})
     return pa.concat_tables([from_columns("tracks", part) for part in parts])
 

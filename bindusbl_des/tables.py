@@ -3,13 +3,16 @@
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields
+from functools import cache
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from .events import (
+    OUTCOMES,
     AuvMetrics,
     Broadcast,
     Fix,
@@ -57,6 +60,7 @@ def _field(name: str, kind: pa.DataType, unit: str, meaning: str) -> pa.Field:
     return pa.field(name, kind, metadata=metadata)
 
 
+@cache
 def schema(table: str) -> pa.Schema:
     """Return the Arrow schema of a table, each field with unit, meaning and frame."""
     if table == "mission":
@@ -87,19 +91,53 @@ def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=described)
 
 
+def from_numbers(table: str, rows: NDArray[np.float64]) -> pa.Table:
+    """Return the rows of a ledger, all columns numbers, as an Arrow table with names for labels."""
+    described = schema(table)
+    arrays = []
+    for field, values in zip(described, rows.T, strict=True):
+        if field.name in VEHICLES:
+            names = [f"{VEHICLES[field.name]}{n}" for n in range(int(values.max(initial=-1)) + 1)]
+            arrays.append(_named(values, names))
+        elif field.type == pa.string():
+            arrays.append(_named(values, OUTCOMES))
+        else:
+            arrays.append(numbers(values, field.type))
+    return pa.Table.from_arrays(arrays, schema=described)
+
+
+def _named(values: NDArray[np.float64], names: Sequence[str]) -> pa.Array:
+    index = numbers(values, pa.int32())
+    return pa.DictionaryArray.from_arrays(index, pa.array(names, pa.string())).cast(pa.string())
+
+
+def numbers(values: NDArray[Any], kind: pa.DataType) -> pa.Array:
+    """Return numbers as an Arrow array, NaN as null.
+
+    Not by `pyarrow.array`, which loads pandas to see whether it was given a Series.
+    """
+    plain = np.ascontiguousarray(values, dtype=kind.to_pandas_dtype())
+    array = pa.Array.from_buffers(kind, len(plain), [None, pa.py_buffer(plain)])
+    missing = np.isnan(values) if values.dtype.kind == "f" else np.zeros(0, dtype=bool)
+    if missing.any():
+        return pa.array([None if m else v for m, v in zip(missing, plain.tolist(), strict=True)])
+    return array
+
+
 def from_columns(table: str, columns: Mapping[str, Any]) -> pa.Table:
     """Return columns (sequences or arrays) as an Arrow table; a missing column is all null."""
     described = schema(table)
     length = len(next(iter(columns.values())))
-    arrays = [
-        pa.array(
-            columns[field.name], field.type, from_pandas=isinstance(columns[field.name], np.ndarray)
-        )
-        if field.name in columns
-        else pa.nulls(length, field.type)
-        for field in described
-    ]
-    return pa.Table.from_arrays(arrays, schema=described)
+    return pa.Table.from_arrays(
+        [_column(columns.get(field.name), field.type, length) for field in described],
+        schema=described,
+    )
+
+
+def _column(values: Any, kind: pa.DataType, length: int) -> pa.Array:
+    if values is None:
+        return pa.nulls(length, kind)
+    return numbers(values, kind) if isinstance(values, np.ndarray) else pa.array(values, kind)
 
 
 def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, str]) -> None:

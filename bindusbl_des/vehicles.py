@@ -5,7 +5,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .paths import Path
+from . import motion, paths
+from .motion import COS, DISTANCE, Motion
+from .paths import Path, path_rows
 
 Array = NDArray[np.float64]
 
@@ -44,119 +46,86 @@ class Vehicle(Protocol):
         """Return the share of control instants with an actuator at its limit; None without any."""
 
 
-class Moored:
-    """A vehicle that keeps its place."""
+class Legged:
+    """A vehicle without dynamics: it keeps exactly to legs that are known beforehand.
 
-    def __init__(self, place: Place) -> None:
-        self.place = place
-
-    def at(self, time: float) -> Place:
-        return self.place
-
-    def sample(self, times: Array) -> Array:
-        return np.tile(np.array(self.place), (len(times), 1))
-
-    def heading_integral(self, times: Array) -> Array:
-        return np.outer(times, (np.cos(self.place.yaw), np.sin(self.place.yaw)))
-
-    def distance(self, time: float) -> float:
-        return 0.0
-
-    def path_error(self, times: Array) -> Array:
-        return np.zeros(len(times))
-
-    def saturated(self) -> None:
-        return None
-
-
-class Kinematic:
-    """A vehicle that follows a path at constant speed and depth, exactly."""
-
-    def __init__(self, path: Path, speed: float, depth: float) -> None:
-        self.path = path
-        self.speed = speed
-        self.depth = depth
-
-    def at(self, time: float) -> Place:
-        x, y, yaw = self.path.at(self.speed * time)
-        return Place(x, y, self.depth, yaw)
-
-    def sample(self, times: Array) -> Array:
-        poses = self.path.sample(self.speed * times)
-        return np.insert(poses, 2, self.depth, axis=1)
-
-    def heading_integral(self, times: Array) -> Array:
-        # At constant speed the heading's integral is the displacement over the speed.  A path that
-        # has ended keeps its last heading.
-        poses = self.path.sample(self.speed * times)
-        moved = (poses[:, :2] - np.array(self.path.start[:2])) / self.speed
-        if self.path.repeats_from is None:
-            resting = np.maximum(times - self.path.length / self.speed, 0.0)
-            yaw = self.path.end.yaw
-            moved = moved + np.outer(resting, (np.cos(yaw), np.sin(yaw)))
-        return np.asarray(moved)
-
-    def distance(self, time: float) -> float:
-        travelled = self.speed * time
-        ends = self.path.repeats_from is None
-        return min(travelled, self.path.length) if ends else travelled
-
-    def path_error(self, times: Array) -> Array:
-        return np.zeros(len(times))
-
-    def saturated(self) -> None:
-        return None
-
-
-class Recorded:
-    """A vehicle that repeats a recorded track: straight lines between its samples.
-
-    Before the first and after the last sample it keeps its place.
+    `legs` are its lines as :mod:`.motion` has them; `planned` tells whether they are its plan.
     """
 
-    def __init__(self, times: Array, positions: Array) -> None:
-        """Take times (n,), s, strictly increasing, and positions (n, 3), m, z down; n >= 2."""
-        steps = np.diff(positions[:, :2], axis=0)
-        yaw = np.arctan2(steps[:, 1], steps[:, 0])
-        still = np.hypot(steps[:, 0], steps[:, 1]) == 0.0
-        for leg in np.flatnonzero(still):  # a leg without motion keeps the heading before it
-            yaw[leg] = yaw[leg - 1] if leg else 0.0
-        self._times, self._positions, self._yaw = times, positions, yaw
-        self._travelled = np.concatenate(([0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
+    def __init__(self, legs: Array, *, planned: bool = True) -> None:
+        self.legs, self._planned = legs, planned
+        self._motion = Motion(legs, np.array([0, len(legs)]), 0.0)
 
     def at(self, time: float) -> Place:
-        x, y, z, yaw = self.sample(np.array([time]))[0].tolist()
-        return Place(x, y, z, yaw)
-
-    def _leg(self, times: Array) -> NDArray[np.intp]:
-        index = np.searchsorted(self._times, times, side="right") - 1
-        return np.clip(index, 0, len(self._yaw) - 1)
+        return Place(*motion.where(self._motion, 0, time))
 
     def sample(self, times: Array) -> Array:
-        columns = [np.interp(times, self._times, column) for column in self._positions.T]
-        return np.column_stack((*columns, self._yaw[self._leg(times)]))
+        return self._lines(times)[:, :4]
+
+    def _lines(self, times: Array) -> Array:
+        return motion.lines(self._motion, 0, np.ascontiguousarray(times, dtype=np.float64))
 
     def heading_integral(self, times: Array) -> Array:
-        # headings hold from each sample to the next, the first and last of them without end
-        starts = self._times[:-1].copy()
-        starts[0] = min(starts[0], 0.0)
-        rates = np.column_stack((np.cos(self._yaw), np.sin(self._yaw)))
-        at_starts = np.concatenate(
-            (np.zeros((1, 2)), np.cumsum(rates[:-1] * np.diff(starts)[:, None], axis=0))
-        )
-
-        def integral(instants: Array) -> Array:
-            leg = np.clip(np.searchsorted(starts, instants, side="right") - 1, 0, len(rates) - 1)
-            return np.asarray(at_starts[leg] + rates[leg] * (instants - starts[leg])[:, None])
-
-        return integral(times) - integral(np.zeros(1))
+        return self._lines(times)[:, COS:DISTANCE]
 
     def distance(self, time: float) -> float:
-        start, end = np.interp([0.0, time], self._times, self._travelled)
-        return float(end - start)
+        return float(self._lines(np.array([time]))[0, DISTANCE])
 
     def path_error(self, times: Array) -> Array:
-        return np.empty(0)
+        return np.zeros(len(times) if self._planned else 0)
 
     def saturated(self) -> None:
         return None
+
+
+def moored(place: Place) -> Legged:
+    """Return a vehicle that keeps its place."""
+    return Legged(motion.legs(np.array([[*place, 0.0, 0.0, 0.0, 0.0]])))
+
+
+def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> Legged:
+    """Return a vehicle that follows a path at constant speed (m/s) and depth (m), exactly.
+
+    At the end of a path it rests; a tour it goes on until the instant `until` (s), at least.
+    """
+    rows, again = path_rows(path)
+    flown = [rows]
+    end = path.length
+    while again >= 0 and end < speed * until:
+        lap = rows[again:].copy()
+        lap[:, paths.BEGIN] += end - rows[again, paths.BEGIN]
+        end += path.length - rows[again, paths.BEGIN]
+        flown.append(lap)
+    way = np.concatenate(flown)
+    table = np.zeros((len(way) + 1, COS))
+    table[:-1, [motion.X, motion.Y, motion.YAW]] = way[:, : paths.CURVATURE]
+    table[:-1, motion.SPEED] = speed
+    table[:-1, motion.TURN] = way[:, paths.CURVATURE] * speed
+    table[:-1, motion.BEGIN] = way[:, paths.BEGIN] / speed
+    table[-1, [motion.X, motion.Y, motion.YAW]] = path.end
+    table[-1, motion.BEGIN] = end / speed
+    table[:, motion.Z] = depth
+    return Legged(motion.legs(table))
+
+
+def recorded(times: Array, positions: Array) -> Legged:
+    """Return a vehicle that repeats a recorded track: straight legs between its samples.
+
+    Take times (n,), s, strictly increasing, and positions (n, 3), m, z down; n >= 2.  Before the
+    first and after the last sample it keeps its place and the heading of the leg next to it.
+    """
+    steps, spans = np.diff(positions, axis=0), np.diff(times)
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
+    yaw = np.arctan2(steps[:, 1], steps[:, 0])
+    for leg in np.flatnonzero(lengths == 0.0):  # a leg without motion keeps the heading before it
+        yaw[leg] = yaw[leg - 1] if leg else 0.0
+    table = np.zeros((len(times) + 1, COS))
+    table[1:, : motion.YAW] = positions
+    table[1:-1, motion.YAW] = yaw
+    table[1:-1, motion.SPEED] = lengths / spans
+    table[1:-1, motion.CLIMB] = steps[:, 2] / spans
+    table[1:, motion.BEGIN] = times
+    table[-1, motion.YAW] = yaw[-1]
+    table[0, : motion.SPEED] = table[1, : motion.SPEED]  # at rest until the track begins
+    table[0, motion.BEGIN] = min(times[0], 0.0) - 1.0
+    return Legged(motion.legs(table), planned=False)

@@ -29,6 +29,11 @@ class Water:
     def __init__(self, scenario: Scenario, streams: Streams) -> None:
         self._scenario, self._streams = scenario, streams
 
+    @property
+    def is_steady(self) -> bool:
+        """Whether the current never varies, so that it is the same for every seed."""
+        return self._scenario.environment.current_variation_m_per_s == 0.0
+
     @cached_property
     def series(self) -> Array:
         """The current (m/s) along x and y in each control interval, shape (n, 2)."""

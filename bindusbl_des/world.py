@@ -13,9 +13,10 @@ from .broadcasters import BROADCASTERS, Choice
 from .downlink import MfDownlink
 from .events import Fix
 from .fixing import UsblFleet
-from .fleet import Asv, Auv
+from .fleet import Auv, Fleet
 from .hydrophones import ARRAYS
-from .launch import launch_asvs, launch_auvs
+from .launch import board_auvs, launch_asvs, launch_auvs
+from .motion import places
 from .ranging import OneWay, TwoWay
 from .recorder import Recorder
 from .scenario import Scenario
@@ -32,7 +33,7 @@ from .slots import (
 from .streams import Purpose, Streams
 from .uplink import Uplink
 from .usbl import Usbl
-from .voyages import Water
+from .voyages import Water, walks
 
 
 @dataclass
@@ -43,7 +44,8 @@ class World:
     scenario: Scenario
     slots: Slots
     auvs: Sequence[Auv]
-    asvs: Sequence[Asv]
+    auv_fleet: Fleet
+    asv_fleet: Fleet
     record: Recorder
     board: Board | ReplyBoard
     uplink: Uplink
@@ -58,7 +60,7 @@ class World:
     def __post_init__(self) -> None:
         self._schedule_draw = self.streams.of(Purpose.SCHEDULE)
         self._broadcaster_draw = self.streams.of(Purpose.BROADCASTER)
-        self._plot = np.array([auv.vehicle.at(0.0)[:3] for auv in self.auvs])
+        self._plot = places(self.auv_fleet.motion, 0.0)[:, :3]
         self._fixes_plotted = 0
 
     @property
@@ -77,7 +79,7 @@ class World:
             round_number,
             time,
             self._believed_positions(time),
-            np.array([asv.vehicle.at(time)[:3] for asv in self.asvs]),
+            places(self.asv_fleet.motion, time)[:, :3],
             hf.range_m,
             hf.range_metric,
             self._schedule_draw,
@@ -85,7 +87,8 @@ class World:
 
     def _believed_positions(self, time: float) -> NDArray[np.float64]:
         if self.scenario.protocol.positions == "truth":
-            return np.array([auv.vehicle.at(time)[:3] for auv in self.auvs])
+            self.auv_fleet.reach(time)
+            return np.asarray(places(self.auv_fleet.motion, time)[:, :3])
         # All the fleet knows is where it launched an AUV and the last fix it made of it.
         for fix in self.record.fixes[self._fixes_plotted :]:
             self._plot[fix.auv, :2] = fix.x_m, fix.y_m
@@ -102,30 +105,36 @@ class World:
     def next_broadcaster(self, fixes: Sequence[Fix], time: float) -> int:
         """Choose the ASV of the next broadcast."""
         number = len(self.record.broadcasts)
-        return self.broadcaster(number, fixes, self.asvs, time, self._broadcaster_draw)
+        return self.broadcaster(number, fixes, self.asv_fleet, time, self._broadcaster_draw)
 
 
 def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
     """Put the world of a scenario together, at rest at time 0."""
-    streams, record, slots = Streams(seed), Recorder(), slots_of(scenario)
+    streams, slots = Streams(seed), slots_of(scenario)
+    record = Recorder(everything=scenario.record.detail == "full")
     water = Water(scenario, streams)
-    auvs, asvs = launch_auvs(scenario, streams, water), launch_asvs(scenario, streams, water)
+    lost = walks(scenario, streams, water)
+    auvs, asvs = launch_auvs(scenario, water, lost), launch_asvs(scenario, streams, water)
+    members = board_auvs(scenario, auvs, lost)
     sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
     downlink = MfDownlink(
         env,
+        members,
         auvs,
+        asvs,
         mf_range=scenario.acoustics.mf.range_m,
         sound_speed=sound_speed,
         clock=slots.clock,
     )
     usbls = UsblFleet(usbl_of(scenario), asvs, record)
     board = (
-        ReplyBoard(usbls, asvs, downlink, record)
+        ReplyBoard(usbls, downlink, record)
         if scenario.protocol.downlink == "direct_reply"
         else Board(usbls)
     )
     uplink = Uplink(
         env,
+        auvs,
         asvs,
         hf_range=hf.range_m,
         metric=hf.range_metric,
@@ -142,6 +151,7 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
         else TwoWay(
             env,
             uplink,
+            auvs,
             asvs,
             ping_duration=hf.ping_s,
             turnaround=scenario.protocol.turnaround_s,
@@ -151,8 +161,8 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
     schedule = schedule_named(scenario.protocol.schedule)
     framed = is_framed(scenario.protocol.schedule, schedule)
     return World(
-        env, scenario, slots, auvs, asvs, record, board, uplink, downlink, ranging, schedule,
-        BROADCASTERS[scenario.protocol.broadcaster], streams,
+        env, scenario, slots, members, auvs, asvs, record, board, uplink, downlink, ranging,
+        schedule, BROADCASTERS[scenario.protocol.broadcaster], streams,
         scenario.protocol.frame_s if framed else 0.0,
     )  # fmt: skip
 

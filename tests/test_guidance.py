@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from bindusbl_des import logs, motion
 from bindusbl_des.dynamics import MODELS, Fleet
 from bindusbl_des.guidance import (
     Member,
@@ -20,6 +21,7 @@ from bindusbl_des.guidance import (
     tracks,
 )
 from bindusbl_des.guidance.bluerov2 import share_thrust
+from bindusbl_des.motion import Motion
 from bindusbl_des.paths import Path, Pose, Segment
 from bindusbl_des.routes import lawnmower
 from bindusbl_des.turns import there_and_back
@@ -338,7 +340,7 @@ def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
 
     lines = np.arange(81) * step
     sea = {"commands": [command], "current_m_per_s": (0.1, -0.2), "step_s": step}
-    log = np.zeros((len(lines), logbook.COLUMNS))
+    log = np.zeros((len(lines), logs.COLUMNS))
     table = places(Fleet(model, rest, **sea), lines)  # type: ignore[arg-type]
     tiny = 1e-4
     fine = Fleet(model, rest, **sea)  # type: ignore[arg-type]
@@ -347,8 +349,7 @@ def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
         rates = (-3 * after[0] + 4 * after[1] - after[2]) / (2 * tiny)
         logbook.note(log, k, step, np.concatenate((table[k], rates)))
     times = np.sort(np.random.default_rng(2).uniform(0.0, lines[-1], 300))
-    read = np.empty((len(times), logbook.COLUMNS))
-    logbook.read_all(log, step, times, read)
+    read = motion.lines(Motion(log, np.array([0, len(log)]), step), 0, times)
     truth = places(Fleet(model, rest, **sea), times)  # type: ignore[arg-type]
     assert np.abs(read[:, :3] - truth[:, :3]).max() < 1e-6
     assert np.abs(read[:, 3] - truth[:, 3]).max() < 3e-6
@@ -357,18 +358,17 @@ def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
 def test_headings_sum_up_exactly_on_a_circle() -> None:
     """Half a turn a second round a circle of 1 m: sums within 1e-6 s and metres."""
     rate, step = math.pi, 0.05
-    log = np.zeros((21, logbook.COLUMNS))
+    log = np.zeros((21, logs.COLUMNS))
     for line in range(21):
         yaw = rate * line * step
         c, s = math.cos(yaw), math.sin(yaw)
         place, rates = (s, 1.0 - c, 5.0, yaw), (rate * c, rate * s, 0.0, rate)
         logbook.note(log, line, step, np.array([*place, *rates]))
-    table = np.empty((2, logbook.COLUMNS))
-    logbook.read_all(log, step, np.array([0.31, 1.0]), table)
+    table = motion.lines(Motion(log, np.array([0, 21]), step), 0, np.array([0.31, 1.0]))
     for row, yaw in zip(table, (0.31 * rate, rate), strict=True):
         sums = (math.sin(yaw) / rate, (1.0 - math.cos(yaw)) / rate)
-        assert row[logbook.COS : logbook.DISTANCE] == pytest.approx(sums, abs=1e-6)
-        assert row[logbook.DISTANCE] == pytest.approx(yaw, abs=1e-6)
+        assert row[logs.COS : logs.DISTANCE] == pytest.approx(sums, abs=1e-6)
+        assert row[logs.DISTANCE] == pytest.approx(yaw, abs=1e-6)
 
 
 @pytest.mark.parametrize("number", range(4))
@@ -440,8 +440,8 @@ def test_the_path_flown_is_off_by_what_is_believed(model: str, bearing: float) -
 def test_drift_is_straight_between_samples() -> None:
     """A quarter of the way between two samples a quarter of the step has been walked."""
     walk = np.array([[0.0, 0.0], [1.0, -2.0], [1.0, 6.0]])
-    line, bias = np.zeros(logbook.COLUMNS), np.array([0.1, 0.2])
-    line[[logbook.COS, logbook.SIN]] = 3.0, 4.0
+    line, bias = np.zeros(logs.COLUMNS), np.array([0.1, 0.2])
+    line[[logs.COS, logs.SIN]] = 3.0, 4.0
     world = belief.error(0.625, line, bias, False, walk, 2.0)
     assert world == pytest.approx((0.0625 + 1.0, 0.125 - 2.0 + 0.25 * 8.0))
     body = belief.error(0.5, line, bias, True, walk, 2.0)

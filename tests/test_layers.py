@@ -11,7 +11,8 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 LAYERS = [
     "compiled wording events streams",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
-    "conflicts dead_reckoning track_file currents vehicles dynamics guidance",
+    "conflicts logs motion propagation dead_reckoning track_file currents vehicles dynamics "
+    "guidance",
     "consistency vehicle_choice scenario",
     "navigation recorder fleet",
     "uplink downlink ranging fixing boards broadcasters schedules samples",

@@ -9,24 +9,25 @@ import pytest
 from worlds import scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.dead_reckoning import Drift, bias_drift, drift_rms, random_walk
+from bindusbl_des.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
+from bindusbl_des.motion import together
 from bindusbl_des.navigation import FixedGain, estimate_at_ping, present_estimate
 from bindusbl_des.paths import Path as RoutePath
 from bindusbl_des.paths import Pose, Segment
 from bindusbl_des.routes import lawnmower
-from bindusbl_des.vehicles import Kinematic, Recorded
+from bindusbl_des.vehicles import Legged, Place, kinematic, moored, recorded
 
 CHECKS = json.loads((Path(__file__).parent / "reference" / "physics_checks.json").read_text())
 BIAS = (0.06, 0.06)
 
 
-def boustrophedon() -> Kinematic:
+def boustrophedon() -> Legged:
     """Return a vehicle on legs of 60 m, 10 m apart, at 1.5 m/s (legs of 40 s, turns of 10.47 s)."""
     turn = math.pi * 5
     legs = []
     for leg in range(4):
         legs += [Segment(0.0, 60.0), Segment(0.2 if leg % 2 == 0 else -0.2, turn)]
-    return Kinematic(RoutePath(Pose(0, 0, 0), tuple(legs)), 1.5, 10.0)
+    return kinematic(RoutePath(Pose(0, 0, 0), tuple(legs)), 1.5, 10.0)
 
 
 def test_body_bias_cancels_on_legs_there_and_back() -> None:
@@ -48,9 +49,9 @@ def test_body_bias_cancels_on_legs_there_and_back() -> None:
 
 def test_heading_integrals_agree_with_quadrature() -> None:
     """Whatever the path, the integral of the heading is that of fine steps."""
-    track = Recorded(np.array([1.0, 4.0, 9.0]), np.array([[0, 0, 5], [3, 0, 5], [3, 5, 6.0]]))
+    track = recorded(np.array([1.0, 4.0, 9.0]), np.array([[0, 0, 5], [3, 0, 5], [3, 5, 6.0]]))
     lanes = lawnmower(60, 3, 1, spacing=5.0, margin=5.0, radius=4.0)
-    for vehicle in (track, Kinematic(lanes, 0.9, 10.0), boustrophedon()):
+    for vehicle in (track, kinematic(lanes, 0.9, 10.0), boustrophedon()):
         steps = (np.arange(200_000) + 0.5) * 1e-3
         yaw = vehicle.sample(steps)[:, 3]
         sums = np.cumsum(np.column_stack((np.cos(yaw), np.sin(yaw))), axis=0) * 1e-3
@@ -90,11 +91,28 @@ def test_drift_rms(time: float, rms: float) -> None:
 def test_between_samples_the_drift_is_linear() -> None:
     """The IMU holds its velocity between samples."""
     noise = np.random.default_rng(0).standard_normal((4, 2))
-    drift = Drift(2.0, random_walk(2.0, 1.0, noise))
-    middle = (np.array(drift.at(0.5)) + np.array(drift.at(1.0))) / 2
-    assert drift.at(0.75) == pytest.approx(middle)
-    assert drift.sample(np.array([0.75, 2.0]))[0] == pytest.approx(middle)
-    assert drift.at(2.0) == pytest.approx(drift.sample(np.array([2.0]))[0])
+    still = together([moored(Place(3.0, 4.0, 5.0, 0.0)).legs])
+    walk = random_walk(2.0, 1.0, noise)
+    reckoning = DeadReckoning(still, 0, walk, 2.0, (0.0, 0.0), "world")
+    middle = (np.array(reckoning.at(0.5)) + np.array(reckoning.at(1.0))) / 2
+    assert reckoning.at(0.75) == pytest.approx(middle)
+    truth, drift = reckoning.sample(np.array([0.75, 2.0]))
+    assert truth[0].tolist() == [3.0, 4.0, 5.0, 0.0]
+    assert truth[0, :2] + drift[0] == pytest.approx(middle)
+    assert reckoning.at(2.0) == pytest.approx(truth[1, :2] + drift[1])
+
+
+@pytest.mark.parametrize("frame", ["body", "world"])
+def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> None:
+    """Dead reckoning is truth plus the drift of its bias, on legs and in turns."""
+    vehicle = boustrophedon()
+    reckoning = DeadReckoning(together([vehicle.legs]), 0, np.zeros((2, 2)), 1.0, BIAS, frame)
+    times = np.array([0.0, 12.3, 45.0, 130.7, 250.0])
+    expected = bias_drift(BIAS, frame, times, vehicle.heading_integral(times))
+    truth, drift = reckoning.sample(times)
+    assert truth == pytest.approx(vehicle.sample(times))
+    assert drift == pytest.approx(expected, abs=1e-12)
+    assert reckoning.at(45.0) == pytest.approx(truth[2, :2] + expected[2])
 
 
 CASES = {

@@ -12,7 +12,7 @@ from bindusbl_des.paths import Path, Pose, Segment
 from bindusbl_des.routes import lane_order, lane_ordinates, lawnmower, waypoint_path
 from bindusbl_des.track_file import read_track
 from bindusbl_des.turns import there_and_back, turn_about
-from bindusbl_des.vehicles import Kinematic, Moored, Place, Recorded
+from bindusbl_des.vehicles import Place, kinematic, moored, recorded
 
 JOIN = math.radians(20)
 
@@ -124,14 +124,14 @@ def test_vehicles_know_their_place() -> None:
     """Vehicles answer for any instant, one or many at a time."""
     times = np.array([0.0, 1.0, 7.5, 12.0])
     path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0), Segment(0.5, 3.0)))
-    recorded = Recorded(np.array([1.0, 5.0, 6.0]), np.array([[0, 0, 2], [4, 0, 4], [4, 0, 5.0]]))
-    for vehicle in (Kinematic(path, 1.0, 10.0), Moored(Place(1, 2, 3, 0.4)), recorded):
+    track = recorded(np.array([1.0, 5.0, 6.0]), np.array([[0, 0, 2], [4, 0, 4], [4, 0, 5.0]]))
+    for vehicle in (kinematic(path, 1.0, 10.0), moored(Place(1, 2, 3, 0.4)), track):
         many = vehicle.sample(times)
         for time, row in zip(times.tolist(), many, strict=True):
             assert tuple(vehicle.at(time)) == pytest.approx(tuple(row))
-    assert Kinematic(path, 1.0, 10.0).distance(99.0) == 13.0
-    assert recorded.at(3.0) == pytest.approx((2.0, 0.0, 3.0, 0.0))
-    assert recorded.distance(10.0) == 4.0
+    assert kinematic(path, 1.0, 10.0).distance(99.0) == 13.0
+    assert track.at(3.0) == pytest.approx((2.0, 0.0, 3.0, 0.0))
+    assert track.distance(10.0) == 4.0
 
 
 GOOD = "time_s,x_m,y_m,depth_m\n0,0,0,1\n2,4,0,1\n"

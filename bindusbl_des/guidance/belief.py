@@ -5,9 +5,9 @@ from math import ceil, floor
 
 import numpy as np
 
+from .. import logs
 from ..compiled import compiled
 from ..dynamics.frames import Floats
-from . import logbook
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def error(
     `line` of its log holds the integrals of its heading; `bias` (2,) m/s; `walk` (samples, 2) m.
     """
     if in_body:
-        ahead, aside = line[logbook.COS], line[logbook.SIN]
+        ahead, aside = line[logs.COS], line[logs.SIN]
         north, east = ahead * bias[0] - aside * bias[1], aside * bias[0] + ahead * bias[1]
     else:
         north, east = time * bias[0], time * bias[1]

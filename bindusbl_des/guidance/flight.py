@@ -11,6 +11,7 @@ import numpy as np
 from ..compiled import compiled
 from ..dynamics import rk4
 from ..dynamics.frames import Floats, move_rigid_body, move_surface_craft
+from ..logs import YAW
 from . import belief, bluerov2, cybership2, logbook, otter, remus100, tracks
 from .tracks import Ints
 
@@ -142,7 +143,7 @@ def fly(
             fix = noise[i, min(interval, noise.shape[1] - 1)]
             believed[0] = spot[0] + off_n + fix[0] + corrections[i, 0] - told[NORTH]
             believed[1] = spot[1] + off_e + fix[1] + corrections[i, 1] - told[EAST]
-            turn = spot[logbook.YAW] if in_body else 0.0
+            turn = spot[YAW] if in_body else 0.0
             believed[2] = spot[4] + cos(turn) * drift[0] - sin(turn) * drift[1]
             believed[3] = spot[5] + sin(turn) * drift[0] + cos(turn) * drift[1]
             if rows.shape[0] > 0:  # there are paths, and stations are at the origin

@@ -4,7 +4,9 @@ from typing import Protocol
 
 import numpy as np
 
+from .. import logs
 from ..dynamics.frames import Floats
+from ..motion import Motion, lines, where
 from ..vehicles import Place
 from . import logbook
 from .tracks import Ints, Tracks
@@ -13,9 +15,8 @@ from .tracks import Ints, Tracks
 class UnderWay(Protocol):
     """What a member needs of its fleet: to be moved on, and its log."""
 
-    step_s: float
     control_s: float
-    logs: Floats
+    motion: Motion
     active: Ints
     stations: Floats
     tracks: Tracks
@@ -36,45 +37,35 @@ class Member:
 
     def __init__(self, fleet: UnderWay, number: int) -> None:
         self._fleet, self._number = fleet, number
-        self._log = fleet.logs[number]
-        self._spot = np.empty(logbook.COS)
-
-    def _read(self, time: float) -> int:
-        self._fleet.advance(time)
-        return logbook.read(self._log, self._fleet.step_s, time, self._spot)
 
     def _table(self, times: Floats) -> Floats:
-        """Return the interpolated line of the log of each instant, (n, logbook.COLUMNS)."""
+        """Return the interpolated line of the log of each instant, (n, logs.COLUMNS)."""
         instants = np.ascontiguousarray(times, dtype=np.float64)
-        table = np.empty((len(instants), logbook.COLUMNS))
         if len(instants):
             self._fleet.advance(float(instants.max()))
-            logbook.read_all(self._log, self._fleet.step_s, instants, table)
-        return table
+        return lines(self._fleet.motion, self._number, instants)
 
     def at(self, time: float) -> Place:
         """Return the true place at an instant (s)."""
-        self._read(time)
-        x, y, z, yaw = self._spot[: logbook.RATES].tolist()
-        return Place(x, y, z, yaw)
+        self._fleet.advance(time)
+        return Place(*where(self._fleet.motion, self._number, time))
 
     def velocity(self, time: float) -> tuple[float, float, float]:
         """Return the true velocity over ground (m/s) along x, y and z at an instant (s)."""
-        self._read(time)
-        x, y, z, _ = self._spot[logbook.RATES :].tolist()
+        x, y, z, _ = self._table(np.array([time]))[0, logs.RATES : logs.COS].tolist()
         return x, y, z
 
     def sample(self, times: Floats) -> Floats:
         """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
-        return self._table(times)[:, : logbook.RATES]
+        return self._table(times)[:, : logs.RATES]
 
     def heading_integral(self, times: Floats) -> Floats:
         """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), (n, 2)."""
-        return self._table(times)[:, logbook.COS : logbook.DISTANCE]
+        return self._table(times)[:, logs.COS : logs.DISTANCE]
 
     def distance(self, time: float) -> float:
         """Return the horizontal distance travelled over ground until an instant (m)."""
-        return float(self._table(np.array([time]))[0, logbook.DISTANCE])
+        return float(self._table(np.array([time]))[0, logs.DISTANCE])
 
     def saturated(self) -> float:
         """Return the share of its control instants so far with an actuator at its limit."""

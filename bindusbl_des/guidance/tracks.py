@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 
 from ..compiled import compiled
 from ..dynamics.frames import Floats
-from ..paths import SHORTEST_SEGMENT, Path, Segment
+from ..paths import BEGIN, CURVATURE, LENGTH, ROW_COLUMNS, YAW, Path, X, Y, path_rows
 from .signals import half_turn
 
 Ints = NDArray[np.int64]
 
-# A row: its first point (m) and heading (rad), curvature (1/m), distance along the path (m), length
-X, Y, YAW, CURVATURE, BEGIN, LENGTH, COLUMNS = range(7)
 # Where a vehicle's rows lie: the first, the one past the last, and where a tour begins again (or
 # -1), then where a vehicle is: row, metres into it, metres of whole tours behind it
 FIRST, END, AGAIN = range(3)
@@ -39,7 +37,7 @@ class Tracks:
 
 def nowhere(count: int) -> Tracks:
     """Return the paths of vehicles that keep stations: no rows at all."""
-    return Tracks(np.zeros((0, COLUMNS)), np.zeros((count, 3), dtype=np.int64))
+    return Tracks(np.zeros((0, ROW_COLUMNS)), np.zeros((count, 3), dtype=np.int64))
 
 
 def pack(paths: Sequence[Path]) -> Tracks:
@@ -48,45 +46,11 @@ def pack(paths: Sequence[Path]) -> Tracks:
     bounds = np.empty((len(paths), 3), dtype=np.int64)
     first = 0
     for vehicle, path in enumerate(paths):
-        own, again = _rows(path)
+        own, again = path_rows(path)
         rows.append(own)
         bounds[vehicle] = first, first + len(own), first + again if again >= 0 else -1
         first += len(own)
     return Tracks(np.concatenate(rows), bounds)
-
-
-def _rows(path: Path) -> tuple[Floats, int]:
-    """Return one path's rows, and at which of them its tour begins again (-1: it ends)."""
-    segments, again = list(path.segments), -1
-    if path.repeats_from is not None:
-        segments, again = _jointed(segments, path.repeats_from)
-    if not segments:  # a point to hover at
-        segments = [Segment(0.0, 0.0)]
-    rows = np.empty((len(segments), COLUMNS))
-    rows[:, CURVATURE:] = [(segment.curvature, 0.0, segment.length) for segment in segments]
-    rows[1:, BEGIN] = np.cumsum(rows[:-1, LENGTH])
-    rows[:, :CURVATURE] = Path(path.start, tuple(segments)).sample(rows[:, BEGIN])
-    return rows, again
-
-
-def _jointed(segments: list[Segment], distance: float) -> tuple[list[Segment], int]:
-    """Return the segments, cut in two at a distance (m), and the number of the one after it."""
-    begin = 0.0
-    for number, segment in enumerate(segments):
-        into = distance - begin
-        if into <= SHORTEST_SEGMENT:
-            return segments, number
-        if into < segment.length - SHORTEST_SEGMENT:
-            halves = [
-                Segment(segment.curvature, into),
-                Segment(segment.curvature, segment.length - into),
-            ]
-            return segments[:number] + halves + segments[number + 1 :], number + 1
-        begin += segment.length
-    raise ValueError(
-        f"a tour cannot repeat from {distance} m: its path is only {begin} m long; repeats_from "
-        "must lie before the end"
-    )
 
 
 @compiled

@@ -6,11 +6,13 @@ from math import degrees
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import logs
 from ..dynamics import rk4
 from ..dynamics.frames import Floats
 from ..dynamics.models import find, parameters
+from ..motion import Motion
 from ..paths import Path
-from . import belief, departure, flight, logbook, tracks
+from . import belief, departure, flight, tracks
 from .belief import SteeringDrift
 from .departure import LOST_CIRCLES, PATIENCE_S, WATCH_CIRCLES, Vessels
 from .limits import (
@@ -85,7 +87,10 @@ class Voyage:
             departure.for_each(model, "depth_m", depth_m, count),
             overrides,
         )
-        self.logs = np.zeros((count, self._intervals * self._steps + 1, logbook.COLUMNS))
+        self.logs = np.zeros((count, self._intervals * self._steps + 1, logs.COLUMNS))
+        # What lies beyond the instant that the fleet was last advanced to is not known yet.
+        ends = np.arange(count + 1) * self.logs.shape[1]
+        self.motion = Motion(self.logs.reshape(-1, logs.COLUMNS), ends, self.step_s)
         self.active = np.zeros((count, self._intervals), dtype=np.int64)
         self._progress = np.zeros((count, tracks.PROGRESS))
         if paths is not None:
@@ -181,7 +186,7 @@ class Voyage:
     def mean_speed(self) -> Floats:
         """Mean speed over ground so far (m/s), (n,)."""
         last = self._flown * self._steps
-        return np.asarray(self.logs[:, last, logbook.DISTANCE] / max(last * self.step_s, 1e-300))
+        return np.asarray(self.logs[:, last, logs.DISTANCE] / max(last * self.step_s, 1e-300))
 
 
 def _refuse_wrong_plan(
