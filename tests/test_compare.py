@@ -222,7 +222,7 @@ WRONG_OPTIONS = {
         "--vary asvs.count=: vary.asvs.count: is an empty list; give at least one value"
     ],
     ("asvs.count=2", "asvs.count=3"): [
-        "--vary asvs.count=3: vary.asvs.count: given twice; name all its values after one --vary"
+        "--vary asvs.count=3: vary.asvs.count: given twice; keep one option with all of it"
     ],
     ("asvs.cuont=2", "asvs.count=x"): [
         "--vary asvs.cuont=2: asvs.cuont: unknown key; did you mean 'count'?",

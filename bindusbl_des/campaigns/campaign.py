@@ -1,16 +1,20 @@
 """A campaign as it lies on the disk: how far it is and what it found."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .experiments.experiment import Experiment
 from .experiments.plan import Plan
+from .statistics.outcomes import outcomes
+from .statistics.stopping import seeds_wanted
 from .storage.folder import RECORD, CampaignError, is_locked, read_record
 from .storage.parts import committed, done, part_path, read_table
-from .workers.batches import FAILED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,19 +64,31 @@ class Campaign:
         frame: pd.DataFrame = pd.DataFrame() if rows is None else rows.to_pandas()
         return frame
 
-    def numbers(self) -> Sequence[int]:
-        """Return the numbers of this folder's missions in the plan: all, or those of its shard."""
-        return list(self.plan.shard(*(self.record["shard"] or (1, 1))))
+    def wanted(self) -> NDArray[np.int64]:
+        """Return the numbers of this folder's missions: all, or those of its shard.
+
+        Where `until_ci` says how sure to be, they are those that are needed as far as is known.
+        """
+        numbers = self.plan.shard(*(self.record["shard"] or (1, 1)))
+        targets = self.plan.experiment.until_ci
+        if not targets:
+            return numbers
+        found = outcomes(self.folder, [target.metric for target in targets])
+        point, replicate = np.divmod(numbers, len(self.plan.experiment.seeds))
+        return numbers[replicate < np.array(seeds_wanted(self.plan, found))[point]]
+
+    def missing(self) -> NDArray[np.int64]:
+        """Return the numbers of wanted missions that have no row yet, in the plan's order."""
+        return np.setdiff1d(self.wanted(), done(self.folder).numbers, assume_unique=True)
 
     def state(self) -> State:
         """Return how far the campaign is."""
-        states = list(done(self.folder).values())
-        failed = states.count(FAILED)
+        rows, wanted = done(self.folder), self.wanted()
+        failed = int(rows.failed.sum())
         status = "running" if is_locked(self.folder) else self.record["status"]
         if status == "running" and not is_locked(self.folder):
             status = "killed"
-        total = len(self.numbers())
-        return State(total, len(states) - failed, failed, status, self._rate(len(states)))
+        return State(len(wanted), len(rows) - failed, failed, status, self._rate(len(rows)))
 
     def _rate(self, ran: int) -> float | None:
         session = self.record["session"]

@@ -38,10 +38,10 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
         if (campaign.folder / "failures").is_dir():
             shutil.copytree(campaign.folder / "failures", folder / "failures", dirs_exist_ok=True)
     shutil.copy(first.folder / "scenario.yaml", folder / "scenario.yaml")
-    states = done(folder)
-    status = "complete" if len(states) == len(first.plan) else "interrupted"
-    session = {"began_at": time.time(), "rows_before": len(states)}
-    record = {**first.record, "shard": None, "status": status, "session": session}
+    session = {"began_at": time.time(), "rows_before": len(done(folder))}
+    record = {**first.record, "shard": None, "session": session}
+    missing = Campaign(folder, first.plan, record).missing()
+    record["status"] = "interrupted" if len(missing) else "complete"
     write_json(folder / RECORD, record)
     return Campaign(folder, first.plan, record)
 

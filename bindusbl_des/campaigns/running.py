@@ -9,6 +9,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..result import PACKAGES, scenario_sha256
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import Detail, Experiment
@@ -19,7 +22,7 @@ from .refusals import check_new, check_unchanged
 from .storage.folder import FORMAT, RECORD, clean, locked, write_json
 from .storage.joining import compact
 from .storage.parts import clean_parts, done
-from .workers.batches import FAILED, NotWritten
+from .workers.batches import NotWritten
 from .workers.crews import crew_for
 from .workers.interruption import interruptible
 from .workers.progress import Progress
@@ -36,6 +39,7 @@ class Settings:
     workers: int | None = None
     backend: str = "local"
     quiet: bool = True
+    mission_timeout_s: float | None = None
 
 
 def sweep(
@@ -45,15 +49,20 @@ def sweep(
     vary: Mapping[str, Sequence[Any]] | None = None,
     seeds: int | Sequence[int] | None = None,
     detail: Detail | None = None,
+    until_ci: Mapping[str, float | str] | None = None,
     workers: int | None = None,
     backend: str = "local",
     shard: Shard | None = None,
     quiet: bool = True,
+    mission_timeout_s: float | None = None,
 ) -> Campaign:
     """Run every mission of an experiment; return the campaign, which its folder keeps.
 
     `experiment` is an experiment file or a scenario file; `vary` (dotted keys with their values),
-    `seeds` and `detail` are laid over it.  Interrupted or killed, it is continued by `resume`.
+    `seeds`, `detail` and `until_ci` (metrics with the half width of their 95 % confidence interval
+    at which a point stops, such as ``"5%"``) are laid over it.  A mission that takes longer than
+    `mission_timeout_s` is ended and counts as failed.  Interrupted or killed, the campaign is
+    continued by `resume`.
 
     Raises:
         ScenarioError: when the experiment file or its scenario is wrong.
@@ -61,10 +70,12 @@ def sweep(
         NotWritten: when the disk is full; what was written counts.
     """
     if not isinstance(experiment, Experiment):
-        experiment = load_experiment(experiment, Options(written(vary or {}), seeds, detail))
+        targets = tuple(f"{metric}={width}" for metric, width in (until_ci or {}).items())
+        options = Options(written(vary or {}), targets, seeds, detail)
+        experiment = load_experiment(experiment, options)
     plan, folder = Plan(experiment), Path(out)
     check_new(folder, plan)
-    settings = Settings(workers, backend, quiet)
+    settings = Settings(workers, backend, quiet, mission_timeout_s)
     crew_for_check(settings)
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
@@ -92,8 +103,8 @@ def resume(folder: str | Path, *, retry_failed: bool = False, **settings: Any) -
         clean(campaign.folder)
         clean_parts(campaign.folder)
         if retry_failed:
-            states = done(campaign.folder)
-            compact(campaign.folder, leave_out=[n for n, it in states.items() if it == FAILED])
+            rows = done(campaign.folder)
+            compact(campaign.folder, leave_out=rows.numbers[rows.failed].tolist())
         return _run(campaign, Settings(**settings))
 
 
@@ -117,14 +128,13 @@ def first_record(plan: Plan, shard: Shard | None) -> dict[str, Any]:
 
 def _run(campaign: Campaign, settings: Settings) -> Campaign:
     """Run the missing missions of a campaign whose folder is ours."""
-    folder, states = campaign.folder, done(campaign.folder)
-    missing = [number for number in campaign.numbers() if number not in states]
-    session = {"began_at": time.time(), "rows_before": len(states)}
+    folder = campaign.folder
+    session = {"began_at": time.time(), "rows_before": len(done(folder))}
     record = {**campaign.record, "status": "running", "session": session}
     write_json(folder / RECORD, record)
     status = "killed"
     try:
-        status = _supervise(campaign, missing, settings)
+        status = _supervise(campaign, settings)
     except KeyboardInterrupt:
         status = "interrupted"
         raise
@@ -142,27 +152,40 @@ def _settle(folder: Path, record: Mapping[str, Any]) -> None:
         write_json(folder / RECORD, record)
 
 
-def _supervise(campaign: Campaign, missing: Sequence[int], settings: Settings) -> str:
-    """Run missions; return `complete` or `interrupted`."""
-    if missing:
-        workers = settings.workers or os.cpu_count() or 1
+def _supervise(campaign: Campaign, settings: Settings) -> str:
+    """Run what is missing; return `complete` or `interrupted`."""
+    missing = campaign.missing()
+    if len(missing):
         if settings.backend == "local":
             compile_kernels(campaign.plan)
-        progress = Progress(len(missing), quiet=settings.quiet)
-        crew = crew_for(settings.backend, min(workers, len(missing)))
-        supervisor = Supervisor(campaign.plan, campaign.folder, crew, progress.note)
-        ended = False
-        try:
-            with interruptible(supervisor.stop):
-                supervisor.run(missing)
-            ended = True
-        finally:
-            crew.close(now=not ended)
-            progress.end()
-        if supervisor.trouble:
-            raise supervisor.trouble
-        if supervisor.stopping and len(done(campaign.folder)) < len(campaign.numbers()):
+        missing = _run_missing(campaign, missing, settings)
+        if len(missing):
             return "interrupted"
     with suppress(OSError):  # sorting needs room for a copy; unsorted parts hold the same rows
         compact(campaign.folder)
     return "complete"
+
+
+def _run_missing(
+    campaign: Campaign, missing: NDArray[np.int64], settings: Settings
+) -> NDArray[np.int64]:
+    """Run missions, and those that turn out to be wanted; return what an interrupt left."""
+    workers = min(settings.workers or os.cpu_count() or 1, len(missing))
+    progress = Progress(quiet=settings.quiet)
+    crew = crew_for(settings.backend, workers)
+    limit = settings.mission_timeout_s
+    supervisor = Supervisor(campaign.plan, campaign.folder, crew, progress.note, limit)
+    ended = False
+    try:
+        with interruptible(supervisor.stop):
+            while len(missing) and not supervisor.stopping:
+                progress.total += len(missing)
+                supervisor.run(missing)
+                missing = campaign.missing()
+        ended = True
+    finally:
+        crew.close(now=not ended)
+        progress.end()
+    if supervisor.trouble:
+        raise supervisor.trouble
+    return missing

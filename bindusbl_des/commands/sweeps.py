@@ -37,8 +37,17 @@ def _worker_options(command: Any) -> Any:
     command = click.option(
         "--backend", default="local", metavar="local|dask:ADDRESS", help="Who does the work."
     )(command)
+    command = click.option(
+        "--mission-timeout",
+        type=click.FloatRange(min=0, min_open=True),
+        metavar="SECONDS",
+        help="End a mission that takes longer; it counts as failed.",
+    )(command)
     return click.option(
-        "--workers", type=click.IntRange(min=1), help="Processes at once (default: one per CPU)."
+        "--workers",
+        type=click.IntRange(min=1),
+        metavar="N",
+        help="Processes at once (default: one per CPU).",
     )(command)
 
 
@@ -48,7 +57,14 @@ def _experiment_options(command: Any) -> Any:
         "--detail", type=click.Choice(["summary", "full"]), help="Keep metrics only, or all events."
     )(command)
     command = click.option(
-        "--seeds", type=click.IntRange(min=1), help="Seeds 0 to N - 1 at each point."
+        "--until-ci",
+        metavar="METRIC=WIDTH",
+        multiple=True,
+        help="Stop a point when half the width of the metric's 95 % CI is at most this, such as "
+        "5% of the mean or 0.02; --seeds is the largest number of seeds then (default 256).",
+    )(command)
+    command = click.option(
+        "--seeds", type=click.IntRange(min=1), metavar="N", help="Seeds 0 to N - 1 at each point."
     )(command)
     return click.option(
         "--vary",
@@ -71,9 +87,11 @@ def sweep(
     file: str,
     vary: tuple[str, ...],
     seeds: int | None,
+    until_ci: tuple[str, ...],
     detail: str | None,
     out: str | None,
     workers: int | None,
+    mission_timeout: float | None,
     backend: str,
     as_json: bool,
     shard: tuple[int, int] | None,
@@ -88,7 +106,7 @@ def sweep(
         from ..campaigns.experiments.experiment_file import load_experiment
         from ..campaigns.experiments.options import Options
 
-        plan = load_experiment(file, Options(vary, seeds, detail))
+        plan = load_experiment(file, Options(vary, until_ci, seeds, detail))
         folder = Path(out) if out else default_folder(plan.name, shard)
         if dry_run:
             _tell_estimate(plan, shard, workers, as_json)
@@ -96,7 +114,13 @@ def sweep(
         from ..campaigns.running import sweep as sweep_experiment
 
         campaign = sweep_experiment(
-            plan, folder, workers=workers, backend=backend, shard=shard, quiet=_quiet()
+            plan,
+            folder,
+            workers=workers,
+            backend=backend,
+            shard=shard,
+            quiet=_quiet(),
+            mission_timeout_s=mission_timeout,
         )
     _report(campaign, as_json)
 
@@ -112,14 +136,24 @@ def default_folder(name: str, shard: tuple[int, int] | None) -> Path:
 @_worker_options
 @click.option("--retry-failed", is_flag=True, help="Also run missions again that failed.")
 def resume(
-    folder: str, workers: int | None, backend: str, as_json: bool, retry_failed: bool
+    folder: str,
+    workers: int | None,
+    mission_timeout: float | None,
+    backend: str,
+    as_json: bool,
+    retry_failed: bool,
 ) -> None:
     """Run what is missing of a campaign."""
     with mistakes_told():
         from ..campaigns.running import resume as resume_campaign
 
         campaign = resume_campaign(
-            folder, retry_failed=retry_failed, workers=workers, backend=backend, quiet=_quiet()
+            folder,
+            retry_failed=retry_failed,
+            workers=workers,
+            backend=backend,
+            quiet=_quiet(),
+            mission_timeout_s=mission_timeout,
         )
     _report(campaign, as_json)
 
@@ -207,13 +241,14 @@ def _tell_estimate(
     from ..campaigns.workers.progress import duration
 
     plan = Plan(experiment)
-    missions = len(list(plan.shard(*(shard or (1, 1)))))
+    missions = len(plan.shard(*(shard or (1, 1))))
     cost = estimated(plan, missions, workers)
     if as_json:
         print_json(asdict(cost))
         return
     share = f" in this shard of {len(plan)}" if shard else ""
-    click.echo(f"missions  {missions}{share} ({cost.points} points x {cost.seeds} seeds)")
+    most = "at most " if experiment.until_ci else ""
+    click.echo(f"missions  {most}{missions}{share} ({cost.points} points x {cost.seeds} seeds)")
     click.echo(f"time      about {duration(cost.seconds)}")
     click.echo(f"disk      about {cost.bytes / 1e6:.1f} MB")
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from ...overrides import override
 from ...plain_yaml import Document
 from ...scenario import Scenario
+from .precision import Target
 
 Detail = Literal["summary", "full"]
 Point = Mapping[str, Any]
@@ -21,7 +22,7 @@ class Experiment:
 
     `given` holds the keys of the base scenario that its author gave, so that a point may choose
     another kind of route without inheriting the defaults of the first; a point maps dotted keys to
-    values.
+    values.  Where `until_ci` says how sure to be, a point takes as many of the seeds as that needs.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Experiment:
     points: tuple[Point, ...]
     seeds: tuple[int, ...]
     detail: Detail = "summary"
+    until_ci: tuple[Target, ...] = ()
 
     def base(self) -> Scenario:
         """Return the scenario before it is varied."""
@@ -50,6 +52,7 @@ class Experiment:
             "points": [dict(point) for point in self.points],
             "seeds": list(self.seeds),
             "detail": self.detail,
+            "until_ci": {target.metric: target.written for target in self.until_ci},
         }
 
     @classmethod
@@ -61,6 +64,7 @@ class Experiment:
             tuple(record["points"]),
             tuple(record["seeds"]),
             record["detail"],
+            tuple(Target(*item) for item in record["until_ci"].items()),
         )
 
 

@@ -14,6 +14,7 @@ from .experiment_points import points_in
 from .kinds import KEYS, is_experiment, is_scenario
 from .options import Options, lay_over
 from .point_checks import check_points
+from .precision import MOST_SEEDS, targets_in
 
 DETAILS = ("summary", "full")
 
@@ -42,7 +43,7 @@ def load_experiment(path: str | FilePath, options: Options = NO_OPTIONS) -> Expe
     lay_over(document, options)
     _check_keys(document)
     name, detail = _name(document, path.stem), _detail(document)
-    seeds = _seeds(document)
+    seeds, until_ci = _seeds(document), targets_in(document)
     points, places = points_in(document)
     base = _base(document, path.parent)
     if base is not None and seeds and len(points) * len(seeds) > MOST_MISSIONS:
@@ -54,7 +55,7 @@ def load_experiment(path: str | FilePath, options: Options = NO_OPTIONS) -> Expe
     if base is None or document.mistakes:
         raise _wrong(document)
     given = base.model_dump(mode="json", exclude_unset=True)
-    return Experiment(name, given, tuple(points), tuple(seeds), detail)
+    return Experiment(name, given, tuple(points), tuple(seeds), detail, until_ci)
 
 
 def _of_scenario(path: FilePath, data: Any) -> Document:
@@ -126,7 +127,7 @@ def _detail(document: Document) -> Detail:
 
 def _seeds(document: Document) -> Sequence[int]:
     """Return the seeds: N stands for 0 to N - 1."""
-    seeds: Any = document.data.get("seeds", 1)
+    seeds: Any = document.data.get("seeds", MOST_SEEDS if "until_ci" in document.data else 1)
     if isinstance(seeds, list):
         return _listed_seeds(document, seeds)
     if isinstance(seeds, bool) or not isinstance(seeds, int):

@@ -3,6 +3,7 @@
 from typing import Any
 
 from ...scenario_keys import DIALECT, keys
+from ..storage.parts import MISSIONS, metric_schema
 from .experiment_file import DETAILS, LARGEST_SEED, MOST_MISSIONS
 from .experiment_points import MOST_POINTS
 from .sampling import METHODS
@@ -30,6 +31,14 @@ def experiment_schema() -> dict[str, Any]:
             },
             "sample": _sample(known),
             "seeds": _seeds(),
+            "until_ci": _described(
+                "run seeds until half the width of the 95 % confidence interval is at most this: a "
+                "share of the mean such as 5%, or a number; seeds is the largest number then",
+                type="object",
+                properties={name: {} for name in metric_schema(MISSIONS).names},
+                additionalProperties=False,
+                minProperties=1,
+            ),
             "detail": _described("metrics only, or every event", enum=list(DETAILS)),
         },
     }

@@ -4,7 +4,7 @@ from typing import Any
 
 from ...scenario import Scenario
 
-KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "detail")
+KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "until_ci", "detail")
 
 
 def is_experiment(data: Any) -> bool:

@@ -14,11 +14,12 @@ class Options:
     """What was asked for besides the file; None and () leave the file as it is."""
 
     vary: tuple[str, ...] = ()
+    until_ci: tuple[str, ...] = ()
     seeds: Any = None
     detail: Any = None
 
     def __bool__(self) -> bool:
-        return bool(self.vary) or any(value is not None for value in (self.seeds, self.detail))
+        return self != Options()
 
 
 def written(vary: Mapping[str, Sequence[Any]]) -> tuple[str, ...]:
@@ -34,6 +35,8 @@ def lay_over(document: Document, options: Options) -> None:
     """Lay options over the data of an experiment file; their mistakes go to the document."""
     for text in options.vary:
         _vary(document, text)
+    for text in options.until_ci:
+        _until_ci(document, text)
     for key in ("seeds", "detail"):
         value = getattr(options, key)
         if value is not None:
@@ -42,30 +45,51 @@ def lay_over(document: Document, options: Options) -> None:
 
 
 def _vary(document: Document, text: str) -> None:
-    place = Place(f"--vary {text}")
-    key, equals, listed = text.partition("=")
+    form = "dotted.key=value,value,..., such as asvs.count=2,3"
+    read = _read(document, "vary", text, form, "[{}]")
+    if read is None:
+        return
+    key, values, place = read
+    _put(document, "vary", key, values, place)
+    for number in range(len(values)):
+        _stand(document, ("vary", key, number), place)
+
+
+def _until_ci(document: Document, text: str) -> None:
+    form = "METRIC=WIDTH, such as position_error_m=5%"
+    read = _read(document, "until_ci", text, form, "{}")
+    if read is not None:
+        _put(document, "until_ci", *read)
+
+
+def _read(
+    document: Document, section: str, text: str, form: str, yaml: str
+) -> tuple[str, Any, Place] | None:
+    """Return key, value and place of one option; None where it cannot be read."""
+    place = Place(f"--{section.replace('_', '-')} {text}")
+    key, equals, value = text.partition("=")
     key = key.strip()
     if not equals or not key:
-        message = "needs the form dotted.key=value,value,..., such as asvs.count=2,3"
-        document.mistakes.append(Mistake.at(place, "", message))
-        return
-    values = read_yaml(f"[{listed}]", place.file)
-    if values.mistakes or not isinstance(values.data, list):
-        message = values.mistakes[0].message if values.mistakes else "needs values"
-        document.report(place, ("vary", key), message)
-        return
-    section = document.data.setdefault("vary", {})
-    document.keys.setdefault(("vary",), place)
-    document.values.setdefault(("vary",), place)
+        document.mistakes.append(Mistake.at(place, "", f"needs the form {form}"))
+        return None
+    read = read_yaml(yaml.format(value), place.file)
+    if read.mistakes:
+        document.report(place, (section, key), read.mistakes[0].message)
+        return None
+    return key, read.data, place
+
+
+def _put(document: Document, name: str, key: str, value: Any, place: Place) -> None:
+    section = document.data.setdefault(name, {})
+    for places in (document.keys, document.values):
+        places.setdefault((name,), place)
     if not isinstance(section, dict):  # which is told where the file is checked
         return
-    if document.keys.get(("vary", key), Place("")).file.startswith("--vary"):
-        document.report(place, ("vary", key), "given twice; name all its values after one --vary")
+    if document.keys.get((name, key), place).file.startswith("--") and key in section:
+        document.report(place, (name, key), "given twice; keep one option with all of it")
         return
-    section[key] = values.data
-    _stand(document, ("vary", key), place)
-    for number in range(len(values.data)):
-        _stand(document, ("vary", key, number), place)
+    section[key] = value
+    _stand(document, (name, key), place)
 
 
 def _stand(document: Document, path: Path, place: Place) -> None:

@@ -2,10 +2,12 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ...scenario import Scenario
 from .experiment import Experiment
@@ -60,9 +62,15 @@ class Plan:
         """Return the fingerprint of what decides a mission: scenario, seed and model."""
         return mission_id(self.points[mission.point].scenario, mission.seed, self.model_version)
 
-    def shard(self, part: int, of: int) -> Iterator[int]:
-        """Yield the numbers of the missions of one shard, `part` counted from 1."""
-        return iter(range(part - 1, len(self), of))
+    def shard(self, part: int, of: int) -> NDArray[np.int64]:
+        """Return the numbers of the missions of one shard, `part` counted from 1.
+
+        Where all seeds of a point decide together when it stops, a shard has whole points.
+        """
+        numbers = np.arange(len(self))
+        unit = numbers // len(self.experiment.seeds) if self.experiment.until_ci else numbers
+        chosen: NDArray[np.int64] = numbers[unit % of == part - 1]
+        return chosen
 
     def fingerprint(self) -> str:
         """Return the sha256 of the whole plan; equal plans run the same missions."""

@@ -9,8 +9,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from ...wording import did_you_mean
-from ..storage.parts import MISSIONS, metric_schema, read_table
-from ..workers.batches import OK
+from ..storage.parts import MISSIONS, OK, metric_schema, read_table
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -47,6 +46,7 @@ class Outcomes:
 
 def outcomes(folder: Path, metrics: Sequence[str]) -> Outcomes:
     """Read metrics of all missions of a campaign that have a row."""
+    metrics = list(dict.fromkeys(metrics))
     rows = read_table(folder, MISSIONS, ("point", "seed", "status", *metrics))
     if rows is None:
         none = np.zeros(0, np.int64)

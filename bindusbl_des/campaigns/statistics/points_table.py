@@ -4,8 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from ..experiments.plan import Plan
-from ..storage.parts import MISSIONS, committed, read_part
+from ..storage.parts import MISSIONS
 from .intervals import Interval, interval
+from .outcomes import outcomes
+from .stopping import wide_points
 
 # metric, heading, digits
 METRICS = (
@@ -21,33 +23,25 @@ MOST_ROWS = 40
 
 def points_table(folder: Path, plan: Plan) -> str:
     """Return a row per point: its values, missions, and mean +- 95 % CI of the main metrics."""
-    values = _values(folder)
+    targets = plan.experiment.until_ci
+    found = outcomes(folder, [*(it[0] for it in METRICS), *(target.metric for target in targets)])
     shown = range(min(len(plan.points), MOST_ROWS))
     keys = [_short(key, list(plan.columns)) for key in plan.columns]
     rows = [["point", *keys, "ok", *(heading for _, heading, _ in METRICS)]]
     for point in shown:
         labels = [_written(value) for value in plan.points[point].varied.values()]
-        found = values.get(point, {metric: [] for metric, _, _ in METRICS})
-        cells = [_cell(interval(found[metric]), digits) for metric, _, digits in METRICS]
-        rows.append([str(point), *labels, str(len(found[METRICS[0][0]])), *cells])
+        values = [found.at(point, metric)[1].tolist() for metric, _, _ in METRICS]
+        cells = [_cell(interval(v), it[2]) for v, it in zip(values, METRICS, strict=True)]
+        rows.append([str(point), *labels, str(len(values[0])), *cells])
     lines = _lines(rows)
     if len(plan.points) > MOST_ROWS:
         lines.append(f"... {len(plan.points) - MOST_ROWS} more points in {MISSIONS}/")
-    return "\n".join([*lines, "mean +- 95 % confidence interval over seeds (Student's t)"])
-
-
-def _values(folder: Path) -> dict[int, dict[str, list[Any]]]:
-    """Return the metrics of the missions that went well, by point."""
-    names = [metric for metric, _, _ in METRICS]
-    points: dict[int, dict[str, list[Any]]] = {}
-    for part in committed(folder):
-        rows = read_part(folder, MISSIONS, part, ("point", "status", *names))
-        for row in rows.to_pylist() if rows is not None else ():
-            if row["status"] == "ok":
-                found = points.setdefault(row["point"], {name: [] for name in names})
-                for name in names:
-                    found[name].append(row[name])
-    return points
+    lines.append("mean +- 95 % confidence interval over seeds (Student's t)")
+    if targets:
+        wide = len(wide_points(plan, found))
+        asked = ", ".join(f"{target.metric} +- {target.written}" for target in targets)
+        lines.append(f"{asked}: reached at {len(plan.points) - wide} of {len(plan.points)} points")
+    return "\n".join(lines)
 
 
 def _short(key: str, keys: list[str]) -> str:

@@ -7,16 +7,20 @@ replaces others names them in its metadata, so that no row is ever counted twice
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from ...tables import EVENT_TABLES, schema, write_parquet
 
 MISSIONS = "missions"
+OK, FAILED = "ok", "failed"
 
 # The missions come last: they commit the part.
 TABLES = ("auvs", *EVENT_TABLES, MISSIONS)
@@ -108,14 +112,27 @@ def read_part(
         return file.read(columns=list(columns) if columns else None)
 
 
-def done(folder: Path) -> dict[int, str]:
-    """Return the missions that have a row, by their number in the plan, and their status."""
-    states: dict[int, str] = {}
+@dataclass(frozen=True)
+class Done:
+    """Missions that have a row: their numbers in the plan, ascending, and which of them failed."""
+
+    numbers: NDArray[np.int64]
+    failed: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+
+def done(folder: Path) -> Done:
+    """Return the missions that have a row."""
+    numbers, failed = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
     for part in committed(folder):
         rows = read_part(folder, MISSIONS, part, ("mission", "status"))
         if rows is not None:
-            states.update(zip(rows["mission"].to_pylist(), rows["status"].to_pylist(), strict=True))
-    return states
+            numbers.append(rows["mission"].to_numpy())
+            failed.append(pc.equal(rows["status"], FAILED).to_numpy())
+    unique, first = np.unique(np.concatenate(numbers), return_index=True)
+    return Done(unique, np.concatenate(failed)[first])
 
 
 def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -> pa.Table | None:

@@ -19,15 +19,16 @@ from ..experiments.plan import Mission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
 from ..storage.parts import (
     ARROW_TYPES,
+    FAILED,
     MISSIONS,
+    OK,
     commit,
     labelled,
     metric_schema,
     part_path,
     read_part,
 )
-
-OK, FAILED = "ok", "failed"
+from .hanging import limited
 
 # With `detail: full`, a part is written before its tables need more memory than this.
 LARGEST_PART_BYTES = 64_000_000
@@ -48,6 +49,7 @@ class Batch:
     points: Mapping[int, PlannedPoint]
     missions: tuple[Mission, ...]
     budget_s: float
+    mission_timeout_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,8 @@ def _scenario(text: str) -> Scenario:
 def _run(batch: Batch, mission: Mission) -> Ran:
     began = time.perf_counter()
     try:
-        result = simulate(_scenario(batch.points[mission.point].scenario), mission.seed)
+        with limited(Path(batch.folder), mission.number, batch.mission_timeout_s):
+            result = simulate(_scenario(batch.points[mission.point].scenario), mission.seed)
     except (Exception, SystemExit) as error:  # a schedule of the user's own may raise anything
         spent = time.perf_counter() - began
         text = "".join(traceback.format_exception_only(error)).strip()

@@ -4,7 +4,8 @@ import sys
 from time import monotonic
 from typing import TextIO
 
-from .batches import FAILED, Row
+from ..storage.parts import FAILED
+from .batches import Row
 
 LINE_EVERY_S = 10.0
 REDRAWN_EVERY_S = 0.2
@@ -13,7 +14,7 @@ REDRAWN_EVERY_S = 0.2
 class Progress:
     """Counts missions; says so in one line that is redrawn, or in a line now and then."""
 
-    def __init__(self, total: int, *, quiet: bool = True, stream: TextIO | None = None) -> None:
+    def __init__(self, total: int = 0, *, quiet: bool = True, stream: TextIO | None = None) -> None:
         self.total, self.ran, self.failed = total, 0, 0
         self._stream = stream or sys.stderr
         self._quiet = quiet

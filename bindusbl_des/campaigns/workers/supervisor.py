@@ -6,18 +6,20 @@ yet no more than half a minute of one worker's work is ever lost.
 
 import uuid
 from collections import Counter, deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from math import ceil
 from pathlib import Path
 from time import monotonic
 
-from ..experiments.plan import Plan
+import numpy as np
+from numpy.typing import NDArray
+
+from ..experiments.plan import Mission, Plan
 from ..storage.folder import STOP
-from ..storage.parts import MISSIONS, part_path
+from ..storage.parts import FAILED, MISSIONS, part_path
 from .batches import (
-    FAILED,
     Batch,
     NotWritten,
     Ran,
@@ -28,6 +30,8 @@ from .batches import (
     write_failure,
 )
 from .crews import Crew
+from .hanging import where_hung
+from .waiting import Waiting
 
 MOST_IN_BATCH = 200
 SHORTEST_BATCH_S = 0.5
@@ -52,12 +56,18 @@ class Supervisor:
     """Runs missions of a plan on a crew; workers write the rows, it counts them."""
 
     def __init__(
-        self, plan: Plan, folder: Path, crew: Crew, note: Callable[[Row], None] = lambda _: None
+        self,
+        plan: Plan,
+        folder: Path,
+        crew: Crew,
+        note: Callable[[Row], None] = lambda _: None,
+        mission_timeout_s: float | None = None,
     ) -> None:
         self.plan, self.folder, self.crew, self.note = plan, folder, crew, note
+        self.mission_timeout_s = mission_timeout_s
         self.stopping = False
         self.trouble: NotWritten | None = None
-        self._fresh: deque[int] = deque()
+        self._fresh = Waiting(len(plan.experiment.seeds))
         self._suspects: deque[tuple[int, ...]] = deque()
         self._kills: Counter[int] = Counter()
         self._deaths = self._finished = 0
@@ -70,7 +80,7 @@ class Supervisor:
         with suppress(OSError):  # on a full disk they stop when their time is spent
             (self.folder / STOP).touch()
 
-    def run(self, missions: Iterable[int]) -> None:
+    def run(self, missions: NDArray[np.int64]) -> None:
         """Run missions until all have a row or a stop was asked for."""
         self._fresh.extend(missions)
         while self._running or (self._waiting() and not self.stopping):
@@ -91,10 +101,10 @@ class Supervisor:
         if self._suspects:
             return self._batch(self._suspects.popleft(), budget)
         share = min(ceil(len(self._fresh) / (2 * self.crew.size)), MOST_IN_BATCH)
-        return self._batch(tuple(self._fresh.popleft() for _ in range(share)), budget)
+        return self._batch(self._fresh.take(share), budget)
 
     def _batch(self, numbers: tuple[int, ...], budget_s: float) -> Batch:
-        return batch_of(self.plan, self.folder, numbers, budget_s)
+        return batch_of(self.plan, self.folder, numbers, budget_s, self.mission_timeout_s)
 
     def _take(self, batch: Batch, future: "Future[list[Row]]") -> None:
         """Count what a batch brought; what it did not come to waits again."""
@@ -106,7 +116,7 @@ class Supervisor:
             self._count(batch, future.result())
         elif part_path(self.folder, MISSIONS, batch.part).is_file():  # died when all was written
             self._count(batch, rows_of(self.folder, batch.part))
-        else:
+        elif not self._hung(batch):
             self._suspect(batch, exit_code, error)
 
     def _count(self, batch: Batch, rows: list[Row]) -> None:
@@ -114,8 +124,7 @@ class Supervisor:
         for row in rows:
             self.note(row)
         ran = {row.number for row in rows}
-        rest = [it.number for it in batch.missions if it.number not in ran]
-        self._fresh.extendleft(reversed(rest))
+        self._fresh.put_back(it.number for it in batch.missions if it.number not in ran)
 
     def _suspect(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
         """Try the missions of a worker that died again, in halves, until the culprit is alone."""
@@ -131,27 +140,44 @@ class Supervisor:
         elif self._kills[numbers[0]] < MOST_KILLS:
             self._suspects.append(numbers)
         else:
-            self._quarantine(batch, exit_code, error)
+            end = signal_name(exit_code) if exit_code is not None else type(error).__name__
+            text = f"killed its worker {self._kills[numbers[0]]} times: {end}"
+            self._quarantine(batch, batch.missions[0], text, str(error))
 
-    def _quarantine(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
-        """Write the row of a mission that always kills its worker: it failed."""
-        kills = self._kills[batch.missions[0].number]
-        end = signal_name(exit_code) if exit_code is not None else type(error).__name__
-        text = f"killed its worker {kills} times: {end}"
+    def _hung(self, batch: Batch) -> bool:
+        """Quarantine the mission that took too long, if one did; the others wait again."""
+        for mission in batch.missions:
+            trace = where_hung(self.folder, mission.number)
+            if trace:
+                rest = [it.number for it in batch.missions if it is not mission]
+                self._fresh.put_back(rest)
+                limit = self.mission_timeout_s
+                self._quarantine(batch, mission, f"took longer than {limit:g} s; ended", trace)
+                return True
+        return False
+
+    def _quarantine(self, batch: Batch, mission: Mission, text: str, trace: str) -> None:
+        """Write the row of a mission that kills its worker or never ends: it failed."""
         try:
-            write_failure(batch, batch.missions[0], text, str(error))
-            write(batch, [Ran(batch.missions[0], 0.0, error=text)])
+            write_failure(batch, mission, text, trace)
+            write(batch, [Ran(mission, 0.0, error=text)])
         except OSError as reason:
             self._break_off(NotWritten(reason.errno, reason.strerror))
             return
-        self.note(Row(batch.missions[0].number, FAILED, 0.0))
+        self.note(Row(mission.number, FAILED, 0.0))
 
     def _break_off(self, error: NotWritten) -> None:
         self.trouble = error
         self.stop()
 
 
-def batch_of(plan: Plan, folder: Path, numbers: tuple[int, ...], budget_s: float) -> Batch:
+def batch_of(
+    plan: Plan,
+    folder: Path,
+    numbers: tuple[int, ...],
+    budget_s: float,
+    mission_timeout_s: float | None = None,
+) -> Batch:
     """Return the batch of some missions of a plan."""
     missions = tuple(plan.mission(number) for number in numbers)
     return Batch(
@@ -162,4 +188,5 @@ def batch_of(plan: Plan, folder: Path, numbers: tuple[int, ...], budget_s: float
         points={it.point: plan.points[it.point] for it in missions},
         missions=missions,
         budget_s=budget_s,
+        mission_timeout_s=mission_timeout_s,
     )
