@@ -19,7 +19,7 @@ LAYERS = [
     "voyages launch world protocol metrics",
     "tables figures summary result simulation explain report",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
-    "campaigns",
+    "campaigns sweep_data sweep_report",
     "commands cli __init__",
 ]
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split()}

@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from test_report_sweep import BASE, EXPERIMENT
 
-from bindusbl_des import load_scenario, simulate
+from bindusbl_des import load_scenario, simulate, sweep
+from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.run_page import run_page
+from bindusbl_des.sweep_report import sweep_page
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -184,3 +187,58 @@ def test_the_story_leads_to_the_playback(opened: Open, recovery: Path) -> None:
     it.page.click("[data-seek]")
     told = float(it.page.get_attribute("[data-seek]", "data-seek"))
     assert it.ask("bindusbl.playback.now") == pytest.approx(told)
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 400)])
+def test_runs_open_beside_each_other(opened: Open, tmp_path: Path, scheme: str, width: int) -> None:
+    """One slider moves the maps of all runs; their errors share a plot."""
+    runs = []
+    for name in ("failure_140m", "recovery_140m"):
+        scenario = load_scenario(SCENARIOS / f"{name}.yaml", overrides=["duration_s=60"])
+        runs.append((name, simulate(scenario, seed=0)))
+    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    it = opened(tmp_path / "both.html", scheme, width)
+    before = it.ask("[...document.querySelectorAll('.map')].map((map) => map.toDataURL())")
+    slide(it, 30)
+    after = it.ask("[...document.querySelectorAll('.map')].map((map) => map.toDataURL())")
+    assert len(set(before + after)) == 4
+    assert min(it.ask("bindusbl.plots").values()) > 10
+    it.page.select_option("#whose", "0")
+    assert it.ask("bindusbl.plots.errors") == 240
+    assert it.ask("document.documentElement.scrollWidth") <= width
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a campaign."""
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "base.yaml").write_text(BASE)
+    (folder / "experiment.yaml").write_text(EXPERIMENT)
+    campaign = sweep(folder / "experiment.yaml", folder / "out", workers=1)
+    (folder / "sweep.html").write_text(sweep_page(campaign), encoding="utf-8")
+    return folder / "sweep.html"
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 400)])
+def test_a_sweep_opens(opened: Open, swept: Path, scheme: str, width: int) -> None:
+    """Curves, heatmap and lookup table have data, for any key and metric."""
+    it = opened(swept, scheme, width)
+    assert it.ask("bindusbl.plots") == {"curves": 6, "heatmap": 6, "lookup": 4}
+    first = it.ask("byId('curves').querySelector('canvas').toDataURL()")
+    it.page.select_option("#along", label="acoustics.hf.range_m")
+    it.page.select_option("#metric", "fixes_delivered")
+    assert it.ask("byId('curves').querySelector('canvas').toDataURL()") != first
+    assert it.ask("bindusbl.plots.heatmap") == 6
+    it.page.select_option("#by", "-1")
+    assert it.ask("bindusbl.plots.curves") == 2
+    assert it.ask("document.documentElement.scrollWidth") <= width
+
+
+def test_the_lookup_table_follows_its_threshold(opened: Open, swept: Path) -> None:
+    """The fewest ASVs are those whose interval ends below the threshold."""
+    it = opened(swept)
+    it.page.fill("#threshold", "100")
+    answers = it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")
+    assert sorted(answers) == ["1", "1", "none of these", "none of these"]
+    it.page.fill("#threshold", "0")
+    assert set(it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")) == {"none of these"}

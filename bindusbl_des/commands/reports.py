@@ -5,31 +5,68 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .console import RunFailed, refuse
+from .console import RunFailed, refuse, talk
 
 if TYPE_CHECKING:
+    from ..campaigns.campaign import Campaign
     from ..result import Result
 
-PAGE = "report.html"
+PAGE, COMPARISON = "report.html", "comparison.html"
+CAMPAIGN = "campaign.json"
 
 
 @click.command()
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
-@click.option("--out", metavar="FILE", help="Where to write the page (default DIR/report.html).")
-@click.option("--force", is_flag=True, help="Replace the file of --out if it exists.")
+@click.option("--out", metavar="FILE", help="Where to write the page.")
+@click.option("--force", is_flag=True, help="Replace that file if it exists.")
 def report(folders: tuple[str, ...], out: str | None, force: bool) -> None:
-    """Write the HTML report of a run again.
+    """Write the HTML report of a run or a sweep; of several runs, side by side.
 
-    The page is one file that opens offline.  Without --out it is DIR/report.html.
+    The page is one file that opens offline.  It is DIR/report.html, made again, or comparison.html
+    for several runs, unless --out names another.
     """
-    path = Path(out) if out else Path(folders[0]) / PAGE
-    if out:
+    alone = len(folders) == 1
+    path = Path(out or COMPARISON) if out or not alone else Path(folders[0]) / PAGE
+    if out or not alone:
         _check_page(path, force)
+    _write(path, _page(folders[0]) if alone else _comparison(folders))
+    click.echo(path)
+
+
+def leave_report(campaign: "Campaign") -> None:
+    """Write the report of a campaign into its folder; a sweep is no failure for want of one."""
+    from ..sweep_report import sweep_page
+
+    try:
+        _write(campaign.folder / PAGE, sweep_page(campaign))
+    except RunFailed as error:
+        talk(str(error))
+
+
+def _page(folder: str) -> str:
+    if (Path(folder) / CAMPAIGN).is_file():
+        from ..campaigns.campaign import load_campaign
+        from ..sweep_report import sweep_page
+
+        try:
+            return sweep_page(load_campaign(folder))
+        except ValueError as error:
+            refuse(str(error))
     from ..report.run_page import run_page
 
-    page = run_page(_result(folders[0]))
-    _write(path, page)
-    click.echo(path)
+    return run_page(_result(folder))
+
+
+def _comparison(folders: tuple[str, ...]) -> str:
+    from ..report.comparison import comparison_page
+
+    for folder in folders:
+        if (Path(folder) / CAMPAIGN).is_file():
+            refuse(
+                f"{folder}: is a campaign; give it alone, or runs only "
+                "(`bindusbl-des compare` compares campaigns)"
+            )
+    return comparison_page([(folder, _result(folder)) for folder in folders])
 
 
 def _result(folder: str) -> "Result":
@@ -45,7 +82,7 @@ def _check_page(path: Path, force: bool) -> None:
     if path.is_dir():
         refuse(f"{path}: is a folder; name a file, such as {path / PAGE}")
     if path.exists() and not force:
-        refuse(f"{path}: exists; use --force to replace it, or name another file")
+        refuse(f"{path}: exists; use --force to replace it, or name another file with --out")
     if not path.absolute().parent.is_dir():
         refuse(f"{path}: the folder {path.parent} does not exist")
 

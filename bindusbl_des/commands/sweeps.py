@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import RunFailed, print_json, refuse, talk
+from .reports import leave_report
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
@@ -276,6 +277,7 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
     else:
         click.echo(points_table(campaign.folder, campaign.plan))
         click.echo(f"Results: {campaign.folder}")
+    leave_report(campaign)
     context = click.get_current_context()
     if state.failed:
         talk(f"{state.failed} missions failed; see {campaign.folder / 'failures'}")

@@ -29,7 +29,7 @@ AUV_COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
     ("delivered", "", "fixes_delivered", 0, 1),
     ("beyond MF", "", "fixes_out_of_range", 0, 1),
     ("mean interval", "s", "interval_mean_s", 2, 1),
-    ("longest", "s", "interval_max_s", 1, 1),
+    ("longest interval", "s", "interval_max_s", 1, 1),
     ("latency", "s", "latency_mean_s", 3, 1),
     ("error, mean", "m", "position_error_m", 2, 1),
     ("95 %", "m", "position_error_p95_m", 2, 1),
@@ -135,7 +135,8 @@ def auv_table(result: "Result") -> str:
         '<section id="auvs"><h2>Each AUV</h2>'
         + table(headings, cells, "Metrics of each AUV")
         + '<p class="note">Errors are horizontal |estimate &minus; truth|, means over time; '
-        "“without fixes” is dead reckoning alone; intervals are between delivered fixes.</p>"
+        "“without fixes” is dead reckoning alone; intervals are between delivered fixes, the "
+        "waits before the first and after the last not counted.</p>"
         "</section>"
     )
 

@@ -56,7 +56,7 @@ function readColours() {
 }
 const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
 const seriesColour = (i) => colours.series[i % colours.series.length];
-const seriesDash = (i) => DASHES[Math.floor(i / 8) % DASHES.length];
+const seriesDash = (i) => DASHES[i % DASHES.length];
 
 const repaints = [];
 function onTheme(repaint) { repaints.push(repaint); }

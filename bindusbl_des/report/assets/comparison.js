@@ -1,0 +1,68 @@
+"use strict";
+// Several runs at the same mission time: their maps beside each other, their errors in one plot.
+
+// One run alone keeps the time; the page's clock ends with the longest of them.
+function sharedClock(missions) {
+  const longest = missions.reduce((a, b) => (b.duration > a.duration ? b : a));
+  const playback = new Playback(longest);
+  playback.seek = playback.seek.bind(playback);
+  return playback;
+}
+
+function maps(missions, playback) {
+  const host = byId("maps");
+  return missions.map((mission) => {
+    const canvas = make("canvas", { class: "map", tabindex: "0", role: "img", "aria-label": `Map of ${mission.name}` });
+    host.append(make("figure", {}, make("figcaption", {}, mission.name), canvas));
+    const map = new SeaMap(canvas, mission);
+    map.linger = () => playback.linger();
+    playback.onChange((now) => { map.now = Math.min(now, mission.duration); map.sheet.paint(); });
+    return map;
+  });
+}
+
+// Mean over the AUVs (number -1), or one AUV's own.
+function errorOf(mission, number) {
+  if (number >= 0) return mission.auvs[number].error;
+  return mission.time.map((_, k) => mean(mission.auvs.map((auv) => auv.error[k])));
+}
+
+function seconds(u, v) { return v === null ? "–" : `${v.toFixed(1)} s`; }
+
+function overTime(name, host, missions, table, unit, playback, stepped) {
+  const digits = unit ? 2 : 0;
+  const options = () => ({
+    height: 280, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
+    axes: [axis("time (s)"), axis(unit ? `error (${unit})` : "fixes, all AUVs", { size: 52 })],
+    series: [{ label: "time", value: seconds }, ...missions.map((mission, i) => ({
+      label: mission.name, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true, points: { show: false },
+      paths: stepped ? uPlot.paths.stepped({ align: 1 }) : undefined, value: (u, v) => (v === null || v === undefined ? "–" : `${v.toFixed(digits)} ${unit}`),
+    }))],
+    hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
+  });
+  const plot = new Plot(name, host, options, uPlot.join(table()));
+  playback.onChange((now) => nowLine(plot.plot, now));
+  return { again: () => plot.set(uPlot.join(table())) };
+}
+
+async function start() {
+  startTheme();
+  const missions = unpackAll(readData(), await unpacker()).runs.map((run) => new Mission(run));
+  const playback = sharedClock(missions), shown = maps(missions, playback), whose = byId("whose");
+  const most = missions.reduce((a, b) => (b.auvs.length > a.auvs.length ? b : a));
+  whose.append(make("option", { value: -1 }, "all AUVs (mean)"));
+  most.auvs.forEach((auv, i) => whose.append(make("option", { value: i }, auv.name)));
+  const errors = overTime("errors", byId("error-plot"), missions, () => missions.map((mission) => {
+    const number = +whose.value;
+    return number < mission.auvs.length ? [mission.time, errorOf(mission, number)] : [[0], [null]];
+  }), "m", playback, false);
+  whose.addEventListener("change", errors.again);
+  overTime("fixes", byId("fixes-plot"), missions, () => missions.map((mission) => {
+    const times = mission.deliveredTimes ??= Float64Array.from(mission.deliveredOrder, (row) => mission.fixes.delivered[row]);
+    const firsts = Array.from(times).filter((time, i) => time !== times[i + 1]); // a time stands once
+    return [[0, ...firsts, mission.duration], [0, ...firsts.map((time) => above(times, time)), times.length]];
+  }), "", playback, true);
+  playback.seek(0);
+  Object.assign(bindusbl, { ready: true, missions, playback, maps: shown });
+}
+bindusbl.opened = start();

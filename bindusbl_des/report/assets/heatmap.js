@@ -1,0 +1,36 @@
+"use strict";
+// A table whose cells are coloured by their values.
+
+// Cividis: even steps of lightness, the same for every kind of colour vision.
+const CIVIDIS = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
+
+function cividis(share) {
+  const at = Math.min(Math.max(share, 0), 1) * (CIVIDIS.length - 1), k = Math.min(Math.floor(at), CIVIDIS.length - 2);
+  return CIVIDIS[k].map((value, i) => Math.round(value + (at - k) * (CIVIDIS[k + 1][i] - value)));
+}
+
+function significant(value, digits = 3) {
+  if (!Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const whole = Math.floor(Math.log10(Math.abs(value))) + 1;
+  return whole > digits ? value.toFixed(0) : value.toFixed(Math.min(Math.max(digits - whole, 0), 6));
+}
+
+// `cells[row][column]` is {mean, half, count} or nothing.
+function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit }) {
+  const known = cells.flat().filter((cell) => cell && Number.isFinite(cell.mean)).map((cell) => cell.mean);
+  const low = Math.min(...known), high = Math.max(...known);
+  const top = make("tr", {}, make("th", {}, `${rowName} ↓  ${columnName} →`), ...columns.map((label) => make("th", { scope: "col" }, label)));
+  const body = cells.map((line, r) => make("tr", {}, make("th", { scope: "row" }, rows[r]), ...line.map((cell) => {
+    if (!cell || !Number.isFinite(cell.mean)) return make("td", {}, "–");
+    const [red, green, blue] = cividis(high > low ? (cell.mean - low) / (high - low) : 0.5);
+    const dark = 0.299 * red + 0.587 * green + 0.114 * blue < 130;
+    const text = make("td", { style: `background:rgb(${red},${green},${blue});color:${dark ? "#fff" : "#000"}`, title: `${cell.count} missions` }, significant(cell.mean));
+    text.append(make("small", {}, Number.isFinite(cell.half) ? `± ${significant(cell.half, 2)}` : "one seed"));
+    return text;
+  })));
+  host.replaceChildren(make("table", { class: "heat" }, make("thead", {}, top), make("tbody", {}, ...body)));
+  const stops = Array.from({ length: 11 }, (_, i) => `rgb(${cividis(i / 10).join(",")})`).join(",");
+  scale.replaceChildren(make("div", { class: "ramp" }, make("span", {}, `${significant(low)} ${unit}`), make("i", { style: `background:linear-gradient(90deg,${stops})` }), make("span", {}, `${significant(high)} ${unit}`)));
+  bindusbl.plots.heatmap = known.length;
+}

@@ -1,0 +1,49 @@
+"use strict";
+// The fewest ASVs with which an error stays below a threshold, for every combination of the other keys.
+
+const MOST_COMBINATIONS = 300;
+
+class Lookup {
+  constructor(sweep) {
+    this.sweep = sweep;
+    this.key = sweep.keys.findIndex(({ key }) => key === "asvs.count");
+    if (this.key < 0 || sweep.keys[this.key].values === null) return;
+    byId("lookup-section").hidden = false;
+    const metrics = sweep.metrics.filter(({ name }) => /_error_/.test(name) && !/imu|path/.test(name));
+    metrics.forEach(({ name, meaning }) => byId("lookup-metric").append(make("option", { value: name }, meaning.replace("fleet mean of: ", ""))));
+    for (const id of ["lookup-metric", "threshold"]) byId(id).addEventListener("input", () => this.show());
+    this.show();
+  }
+  combinations() {
+    const rows = new Map();
+    for (let point = 0; point < this.sweep.size; point++) {
+      const values = this.sweep.keys.map((_, k) => (k === this.key ? -1 : this.sweep.points[k][point]));
+      const name = values.join();
+      if (!rows.has(name)) rows.set(name, { values, byCount: new Map() });
+      rows.get(name).byCount.set(this.sweep.points[this.key][point], point);
+    }
+    return [...rows.values()];
+  }
+  show() {
+    const { sweep, key } = this, threshold = +byId("threshold").value, metric = byId("lookup-metric").value;
+    const counts = sweep.keys[key].labels, others = sweep.keys.map((_, k) => k).filter((k) => k !== key);
+    const rows = this.combinations();
+    const head = make("tr", {}, ...others.map((k) => make("th", { scope: "col" }, sweep.keys[k].short)),
+      ...counts.map((label) => make("th", { scope: "col" }, `${label} ASV${label === "1" ? "" : "s"}`, make("span", { class: "unit" }, "m"))), make("th", { scope: "col" }, "fewest"));
+    this.answers = rows.map(({ values, byCount }) => {
+      let fewest = "none of these";
+      const cells = counts.map((label, count) => {
+        const cell = sweep.at(metric, byCount.get(count));
+        if (!cell || !Number.isFinite(cell.mean)) return make("td", {}, "–");
+        const sure = cell.mean + cell.half < threshold, mark = sure ? " ✓" : cell.mean < threshold ? " ~" : "";
+        const first = sure && fewest === "none of these";
+        if (first) fewest = label;
+        return make("td", first ? { class: "fewest" } : {}, `${significant(cell.mean)}${Number.isFinite(cell.half) ? ` ± ${significant(cell.half, 2)}` : ""}${mark}`);
+      });
+      return { fewest, row: make("tr", {}, ...others.map((k) => make("th", { scope: "row" }, sweep.keys[k].labels[values[k]])), ...cells, make("td", { class: "answer" }, fewest)) };
+    });
+    byId("lookup").replaceChildren(make("table", {}, make("thead", {}, head), make("tbody", {}, ...this.answers.slice(0, MOST_COMBINATIONS).map(({ row }) => row))));
+    if (rows.length > MOST_COMBINATIONS) byId("lookup").append(make("p", { class: "note" }, `The first ${MOST_COMBINATIONS} of ${rows.length} combinations.`));
+    bindusbl.plots.lookup = rows.length;
+  }
+}

@@ -1,0 +1,169 @@
+"""Several runs side by side: what differs in their scenarios and in what came of them."""
+
+import html
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+from ..wording import plain
+from .packing import Packer
+from .page import assembled, asset, number, table
+from .recording import recording
+from .run_data import run_data
+from .run_page import AUV_COLUMNS, MAP, TILES, described, mission_row
+from .story import story
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+SCRIPTS = (*MAP, "plots.js", "comparison.js")
+
+# AUVs are compared by these metrics of AUV_COLUMNS.
+AUV_METRICS = (
+    "hf_coverage",
+    "fixes_delivered",
+    "latency_mean_s",
+    "position_error_m",
+    "position_error_p95_m",
+)
+
+Named = tuple[str, "Result"]
+
+
+def comparison_page(runs: Sequence[Named]) -> str:
+    """Return the page of several runs, each with the folder that it came from, as HTML.
+
+    The runs may differ in anything; those that recorded metrics only have no map.
+    """
+    packer = Packer()
+    names = list(_names(runs))
+    data: dict[str, Any] = {"runs": []}
+    verdicts = []
+    for name, (_, result) in zip(names, runs, strict=True):
+        said = "recorded metrics only (record.detail: summary)."
+        if "tracks" in result.arrow:
+            mission = recording(result)
+            told = story(mission)
+            said = told.verdict
+            data["runs"].append({**run_data(mission, told.services, packer), "name": name})
+        verdicts.append(f"<li><b>{html.escape(name)}</b>: {html.escape(said)}</li>")
+    body = (
+        _head(names, runs)
+        + f'<section id="story"><h2>What happened</h2><ul>{"".join(verdicts)}</ul></section>'
+        + _differences(names, runs)
+        + _missions(names, runs)
+        + (asset("comparison.html") if data["runs"] else "")
+        + _auvs(names, runs)
+        + _origins(names, runs)
+    )
+    return assembled(
+        f"{len(runs)} runs side by side", body, SCRIPTS if data["runs"] else ("summary.js",), data,
+        packer.text(),
+    )  # fmt: skip
+
+
+def _names(runs: Sequence[Named]) -> Iterator[str]:
+    """Yield a name for each run: its scenario's, with seed and folder where that is not enough."""
+    scenarios = [result.scenario.name for _, result in runs]
+    for folder, result in runs:
+        name = result.scenario.name
+        if scenarios.count(name) > 1:
+            name = f"{name}, seed {result.seed} ({folder})"
+        yield name
+
+
+def _head(names: Sequence[str], runs: Sequence[Named]) -> str:
+    lines = "".join(
+        f"<p><b>{html.escape(name)}</b>: {html.escape(described(result))}</p>"
+        for name, (_, result) in zip(names, runs, strict=True)
+    )
+    return (
+        f"<header><div><h1>{len(runs)} runs side by side</h1>{lines}</div>"
+        f"{asset('theme.html')}</header>"
+    )
+
+
+def _differences(names: Sequence[str], runs: Sequence[Named]) -> str:
+    """Return the table of scenario keys that are not the same in all runs."""
+    scenarios = [
+        {"seed": result.seed, **dict(_flat(result.scenario.model_dump(mode="json")))}
+        for _, result in runs
+    ]
+    keys = dict.fromkeys(key for it in scenarios for key in it if key != "name")
+    rows = [
+        [key, *(plain(it[key]) if key in it else "-" for it in scenarios)]
+        for key in keys
+        if any(it.get(key) != scenarios[0].get(key) for it in scenarios)
+    ]
+    shown = (
+        table([("key", ""), *((name, "") for name in names)], rows, "What differs in the scenarios")
+        if rows
+        else "<p>Nothing: they are the same scenario with the same seed.</p>"
+    )
+    return f'<section id="differences"><h2>What differs in the scenarios</h2>{shown}</section>'
+
+
+def _flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in data.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _missions(names: Sequence[str], runs: Sequence[Named]) -> str:
+    """Return the table of mission metrics, each with its difference from the first run."""
+    missions = [mission_row(result) for _, result in runs]
+    rows = [
+        [f"{words} ({unit})" if unit else words, *_beside([it[metric] for it in missions], d, f)]
+        for words, unit, metric, d, f in TILES
+    ]
+    shown = table([("", ""), *((name, "") for name in names)], rows, "Metrics of the missions")
+    return (
+        f'<section id="missions"><h2>The missions in numbers</h2>{shown}<p class="note">Means over '
+        "the AUVs; in brackets the difference from the first run. One seed each: differences may "
+        "be chance; <code>bindusbl-des sweep</code> and <code>compare</code> tell."
+        "</p></section>"
+    )
+
+
+def _beside(values: Sequence[float | None], digits: int, factor: float) -> Iterator[str]:
+    """Yield values of one metric as text, those after the first with their difference from it."""
+    first = values[0]
+    for place, value in enumerate(values):
+        shown = number(value, digits, factor)
+        if place and value is not None and first is not None:
+            shown += f" ({(value - first) * factor:+.{digits}f})"
+        yield shown
+
+
+def _auvs(names: Sequence[str], runs: Sequence[Named]) -> str:
+    """Return the table of AUV metrics, the runs of one AUV below each other."""
+    columns = [column for column in AUV_COLUMNS if column[2] in AUV_METRICS]
+    rows = []
+    fleets = [{str(row["auv"]): row for row in it.arrow["auvs"].to_pylist()} for _, it in runs]
+    for auv in dict.fromkeys(auv for fleet in fleets for auv in fleet):
+        for name, fleet in zip(names, fleets, strict=True):
+            if auv in fleet:
+                cells = (number(fleet[auv][metric], d, f) for _, _, metric, d, f in columns)
+                rows.append([auv, name, *cells])
+    headings = [("AUV", ""), ("run", ""), *((words, unit) for words, unit, *_ in columns)]
+    return (
+        '<section id="auvs" class="named"><h2>Each AUV</h2>'
+        + table(headings, rows, "Metrics of each AUV")
+        + "</section>"
+    )
+
+
+def _origins(names: Sequence[str], runs: Sequence[Named]) -> str:
+    rows = []
+    for name, (folder, result) in zip(names, runs, strict=True):
+        run = result.run_record()
+        rows.append([name, folder, str(run["seed"]), run["scenario_sha256"][:16]])
+    headings = [("run", ""), ("folder", ""), ("seed", ""), ("scenario sha256", "")]
+    return (
+        '<section id="origin"><h2>What made these runs</h2>'
+        + table(headings, rows, "What made these runs")
+        + f"</section><footer>Made by bindusbl-des {html.escape(version('bindusbl-des'))}; plots "
+        "drawn with uPlot (MIT licence, in this file).</footer>"
+    )

@@ -1,0 +1,131 @@
+"""Reports of campaigns and of several runs: their numbers are those of the tables."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from test_report import SCENARIOS, Cells, call, unpacked
+
+from bindusbl_des import Campaign, load_scenario, simulate, sweep
+from bindusbl_des.campaigns.statistics.intervals import interval
+from bindusbl_des.cli import main
+from bindusbl_des.report.comparison import comparison_page
+from bindusbl_des.sweep_report import sweep_page
+
+BASE = "name: tiny\nduration_s: 20\nsurvey: {side_m: 100}\n"
+EXPERIMENT = (
+    "scenario: base.yaml\n"
+    "vary:\n"
+    "  asvs.count: [1, 2, 3]\n"
+    "  acoustics.hf.range_m: [40.0, 80.0]\n"
+    "  protocol.schedule: [spatial_reuse, 'test_report_sweep:raising']\n"
+    "seeds: 3\n"
+)
+
+
+def raising(view: object) -> list[list[int]]:
+    """A schedule of one's own that fails."""
+    raise RuntimeError("no <schedule> today")
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
+    """Twelve points with three seeds each; half of the points fail."""
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "base.yaml").write_text(BASE)
+    (folder / "experiment.yaml").write_text(EXPERIMENT)
+    return sweep(folder / "experiment.yaml", folder / "out", workers=1)
+
+
+def test_points_have_the_intervals_of_the_missions(campaign: Campaign) -> None:
+    """Mean and half width in the page are those that `interval` gives for the missions."""
+    page = sweep_page(campaign)
+    data = json.loads(re.findall(r'id="data">(.*?)</script>', page)[0])
+    packed = re.findall(r'id="packed">(.*?)</script>', page)[0]
+    missions = campaign.missions
+    for metric in ("position_error_m", "hf_coverage", "fix_rate_hz", "mf_utilisation"):
+        columns = data["statistics"][metric]
+        mean, half = (unpacked(columns[name], packed) for name in ("mean", "half"))
+        for point in range(12):
+            values = missions[(missions.point == point) & (missions.status == "ok")][metric]
+            expected = interval(values.tolist())
+            assert mean[point] == pytest.approx(expected.mean, rel=1e-4, abs=1e-5, nan_ok=True)
+            assert half[point] == pytest.approx(
+                expected.half_width, rel=1e-3, abs=1e-5, nan_ok=True
+            )
+    assert [key["key"] for key in data["keys"]] == list(campaign.plan.columns)
+    for key, column in zip(data["keys"], data["points"], strict=True):
+        numbers = unpacked(column, packed).astype(int)
+        for point, number in zip(campaign.plan.points, numbers, strict=True):
+            value = point.varied[key["key"]]
+            assert key["labels"][number] == (f"{value:g}" if key["values"] else value)
+
+
+def test_failures_tell_how_to_see_them_again(campaign: Campaign) -> None:
+    """Each failed mission has its error and the command that does it again."""
+    cells = Cells()
+    cells.feed(sweep_page(campaign))
+    failed = [row for row in cells.rows if len(row) == 5 and row[0].isdigit()]
+    assert len(failed) == 18
+    assert all(row[3] == "RuntimeError: no <schedule> today" for row in failed)
+    assert all("--set" in row[4] and "--seed" in row[4] for row in failed)
+
+
+def test_sweep_leaves_its_report_and_report_makes_it_again(tmp_path: Path) -> None:
+    """A campaign's folder has a report when it ends; the command writes the same."""
+    (tmp_path / "base.yaml").write_text(BASE)
+    (tmp_path / "one.yaml").write_text(
+        "scenario: base.yaml\nvary: {asvs.count: [1, 2]}\nseeds: 1\n"
+    )
+    out = tmp_path / "out"
+    words = ["-q", "sweep", str(tmp_path / "one.yaml"), "--out", str(out), "--workers", "1"]
+    outcome = CliRunner().invoke(main, words, catch_exceptions=False)
+    assert outcome.exit_code == 0, outcome.output
+    first = (out / "report.html").read_text()
+    assert "2 points with 1 seed each: 2 missions done, 0 failed" in first
+    outcome = call("report", str(out))
+    assert (outcome.exit_code, outcome.stdout.strip()) == (0, str(out / "report.html"))
+    assert (out / "report.html").read_text() == first
+    run = simulate(load_scenario(SCENARIOS / "quickstart.yaml", overrides=["duration_s=5"]))
+    run.write(tmp_path / "run")
+    outcome = call("report", str(out), str(tmp_path / "run"), "--out", str(tmp_path / "no.html"))
+    assert outcome.exit_code == 2
+    assert "is a campaign" in outcome.stderr
+
+
+def test_runs_beside_each_other(tmp_path: Path) -> None:
+    """The page of several runs names what differs in their scenarios, and by how much they do."""
+    runs = []
+    for name in ("failure_140m", "recovery_140m"):
+        changes = ["duration_s=40", "record.detail=full"]
+        result = simulate(load_scenario(SCENARIOS / f"{name}.yaml", overrides=changes), seed=0)
+        runs.append((str(result.write(tmp_path / name)), result))
+    page = comparison_page(runs)
+    cells = Cells()
+    cells.feed(page)
+    rows = {row[0]: row[1:] for row in cells.rows}
+    assert rows["asvs.count"] == ["1", "3"]
+    first, second = (float(run.mission.position_error_m[0]) for _, run in runs)
+    assert rows["mean position error (m)"] == [
+        f"{first:.2f}", f"{second:.2f} ({second - first:+.2f})"
+    ]  # fmt: skip
+    out = tmp_path / "both.html"
+    outcome = call("report", *(folder for folder, _ in runs), "--out", str(out))
+    assert outcome.exit_code == 0
+    assert out.read_text() == page
+    assert call("report", *(folder for folder, _ in runs), "--out", str(out)).exit_code == 2
+
+
+def test_the_same_run_twice_differs_in_nothing() -> None:
+    """Runs of one scenario are told apart by their folders; runs without events have no map."""
+    result = simulate(
+        load_scenario(
+            SCENARIOS / "quickstart.yaml", overrides=["duration_s=5", "record.detail=summary"]
+        )
+    )
+    page = comparison_page([("a", result), ("b", result)])
+    assert "they are the same scenario with the same seed" in page
+    assert "quickstart, seed 0 (a)" in page
+    assert 'id="slider"' not in page
