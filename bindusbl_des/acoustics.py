@@ -9,6 +9,8 @@ from typing import NoReturn, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled import compiled
+
 Floats = NDArray[np.float64]
 Value = TypeVar("Value", float, Floats)
 
@@ -166,8 +168,13 @@ def range_loss(slant_range: float, law: LossLaw = LOSS_LAWS["thesis"]) -> float:
     """
     if not 0.0 <= slant_range < math.inf:
         _refuse("slant range", slant_range, "be a finite number not below 0", "give it in metres")
+    return _law(slant_range, law.a, law.b, law.c, law.d)
+
+
+@compiled
+def _law(slant_range: float, a: float, b: float, c: float, d: float) -> float:
     reach = min(slant_range, LONGEST_LOSS_RANGE)
-    return law.a * math.exp(law.b * reach) + law.c * math.exp(law.d * reach)
+    return a * math.exp(b * reach) + c * math.exp(d * reach)
 
 
 def contention_loss(auv_count: int, per_auv: float = 0.05) -> float:
@@ -186,6 +193,7 @@ def contention_loss(auv_count: int, per_auv: float = 0.05) -> float:
     return (auv_count - 1) * per_auv
 
 
+@compiled
 def clamp_first(loss: float, contention: float, cap: float) -> float:
     """Return the probability that a ping is lost, range loss made a probability before adding.
 
@@ -195,6 +203,7 @@ def clamp_first(loss: float, contention: float, cap: float) -> float:
     return min(min(max(loss, 0.0), LARGEST_RANGE_LOSS) + contention, cap)
 
 
+@compiled
 def paper_raw(loss: float, contention: float, cap: float) -> float:
     """Return the probability that a ping is lost, by the paper's literal sum (eq. fix_loss_total).
 
@@ -206,6 +215,7 @@ def paper_raw(loss: float, contention: float, cap: float) -> float:
     return max(0.0, min(loss + contention, cap))
 
 
+@compiled
 def off(loss: float, contention: float, cap: float) -> float:
     """Return the probability that a ping is lost by range alone: collisions are simulated.
 
@@ -219,6 +229,22 @@ def off(loss: float, contention: float, cap: float) -> float:
 COMBINERS: Mapping[str, Callable[[float, float, float], float]] = MappingProxyType(
     {"clamp_first": clamp_first, "paper_raw": paper_raw, "off": off}
 )
+
+
+@compiled
+def loss_probability(
+    slant_range: float, coefficients: Floats, combine: int, contention: float, cap: float
+) -> float:
+    """Return the probability that a ping is lost over a slant range (m), as a scenario has it.
+
+    `coefficients` (4,) are those of a loss law, `combine` the number of a combiner in COMBINERS.
+    """
+    loss = _law(slant_range, coefficients[0], coefficients[1], coefficients[2], coefficients[3])
+    if combine == 0:
+        return clamp_first(loss, contention, cap)
+    if combine == 1:
+        return paper_raw(loss, contention, cap)
+    return off(loss, contention, cap)
 
 
 def travel_time(

@@ -1,8 +1,7 @@
 """Which AUVs must not ping at once: the conflict graph and its colourings."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -14,7 +13,7 @@ Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]
 
 # AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
-REMEMBERED = 256
+REMEMBERED = 64
 
 
 def hearing(auvs: Array, asvs: Array, hf_range: float, metric: str) -> Hearing:
@@ -52,9 +51,16 @@ def _graph(heard: bytes, auvs: int, asvs: int) -> "nx.Graph[int]":
     hears = np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs).astype(np.float32)
     graph: nx.Graph[int] = nx.Graph()
     graph.add_nodes_from(range(auvs))
-    graph.add_edges_from((i, j) for i, j in np.argwhere(np.triu(hears @ hears.T > 0, 1)).tolist())
+    pairs = np.argwhere(np.triu(hears @ hears.T > 0, 1)).tolist()
+    graph.add_edges_from((i, j) for i, j in pairs)
+    graph.graph["pairs"] = len(pairs)
     frozen: nx.Graph[int] = nx.freeze(graph)
     return frozen
+
+
+def conflict_count(graph: "nx.Graph[int]") -> int:
+    """Return the number of pairs of AUVs in conflict."""
+    return int(graph.graph["pairs"])
 
 
 def _index_order(graph: "nx.Graph[int]", _: Mapping[int, int]) -> Iterator[int]:
@@ -66,33 +72,26 @@ def colour_greedily(graph: "nx.Graph[int]") -> dict[int, int]:
 
     An AUV that no ASV hears has no neighbour, so it takes colour 0 and burns no slot of its own.
     """
-    return _coloured(graph, _index_order)
+    return dict(nx.greedy_color(graph, strategy=_index_order))
 
 
 def colour_dsatur(graph: "nx.Graph[int]") -> dict[int, int]:
     """Colour the AUV with the most differently coloured neighbours first (DSATUR, Brelaz 1979)."""
-    return _coloured(graph, "DSATUR")
-
-
-def _coloured(graph: "nx.Graph[int]", strategy: Any) -> dict[int, int]:
-    # A frozen graph stays as it is, so its colouring does as well.
-    if nx.is_frozen(graph):
-        return dict(_coloured_once(graph, strategy))
-    return dict(nx.greedy_color(graph, strategy=strategy))
+    return dict(nx.greedy_color(graph, strategy="DSATUR"))
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _coloured_once(graph: "nx.Graph[int]", strategy: Any) -> dict[int, int]:
-    return dict(nx.greedy_color(graph, strategy=strategy))
-
-
-def ping_groups(colours: Mapping[int, int]) -> list[list[int]]:
+def ping_groups(
+    graph: "nx.Graph[int]", colouring: Callable[["nx.Graph[int]"], Mapping[int, int]]
+) -> tuple[tuple[int, ...], ...]:
     """Return the colour classes G_0, G_1, ... in order, each with its AUVs in index order.
 
-    >>> ping_groups({0: 0, 2: 0, 1: 1})
-    [[0, 2], [1]]
+    >>> graph = conflict_graph(np.array([[True], [True], [False]]))
+    >>> ping_groups(graph, colour_greedily)
+    ((0, 2), (1,))
     """
+    colours = colouring(graph)
     groups: list[list[int]] = [[] for _ in range(max(colours.values(), default=-1) + 1)]
     for auv in sorted(colours):
         groups[colours[auv]].append(auv)
-    return groups
+    return tuple(tuple(group) for group in groups)

@@ -11,7 +11,7 @@ from .acoustics import travel_time
 from .events import Fix
 from .fleet import Auv, Fleet
 from .motion import where
-from .propagation import travel_times, within
+from .propagation import arrivals
 from .slots import Clock
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
@@ -34,42 +34,32 @@ class MfDownlink:
     ) -> None:
         self._env, self._auvs, self._auv_fleet, self._asv_fleet = env, auvs, auv_fleet, asv_fleet
         self._range, self._sound_speed, self._clock = mf_range, sound_speed, clock
-        self._set_out = self._foreseen if auv_fleet.foreseen else self._awaited
 
     def send(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
         if not fixes:
             return
-        self._auv_fleet.reach(time)
-        near = within(
-            *self._asv_fleet.motion, asv, time, *self._auv_fleet.motion,
-            np.array([fix.auv for fix in fixes]), self._range,
+        fleet = self._auv_fleet
+        fleet.reach(time)
+        after = arrivals(
+            *self._asv_fleet.motion, asv, time, airtime, *fleet.motion,
+            np.array([fix.auv for fix in fixes]), self._range, fleet.foreseen, self._sound_speed,
         )  # fmt: skip
         reached = []
-        for fix, in_range in zip(fixes, near, strict=True):
+        for fix, delay in zip(fixes, after, strict=True):
             fix.broadcast_at_s, fix.broadcast_by = time, asv
-            if in_range:
-                reached.append(fix)
-            else:
+            if math.isnan(delay):
                 fix.outcome = "out_of_range"
-        self._set_out(reached, asv, time, airtime)
-
-    def _foreseen(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
-        """Find the arrivals at AUVs whose way is known whatever the fixes tell them."""
-        auvs = np.array([fix.auv for fix in fixes], dtype=np.int64)
-        ways = travel_times(
-            *self._asv_fleet.motion, asv, time + airtime, *self._auv_fleet.motion, auvs,
-            self._sound_speed,
-        )  # fmt: skip
-        for fix, travel in zip(fixes, ways, strict=True):
-            self.deliver(fix, self._clock.after(time, airtime + travel))
-
-    def _awaited(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
-        """Let the end of the frame set out to AUVs that steer meanwhile by other fixes."""
-        event = self._env.timeout(airtime)
-        event.callbacks.append(lambda _: self._leave(fixes, asv, time, airtime))
+            elif fleet.foreseen:
+                self.deliver(fix, self._clock.after(time, delay))
+            else:
+                reached.append(fix)
+        if reached:  # they steer meanwhile by other fixes
+            event = self._env.timeout(airtime)
+            event.callbacks.append(lambda _: self._leave(reached, asv, time, airtime))
 
     def _leave(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
+        """Let the end of a frame set out to AUVs that have moved since the frame began."""
         ends = time + airtime
         vessel = where(self._asv_fleet.motion, asv, ends)
         for fix in fixes:

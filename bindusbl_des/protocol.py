@@ -10,8 +10,9 @@ from itertools import count
 
 import simpy
 
+from .conflicts import conflict_count
 from .events import Broadcast, Round
-from .schedules import Groups, checked
+from .schedules import Groups
 from .world import World
 
 Steps = Generator[simpy.Event, None, float]
@@ -32,8 +33,8 @@ def serve(world: World) -> Generator[simpy.Event, None, None]:
         time = yield from frame_start(world, number, time)
         # Positions have changed since the last downlink, and with them the conflict graph.
         view = world.view(number, time)
-        groups = checked(world.schedule(view), len(world.auvs), world.schedule_name)
-        turn = Turn(Round(number, time, len(groups), view.conflicts.number_of_edges()), groups)
+        groups = world.schedule(view)
+        turn = Turn(Round(number, time, len(groups), conflict_count(view.conflicts)), groups)
         world.record.rounds.append(turn.row)
         time = yield from DOWNLINKS[world.policy](world, turn, time)
 

@@ -26,10 +26,10 @@ from .conflicts import (
 from .consistency import FRAMED_SCHEDULES
 
 Array = NDArray[np.float64]
-Groups = list[list[int]]
+Groups = Sequence[Sequence[int]]
 
 
-@dataclass(frozen=True)
+@dataclass
 class View:
     """What the surface fleet knows when it schedules a round.
 
@@ -56,17 +56,17 @@ class View:
         return conflict_graph(self.heard)
 
 
-Schedule = Callable[[View], Sequence[Sequence[int]]]
+Schedule = Callable[[View], Groups]
 
 
 def spatial_reuse(view: View) -> Groups:
     """Let AUVs without a common listener ping together, coloured greedily (the paper)."""
-    return ping_groups(colour_greedily(view.conflicts))
+    return ping_groups(view.conflicts, colour_greedily)
 
 
 def dsatur(view: View) -> Groups:
     """Let AUVs without a common listener ping together, coloured by DSATUR."""
-    return ping_groups(colour_dsatur(view.conflicts))
+    return ping_groups(view.conflicts, colour_dsatur)
 
 
 def one_per_slot(view: View) -> Groups:
@@ -115,12 +115,26 @@ def schedule_named(name: str) -> Schedule:
         raise ValueError(
             f"protocol.schedule: {name!r} is a {type(found).__name__}, not a function of a View"
         )
-    schedule: Schedule = found
-    return schedule
+    return OwnSchedule(name, found)
 
 
-def checked(groups: Sequence[Sequence[int]], auv_count: int, name: str) -> Groups:
-    """Return ping groups as lists of int; a schedule that breaks the rules is refused.
+@dataclass(frozen=True)
+class OwnSchedule:
+    """A schedule of somebody's own: each of its rounds is checked."""
+
+    name: str
+    schedule: Schedule
+
+    @property
+    def framed(self) -> bool:
+        return bool(getattr(self.schedule, "framed", False))
+
+    def __call__(self, view: View) -> Groups:
+        return checked(self.schedule(view), len(view.auvs), self.name)
+
+
+def checked(groups: Groups, auv_count: int, name: str) -> list[list[int]]:
+    """Return ping groups as lists of int; a schedule of one's own that breaks the rules is refused.
 
     Raises:
         ValueError: when there is no group, an AUV does not exist or pings twice in a round.

@@ -44,6 +44,7 @@ def run(scenario: Scenario, seed: int) -> World:
     world = build_world(env, scenario, seed)
     env.process(serve(world))
     env.run(until=scenario.duration_s)
+    world.uplink.close(scenario.duration_s)
     world.board.take()  # fixes of pings that were heard but not broadcast any more
     return world
 

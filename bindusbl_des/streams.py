@@ -4,11 +4,12 @@ Streams are independent of each other and of the order in which they are asked f
 further ASV leaves every AUV's drift as it was, and two scenarios with one seed share their noise.
 """
 
-from collections.abc import Iterator
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
+
+# Rows of noise that are drawn at a time.
+ROWS = 64
 
 
 class Purpose(IntEnum):
@@ -37,21 +38,28 @@ class Streams:
         return np.random.Generator(np.random.PCG64(sequence))
 
 
-class Draws:
-    """Rows of noise from one stream, drawn in blocks because single draws are slow.
+class NoiseStore:
+    """Rows of noise of every pair of an AUV and an ASV, drawn in blocks from the pair's own stream.
 
-    What a row holds does not depend on how many rows are taken.
+    Single draws are slow, and compiled equations cannot draw: they take row `taken[auv, asv]` of
+    block `shelf[auv, asv]` of `blocks` (block, row, column), and have the block refilled when it is
+    used up.  What a row holds does not depend on how many rows are taken, nor by whom.
     """
 
-    def __init__(self, stream: np.random.Generator, width: int, block: int = 64) -> None:
-        self._stream = stream
-        self._shape = (block, width)
-        self._rows: Iterator[NDArray[np.float64]] = iter(())
+    def __init__(self, streams: Streams, auvs: int, asvs: int, width: int) -> None:
+        self._streams = streams
+        self._drawn: dict[tuple[int, int], np.random.Generator] = {}
+        self.shelf = np.full((auvs, asvs), -1, dtype=np.int64)
+        self.taken = np.full((auvs, asvs), ROWS, dtype=np.int64)
+        self.blocks = np.empty((2, ROWS, width))
 
-    def normal(self) -> NDArray[np.float64]:
-        """Return the next row of standard normal numbers, shape (width,)."""
-        row = next(self._rows, None)
-        if row is None:
-            self._rows = iter(self._stream.standard_normal(self._shape))
-            row = next(self._rows)
-        return row
+    def refill(self, auv: int, asv: int) -> None:
+        """Draw the next rows of a pair."""
+        if (auv, asv) not in self._drawn:
+            self.shelf[auv, asv] = len(self._drawn)
+            self._drawn[auv, asv] = self._streams.of(Purpose.MEASUREMENT, auv, asv)
+        shelf = self.shelf[auv, asv]
+        if shelf == len(self.blocks):
+            self.blocks = np.concatenate((self.blocks, np.empty_like(self.blocks)))
+        self._drawn[auv, asv].standard_normal(out=self.blocks[shelf])
+        self.taken[auv, asv] = 0

@@ -1,23 +1,23 @@
 """The world of one mission: vehicles, bands and fleet as a scenario describes them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import simpy
 from numpy.typing import NDArray
 
-from .acoustics import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from .acoustics import COMBINERS, LOSS_LAWS, contention_loss
 from .boards import Board, ReplyBoard
 from .broadcasters import BROADCASTERS, Choice
 from .downlink import MfDownlink
 from .events import Fix
-from .fixing import UsblFleet
 from .fleet import Auv, Fleet
 from .hydrophones import ARRAYS
 from .launch import board_auvs, launch_asvs, launch_auvs
 from .motion import places
 from .ranging import OneWay, TwoWay
+from .reception import Loss
 from .recorder import Recorder
 from .scenario import Scenario
 from .schedules import Schedule, View, is_framed, schedule_named
@@ -62,10 +62,6 @@ class World:
         self._broadcaster_draw = self.streams.of(Purpose.BROADCASTER)
         self._plot = places(self.auv_fleet.motion, 0.0)[:, :3]
         self._fixes_plotted = 0
-
-    @property
-    def schedule_name(self) -> str:
-        return self.scenario.protocol.schedule
 
     @property
     def policy(self) -> str:
@@ -126,11 +122,10 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
         sound_speed=sound_speed,
         clock=slots.clock,
     )
-    usbls = UsblFleet(usbl_of(scenario), asvs, record)
     board = (
-        ReplyBoard(usbls, downlink, record)
+        ReplyBoard(downlink, record, hf.ping_s)
         if scenario.protocol.downlink == "direct_reply"
-        else Board(usbls)
+        else Board(record)
     )
     uplink = Uplink(
         env,
@@ -141,9 +136,10 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
         ping_duration=hf.ping_s,
         sound_speed=sound_speed,
         loss=loss_of(scenario),
+        usbl=usbl_of(scenario),
         streams=streams,
         record=record,
-        settled=board.settled,
+        listener=board,
     )
     ranging = (
         OneWay(uplink)
@@ -206,9 +202,13 @@ def usbl_of(scenario: Scenario) -> Usbl:
     )
 
 
-def loss_of(scenario: Scenario) -> Callable[[float], float]:
-    """Return the probability that a ping is lost, as a function of slant range (m)."""
-    loss, auv_count = scenario.acoustics.loss, scenario.auvs.count
-    law, combine = LOSS_LAWS[loss.law], COMBINERS[loss.combine]
-    contention = contention_loss(auv_count, loss.contention_per_auv)
-    return lambda slant_range: combine(range_loss(slant_range, law), contention, loss.cap)
+def loss_of(scenario: Scenario) -> Loss:
+    """Return how likely a ping is lost on its way."""
+    loss = scenario.acoustics.loss
+    law = LOSS_LAWS[loss.law]
+    return Loss(
+        np.array((law.a, law.b, law.c, law.d)),
+        list(COMBINERS).index(loss.combine),
+        contention_loss(scenario.auvs.count, loss.contention_per_auv),
+        loss.cap,
+    )

@@ -11,11 +11,11 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 LAYERS = [
     "compiled wording events streams",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
-    "conflicts logs motion propagation dead_reckoning track_file currents vehicles dynamics "
-    "guidance",
+    "conflicts logs motion propagation reception dead_reckoning track_file currents vehicles "
+    "dynamics guidance",
     "consistency vehicle_choice scenario",
     "navigation recorder fleet",
-    "uplink downlink ranging fixing boards broadcasters schedules samples",
+    "uplink downlink ranging boards broadcasters schedules samples",
     "voyages launch world protocol metrics",
     "tables figures summary result simulation explain report",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
