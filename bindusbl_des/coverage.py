@@ -36,11 +36,25 @@ def covering_radius(side: float, asvs: ArrayLike) -> float:
     >>> round(covering_radius(60.0, [(50.0, 0.0), (-50.0, 0.0)]), 3)
     58.31
     """
+    places = np.unique(stations(asvs), axis=0)
+    return float(_distances(np.array(loneliest_point(side, places)), places).min())
+
+
+def loneliest_point(side: float, asvs: ArrayLike) -> tuple[float, float]:
+    """Return the point x, y (m) of the survey square that is farthest from its nearest ASV.
+
+    Arguments and errors are those of :func:`covering_radius`; the first of points that are equally
+    far.
+
+    >>> loneliest_point(60.0, [(50.0, 0.0), (-50.0, 0.0)])
+    (0.0, -30.0)
+    """
     half = _half(side)
     places = np.unique(stations(asvs), axis=0)
     corners = half * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
     candidates = np.concatenate((corners, _edge_ties(half, places), _centres(half, places)))
-    return float(_distances(candidates, places).min(axis=1).max())
+    x, y = candidates[_distances(candidates, places).min(axis=1).argmax()].tolist()
+    return x, y
 
 
 def _edge_ties(half: float, places: Floats) -> Floats:

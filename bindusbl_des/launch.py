@@ -175,3 +175,11 @@ def asv_stations(scenario: Scenario) -> list[tuple[float, float]]:
         radius = formation_radius(scenario.acoustics.hf.range_m, asked.clearance_m)
     vertices = formation(asvs.count, radius, math.radians(asked.angle_deg))
     return [(x, y) for x, y in vertices.tolist()]
+
+
+def horizontal_reach(scenario: Scenario) -> float:
+    """Return how far (m), seen from above, an ASV hears an AUV at the survey's depth."""
+    hf, depth = scenario.acoustics.hf, scenario.survey.depth_m
+    if hf.range_metric == "horizontal":
+        return hf.range_m
+    return math.sqrt(max(hf.range_m**2 - depth**2, 0.0))

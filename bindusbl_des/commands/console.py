@@ -1,6 +1,7 @@
 """What all commands share: results to stdout, talk to stderr, mistakes as exit code 2."""
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
@@ -9,6 +10,7 @@ if TYPE_CHECKING:
     from ..scenario import Scenario
 
 BAD_INPUT = 2
+FIGURES = (".png", ".svg", ".pdf")
 
 
 class BadInput(click.ClickException):
@@ -75,3 +77,13 @@ def write_new(path: str, text: str, force: bool) -> None:
         refuse(f"{path}: exists; use --force to replace it, or name another file")
     except OSError as error:
         refuse(f"{path}: cannot be written ({error.strerror})")
+
+
+def check_figure(path: Path, force: bool) -> None:
+    """Refuse, before anything is computed, a file that cannot take a figure."""
+    if path.suffix.lower() not in FIGURES:
+        refuse(f"{path}: a figure's name ends in one of {', '.join(FIGURES)}")
+    if path.exists() and (not force or path.is_dir()):
+        refuse(f"{path}: exists; use --force to replace it, or name another file")
+    if not path.absolute().parent.is_dir():
+        refuse(f"{path}: the folder {path.parent} does not exist")

@@ -1,13 +1,12 @@
 """Commands for planners, who run no mission: timing and coverage."""
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from .console import refuse, scenario_from, set_option, talk
+from .console import check_figure, scenario_from, set_option, talk
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -20,8 +19,6 @@ MOST_ROWS = 12
 
 # The covering radius takes the fourth power of the number of ASVs: 50 take a moment.
 MOST_ASVS = 50
-
-FIGURES = (".png", ".svg", ".pdf")
 
 
 @click.command()
@@ -80,25 +77,21 @@ def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, forc
     """Print where the ASVs are and how much of the survey they hear."""
     mission = scenario_from(scenario, overrides)
     if figure:
-        _check_figure(Path(figure), force)
+        check_figure(Path(figure), force)
     from ..coverage import coverage_map
-    from ..launch import asv_stations
+    from ..launch import asv_stations, horizontal_reach
 
     stations, reach = asv_stations(mission), horizontal_reach(mission)
     click.echo("\n".join(_coverage(mission, stations, reach)))
     click.echo("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
     click.echo("\n".join(coverage_map(mission.survey.side_m, stations, reach)))
     if figure:
-        _draw(mission, stations, reach, figure)
+        from ..figures.coverage import coverage_figure
+        from ..figures.style import TWO_COLUMNS, save, styled
+
+        with styled():
+            save(coverage_figure(mission, TWO_COLUMNS), Path(figure))
         talk(f"Figure: {figure}")
-
-
-def horizontal_reach(scenario: "Scenario") -> float:
-    """Return how far (m), seen from above, an ASV hears an AUV at the survey's depth."""
-    hf, depth = scenario.acoustics.hf, scenario.survey.depth_m
-    if hf.range_metric == "horizontal":
-        return hf.range_m
-    return math.sqrt(max(hf.range_m**2 - depth**2, 0.0))
 
 
 def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> Iterator[str]:
@@ -125,31 +118,3 @@ def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> Iterato
     else:
         yield f"{'covering radius':<26}{'-':>9} (not computed for more than {MOST_ASVS} ASVs)"
     yield f"{'covered area':<26}{100 * covered_area(side, stations, reach):>9.2f} %"
-
-
-def _check_figure(path: Path, force: bool) -> None:
-    if path.suffix.lower() not in FIGURES:
-        refuse(f"{path}: a figure's name ends in one of {', '.join(FIGURES)}")
-    if path.exists() and (not force or path.is_dir()):
-        refuse(f"{path}: exists; use --force to replace it, or name another file")
-    if not path.absolute().parent.is_dir():
-        refuse(f"{path}: the folder {path.parent} does not exist")
-
-
-def _draw(scenario: "Scenario", stations: Stations, reach: float, path: str) -> None:
-    """Draw the survey square, the ASVs and their HF ranges."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Circle, Rectangle
-
-    figure = Figure(figsize=(6.4, 6.4), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes, side = figure.add_subplot(), scenario.survey.side_m
-    for number, (x, y) in enumerate(stations):
-        axes.add_patch(Circle((x, y), reach, color="#0072B2", alpha=0.2))
-        axes.plot([x], [y], "^", color="black")
-        axes.annotate(f"ASV{number}", (x, y), xytext=(4, 4), textcoords="offset points")
-    axes.add_patch(Rectangle((-side / 2, -side / 2), side, side, fill=False))
-    axes.set(xlabel="x (m)", ylabel="y (m)", title=f"{scenario.name}: HF coverage", aspect="equal")
-    axes.autoscale_view()
-    figure.savefig(path)

@@ -1,0 +1,171 @@
+"""The anatomy of one round: every ping's way up, the broadcast's way down, and the guards."""
+
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ..rounds import Span, broadcasts_of, downlink_slots, uplink_slots
+from ..slots import DOWNLINK_GUARD, UPLINK_GUARD
+from ..world import slots_of
+from .style import ALARM, INK, MF, colour_of, legend_below, names, new_figure, shortened
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+# Vehicles of each kind that have a row
+MOST_ROWS = 12
+
+ROW, BRACKET = 0.2, 1.3
+
+# How the way of a ping is drawn, by its outcome; None: in the colour of its AUV
+WAYS: dict[str, tuple[str | None, str, float]] = {
+    "out_of_range": ("#c8c8c8", ":", 0.6),
+    "in_flight": ("#777777", ":", 1.0),
+    "lost": ("#777777", "--", 1.0),
+    "collided": (ALARM, "-", 1.0),
+    "heard": (None, "-", 1.0),
+}
+
+
+def anatomy(result: "Result", width: float, number: int | None = None) -> Figure:
+    """Draw one round, by default that with most fixes, and its first uplink slot enlarged."""
+    number = busiest(result) if number is None else number
+    scenario = result.scenario
+    rows = [
+        *names("ASV", min(scenario.asvs.count, MOST_ROWS)),
+        *names("AUV", min(scenario.auvs.count, MOST_ROWS)),
+    ]
+    height = 1.6 + 2 * (ROW * len(rows) + 0.7)
+    figure = new_figure(width, height)
+    whole, slot = figure.subplots(2, 1)
+    place = {name: row for row, name in enumerate(rows)}
+    for axes in (whole, slot):
+        _draw_ways(axes, result, number, place)
+        axes.set_yticks(range(len(rows)), rows)
+        axes.grid(visible=False, axis="y")
+        axes.set_ylabel("vehicle")
+    _annotate_round(whole, result, number)
+    _annotate_slot(slot, result, number)
+    whole.set(xlabel="time (s)", ylim=(len(rows) - 0.5, -3.4))
+    slot.set(xlabel="time since the first slot began (ms)", ylim=(len(rows) - 0.5, -2.1))
+    whole.set_title(
+        shortened(f"{scenario.name}, seed {result.seed}: round {number}", figure, 0.9)
+    )
+    legend_below(figure, _handles())
+    return figure
+
+
+def busiest(result: "Result") -> int:
+    """Return the first of the rounds that broadcast most fixes."""
+    return int(result.tables["rounds"].fixes.to_numpy().argmax())
+
+
+def _draw_ways(axes: Axes, result: "Result", number: int, place: dict[str, int]) -> None:
+    """Draw pings and frames as bars as long as they last, and the ways between as slanted lines."""
+    duration = result.scenario.acoustics.hf.ping_s
+    pings, receptions = result.tables["pings"], result.tables["receptions"]
+    pings = pings[(pings["round"] == number) & pings.auv.isin(place)]
+    sent = dict(zip(pings.ping, pings.sent_at_s, strict=True))
+    for ping in pings.itertuples():
+        _bar(axes, Span(ping.sent_at_s, ping.sent_at_s + duration), place[ping.auv],
+             colour_of(ping.auv))  # fmt: skip
+    arrivals = receptions[receptions.ping.isin(sent) & receptions.asv.isin(place)]
+    for outcome, (colour, style, thickness) in WAYS.items():
+        met: Any = arrivals[arrivals.outcome == outcome]
+        ways = [
+            [(sent[m.ping], place[m.auv]), (m.arrived_at_s, place[m.asv])] for m in met.itertuples()
+        ]
+        colours = [colour or colour_of(auv) for auv in met.auv]
+        axes.add_collection(
+            LineCollection(ways, colors=colours, ls=style, lw=thickness, label=outcome)
+        )
+        for m in met.itertuples() if outcome in ("heard", "collided") else ():
+            heard = Span(m.arrived_at_s, m.arrived_at_s + duration)
+            _bar(axes, heard, place[m.asv], colour or colour_of(m.auv))
+    _draw_frames(axes, result, number, place)
+
+
+def _draw_frames(axes: Axes, result: "Result", number: int, place: dict[str, int]) -> None:
+    fixes = result.tables["fixes"]
+    for frame in broadcasts_of(result, number).itertuples():
+        if frame.asv not in place:
+            continue
+        ends = frame.sent_at_s + frame.airtime_s
+        _bar(axes, Span(frame.sent_at_s, ends), place[frame.asv], MF)
+        carried = fixes[
+            (fixes.broadcast_at_s == frame.sent_at_s)
+            & (fixes.outcome == "delivered")
+            & fixes.auv.isin(place)
+        ]
+        ways = [
+            [(ends, place[frame.asv]), (fix.delivered_at_s, place[fix.auv])]
+            for fix in carried.itertuples()
+        ]
+        axes.add_collection(LineCollection(ways, colors=MF, lw=1.0, label="delivery"))
+        axes.plot(carried.delivered_at_s, carried.auv.map(place), "v", color=MF, ms=4)
+
+
+def _bar(axes: Axes, span: Span, row: int, colour: str) -> None:
+    axes.broken_barh([(span.start, span.length)], (row - 0.22, 0.44), fc=colour, lw=0)
+
+
+def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
+    """Mark the slots of the round and the parts of its frames."""
+    slots, crossing = slots_of(result.scenario), slots_of(result.scenario).crossing_time
+    uplinks, downlinks = uplink_slots(result, number), downlink_slots(result, number)
+    for index, span in enumerate(uplinks):
+        axes.axvspan(span.start, span.end, color="#cfe2f0", alpha=0.5 if index % 2 else 1, lw=0,
+                     zorder=0)  # fmt: skip
+        _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms", 1.0)
+    for span, frame in zip(downlinks, broadcasts_of(result, number).itertuples(), strict=False):
+        axes.axvspan(span.start, span.end, color="#fbefd0", lw=0, zorder=0)
+        _bracket(axes, span, -1.2, rf"$T_{{DL}}$ {1e3 * span.length:.0f} ms", 1.0)
+        on_air = Span(span.start, span.start + frame.airtime_s)
+        guard = Span(on_air.end, on_air.end + DOWNLINK_GUARD * crossing)
+        _bracket(axes, on_air, -2.3, rf"$T_{{tx}}$ {1e3 * on_air.length:.0f} ms", 1.0)
+        _bracket(axes, guard, -2.3, rf"$T_{{DL,G}}$ {1e3 * guard.length:.0f} ms", 1.0)
+    ends = max(span.end for span in (*uplinks, *downlinks))
+    del slots
+    axes.set_xlim(uplinks[0].start, ends)
+
+
+def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
+    """Mark ping, longest way and guard of the first slot; show it in ms since its beginning."""
+    slots, first = slots_of(result.scenario), uplink_slots(result, number)[0]
+    until = first.start
+    for length, symbol in (
+        (slots.ping_duration, "$T_P$"),
+        (slots.longest_travel_time, r"$\tau_{OT,max}$"),
+        (UPLINK_GUARD * slots.crossing_time, "$T_G$"),
+    ):
+        span = Span(until, until + length)
+        _bracket(axes, span, -1.0, f"{symbol} {1e3 * length:.3g} ms", 1.0)
+        until = span.end
+        axes.axvline(until, color=INK, lw=0.4, ls=":")
+    shown = max(until, first.start + 1.05 * (until - first.start))
+    axes.set_xlim(first.start, min(shown, max(first.end, until)))
+    axes.xaxis.set_major_formatter(lambda time, _: f"{1e3 * (time - first.start):.0f}")
+
+
+def _bracket(axes: Axes, span: Span, y: float, text: str, lift: float) -> None:
+    axes.annotate(
+        "", (span.start, y), (span.end, y), annotation_clip=True,
+        arrowprops={"arrowstyle": "<->", "lw": 0.6, "color": INK, "shrinkA": 0, "shrinkB": 0},
+    )  # fmt: skip
+    axes.text((span.start + span.end) / 2, y - 0.15, text, ha="center", va="bottom", fontsize=6.5)
+
+
+def _handles() -> list[Artist]:
+    names_of = {
+        "heard": "ping heard (AUV's colour)", "collided": "collided", "lost": "lost",
+        "out_of_range": "beyond HF range",
+    }  # fmt: skip
+    handles: list[Artist] = [
+        Line2D([], [], color=WAYS[outcome][0] or INK, ls=WAYS[outcome][1], label=label)
+        for outcome, label in names_of.items()
+    ]
+    return [*handles, Line2D([], [], color=MF, marker="v", ms=4, label="frame and delivery")]

@@ -1,0 +1,108 @@
+"""What of the survey the ASVs hear: HF circles, corners, the loneliest point."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, Rectangle
+
+from ..coverage import covered_area, loneliest_point
+from ..launch import asv_stations, horizontal_reach
+from .style import ALARM, HF, INK, LARGEST_LEGEND, legend_below, new_figure, shortened
+from .trajectory import X_LABEL, Y_LABEL
+
+if TYPE_CHECKING:
+    from ..result import Result
+    from ..scenario import Scenario
+
+Points = list[tuple[float, float]]
+
+UNHEARD = "#f6d9cf"
+
+# The loneliest point takes the fourth power of the number of ASVs: 50 take a moment.
+MOST_ASVS = 50
+
+
+def coverage(result: "Result", width: float) -> Figure:
+    """Draw the coverage of a mission's survey and, where recorded, the pings nobody could hear."""
+    unheard = None
+    if "pings" in result.arrow:
+        pings = result.tables["pings"]
+        unheard = pings.loc[pings.in_range_of == 0, ["x_m", "y_m"]].to_numpy(float)
+    return coverage_figure(result.scenario, width, unheard)
+
+
+def coverage_figure(
+    scenario: "Scenario", width: float, unheard: np.ndarray | None = None
+) -> Figure:
+    """Draw the coverage of a scenario; `unheard` (n, 2) are places of pings out of all ranges."""
+    figure = new_figure(width, 1.12 * width)
+    axes, side = figure.add_subplot(), scenario.survey.side_m
+    stations, reach = asv_stations(scenario), horizontal_reach(scenario)
+    _draw_area(axes, side, stations, reach)
+    handles: list[Artist] = [
+        Patch(fc=HF, alpha=0.25, label=f"heard: {100 * covered_area(side, stations, reach):.1f} %"),
+        Patch(fc=UNHEARD, label="heard by no ASV"),
+        _draw_corners(axes, side, stations),
+    ]
+    if len(stations) <= MOST_ASVS:
+        handles.append(_draw_loneliest(axes, side, stations, reach))
+    if unheard is not None:
+        looks = {"ls": "", "marker": ".", "ms": 3.0, "color": ALARM}
+        label = f"pings in nobody's range: {len(unheard)}"
+        handles += axes.plot(unheard[:, 0], unheard[:, 1], label=label, **looks)
+    _frame(axes, side, stations)
+    axes.set_title(shortened(f"{scenario.name}: HF range {scenario.acoustics.hf.range_m:g} m "
+                             f"({scenario.acoustics.hf.range_metric})", figure, 0.9))  # fmt: skip
+    legend_below(figure, handles)
+    return figure
+
+
+def _draw_area(axes: Axes, side: float, stations: Points, reach: float) -> None:
+    looks = {"fc": UNHEARD, "ec": INK, "lw": 0.8, "zorder": 0}
+    axes.add_patch(Rectangle((-side / 2, -side / 2), side, side, label="survey", **looks))
+    for number, place in enumerate(stations):
+        inside = Rectangle((-side / 2, -side / 2), side, side, transform=axes.transData)
+        under = axes.add_patch(Circle(place, reach, fc="white", lw=0, zorder=1))
+        under.set_clip_path(inside)
+        axes.add_patch(Circle(place, reach, fc=HF, alpha=0.25, lw=0, zorder=2, label="HF range"))
+        axes.add_patch(Circle(place, reach, fill=False, ec=HF, lw=0.7, ls="--", zorder=2))
+        if len(stations) <= LARGEST_LEGEND:
+            axes.annotate(f"ASV{number}", place, (4, 4), textcoords="offset points")
+    axes.scatter(*np.array(stations).T, s=60, c="k", marker="*", zorder=5, label="ASV")
+
+
+def _draw_corners(axes: Axes, side: float, stations: Points) -> Artist:
+    """Join each corner to its nearest ASV and say how far that is."""
+    places = np.array(stations)
+    for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+        corner = np.array([x, y]) * side / 2
+        distances = np.hypot(*(places - corner).T)
+        nearest = places[distances.argmin()]
+        axes.plot(*zip(corner, nearest, strict=True), "-", color=INK, lw=0.6, label="corner")
+        axes.annotate(
+            f"{distances.min():.1f} m", corner, (3 * x, 5 * y), textcoords="offset points",
+            ha="left" if x < 0 else "right", va="bottom" if y > 0 else "top", fontsize=7,
+        )  # fmt: skip
+    return Line2D([], [], color=INK, lw=0.6, label="corner to nearest ASV")
+
+
+def _draw_loneliest(axes: Axes, side: float, stations: Points, reach: float) -> Artist:
+    """Mark the point farthest from all ASVs: its distance is the covering radius."""
+    x, y = loneliest_point(side, stations)
+    radius = min(float(np.hypot(x - a, y - b)) for a, b in stations)
+    verdict = "within" if radius <= reach else "beyond"
+    axes.plot([x], [y], "D", color=ALARM, ms=5, mfc="none", label="loneliest")
+    label = f"loneliest point: {radius:.1f} m, {verdict} range"
+    return Line2D([], [], color=ALARM, ls="", marker="D", mfc="none", ms=5, label=label)
+
+
+def _frame(axes: Axes, side: float, stations: Points) -> None:
+    farthest = float(np.abs(np.array(stations)).max())
+    limit = max(1.2 * side / 2, 1.1 * farthest)
+    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
+    axes.set(xlabel=X_LABEL, ylabel=Y_LABEL)
+    axes.grid(visible=False)

@@ -1,0 +1,134 @@
+"""One style for all figures: colours, sizes and type that suit a paper of one or two columns."""
+
+import os
+import tempfile
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+# Okabe-Ito colours: distinguishable with every kind of colour vision
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
+PLANNED, HF, MF = "#9a9a9a", "#0072B2", "#E69F00"
+INK, FAINT, ALARM = "#333333", "#d8d8d8", "#e00000"
+
+# Width (in) of a figure over one and over two columns of a paper (IEEE)
+ONE_COLUMN, TWO_COLUMNS = 3.5, 7.16
+
+FORMATS = ("png", "svg", "pdf")
+
+# With more AUVs than this a legend entry for each hides the figure.
+LARGEST_LEGEND = 10
+
+STYLE: dict[str, Any] = {
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "figure.titlesize": 9,
+    "axes.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.linewidth": 0.4,
+    "grid.alpha": 0.5,
+    "grid.color": "#c8c8c8",
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,  # journals want type that can be searched
+    "svg.hashsalt": "bindusbl-des",  # the same figure, the same bytes
+}
+
+# Dates would make equal figures differ.
+METADATA: dict[str, dict[str, Any]] = {
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+    "png": {},
+}
+
+
+def styled() -> AbstractContextManager[None]:
+    """Return the context in which figures are made and saved; it leaves no trace behind."""
+    return matplotlib.rc_context(STYLE)
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure (in) that finds room for its labels by itself."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def save(figure: Figure, path: Path, **options: Any) -> None:
+    """Write a figure in the format that its name ends in, whole or not at all."""
+    kind = path.suffix[1:].lower()
+    handle, draft = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    try:
+        figure.savefig(draft, format=kind, metadata=METADATA[kind], **options)
+        os.chmod(draft, 0o644)
+        os.replace(draft, path)
+    except BaseException:
+        os.unlink(draft)
+        raise
+
+
+def colour_of(vehicle: str) -> str:
+    """Return the colour of a vehicle, the same in all figures.
+
+    >>> colour_of("AUV1") == colour_of("AUV9")
+    True
+    """
+    return COLOURS[int(vehicle[3:]) % len(COLOURS)]
+
+
+def names(kind: str, count: int) -> list[str]:
+    """Return the names of a fleet.
+
+    >>> names("AUV", 2)
+    ['AUV0', 'AUV1']
+    """
+    return [f"{kind}{index}" for index in range(count)]
+
+
+def by_vehicle(tracks: Any) -> dict[str, Any]:
+    """Return the track of each vehicle, AUVs first."""
+    return {str(name): track for name, track in tracks.groupby("vehicle", sort=False)}
+
+
+def add_lines(axes: Axes, lines: Sequence[Any], colours: Sequence[str], **looks: Any) -> None:
+    """Draw many lines, each of shape (n, 2), as one artist."""
+    axes.add_collection(LineCollection(lines, colors=colours, **looks))
+
+
+def vehicle_handles(vehicles: Iterable[str]) -> list[Artist]:
+    """Return a legend entry for each vehicle, or none where they would be too many."""
+    shown = list(vehicles)
+    if len(shown) > LARGEST_LEGEND:
+        return []
+    return [Line2D([], [], color=colour_of(name), lw=2, label=name) for name in shown]
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
+    """Put a legend under the axes, in as many columns as the width holds."""
+    longest = max((len(str(handle.get_label())) for handle in handles), default=1)
+    widest = max(1, int(figure.get_figwidth() * 72 / (3.7 * longest + 30)))
+    columns = min(len(handles), widest)
+    if columns:
+        figure.legend(handles=list(handles), loc="outside lower center", ncols=columns)
+
+
+def shortened(text: str, figure: Figure, share: float = 1.0) -> str:
+    """Return a title cut to what the width of the figure holds."""
+    room = int(figure.get_figwidth() * share * 72 / 4.6)
+    return text if len(text) <= room else f"{text[: room - 1]}…"

@@ -1,0 +1,123 @@
+"""The map of a mission: where the AUVs were, where they thought they were, and who heard them."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Rectangle
+
+from ..launch import planned_path
+from .style import (
+    HF,
+    INK,
+    LARGEST_LEGEND,
+    MF,
+    PLANNED,
+    add_lines,
+    by_vehicle,
+    colour_of,
+    legend_below,
+    new_figure,
+    shortened,
+    vehicle_handles,
+)
+
+if TYPE_CHECKING:
+    from ..result import Result
+    from ..scenario import Scenario
+
+# Points at which a planned path is drawn
+PLAN_POINTS = 1000
+
+X_LABEL, Y_LABEL = "x along the lanes (m)", "y across the lanes (m)"
+
+
+def trajectory(result: "Result", width: float) -> Figure:
+    """Draw the map of a mission with its legend."""
+    handles = map_handles(result.scenario)
+    rows = -(-len(handles) // max(1, int(width * 72 / 110)))
+    figure = new_figure(width, width + 0.16 * rows)
+    axes = figure.add_subplot()
+    draw_map(axes, result)
+    axes.set_title(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.9))
+    legend_below(figure, handles)
+    return figure
+
+
+def draw_map(axes: Axes, result: "Result") -> None:
+    """Draw planned, true, fused and IMU-only paths, ASVs and their HF and MF ranges."""
+    scenario, tracks = result.scenario, by_vehicle(result.tables["tracks"])
+    side = scenario.survey.side_m
+    axes.add_patch(Rectangle((-side / 2, -side / 2), side, side, fill=False, lw=0.8, ec=INK))
+    auvs = {name: track for name, track in tracks.items() if name.startswith("AUV")}
+    plans = _plans(scenario)
+    add_lines(axes, plans, [PLANNED] * len(plans), linewidths=0.6, label="planned")
+    colours = [colour_of(name) for name in auvs]
+    for label, columns, looks in (
+        ("dead reckoning", ["imu_x_m", "imu_y_m"], {"linestyles": ":", "linewidths": 1.0}),
+        ("true", ["x_m", "y_m"], {"linewidths": 2.6, "alpha": 0.35}),
+        ("fused", ["estimate_x_m", "estimate_y_m"], {"linewidths": 0.8}),
+    ):
+        lines = [track[columns].to_numpy() for track in auvs.values()]
+        add_lines(axes, lines, colours, label=label, **looks)
+    starts = np.array([track[["x_m", "y_m"]].to_numpy()[0] for track in auvs.values()])
+    axes.scatter(*starts.T, s=18, c=colours, zorder=4, label="start")
+    stations = {name: track for name, track in tracks.items() if name.startswith("ASV")}
+    _draw_asvs(axes, scenario, stations)
+    _frame(axes, side, tracks)
+
+
+def _plans(scenario: "Scenario") -> list[Any]:
+    """Return the planned paths (n, 2), none where AUVs hold or repeat a track."""
+    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+        return []
+    paths = [planned_path(scenario, index) for index in range(scenario.auvs.count)]
+    return [path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2] for path in paths]
+
+
+def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
+    reaches = (
+        (scenario.acoustics.hf.range_m, HF, "--", "HF range"),
+        (scenario.acoustics.mf.range_m, MF, ":", "MF range"),
+    )
+    paths = {name: track[["x_m", "y_m"]].to_numpy() for name, track in asvs.items()}
+    add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")
+    for name, path in paths.items():
+        place = (float(path[0, 0]), float(path[0, 1]))
+        for reach, colour, style, label in reaches:
+            axes.add_patch(
+                Circle(place, reach, fill=False, color=colour, ls=style, lw=0.7, label=label)
+            )
+        if len(paths) <= LARGEST_LEGEND:
+            axes.annotate(name, place, (4, 4), textcoords="offset points", clip_on=True)
+    starts = np.array([path[0] for path in paths.values()])
+    axes.scatter(*starts.T, s=60, c="k", marker="*", zorder=5, label="ASV")
+
+
+def _frame(axes: Axes, side: float, tracks: dict[str, Any]) -> None:
+    """Show the survey, the vehicles and what the AUVs believed; ranges may leave the picture."""
+    columns = ["x_m", "y_m", "estimate_x_m", "estimate_y_m"]
+    farthest = max(float(np.nanmax(np.abs(t[columns].to_numpy(float)))) for t in tracks.values())
+    limit = max(1.15 * side / 2, 1.1 * farthest)
+    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
+    axes.set(xlabel=X_LABEL, ylabel=Y_LABEL)
+    axes.grid(visible=False)
+
+
+def map_handles(scenario: "Scenario") -> list[Artist]:
+    """Return the legend of the map: kinds of line, ASVs and their ranges, AUVs."""
+    handles: list[Artist] = [
+        Line2D([], [], color=PLANNED, lw=0.6, label="planned path"),
+        Line2D([], [], color=INK, lw=2.6, alpha=0.35, label="true path"),
+        Line2D([], [], color=INK, lw=0.8, label="fused estimate"),
+        Line2D([], [], color=INK, ls=":", label="dead reckoning only"),
+        Line2D([], [], color="k", ls="", marker="*", ms=8, label="ASV"),
+        Line2D([], [], color=HF, ls="--", lw=0.7, label="HF range"),
+        Line2D([], [], color=MF, ls=":", lw=0.7, label="MF range"),
+    ]
+    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+        handles = handles[1:]
+    return handles + vehicle_handles(f"AUV{i}" for i in range(scenario.auvs.count))
