@@ -10,6 +10,7 @@ from .commands.doctor import doctor
 from .commands.files import init, params, schema, validate
 from .commands.missions import explain, run
 from .commands.planning import coverage, timing
+from .commands.plot import plot
 from .commands.reports import report
 from .commands.sweeps import merge, resume, status, sweep
 
@@ -74,6 +75,7 @@ for _command in (
     timing,
     coverage,
     report,
+    plot,
     explain,
     doctor,
 ):

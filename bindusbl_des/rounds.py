@@ -32,7 +32,7 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
     for slot in range(int(row.colours)):
         spans.append(Span(start, slots.clock.after(start, slots.uplink_slot)))
         waits = result.scenario.protocol.downlink == "pipelined_group" and slot < len(frames)
-        # A group waits for the frame before it: its fixes and the next group's pings start together.
+        # A group that waits for the frame before begins with the broadcast of its own fixes.
         start = float(frames.sent_at_s.iloc[slot]) if waits else spans[-1].end
     return spans
 

@@ -17,7 +17,7 @@ LAYERS = [
     "navigation recorder fleet",
     "uplink downlink ranging boards broadcasters schedules samples",
     "voyages launch world protocol metrics",
-    "tables figures summary result simulation explain report",
+    "tables rounds figures summary result simulation explain report",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns sweep_data sweep_report",
     "commands cli __init__",

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from ..rounds import Span, broadcasts_of, downlink_slots, uplink_slots
 from ..slots import DOWNLINK_GUARD, UPLINK_GUARD
 from ..world import slots_of
-from .style import ALARM, INK, MF, colour_of, legend_below, names, new_figure, shortened
+from .style import ALARM, INK, MF, colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -52,9 +52,7 @@ def anatomy(result: "Result", width: float, number: int | None = None) -> Figure
     _annotate_slot(slot, result, number)
     whole.set(xlabel="time (s)", ylim=(len(rows) - 0.5, -3.4))
     slot.set(xlabel="time since the first slot began (ms)", ylim=(len(rows) - 0.5, -2.1))
-    whole.set_title(
-        shortened(f"{scenario.name}, seed {result.seed}: round {number}", figure, 0.9)
-    )
+    whole.set_title(shortened(f"{scenario.name}, seed {result.seed}: round {number}", figure, 0.9))
     legend_below(figure, _handles())
     return figure
 
@@ -67,7 +65,8 @@ def busiest(result: "Result") -> int:
 def _draw_ways(axes: Axes, result: "Result", number: int, place: dict[str, int]) -> None:
     """Draw pings and frames as bars as long as they last, and the ways between as slanted lines."""
     duration = result.scenario.acoustics.hf.ping_s
-    pings, receptions = result.tables["pings"], result.tables["receptions"]
+    pings: Any = result.tables["pings"]
+    receptions = result.tables["receptions"]
     pings = pings[(pings["round"] == number) & pings.auv.isin(place)]
     sent = dict(zip(pings.ping, pings.sent_at_s, strict=True))
     for ping in pings.itertuples():
@@ -115,48 +114,48 @@ def _bar(axes: Axes, span: Span, row: int, colour: str) -> None:
 
 def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
     """Mark the slots of the round and the parts of its frames."""
-    slots, crossing = slots_of(result.scenario), slots_of(result.scenario).crossing_time
+    crossing = slots_of(result.scenario).crossing_time
     uplinks, downlinks = uplink_slots(result, number), downlink_slots(result, number)
+    axes.set_xlim(uplinks[0].start, max(span.end for span in (*uplinks, *downlinks)))
     for index, span in enumerate(uplinks):
         axes.axvspan(span.start, span.end, color="#cfe2f0", alpha=0.5 if index % 2 else 1, lw=0,
                      zorder=0)  # fmt: skip
-        _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms", 1.0)
+        _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms")
     for span, frame in zip(downlinks, broadcasts_of(result, number).itertuples(), strict=False):
         axes.axvspan(span.start, span.end, color="#fbefd0", lw=0, zorder=0)
-        _bracket(axes, span, -1.2, rf"$T_{{DL}}$ {1e3 * span.length:.0f} ms", 1.0)
+        _bracket(axes, span, -1.2, rf"$T_{{DL}}$ {1e3 * span.length:.0f} ms")
         on_air = Span(span.start, span.start + frame.airtime_s)
         guard = Span(on_air.end, on_air.end + DOWNLINK_GUARD * crossing)
-        _bracket(axes, on_air, -2.3, rf"$T_{{tx}}$ {1e3 * on_air.length:.0f} ms", 1.0)
-        _bracket(axes, guard, -2.3, rf"$T_{{DL,G}}$ {1e3 * guard.length:.0f} ms", 1.0)
-    ends = max(span.end for span in (*uplinks, *downlinks))
-    del slots
-    axes.set_xlim(uplinks[0].start, ends)
+        _bracket(axes, on_air, -2.3, rf"$T_{{tx}}$ {1e3 * on_air.length:.0f} ms")
+        _bracket(axes, guard, -2.3, rf"$T_{{DL,G}}$ {1e3 * guard.length:.0f} ms")
 
 
 def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
     """Mark ping, longest way and guard of the first slot; show it in ms since its beginning."""
     slots, first = slots_of(result.scenario), uplink_slots(result, number)[0]
-    until = first.start
-    for length, symbol in (
+    parts = (
         (slots.ping_duration, "$T_P$"),
         (slots.longest_travel_time, r"$\tau_{OT,max}$"),
         (UPLINK_GUARD * slots.crossing_time, "$T_G$"),
-    ):
+    )
+    until = first.start
+    axes.set_xlim(until, until + 1.05 * sum(length for length, _ in parts))
+    for length, symbol in parts:
         span = Span(until, until + length)
-        _bracket(axes, span, -1.0, f"{symbol} {1e3 * length:.3g} ms", 1.0)
+        _bracket(axes, span, -1.0, f"{symbol} {1e3 * length:.3g} ms")
         until = span.end
         axes.axvline(until, color=INK, lw=0.4, ls=":")
-    shown = max(until, first.start + 1.05 * (until - first.start))
-    axes.set_xlim(first.start, min(shown, max(first.end, until)))
     axes.xaxis.set_major_formatter(lambda time, _: f"{1e3 * (time - first.start):.0f}")
 
 
-def _bracket(axes: Axes, span: Span, y: float, text: str, lift: float) -> None:
+def _bracket(axes: Axes, span: Span, y: float, text: str) -> None:
     axes.annotate(
         "", (span.start, y), (span.end, y), annotation_clip=True,
         arrowprops={"arrowstyle": "<->", "lw": 0.6, "color": INK, "shrinkA": 0, "shrinkB": 0},
     )  # fmt: skip
-    axes.text((span.start + span.end) / 2, y - 0.15, text, ha="center", va="bottom", fontsize=6.5)
+    shown = text if fits(text.replace("$", ""), axes, span.length, 5.5) else text.split()[0]
+    middle = (span.start + span.end) / 2
+    axes.text(middle, y - 0.15, shown, ha="center", va="bottom", fontsize=6.5)
 
 
 def _handles() -> list[Artist]:

@@ -39,21 +39,23 @@ def coverage_figure(
     scenario: "Scenario", width: float, unheard: np.ndarray | None = None
 ) -> Figure:
     """Draw the coverage of a scenario; `unheard` (n, 2) are places of pings out of all ranges."""
-    figure = new_figure(width, 1.12 * width)
+    figure = new_figure(width, width + 0.95)
     axes, side = figure.add_subplot(), scenario.survey.side_m
     stations, reach = asv_stations(scenario), horizontal_reach(scenario)
+    covered = covered_area(side, stations, reach)
     _draw_area(axes, side, stations, reach)
     handles: list[Artist] = [
-        Patch(fc=HF, alpha=0.25, label=f"heard: {100 * covered_area(side, stations, reach):.1f} %"),
+        Patch(fc=HF, alpha=0.25, label=f"heard: {100 * covered:.1f} % of the survey"),
         Patch(fc=UNHEARD, label="heard by no ASV"),
         _draw_corners(axes, side, stations),
     ]
     if len(stations) <= MOST_ASVS:
         handles.append(_draw_loneliest(axes, side, stations, reach))
     if unheard is not None:
-        looks = {"ls": "", "marker": ".", "ms": 3.0, "color": ALARM}
         label = f"pings in nobody's range: {len(unheard)}"
-        handles += axes.plot(unheard[:, 0], unheard[:, 1], label=label, **looks)
+        handles += axes.plot(
+            unheard[:, 0], unheard[:, 1], label=label, marker=".", ls="", ms=3.0, color=ALARM
+        )
     _frame(axes, side, stations)
     axes.set_title(shortened(f"{scenario.name}: HF range {scenario.acoustics.hf.range_m:g} m "
                              f"({scenario.acoustics.hf.range_metric})", figure, 0.9))  # fmt: skip
@@ -62,17 +64,20 @@ def coverage_figure(
 
 
 def _draw_area(axes: Axes, side: float, stations: Points, reach: float) -> None:
-    looks = {"fc": UNHEARD, "ec": INK, "lw": 0.8, "zorder": 0}
-    axes.add_patch(Rectangle((-side / 2, -side / 2), side, side, label="survey", **looks))
+    edge = -side / 2, -side / 2
+    axes.add_patch(
+        Rectangle(edge, side, side, fc=UNHEARD, ec=INK, lw=0.8, zorder=0, label="survey")
+    )
     for number, place in enumerate(stations):
-        inside = Rectangle((-side / 2, -side / 2), side, side, transform=axes.transData)
+        inside = Rectangle(edge, side, side, transform=axes.transData)
         under = axes.add_patch(Circle(place, reach, fc="white", lw=0, zorder=1))
         under.set_clip_path(inside)
         axes.add_patch(Circle(place, reach, fc=HF, alpha=0.25, lw=0, zorder=2, label="HF range"))
         axes.add_patch(Circle(place, reach, fill=False, ec=HF, lw=0.7, ls="--", zorder=2))
         if len(stations) <= LARGEST_LEGEND:
             axes.annotate(f"ASV{number}", place, (4, 4), textcoords="offset points")
-    axes.scatter(*np.array(stations).T, s=60, c="k", marker="*", zorder=5, label="ASV")
+    x, y = zip(*stations, strict=True)
+    axes.scatter(x, y, s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
 def _draw_corners(axes: Axes, side: float, stations: Points) -> Artist:
@@ -84,7 +89,7 @@ def _draw_corners(axes: Axes, side: float, stations: Points) -> Artist:
         nearest = places[distances.argmin()]
         axes.plot(*zip(corner, nearest, strict=True), "-", color=INK, lw=0.6, label="corner")
         axes.annotate(
-            f"{distances.min():.1f} m", corner, (3 * x, 5 * y), textcoords="offset points",
+            f"{distances.min():.1f} m", tuple(corner), (3 * x, 5 * y), textcoords="offset points",
             ha="left" if x < 0 else "right", va="bottom" if y > 0 else "top", fontsize=7,
         )  # fmt: skip
     return Line2D([], [], color=INK, lw=0.6, label="corner to nearest ASV")

@@ -43,9 +43,12 @@ def envelope(result: "Result", auv: str, times: Array) -> Array:
 
 
 def _growth(scenario: "Scenario") -> tuple[float, float]:
-    """Return how dead reckoning drifts: bias (m/s) and random walk per axis (m/sqrt(s))."""
-    navigation = scenario.navigation
-    return math.hypot(*navigation.velocity_bias_m_per_s), navigation.random_walk_m_per_sqrt_s
+    """Return how dead reckoning drifts: bias and currents (m/s), walk per axis (m/sqrt(s))."""
+    navigation, water = scenario.navigation, scenario.environment
+    bias = math.hypot(*navigation.velocity_bias_m_per_s)
+    if navigation.velocity == "through_water":  # a current that dead reckoning does not see
+        bias += water.current_m_per_s + SIGMAS * water.current_variation_m_per_s
+    return bias, navigation.random_walk_m_per_sqrt_s
 
 
 def _corrected(

@@ -1,12 +1,14 @@
 """How far off the AUVs' estimates were, with and without fixes."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from ..dead_reckoning import drift_rms
@@ -48,7 +50,10 @@ def error(result: "Result", width: float) -> Figure:
         _draw_panel(axes, result, name)
     panels[-1].set_xlabel("time (s)")
     panels[-1].set_xlim(0, result.scenario.duration_s)
-    panels[0].set_ylim(bottom=0)
+    panels[0].set_ylim(*_decades(result))
+    panels[0].set_yscale("log")
+    panels[0].yaxis.set_major_formatter(lambda metres, _: f"{metres:g}")
+    panels[0].yaxis.set_minor_formatter(NullFormatter())
     panels[0].set_title(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.9))
     figure.supylabel("horizontal position error (m)", fontsize=8)
     legend_below(
@@ -62,6 +67,16 @@ def error(result: "Result", width: float) -> Figure:
         ],
     )
     return figure
+
+
+def _decades(result: "Result") -> tuple[float, float]:
+    """Return the limits (m) of a logarithmic axis that shows fused errors and drift alike."""
+    tracks = result.tables["tracks"]
+    errors = tracks.position_error_m.to_numpy(float)
+    known = errors[errors > 0.0]
+    drift = np.nanmax(imu_errors(tracks))
+    low = float(np.quantile(known, 0.05)) / 2 if len(known) else 0.01
+    return low, max(2.5 * float(drift), 20 * low)
 
 
 def _draw_panel(axes: Axes, result: "Result", name: str) -> None:
@@ -85,9 +100,9 @@ def _draw_panel(axes: Axes, result: "Result", name: str) -> None:
     axes.text(0.01, 0.86, name, transform=axes.transAxes, color=colour, weight="bold", va="top")
 
 
-def imu_errors(track: "object") -> Array:
-    """Return the horizontal error (m) of dead reckoning alone along an AUV's track."""
-    x, y = track.imu_x_m - track.x_m, track.imu_y_m - track.y_m  # type: ignore[attr-defined]
+def imu_errors(track: Any) -> Array:
+    """Return the horizontal error (m) of dead reckoning alone along tracks."""
+    x, y = track.imu_x_m - track.x_m, track.imu_y_m - track.y_m
     return np.asarray(np.hypot(x, y))
 
 
@@ -119,16 +134,17 @@ def _fleet(result: "Result", width: float) -> Figure:
     times = auvs[0].time_s.to_numpy()
     figure = new_figure(width, 0.62 * width)
     axes = figure.add_subplot()
+    handles: list[Artist] = []
     for errors, colour, what in (
         (np.array([imu_errors(track) for track in auvs]), "#D55E00", "dead reckoning only"),
         (np.array([track.position_error_m for track in auvs]), "#0072B2", "fused estimate"),
     ):
         low, middle, high = np.quantile(errors, (0.05, 0.5, 0.95), axis=0)
         axes.fill_between(times, low, high, color=colour, alpha=0.2, lw=0)
-        axes.plot(times, middle, color=colour, label=f"{what}: median, 5 to 95 % of the AUVs")
+        handles += axes.plot(times, middle, color=colour, label=what)
     axes.set(xlabel="time (s)", ylabel="horizontal position error (m)")
     axes.set(xlim=(0, result.scenario.duration_s))
     axes.set_ylim(bottom=0)
     axes.set_title(shortened(f"{result.scenario.name}: {len(auvs)} AUVs", figure, 0.9))
-    axes.legend(loc="upper left")
+    legend_below(figure, [*handles, Patch(color=FAINT, label="5 to 95 % of the AUVs")])
     return figure

@@ -3,10 +3,21 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from .style import LARGEST_LEGEND, add_lines, colour_of, names, new_figure, shortened
+from .style import (
+    LARGEST_LEGEND,
+    add_lines,
+    colour_of,
+    count_from_zero,
+    legend_below,
+    names,
+    new_figure,
+    shortened,
+)
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -18,13 +29,13 @@ def fixes(result: "Result", width: float) -> Figure:
     axes = figure.add_subplot()
     draw_fixes(axes, result)
     axes.set_title(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.8))
+    handles: list[Artist] = []
     sent = result.tables["pings"].groupby("auv").size()
     for name in names("AUV", result.scenario.auvs.count)[:LARGEST_LEGEND]:
         got = len(deliveries(result, name))
-        axes.plot([], [], color=colour_of(name), label=f"{name}: {got} of {sent.get(name, 0)}")
-    more = result.scenario.auvs.count - LARGEST_LEGEND
-    title = "delivered of pings" + (f" (first {LARGEST_LEGEND})" if more > 0 else "")
-    axes.legend(loc="upper left", title=title, title_fontsize=7)
+        label = f"{name}: {got} of {sent.get(name, 0)} pings"
+        handles.append(Line2D([], [], color=colour_of(name), label=label))
+    legend_below(figure, handles)
     return figure
 
 
@@ -42,8 +53,8 @@ def draw_fixes(axes: Axes, result: "Result") -> None:
     add_lines(axes, lines, [colour_of(name) for name in auvs], linewidths=1.2)
     most = max(line[-1, 1] for line in lines)
     axes.set(xlabel="time (s)", ylabel="fixes delivered (count)")
-    axes.set(xlim=(0, duration), ylim=(0, max(1.05 * most, 1.0)))
-    axes.yaxis.get_major_locator().set_params(integer=True)
+    axes.set_xlim(0, duration)
+    count_from_zero(axes, most)
 
 
 def _steps(arrivals: np.ndarray, duration: float) -> np.ndarray:

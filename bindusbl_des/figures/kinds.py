@@ -1,8 +1,7 @@
-"""The kinds of figure that a result folder offers."""
+"""The kinds of figure that the folder of a run offers."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
@@ -11,41 +10,35 @@ from .coverage import coverage
 from .error import error
 from .fixes import fixes
 from .latency import latency
-from .style import ONE_COLUMN, TWO_COLUMNS
 from .timeline import timeline
 from .trajectory import trajectory
 
 if TYPE_CHECKING:
     from ..result import Result
 
-
-@dataclass(frozen=True)
-class Kind:
-    """One kind of figure: how it is drawn, how wide (in), and from which tables."""
-
-    draw: Callable[..., Figure]
-    width: float
-    tables: tuple[str, ...] = ()
-
+# Each takes a result, the width of the figure (in) and options of its own.
+KINDS: dict[str, Callable[..., Figure]] = {
+    "trajectory": trajectory,
+    "error": error,
+    "fixes": fixes,
+    "coverage": coverage,
+    "timeline": timeline,
+    "round": anatomy,
+    "latency": latency,
+}
 
 EVENTS = ("rounds", "pings", "receptions", "broadcasts", "fixes")
-
-KINDS: dict[str, Kind] = {
-    "trajectory": Kind(trajectory, ONE_COLUMN * 1.4, ("tracks",)),
-    "error": Kind(error, TWO_COLUMNS, ("tracks", "fixes")),
-    "fixes": Kind(fixes, ONE_COLUMN * 1.2, ("pings", "fixes")),
-    "coverage": Kind(coverage, ONE_COLUMN * 1.2),
-    "timeline": Kind(timeline, TWO_COLUMNS, EVENTS),
-    "round": Kind(anatomy, TWO_COLUMNS, EVENTS),
-    "latency": Kind(latency, TWO_COLUMNS, ("fixes",)),
+TABLES: dict[str, tuple[str, ...]] = {
+    "trajectory": ("tracks",),
+    "error": ("tracks", "fixes"),
+    "fixes": ("pings", "fixes"),
+    "coverage": (),
+    "timeline": EVENTS,
+    "round": EVENTS,
+    "latency": ("fixes",),
 }
 
 
 def missing(result: "Result", kind: str) -> list[str]:
     """Return the tables that a figure needs and a result does not hold."""
-    return [table for table in KINDS[kind].tables if table not in result.arrow]
-
-
-def draw(result: "Result", kind: str, width: float | None = None, **options: Any) -> Figure:
-    """Return a figure of a result; `options` are those of its kind."""
-    return KINDS[kind].draw(result, width or KINDS[kind].width, **options)
+    return [table for table in TABLES[kind] if table not in result.arrow]

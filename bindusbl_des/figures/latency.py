@@ -11,6 +11,7 @@ from .style import (
     INK,
     LARGEST_LEGEND,
     colour_of,
+    count_from_zero,
     legend_below,
     names,
     new_figure,
@@ -61,5 +62,5 @@ def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str) -> None:
     ):
         axes.axvline(value, color=INK, ls=style, lw=0.9, label=f"{what} {value:.3g} s")
     axes.set_xlim(left=0)
-    axes.yaxis.get_major_locator().set_params(integer=True)
+    count_from_zero(axes, max(np.histogram(together, edges)[0]))
     axes.legend(loc="best")

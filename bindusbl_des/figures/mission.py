@@ -47,8 +47,8 @@ def mission_figure(result: "Result") -> Figure:
     scenario = result.scenario
     figure.suptitle(
         shortened(
-            f"{scenario.name}: {scenario.auvs.count} AUVs, {scenario.asvs.count} ASVs, "
-            f"L = {scenario.survey.side_m:g} m, seed {result.seed}",
+            f"{scenario.name}, seed {result.seed}: AUVs {scenario.auvs.count}, "
+            f"ASVs {scenario.asvs.count}, L = {scenario.survey.side_m:g} m",
             figure,
         ),
         y=0.985,

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 # Okabe-Ito colours: distinguishable with every kind of colour vision
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
@@ -27,7 +28,7 @@ FORMATS = ("png", "svg", "pdf")
 # With more AUVs than this a legend entry for each hides the figure.
 LARGEST_LEGEND = 10
 
-STYLE: dict[str, Any] = {
+STYLE: Any = {
     "font.size": 8,
     "axes.titlesize": 8,
     "axes.labelsize": 8,
@@ -45,6 +46,7 @@ STYLE: dict[str, Any] = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.0,
     "legend.frameon": False,
+    "legend.title_fontsize": 7,
     "legend.handlelength": 1.8,
     "savefig.dpi": 300,
     "pdf.fonttype": 42,  # journals want type that can be searched
@@ -67,6 +69,13 @@ def styled() -> AbstractContextManager[None]:
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure (in) that finds room for its labels by itself."""
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def fits(text: str, axes: Axes, length: float, size: float) -> bool:
+    """Tell whether a text of some size (pt) has room along a length on the x axis."""
+    left, right = axes.get_xlim()
+    room = axes.figure.get_figwidth() * 72 * 0.85 * length / (right - left)  # type: ignore[union-attr]
+    return len(text) * 0.5 * size < room
 
 
 def save(figure: Figure, path: Path, **options: Any) -> None:
@@ -109,6 +118,12 @@ def by_vehicle(tracks: Any) -> dict[str, Any]:
 def add_lines(axes: Axes, lines: Sequence[Any], colours: Sequence[str], **looks: Any) -> None:
     """Draw many lines, each of shape (n, 2), as one artist."""
     axes.add_collection(LineCollection(lines, colors=colours, **looks))
+
+
+def count_from_zero(axes: Axes, most: float) -> None:
+    """Let an axis of counts begin at zero and show whole numbers only."""
+    axes.set_ylim(0, max(1.05 * most, 1.0))
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=8, integer=True))
 
 
 def vehicle_handles(vehicles: Iterable[str]) -> list[Artist]:

@@ -10,15 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..rounds import broadcasts_of, downlink_slots, uplink_slots
+from ..rounds import Span, broadcasts_of, downlink_slots, uplink_slots
 from .style import (
     ALARM,
-    FAINT,
     HF,
     INK,
-    LARGEST_LEGEND,
     MF,
     colour_of,
+    fits,
     legend_below,
     names,
     new_figure,
@@ -35,6 +34,9 @@ ROUNDS = 5
 
 # Space (in) for a row, and at most for all
 ROW, TALLEST = 0.24, 7.5
+
+# Type (pt) of what stands in slots and frames
+OWNER_SIZE = 5.5
 
 # outcome: marker, colour of the mark (None: the AUV's), meaning
 MARKS: tuple[tuple[str, str, str | None, str], ...] = (
@@ -84,11 +86,12 @@ def _draw_bands(axes: Axes, result: "Result", numbers: range) -> tuple[float, fl
         starts.append(slots[0].start)
         ends += [span.end for span in (*slots, *own)]
         axes.axvline(slots[0].start, color=INK, lw=0.6)
-        if len(numbers) <= 2 * ROUNDS:
-            _name_owners(axes, result, number)
     _boxes(axes, uplinks, fc="#cfe2f0", ec=HF)
     _boxes(axes, guards, fc="#fbefd0", ec="none")
     _boxes(axes, frames, fc=MF, ec="none")
+    axes.set_xlim(min(starts), max(ends))
+    for number in numbers:
+        _name_owners(axes, result, number)
     return min(starts), max(ends)
 
 
@@ -99,13 +102,17 @@ def _name_owners(axes: Axes, result: "Result", number: int) -> None:
     for slot, span in enumerate(uplink_slots(result, number)):
         group = [str(auv)[3:] for auv in own.auv[own.slot == slot]]
         text = " ".join(group) if len(group) <= 4 else f"{len(group)} AUVs"
-        axes.text((span.start + span.end) / 2, 0, text, ha="center", va="center", fontsize=5.5,
-                  clip_on=True)  # fmt: skip
+        _name_owner(axes, span, 0, text)
     for frame in broadcasts_of(result, number).itertuples():
         if frame.airtime_s > 0:
-            middle = frame.sent_at_s + frame.airtime_s / 2
-            text = f"{frame.asv}: {frame.fixes}"
-            axes.text(middle, 1, text, ha="center", va="center", fontsize=5.5, clip_on=True)
+            on_air = Span(frame.sent_at_s, frame.sent_at_s + frame.airtime_s)
+            _name_owner(axes, on_air, 1, f"{frame.asv}: {frame.fixes}")
+
+
+def _name_owner(axes: Axes, span: Span, row: int, text: str) -> None:
+    if fits(text, axes, span.length, OWNER_SIZE):
+        middle = (span.start + span.end) / 2
+        axes.text(middle, row, text, ha="center", va="center", fontsize=OWNER_SIZE, clip_on=True)
 
 
 def _draw_pings(

@@ -39,7 +39,7 @@ def trajectory(result: "Result", width: float) -> Figure:
     """Draw the map of a mission with its legend."""
     handles = map_handles(result.scenario)
     rows = -(-len(handles) // max(1, int(width * 72 / 110)))
-    figure = new_figure(width, width + 0.16 * rows)
+    figure = new_figure(width, width + 0.25 + 0.16 * rows)
     axes = figure.add_subplot()
     draw_map(axes, result)
     axes.set_title(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.9))
@@ -64,7 +64,7 @@ def draw_map(axes: Axes, result: "Result") -> None:
         lines = [track[columns].to_numpy() for track in auvs.values()]
         add_lines(axes, lines, colours, label=label, **looks)
     starts = np.array([track[["x_m", "y_m"]].to_numpy()[0] for track in auvs.values()])
-    axes.scatter(*starts.T, s=18, c=colours, zorder=4, label="start")
+    axes.scatter(starts[:, 0], starts[:, 1], s=18, c=colours, zorder=4, label="start")
     stations = {name: track for name, track in tracks.items() if name.startswith("ASV")}
     _draw_asvs(axes, scenario, stations)
     _frame(axes, side, tracks)
@@ -94,7 +94,7 @@ def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
         if len(paths) <= LARGEST_LEGEND:
             axes.annotate(name, place, (4, 4), textcoords="offset points", clip_on=True)
     starts = np.array([path[0] for path in paths.values()])
-    axes.scatter(*starts.T, s=60, c="k", marker="*", zorder=5, label="ASV")
+    axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
 def _frame(axes: Axes, side: float, tracks: dict[str, Any]) -> None:

@@ -1,0 +1,89 @@
+"""Means of one metric of a campaign over one or two of its varied keys, for its figures."""
+
+from collections import defaultdict
+from typing import TYPE_CHECKING, Any
+
+from ...figures.sweeps import Levels, Means
+from ...scenario_keys import keys
+from ...tables import schema
+from ...wording import did_you_mean
+from .intervals import interval
+
+if TYPE_CHECKING:
+    from ..campaign import Campaign
+
+
+def means_of(
+    campaign: "Campaign", metric: str, x: str | None = None, series: str | None = None
+) -> Means:
+    """Return the means of a metric over `x` (default: the first key with numbers) and `series`.
+
+    Missions that differ in other keys fall into one cell; the title says so.
+
+    Raises:
+        LookupError: when there is no such metric or key, or nothing varies or was run.
+    """
+    unit = _unit(metric)
+    varied = _varying(campaign)
+    if not varied:
+        raise LookupError(f"{campaign.folder}: no key varies, so there is nothing to draw over")
+    for key in (x, series):
+        if key is not None and key not in varied:
+            hint = did_you_mean(key, varied) or f"; it varies {', '.join(varied)}"
+            raise LookupError(f"{campaign.folder} does not vary {key!r}{hint}")
+    across = _levels(campaign, x or next((k for k in varied if k != series), varied[0]))
+    rest = [key for key in varied if key != across.key]
+    other = series or (rest[0] if rest else None)
+    lines = _levels(campaign, other) if other and other != across.key else None
+    cells = _cells(campaign, metric, across, lines)
+    if not cells:
+        raise LookupError(f"{campaign.folder} holds no mission with a {metric} yet")
+    return Means(metric, unit, across, lines, cells, _title(campaign, varied, across, lines))
+
+
+def _unit(metric: str) -> str:
+    columns = {field.name: field for field in schema("mission")}
+    if metric not in columns:
+        hint = did_you_mean(metric, columns) or f"; there are {', '.join(columns)}"
+        raise LookupError(f"no metric {metric!r}{hint}")
+    return str(columns[metric].metadata[b"unit"].decode())
+
+
+def _varying(campaign: "Campaign") -> list[str]:
+    """Return the keys with more than one value, those of numbers first."""
+    levels = [_levels(campaign, key) for key in campaign.plan.columns]
+    several = [level for level in levels if len(level.values) > 1]
+    return [level.key for level in sorted(several, key=lambda level: not level.is_numeric)]
+
+
+def _levels(campaign: "Campaign", key: str) -> Levels:
+    values: list[Any] = []
+    for point in campaign.plan.points:
+        if point.varied[key] not in values:
+            values.append(point.varied[key])
+    unit = next((row.unit for row in keys() if row.key == key), "")
+    levels = Levels(key, unit, tuple(values))
+    return Levels(key, unit, tuple(sorted(values))) if levels.is_numeric else levels
+
+
+def _cells(
+    campaign: "Campaign", metric: str, x: Levels, series: Levels | None
+) -> dict[tuple[int, int], tuple[float, float, int]]:
+    missions, found = campaign.missions, defaultdict(list)
+    if not len(missions):
+        return {}
+    going = missions[missions.status == "ok"]
+    for point, value in zip(going.point.tolist(), going[metric].tolist(), strict=True):
+        varied = campaign.plan.points[point].varied
+        line = series.values.index(varied[series.key]) if series else 0
+        found[x.values.index(varied[x.key]), line].append(value)
+    bars = {cell: interval(values) for cell, values in found.items()}
+    return {cell: (bar.mean, bar.half_width, bar.count) for cell, bar in bars.items() if bar.count}
+
+
+def _title(campaign: "Campaign", varied: list[str], x: Levels, series: Levels | None) -> str:
+    shown = {x.key, series.key if series else ""}
+    others = [key for key in varied if key not in shown]
+    pooled = f"; pooled over {', '.join(others)}" if others else ""
+    seeds = len(campaign.plan.experiment.seeds)
+    return f"{campaign.record['name']}: {seeds} seeds, 95 % intervals{pooled}"

@@ -1,0 +1,171 @@
+"""The command that draws figures of a run or a campaign."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .console import FIGURES, RunFailed, check_figure, refuse, talk
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..result import Result
+
+    # How to draw a figure of some width (in), or why it cannot be drawn
+    Offers = dict[str, Callable[[float], Figure] | str]
+
+# Each kind of figure and its usual width (in)
+RUN_KINDS = {
+    "trajectory": 4.9, "error": 7.16, "fixes": 4.2, "coverage": 4.2, "timeline": 7.16,
+    "round": 7.16, "latency": 7.16,
+}  # fmt: skip
+SWEEP_KINDS = {"curves": 4.5, "heatmap": 5.0}
+WIDTHS = {"1": 3.5, "2": 7.16}
+
+
+@click.command()
+@click.argument("folder", metavar="DIR")
+@click.argument("kind", metavar="[KIND]", required=False)
+@click.option("--out", metavar="FILE", help="Where one figure goes; its suffix is the format.")
+@click.option(
+    "--format",
+    "suffix",
+    type=click.Choice([name[1:] for name in FIGURES]),
+    default="png",
+    help="Format of the files in DIR/figures (default png).",
+)
+@click.option("--columns", type=click.Choice(list(WIDTHS)), help="As wide as columns of a paper.")
+@click.option("--from", "first", type=click.IntRange(min=0), help="First round (timeline, round).")
+@click.option("--to", "last", type=click.IntRange(min=0), help="Last round (timeline).")
+@click.option("--metric", help="Metric of a campaign's figures (default position_error_m).")
+@click.option("--x", metavar="KEY", help="Varied key along x (curves, heatmap).")
+@click.option("--series", metavar="KEY", help="Varied key of the curves, or along y (heatmap).")
+@click.option("--force", is_flag=True, help="Replace figures that exist.")
+def plot(
+    folder: str,
+    kind: str | None,
+    out: str | None,
+    suffix: str,
+    columns: str | None,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Draw figures of a run or a campaign as PNG, SVG or PDF.
+
+    KIND is trajectory, error, fixes, coverage, timeline, round or latency for the folder of a run,
+    curves or heatmap for that of a campaign.  Without it every kind that the folder supports is
+    drawn, into DIR/figures.
+    """
+    if out and not kind:
+        raise click.UsageError("--out names one file, so give a KIND too")
+    if out:
+        check_figure(Path(out), force)
+    is_sweep = (Path(folder) / "campaign.json").is_file()
+    offers = _sweep_offers(folder, options) if is_sweep else _run_offers(folder, options)
+    usual = SWEEP_KINDS if is_sweep else RUN_KINDS
+    chosen = _chosen(offers, folder, kind)
+    paths = {
+        name: Path(out) if out else Path(folder) / "figures" / f"{name}.{suffix}" for name in chosen
+    }
+    for path in paths.values():
+        if path.exists() and not force:
+            refuse(f"{path}: exists; use --force to replace it, or name another --out")
+    for name, path in paths.items():
+        _save(chosen[name], WIDTHS.get(columns or "", usual[name]), path)
+        click.echo(path)
+
+
+def _chosen(
+    offers: "Offers", folder: str, kind: str | None
+) -> "dict[str, Callable[[float], Figure]]":
+    """Return the kinds to draw: the one asked for, or all that can be drawn."""
+    if kind is None:
+        for name, offer in offers.items():
+            if isinstance(offer, str):
+                talk(f"no {name}: {offer}")
+        able = {name: offer for name, offer in offers.items() if not isinstance(offer, str)}
+        return able or refuse(f"{folder}: nothing can be drawn of it")
+    if kind not in offers:
+        from ..wording import did_you_mean
+
+        which = "a campaign" if "curves" in offers else "a run"
+        hint = did_you_mean(kind, offers)
+        refuse(f"no figure {kind!r} of {which}{hint or '; there are ' + ', '.join(offers)}")
+    offer = offers[kind]
+    if isinstance(offer, str):
+        refuse(f"{folder}: no {kind}: {offer}")
+    return {kind: offer}
+
+
+def _run_offers(folder: str, options: dict[str, Any]) -> "Offers":
+    from ..result import load_result
+
+    for name in ("metric", "x", "series"):
+        if options[name] is not None:
+            refuse(f"--{name} is for campaigns; {folder} holds a run")
+    try:
+        result = load_result(folder)
+    except (FileNotFoundError, NotADirectoryError, ValueError) as error:
+        refuse(str(error))
+    from ..figures.kinds import KINDS, missing
+
+    offers: Offers = {}
+    for name, kind in KINDS.items():
+        if missing(result, name):
+            offers[name] = (
+                f"it needs the tables {', '.join(missing(result, name))}, which the run did not "
+                "record; run it again with --set record.detail=full"
+            )
+        else:
+            offers[name] = partial(kind, result, **_rounds(result, name, options))
+    return offers
+
+
+def _rounds(result: "Result", kind: str, options: dict[str, Any]) -> dict[str, int]:
+    """Return which rounds a figure shows, where it shows rounds and the user said which."""
+    count = len(result.tables["rounds"])
+    first, last = options["first"], options["last"]
+    for name, value in (("--from", first), ("--to", last)):
+        if value is not None and value >= count:
+            refuse(f"{name} {value}: the run has rounds 0 to {count - 1}")
+    if first is not None and last is not None and first > last:
+        refuse(f"--from {first} comes after --to {last}")
+    if kind == "round":
+        return {} if first is None else {"number": first}
+    given = {"first": first, "last": last} if kind == "timeline" else {}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":
+    for name, option in (("first", "--from"), ("last", "--to")):
+        if options[name] is not None:
+            refuse(f"{option} is for runs; {folder} holds a campaign")
+    from ..campaigns.campaign import load_campaign
+    from ..campaigns.statistics.cells import means_of
+    from ..figures.sweeps import curves, heatmap
+
+    try:
+        metric = options["metric"] or "position_error_m"
+        means = means_of(load_campaign(folder), metric, options["x"], options["series"])
+    except LookupError as error:
+        refuse(str(error.args[0]))
+    except ValueError as error:
+        refuse(str(error))
+    return {
+        "curves": partial(curves, means),
+        "heatmap": partial(heatmap, means) if means.series else "it needs two keys that vary",
+    }
+
+
+def _save(draw: "Callable[[float], Figure]", width: float, path: Path) -> None:
+    from ..figures.style import save, styled
+
+    try:
+        path.parent.mkdir(exist_ok=True)
+        with styled():
+            save(draw(width), path)
+    except OSError as error:
+        raise RunFailed(f"{path}: cannot be written: {error.strerror or error}") from error

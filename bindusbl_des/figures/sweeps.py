@@ -1,0 +1,145 @@
+"""Figures of campaigns: a metric over one varied key, or over two."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from .style import COLOURS, LARGEST_LEGEND, legend_below, new_figure, shortened
+
+# More columns or rows than this leave no room for numbers in the cells of a heatmap.
+MOST_WRITTEN = 12
+
+# Distance between series at a value that is no number, in distances between such values
+BESIDE = 0.06
+
+MARKERS = "osD^vP*X"
+
+
+@dataclass(frozen=True)
+class Levels:
+    """A varied key: its name, its unit ("" where it has none) and its values."""
+
+    key: str
+    unit: str
+    values: tuple[Any, ...]
+
+    @property
+    def label(self) -> str:
+        """The label of an axis."""
+        return labelled(self.key, self.unit)
+
+    @property
+    def is_numeric(self) -> bool:
+        """Tell whether its values are numbers that differ."""
+        numbers = [v for v in self.values if isinstance(v, int | float) and type(v) is not bool]
+        return len(numbers) == len(self.values)
+
+    def written(self) -> list[str]:
+        """Return the values as one reads them."""
+        return ["null" if v is None else f"{v:g}" if self.is_numeric else str(v)
+                for v in self.values]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Means:
+    """The mean of a metric and half its 95 % confidence interval wherever keys have some values.
+
+    `cells` maps the numbers of the values of x and series (0 where there is no series) to mean,
+    half width (nan where one mission alone was run) and count of missions.
+    """
+
+    metric: str
+    unit: str
+    x: Levels
+    series: Levels | None
+    cells: Mapping[tuple[int, int], tuple[float, float, int]]
+    title: str
+
+    @property
+    def label(self) -> str:
+        """The label of the metric's axis."""
+        return labelled(self.metric, self.unit)
+
+
+def labelled(name: str, unit: str) -> str:
+    """Return a name with its unit.
+
+    >>> labelled("latency_mean_s", "s"), labelled("protocol.downlink", "")
+    ('latency_mean (s)', 'protocol.downlink')
+    """
+    for suffix in (f"_{unit}", f"_{unit.replace('/', '_per_')}"):
+        name = name.removesuffix(suffix) if unit else name
+    return f"{name} ({unit})" if unit else name
+
+
+def curves(means: Means, width: float) -> Figure:
+    """Draw a metric over a varied key, a line for each value of another, with 95 % intervals."""
+    figure = new_figure(width, 0.72 * width)
+    axes, x = figure.add_subplot(), means.x
+    places = [float(v) for v in x.values] if x.is_numeric else list(range(len(x.values)))
+    aside = 0.0 if x.is_numeric else BESIDE
+    handles: list[Artist] = []
+    names = means.series.written() if means.series else [""]
+    for number, name in enumerate(names):
+        known = [i for i in range(len(places)) if (i, number) in means.cells]
+        at = sorted(known, key=lambda i: places[i])
+        mean, half, _ = np.array([means.cells[i, number] for i in at]).reshape(-1, 3).T
+        bars = axes.errorbar(
+            [places[i] + aside * (number - (len(names) - 1) / 2) for i in at], mean,
+            yerr=np.nan_to_num(half), label=name, capsize=2.5,
+            color=COLOURS[number % len(COLOURS)], marker=MARKERS[number % len(MARKERS)], ms=3.5,
+            elinewidth=0.8, ls="-" if x.is_numeric else "",
+        )  # fmt: skip
+        handles.append(Line2D([], [], color=bars[0].get_color(), marker=bars[0].get_marker(),
+                              ms=3.5, label=name))  # fmt: skip
+    if not x.is_numeric:
+        axes.set(xlim=(-0.5, len(places) - 0.5))
+    if len(places) <= MOST_WRITTEN:
+        axes.set_xticks(places, x.written())
+    axes.set(xlabel=x.label, ylabel=means.label)
+    axes.set_title(shortened(means.title, figure, 0.9))
+    if means.series:
+        legend_below(figure, handles[: 2 * LARGEST_LEGEND])
+        figure.legends[0].set_title(means.series.label)
+    return figure
+
+
+def heatmap(means: Means, width: float) -> Figure:
+    """Draw a metric over two varied keys: colour for the mean, mean +- 95 % interval written.
+
+    Raises:
+        ValueError: when only one key varies.
+    """
+    if means.series is None:
+        raise ValueError("a heatmap needs two varied keys")
+    figure = new_figure(width, 0.8 * width)
+    axes = figure.add_subplot()
+    shape = (len(means.series.values), len(means.x.values))
+    grid = np.full(shape, np.nan)
+    for (column, row), (mean, _, _) in means.cells.items():
+        grid[row, column] = mean
+    image = axes.imshow(grid, cmap="cividis", origin="lower", aspect="auto")
+    axes.grid(visible=False)
+    axes.set_xticks(range(shape[1]), means.x.written())
+    axes.set_yticks(range(shape[0]), means.series.written())
+    axes.set(xlabel=means.x.label, ylabel=means.series.label)
+    axes.set_title(shortened(means.title, figure, 0.9))
+    figure.colorbar(image, label=f"mean of {means.label}")
+    if max(shape) <= MOST_WRITTEN:
+        _write_cells(axes, means, grid)
+    return figure
+
+
+def _write_cells(axes: Axes, means: Means, grid: "np.ndarray") -> None:
+    middle = (np.nanmin(grid) + np.nanmax(grid)) / 2 if np.isfinite(grid).any() else 0.0
+    size = 7 if max(grid.shape) <= 6 else 4.5
+    for (column, row), (mean, half, _) in means.cells.items():
+        text = f"{mean:.3g}" if np.isnan(half) else f"{mean:.3g}\n±{half:.2g}"
+        colour = "black" if mean > middle else "white"
+        axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=size)
