@@ -34,7 +34,7 @@ HOMES = {
     "numba": "compiled",
     "pydantic": "scenario scenario_file scenario_keys campaigns",
     "pydantic_core": "scenario scenario_file vehicle_choice",
-    "matplotlib": "figures commands",
+    "matplotlib": "figures",
     "pandas": "result summary campaigns",
 }
 

@@ -23,6 +23,12 @@ RUN_KINDS = {
     "round": 7.16, "latency": 7.16,
 }  # fmt: skip
 SWEEP_KINDS = {"curves": 4.5, "heatmap": 5.0}
+# Options that choose rounds: the parameters of the figures that show rounds
+ROUND_OPTIONS = {
+    "timeline": {"first": "first", "last": "last"},
+    "round": {"first": "number"},
+}
+
 WIDTHS = {"1": 3.5, "2": 7.16}
 
 
@@ -63,6 +69,8 @@ def plot(
         raise click.UsageError("--out names one file, so give a KIND too")
     if out:
         check_figure(Path(out), force)
+    if kind in RUN_KINDS and kind not in ROUND_OPTIONS and options["first"] is not None:
+        refuse(f"--from is for {' and '.join(ROUND_OPTIONS)}; {kind} shows the whole mission")
     is_sweep = (Path(folder) / "campaign.json").is_file()
     offers = _sweep_offers(folder, options) if is_sweep else _run_offers(folder, options)
     usual = SWEEP_KINDS if is_sweep else RUN_KINDS
@@ -126,17 +134,15 @@ def _run_offers(folder: str, options: dict[str, Any]) -> "Offers":
 
 def _rounds(result: "Result", kind: str, options: dict[str, Any]) -> dict[str, int]:
     """Return which rounds a figure shows, where it shows rounds and the user said which."""
-    count = len(result.tables["rounds"])
-    first, last = options["first"], options["last"]
-    for name, value in (("--from", first), ("--to", last)):
-        if value is not None and value >= count:
-            refuse(f"{name} {value}: the run has rounds 0 to {count - 1}")
-    if first is not None and last is not None and first > last:
-        refuse(f"--from {first} comes after --to {last}")
-    if kind == "round":
-        return {} if first is None else {"number": first}
-    given = {"first": first, "last": last} if kind == "timeline" else {}
-    return {name: value for name, value in given.items() if value is not None}
+    names = ROUND_OPTIONS.get(kind, {})
+    given = {name: options[option] for option, name in names.items() if options[option] is not None}
+    count = len(result.tables["rounds"]) if given else 0
+    for value in given.values():
+        if value >= count:
+            refuse(f"there is no round {value}: the run has rounds 0 to {count - 1}")
+    if len(given) == 2 and given["first"] > given["last"]:
+        refuse(f"--from {given['first']} comes after --to {given['last']}")
+    return given
 
 
 def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":

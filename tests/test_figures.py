@@ -1,0 +1,435 @@
+"""Figures: drawn from the tables, with units on their axes, the same bytes for the same tables."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import click.testing
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
+
+from bindusbl_des import Result, Scenario, load_campaign, simulate, sweep
+from bindusbl_des.campaigns.statistics.cells import means_of
+from bindusbl_des.campaigns.statistics.intervals import interval
+from bindusbl_des.cli import main
+from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
+from bindusbl_des.figures.anatomy import busiest
+from bindusbl_des.figures.envelope import envelope
+from bindusbl_des.figures.kinds import KINDS, TABLES
+from bindusbl_des.figures.mission import mission_figure
+from bindusbl_des.figures.style import save, styled
+from bindusbl_des.figures.sweeps import curves, heatmap
+from bindusbl_des.rounds import downlink_slots, uplink_slots
+
+UNIT = re.compile(r"\((m|s|ms|count|1)\)$")
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    """A short mission of three AUVs with every table."""
+    return simulate(scenario(duration_s=30.0, acoustics={"hf": {"range_m": 45.0}}), 2)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign of two ranges, two numbers of ASVs and two seeds."""
+    folder = tmp_path_factory.mktemp("campaign")
+    (folder / "base.yaml").write_text("name: base\nduration_s: 10\n")
+    (folder / "grid.yaml").write_text(
+        "scenario: base.yaml\nvary:\n  acoustics.hf.range_m: [40, 60]\n  asvs.count: [1, 2]\n"
+        "  protocol.downlink: [sequential, pipelined_round]\nseeds: 2\n"
+    )
+    sweep(folder / "grid.yaml", folder / "out", workers=1)
+    return folder / "out"
+
+
+def drawn(kind: str, result: Result) -> Figure:
+    """Return a figure of its usual width, laid out."""
+    with styled():
+        figure = KINDS[kind](result, RUN_KINDS[kind])
+        figure.draw_without_rendering()
+    return figure
+
+
+def call(*words: str) -> click.testing.Result:
+    """Run a command; an exception that is no exit is a failure of the test."""
+    return click.testing.CliRunner().invoke(main, list(words), catch_exceptions=False)
+
+
+def lines(axes: Axes, label: str) -> list[np.ndarray]:
+    """Return the lines (n, 2) of the collections that bear a label."""
+    found = [c for c in axes.collections if c.get_label() == label]
+    return [np.asarray(s) for c in found if isinstance(c, LineCollection) for s in c.get_segments()]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_axis_has_its_unit(kind: str, result: Result) -> None:
+    """What an axis measures is written with its unit; an axis of names says so."""
+    for axes in drawn(kind, result).axes:
+        labels = [axes.get_xlabel(), axes.get_ylabel()]
+        if kind == "error":
+            labels = [
+                drawn(kind, result).get_supylabel(),
+                drawn(kind, result).axes[-1].get_xlabel(),
+            ]
+        for label in labels:
+            assert UNIT.search(label) or label in ("vehicle", "band, vehicle"), label
+
+
+def test_kinds_are_those_of_the_command() -> None:
+    """The command offers what can be drawn, and knows the tables it takes."""
+    assert list(RUN_KINDS) == list(KINDS) == list(TABLES)
+
+
+def test_the_map_shows_the_tracks(result: Result) -> None:
+    """True, fused and dead-reckoned paths are those of the tables; circles have the ranges."""
+    axes = drawn("trajectory", result).axes[0]
+    tracks = result.tables["tracks"]
+    for label, columns in (
+        ("true", ["x_m", "y_m"]),
+        ("fused", ["estimate_x_m", "estimate_y_m"]),
+        ("dead reckoning", ["imu_x_m", "imu_y_m"]),
+    ):
+        for index, path in enumerate(lines(axes, label)):
+            expected = tracks.loc[tracks.vehicle == f"AUV{index}", columns].to_numpy()
+            assert path == pytest.approx(expected)
+    circles = [(p.get_label(), p.get_radius()) for p in axes.patches if hasattr(p, "get_radius")]
+    assert circles == [("HF range", 45.0), ("MF range", 100.0)] * 3
+
+
+def test_errors_are_those_of_the_tracks(result: Result) -> None:
+    """One panel per AUV: fused error, error without fixes, and a mark for each delivery."""
+    panels = drawn("error", result).axes
+    tracks, fixes = result.tables["tracks"], result.tables["fixes"]
+    assert len(panels) == 3
+    for index, axes in enumerate(panels):
+        track = tracks[tracks.vehicle == f"AUV{index}"]
+        shown = {str(line.get_label()): line.get_xydata() for line in axes.lines}
+        assert shown["fused"] == pytest.approx(track[["time_s", "position_error_m"]].to_numpy())
+        free = np.hypot(track.imu_x_m - track.x_m, track.imu_y_m - track.y_m)
+        assert shown["dead reckoning"][:, 1] == pytest.approx(free.to_numpy())
+        got = fixes[(fixes.auv == f"AUV{index}") & (fixes.outcome == "delivered")]
+        assert sorted(shown["fixes"][:, 0]) == pytest.approx(sorted(got.delivered_at_s))
+
+
+def test_a_large_fleet_is_drawn_by_quantiles() -> None:
+    """The median over the AUVs at each instant is the line."""
+    many = simulate(scenario(duration_s=10.0, auvs={"count": 8}), 0)
+    axes = drawn("error", many).axes[0]
+    tracks = many.tables["tracks"]
+    medians = tracks.groupby("time_s").position_error_m.median()
+    shown = next(line for line in axes.lines if line.get_label() == "fused estimate")
+    assert shown.get_xydata() == pytest.approx(np.column_stack((medians.index, medians)))
+
+
+@pytest.mark.parametrize("delay_compensation", ["shift", "none"])
+def test_the_envelope_holds_what_it_promises(delay_compensation: str) -> None:
+    """At least 98 % of the errors stay below it (98.9 % for Gaussian ones), yet not by far."""
+    world = scenario(
+        duration_s=200.0,
+        navigation={"delay_compensation": delay_compensation, "bias_frame": "world"},
+    )
+    below, ratios = [], []
+    for seed in range(3):
+        run = simulate(world, seed)
+        for name, track in run.tables["tracks"].groupby("vehicle"):
+            if str(name).startswith("AUV"):
+                bound = envelope(run, str(name), track.time_s.to_numpy())
+                below += (track.position_error_m <= bound + 1e-9).tolist()
+                ratios += (track.position_error_m[1:] / bound[1:]).tolist()
+    assert np.mean(below) > 0.98
+    assert np.median(ratios) > 0.2
+
+
+def test_the_envelope_grows_as_the_drift_does() -> None:
+    """Without fixes it is |b| t + 3 sigma sqrt(t)."""
+    run = simulate(still(1, at=60.0, duration_s=5.0), 0)
+    bound = envelope(run, "AUV0", np.array([0.0, 4.0]))
+    assert bound == pytest.approx([0.0, 0.06 * np.sqrt(2) * 4.0 + 3 * 0.027 * 2.0])
+
+
+def test_fixes_are_counted_when_they_come(result: Result) -> None:
+    """Each step is a delivery, and the last count the number of deliveries."""
+    axes = drawn("fixes", result).axes[0]
+    collection = next(c for c in axes.collections if isinstance(c, LineCollection))
+    fixes = result.tables["fixes"]
+    for index, path in enumerate(collection.get_segments()):
+        got = fixes.delivered_at_s[(fixes.auv == f"AUV{index}") & fixes.delivered_at_s.notna()]
+        assert path[1:-1:2, 0] == pytest.approx(np.sort(got))
+        assert path[-1].tolist() == [30.0, len(got)]
+
+
+def test_coverage_tells_the_exact_share(result: Result) -> None:
+    """The legend holds share and covering radius, the map the pings that nobody could hear."""
+    figure = drawn("coverage", result)
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    unheard = result.tables["pings"].query("in_range_of == 0")
+    assert f"pings in nobody's range: {len(unheard)}" in texts
+    assert any("% of the survey" in text for text in texts)
+    radii = {p.get_radius() for p in figure.axes[0].patches if hasattr(p, "get_radius")}
+    assert radii == {45.0}
+
+
+def test_the_timeline_shows_what_happened_in_its_rounds(result: Result) -> None:
+    """Pings, receptions and deliveries of rounds 3 and 4, each at its instant."""
+    with styled():
+        axes = KINDS["timeline"](result, 7.16, first=3, last=4).axes[0]
+    shown = {str(c.get_label()): np.asarray(c.get_offsets())[:, 0] for c in axes.collections
+             if len(c.get_offsets()) and not str(c.get_label()).startswith("_")}  # fmt: skip
+    pings = result.tables["pings"].query("3 <= round <= 4")
+    receptions = result.tables["receptions"]
+    met = receptions[receptions.ping.isin(pings.ping)]
+    assert shown["sent"] == pytest.approx(pings.sent_at_s.to_numpy())
+    heard = met[met.outcome == "heard"].arrived_at_s
+    assert shown["heard"] == pytest.approx(heard.to_numpy())
+    start, end = axes.get_xlim()
+    assert start == pytest.approx(uplink_slots(result, 3)[0].start)
+    assert end == pytest.approx(downlink_slots(result, 4)[-1].end)
+
+
+def test_collisions_are_red() -> None:
+    """Two AUVs that ping at once beside each other collide, and the timeline says so in red."""
+    crowd = scenario(
+        duration_s=3.0,
+        auvs={"count": 2, "route": {"kind": "hold", "positions_m": [[9, 0], [9, 1]]}},
+        asvs={"count": 1, "formation": {"positions_m": [[0, 0]]}},
+        protocol={"schedule": "schedules_for_tests:all_at_once"},
+    )
+    run = simulate(crowd)
+    assert run.mission.collisions[0] > 0
+    axes = drawn("timeline", run).axes[0]
+    red = next(c for c in axes.collections if c.get_label() == "collided")
+    shown = run.tables["receptions"].query("outcome == 'collided'")
+    assert len(red.get_offsets()) == len(shown[shown.arrived_at_s <= axes.get_xlim()[1]])
+    assert red.get_facecolor()[0].tolist()[:3] == pytest.approx([224 / 255, 0, 0])
+
+
+def test_the_anatomy_has_the_ways_of_its_pings(result: Result) -> None:
+    """Each heard ping is a line from where and when it was sent to where and when it arrived."""
+    whole, slot = drawn("round", result).axes
+    pings = result.tables["pings"]
+    pings = pings[pings["round"] == busiest(result)].set_index("ping")
+    heard = result.tables["receptions"].query("outcome == 'heard' and ping in @pings.index")
+    ways = lines(whole, "heard")
+    assert [way[:, 0].tolist() for way in ways] == [
+        [pings.sent_at_s[m.ping], m.arrived_at_s] for m in heard.itertuples()
+    ]
+    rows = [label.get_text() for label in whole.get_yticklabels()]
+    assert [rows[int(way[1, 1])] for way in ways] == heard.asv.tolist()
+    texts = [text.get_text() for axes in (whole, slot) for text in axes.texts]
+    for symbol in ("$T_P$", r"$\tau_{OT,max}$", "$T_G$", "$T_{UL}$", "$T_{tx}$", "$T_{DL}$"):
+        assert any(text.startswith(symbol) for text in texts), symbol
+
+
+def test_histograms_hold_every_fix(result: Result) -> None:
+    """The bars add up to all deliveries; intervals are one less for each AUV."""
+    left, right = drawn("latency", result).axes
+    fixes = result.tables["fixes"]
+    got = fixes[fixes.outcome == "delivered"]
+    for axes, count in ((left, len(got)), (right, len(got) - got.auv.nunique())):
+        assert sum(bar.get_height() for bar in axes.patches) == count
+
+
+@pytest.mark.parametrize(
+    ("downlink", "ranging"),
+    [("sequential", "owtt_sync"), ("pipelined_round", "twtt"), ("pipelined_group", "owtt_sync"),
+     ("direct_reply", "twtt")],
+)  # fmt: skip
+def test_slots_are_those_of_the_protocol(downlink: str, ranging: str) -> None:
+    """Every ping is sent in its slot, and rounds follow each other as the slots say."""
+    run = simulate(
+        scenario(duration_s=12.0, protocol={"downlink": downlink, "ranging": ranging}), 1
+    )
+    rounds = run.tables["rounds"]
+    for ping in run.tables["pings"].itertuples():
+        span = uplink_slots(run, ping.round)[ping.slot]
+        assert span.start - 1e-9 <= ping.sent_at_s < span.end
+        if ranging == "owtt_sync":
+            assert ping.sent_at_s == pytest.approx(span.start)
+    for number in range(len(rounds) - 1):
+        ends = [s.end for s in uplink_slots(run, number)]
+        if downlink == "sequential":
+            ends += [s.end for s in downlink_slots(run, number)]
+            assert max(ends) == pytest.approx(rounds.started_at_s[number + 1])
+        assert max(ends) <= rounds.started_at_s[number + 1] + 1e-9 or downlink != "direct_reply"
+
+
+ODD = {
+    "one AUV": scenario(duration_s=6.0, auvs={"count": 1}),
+    "no fixes": still(2, at=60.0, duration_s=5.0),
+    "an instant": scenario(duration_s=0.05),
+    "no errors": still(2, duration_s=5.0, navigation=QUIET_NAVIGATION, usbl=QUIET_USBL),
+    "huge ranges": scenario(
+        duration_s=5.0, acoustics={"hf": {"range_m": 4e3}, "mf": {"range_m": 1e5}}
+    ),
+    "a long thin survey": scenario(
+        duration_s=5.0,
+        survey={"side_m": 1000.0},
+        auvs={"count": 1, "route": {"kind": "waypoints", "points_m": [[[-480, 0], [480, 0.5]]]}},
+    ),
+    "a long name, many AUVs": scenario(
+        name="x" * 200, duration_s=3.0, auvs={"count": 40}, asvs={"count": 12}
+    ),
+}
+
+
+@pytest.mark.parametrize("world", ODD.values(), ids=ODD)
+def test_odd_missions_are_drawn_without_warning(world: Scenario, tmp_path: Path) -> None:
+    """Whatever the mission, each figure has axes of some size, over one column and two."""
+    run = simulate(world, 1)
+    for kind, draw in KINDS.items():
+        for width in (3.5, 7.16):
+            with styled():
+                figure = draw(run, width)
+                figure.draw_without_rendering()
+            for axes in figure.axes:
+                assert axes.get_position().width > 0.2, kind
+                assert axes.get_position().height > 0.05, kind
+    run.write(tmp_path / "out")
+    assert (tmp_path / "out" / "mission.png").stat().st_size > 10_000
+
+
+def test_the_mission_picture_has_its_three_parts(result: Result) -> None:
+    """Map, errors and counts; the errors are those of the tracks."""
+    with styled():
+        _, error, _ = mission_figure(result).axes
+    tracks = result.tables["tracks"]
+    collection = next(c for c in error.collections if isinstance(c, LineCollection))
+    for index, path in enumerate(collection.get_segments()):
+        own = tracks[tracks.vehicle == f"AUV{index}"]
+        assert path == pytest.approx(own[["time_s", "position_error_m"]].to_numpy())
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
+def test_equal_tables_give_equal_bytes(suffix: str, result: Result, tmp_path: Path) -> None:
+    """Neither dates nor random identifiers get into a file."""
+    for kind in ("round", "trajectory"):
+        paths = [tmp_path / f"{kind}{number}{suffix}" for number in (1, 2)]
+        for path in paths:
+            with styled():
+                save(KINDS[kind](result, 3.5), path, dpi=60)
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_plot_draws_all_that_a_run_supports(result: Result, tmp_path: Path) -> None:
+    """Without a kind every figure goes to DIR/figures; those that exist are kept."""
+    folder = result.write(tmp_path / "run")
+    done = call("plot", str(folder), "--format", "svg")
+    assert done.exit_code == 0, done.stderr
+    files = [folder / "figures" / f"{kind}.svg" for kind in KINDS]
+    assert done.stdout.splitlines() == [str(file) for file in files]
+    assert all(file.read_text(encoding="utf-8").startswith("<?xml") for file in files)
+    again = call("plot", str(folder), "fixes", "--format", "svg")
+    assert (again.exit_code, again.stdout) == (2, "")
+    assert "fixes.svg: exists; use --force" in again.stderr
+    assert call("plot", str(folder), "fixes", "--format", "svg", "--force").exit_code == 0
+    assert call("plot", str(folder), "round", "--from", "2", "--out", str(tmp_path / "r.pdf"))
+    assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_plot_of_a_summary_says_what_is_missing(tmp_path: Path) -> None:
+    """Without event tables the coverage can be drawn; the rest is told with the remedy."""
+    summary = simulate(scenario(duration_s=3.0, record={"detail": "summary"}))
+    folder = str(summary.write(tmp_path / "run"))
+    refused = call("plot", folder, "timeline")
+    assert refused.exit_code == 2
+    assert "needs the tables rounds, pings" in refused.stderr
+    assert "run it again with --set record.detail=full" in refused.stderr
+    done = call("plot", folder)
+    assert done.exit_code == 0
+    assert done.stdout == f"{folder}/figures/coverage.png\n"
+    assert done.stderr.count("\n") == len(KINDS) - 1
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("{run}", "trajectry"), "no figure 'trajectry' of a run; did you mean 'trajectory'?"),
+        (("{run}", "heatmap"), "no figure 'heatmap' of a run; there are trajectory"),
+        (("{run}", "error", "--out", "e.doc"), "e.doc: a figure's name ends in one of .png"),
+        (("{run}", "error", "--out", "no/e.png"), "the folder no does not exist"),
+        (("{run}", "--out", "e.png"), "--out names one file, so give a KIND too"),
+        (("{run}", "error", "--metric", "rounds"), "--metric is for campaigns"),
+        (("{run}", "timeline", "--from", "999"), "there is no round 999: the run has rounds 0 to "),
+        (("{run}", "timeline", "--from", "3", "--to", "2"), "--from 3 comes after --to 2"),
+        (("{run}", "error", "--from", "3"), "--from is for timeline and round"),
+        (("{sweep}", "error"), "no figure 'error' of a campaign; there are curves, heatmap"),
+        (("{sweep}", "--metric", "latency_mean"), "did you mean 'latency_mean_s'?"),
+        (("{sweep}", "--x", "asvs.cnt"), "does not vary 'asvs.cnt'; did you mean 'asvs.count'?"),
+        (("{sweep}", "--from", "1"), "--from is for runs"),
+        (("nowhere",), "nowhere is no result folder"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(
+    words: tuple[str, ...],
+    told: str,
+    result: Result,
+    campaign: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bad input ends with 2, in plain words, and leaves nothing behind."""
+    monkeypatch.chdir(tmp_path)
+    if words[0] == "{run}":
+        result.write(tmp_path / "run")
+    before = sorted(tmp_path.rglob("*"))
+    done = call("plot", *(word.format(run="run", sweep=campaign) for word in words))
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert told in done.stderr
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_campaign_is_drawn_as_curves_and_heatmap(campaign: Path) -> None:
+    """`plot` of a sweep folder draws both kinds."""
+    done = call("plot", str(campaign), "--format", "svg")
+    assert done.exit_code == 0, done.stderr
+    assert done.stdout.splitlines() == [f"{campaign}/figures/{kind}.svg" for kind in SWEEP_KINDS]
+
+
+def test_means_are_those_of_the_missions(campaign: Path) -> None:
+    """Each cell is mean and 95 % interval of the missions with its values, other keys pooled."""
+    held = load_campaign(campaign)
+    means = means_of(held, "position_error_m")
+    assert (means.x.key, means.series and means.series.key) == (
+        "acoustics.hf.range_m",
+        "asvs.count",
+    )
+    assert "pooled over protocol.downlink" in means.title
+    missions = held.missions
+    column = {str(name).rpartition(".")[2]: name for name in missions.columns}
+    for (i, j), (mean, half, count) in means.cells.items():
+        own = missions[
+            (missions[column["range_m"]] == (40, 60)[i]) & (missions[column["count"]] == (1, 2)[j])
+        ]
+        expected = interval(own.position_error_m.tolist())
+        assert (mean, half, count) == (expected.mean, expected.half_width, 4)
+
+
+@pytest.mark.parametrize("draw", [curves, heatmap])
+def test_figures_of_campaigns_show_the_means(draw: Callable[..., Figure], campaign: Path) -> None:
+    """Points of curves and cells of heatmaps are the means; the axes have units."""
+    means = means_of(load_campaign(campaign), "latency_mean_s")
+    with styled():
+        figure = draw(means, 4.5)
+        figure.draw_without_rendering()
+    axes = figure.axes[0]
+    assert axes.get_xlabel() == "acoustics.hf.range (m)"
+    if draw is curves:
+        assert axes.get_ylabel() == "latency_mean (s)"
+        for series, bars in enumerate(axes.containers):
+            shown = bars.lines[0].get_ydata()
+            assert shown.tolist() == [means.cells[x, series][0] for x in (0, 1)]
+    else:
+        assert axes.get_ylabel() == "asvs.count (1)"
+        grid = axes.images[0].get_array()
+        assert grid is not None
+        assert {(x, y): grid[y, x] for x in (0, 1) for y in (0, 1)} == {
+            cell: mean for cell, (mean, _, _) in means.cells.items()
+        }
+        assert len(axes.texts) == 4
+        assert figure.axes[1].get_ylabel() == "mean of latency_mean (s)"
