@@ -10,12 +10,10 @@ import click
 from .console import FIGURES, RunFailed, check_figure, refuse, talk
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..result import Result
 
     # How to draw a figure of some width (in), or why it cannot be drawn
-    Offers = dict[str, Callable[[float], Figure] | str]
+    Offers = dict[str, Callable[[float], Any] | str]
 
 # Each kind of figure and its usual width (in)
 RUN_KINDS = {
@@ -88,7 +86,7 @@ def plot(
 
 def _chosen(
     offers: "Offers", folder: str, kind: str | None
-) -> "dict[str, Callable[[float], Figure]]":
+) -> "dict[str, Callable[[float], Any]]":
     """Return the kinds to draw: the one asked for, or all that can be drawn."""
     if kind is None:
         for name, offer in offers.items():
@@ -166,7 +164,7 @@ def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":
     }
 
 
-def _save(draw: "Callable[[float], Figure]", width: float, path: Path) -> None:
+def _save(draw: "Callable[[float], Any]", width: float, path: Path) -> None:
     from ..figures.style import save, styled
 
     try:

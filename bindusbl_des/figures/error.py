@@ -12,7 +12,8 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from ..dead_reckoning import drift_rms
-from .envelope import SIGMAS, envelope
+from ..report.envelope import SIGMAS, error_envelope
+from ..report.recording import Recording, recording
 from .fixes import deliveries
 from .style import (
     FAINT,
@@ -46,8 +47,9 @@ def error(result: "Result", width: float) -> Figure:
     auvs = names("AUV", result.scenario.auvs.count)
     figure = new_figure(width, 0.9 + len(auvs) * (1.15 if len(auvs) > 1 else 2.2))
     panels = figure.subplots(len(auvs), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    recorded = recording(result)
     for axes, name in zip(panels, auvs, strict=True):
-        _draw_panel(axes, result, name)
+        _draw_panel(axes, result, recorded, name)
     panels[-1].set_xlabel("time (s)")
     panels[-1].set_xlim(0, result.scenario.duration_s)
     panels[0].set_ylim(*_decades(result))
@@ -62,7 +64,9 @@ def error(result: "Result", width: float) -> Figure:
             Line2D([], [], color=INK, label="fused estimate"),
             Line2D([], [], color=INK, ls=":", label="dead reckoning only"),
             Line2D([], [], color="#777777", ls="--", lw=0.8, label="drift model, RMS, straight"),
-            Patch(color=FAINT, label=f"|bias| bound + {SIGMAS:g} sigma of walk and fixes"),
+            Patch(
+                color=FAINT, label=f"bias left by the fixes + {SIGMAS:g} sigma of walk and fixes"
+            ),
             Line2D([], [], color=INK, ls="", marker="|", ms=5, label="fix delivered"),
         ],
     )
@@ -79,11 +83,12 @@ def _decades(result: "Result") -> tuple[float, float]:
     return low, max(2.5 * float(drift), 20 * low)
 
 
-def _draw_panel(axes: Axes, result: "Result", name: str) -> None:
+def _draw_panel(axes: Axes, result: "Result", recorded: Recording, name: str) -> None:
     track, colour = by_vehicle(result.tables["tracks"])[name], colour_of(name)
     times = track.time_s.to_numpy()
     navigation = result.scenario.navigation
-    axes.fill_between(times, envelope(result, name, times), color=FAINT, lw=0, label="envelope")
+    bound = error_envelope(recorded, int(name[3:]))
+    axes.fill_between(times, bound, color=FAINT, lw=0, label="envelope")
     model = [
         drift_rms(t, navigation.velocity_bias_m_per_s, navigation.random_walk_m_per_sqrt_s)
         for t in times.tolist()

@@ -30,7 +30,7 @@ KINDS: dict[str, Callable[..., Figure]] = {
 EVENTS = ("rounds", "pings", "receptions", "broadcasts", "fixes")
 TABLES: dict[str, tuple[str, ...]] = {
     "trajectory": ("tracks",),
-    "error": ("tracks", "fixes"),
+    "error": ("tracks", *EVENTS),
     "fixes": ("pings", "fixes"),
     "coverage": (),
     "timeline": EVENTS,
