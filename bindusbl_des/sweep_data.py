@@ -71,12 +71,18 @@ def labels(campaign: "Campaign", key: str) -> list[str]:
     """Return the different values of a key as text, in the order in which they are shown."""
     numbers = values(campaign, key)
     if numbers is not None:
-        return [f"{value:.6g}" for value in numbers]
+        return [written(value) for value in numbers]
     return list(dict.fromkeys(written(point.varied[key]) for point in campaign.plan.points))
 
 
 def written(value: Any) -> str:
-    """Return one value of a key as text."""
+    """Return one value of a key as text, numbers to six digits.
+
+    >>> written(70.0), written(99.55962284528422), written("dsatur"), written([0, None])
+    ('70', '99.5596', 'dsatur', '[0, null]')
+    """
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return f"{value:.6g}"
     return value if isinstance(value, str) else json.dumps(value)
 
 
@@ -85,12 +91,7 @@ def value_numbers(campaign: "Campaign") -> list[list[int]]:
     columns = []
     for key in campaign.plan.columns:
         place = {label: number for number, label in enumerate(labels(campaign, key))}
-        numeric = values(campaign, key) is not None
-        texts = [
-            f"{float(point.varied[key]):.6g}" if numeric else written(point.varied[key])
-            for point in campaign.plan.points
-        ]
-        columns.append([place[it] for it in texts])
+        columns.append([place[written(point.varied[key])] for point in campaign.plan.points])
     return columns
 
 

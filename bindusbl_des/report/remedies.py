@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..coverage import is_covered
 from ..formations import formation
 from ..launch import asv_stations
 from .recording import LOST, Recording
@@ -18,7 +17,7 @@ from .recording import LOST, Recording
 Floats = NDArray[np.float64]
 
 # More places than this add nothing to a share in per cent.
-MOST_PLACES = 1000
+MOST_PLACES = 800
 # Formations tried: angles between two that look alike, and radii up to the survey's corner.
 ANGLES, RADII = 18, 16
 # A change that improves the worst AUV's coverage by less is not worth saying.
@@ -55,10 +54,15 @@ class Trial:
         self.places = np.stack((x[:, ::step], y[:, ::step]), axis=-1)
         self._reach = reach(mission)
 
-    def coverage(self, stations: Floats) -> tuple[float, float]:
-        """Return the share of time in range, of the worst AUV and of all."""
-        own = is_covered(self.places, stations, self._reach).mean(axis=1)
-        return float(own.min()), float(own.mean())
+    def coverage(self, stations: Floats) -> tuple[Floats, Floats]:
+        """Return the share of time in range, of the worst AUV and of all.
+
+        `stations` in m, of the shape (..., ASVs, 2); the shares have the shape (...).
+        """
+        x, y = self.places[..., 0], self.places[..., 1]
+        apart = (stations[..., 0, None, None] - x) ** 2 + (stations[..., 1, None, None] - y) ** 2
+        own = (apart <= self._reach**2).any(axis=-3).mean(axis=-1)
+        return own.min(axis=-1), own.mean(axis=-1)
 
     def furthest(self, stations: Floats) -> float:
         """Return the greatest distance (m) of an AUV from its nearest ASV, seen from above."""
@@ -67,12 +71,13 @@ class Trial:
 
     def best(self, count: int, radii: Floats) -> tuple[tuple[float, float], float, float]:
         """Return the best coverage of `count` ASVs in a regular formation, its radius and angle."""
-        angles = np.arange(ANGLES) * (360.0 / max(count, 1) / ANGLES) if count > 1 else [0.0]
-        tried = [
-            (self.coverage(formation(count, radius, math.radians(angle))), radius, float(angle))
-            for radius in radii.tolist()
-            for angle in angles
-        ]
+        angles = np.arange(ANGLES) * (360.0 / count / ANGLES) if count > 1 else np.zeros(1)
+        unit = np.array([formation(count, 1.0, math.radians(angle)) for angle in angles.tolist()])
+        tried = []
+        for radius in radii.tolist():
+            worst, every = self.coverage(radius * unit)
+            order = np.lexsort((every, worst))[-1]
+            tried.append(((float(worst[order]), float(every[order])), radius, float(angles[order])))
         return max(tried, key=lambda it: it[0])
 
 
@@ -80,7 +85,7 @@ def remedies(mission: Recording) -> list[Remedy]:
     """Return changes that would have kept the AUVs in HF range, the smallest change first."""
     trial, asked = Trial(mission), mission.scenario.asvs.formation
     stations = np.array(asv_stations(mission.scenario))
-    now, count = trial.coverage(stations), len(stations)
+    now, count = float(trial.coverage(stations)[0]), len(stations)
     radius = float(np.hypot(*stations[0]))
     half = mission.scenario.survey.side_m / 2
     radii = half * np.sqrt(2) * np.arange(1, RADII + 1) / RADII
@@ -93,12 +98,12 @@ def remedies(mission: Recording) -> list[Remedy]:
     if asked.positions_m is None:
         (covered, wide, angle) = trial.best(count + 1, radii)
         found.append(_enlarged(covered, count + 1, wide, angle))
-    worthwhile, least = [], now[0]
+    worthwhile, least = [], now
     for remedy in found:
         if remedy.worst >= least + WORTHWHILE:
             worthwhile.append(remedy)
             least = remedy.worst
-    if now[0] < 1 - WORTHWHILE:
+    if now < 1 - WORTHWHILE:
         worthwhile.append(_longer_range(mission, radius, trial.furthest(stations)))
     return worthwhile
 

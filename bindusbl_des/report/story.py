@@ -168,8 +168,8 @@ def _loss_help(mission: Recording) -> list[str]:
             f"for {mission.auvs} AUVs, before limits."
         )
     return [
-        f"<b>Losses:</b> {lost} of {heard_of} pings in range were decoded by no ASV ({shares}); "
-        f"overlapping HF circles are redundancy.{contention}"
+        f"<b>Losses:</b> {lost} of {heard_of} pings in range were decoded by no ASV: {shares}."
+        f"{contention}"
     ]
 
 

@@ -49,14 +49,14 @@ const colours = {};
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   for (const name of ["paper", "sheet", "ink", "soft", "line", "grid", "accent", "alarm", "shade",
-    "sea", "hf", "mf", "heard", "lost", "collided", "plan"]) {
+    "sea", "hf", "mf", "heard", "lost", "collided", "beyond", "plan"]) {
     colours[name] = style.getPropertyValue("--" + name).trim();
   }
   colours.series = Array.from({ length: 8 }, (_, i) => style.getPropertyValue("--c" + i).trim());
 }
 const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
 const seriesColour = (i) => colours.series[i % colours.series.length];
-const seriesDash = (i) => DASHES[i % DASHES.length];
+const seriesDash = (i) => DASHES[(i + Math.floor(i / 8)) % DASHES.length];
 
 const repaints = [];
 function onTheme(repaint) { repaints.push(repaint); }

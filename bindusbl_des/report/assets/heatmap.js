@@ -20,7 +20,7 @@ function significant(value, digits = 3) {
 function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit }) {
   const known = cells.flat().filter((cell) => cell && Number.isFinite(cell.mean)).map((cell) => cell.mean);
   const low = Math.min(...known), high = Math.max(...known);
-  const top = make("tr", {}, make("th", {}, `${rowName} ↓  ${columnName} →`), ...columns.map((label) => make("th", { scope: "col" }, label)));
+  const top = make("tr", {}, make("th", {}, rowName ? `${rowName} ↓  ${columnName} →` : `${columnName} →`), ...columns.map((label) => make("th", { scope: "col" }, label)));
   const body = cells.map((line, r) => make("tr", {}, make("th", { scope: "row" }, rows[r]), ...line.map((cell) => {
     if (!cell || !Number.isFinite(cell.mean)) return make("td", {}, "–");
     const [red, green, blue] = cividis(high > low ? (cell.mean - low) / (high - low) : 0.5);

@@ -8,7 +8,7 @@ class Playback {
     this.mission = mission;
     this.now = 0;
     this.playing = false;
-    this.speed = SPEEDS.find((speed) => mission.duration / speed <= 40) ?? 200;
+    this.speed = SPEEDS.find((speed) => mission.duration / speed <= 60) ?? 200;
     this.listeners = [];
     this.controls();
     this.keyboard();

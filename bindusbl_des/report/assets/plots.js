@@ -107,7 +107,8 @@ function errorPlots(mission, playback) {
   const starved = mission.auvs.map((auv) => auv.gaps.reduce((sum, [start, end]) => sum + end - start, 0));
   const order = mission.auvs.map((_, i) => i).sort((a, b) => starved[b] - starved[a] || a - b);
   const shown = order.length <= first + 1 ? order : order.slice(0, first);
-  const highest = 1.05 * Math.max(...mission.auvs.map((auv) => auv.error.reduce((a, b) => Math.max(a, b), 0)), 0.1);
+  const largest = (column) => Math.max(...mission.auvs.map((auv) => auv[column].reduce((a, b) => Math.max(a, b), 0)), 0.1);
+  const highest = Math.min(1.05 * largest("envelope"), 1.6 * largest("error"));
   const plots = [];
   const add = (number) => {
     const place = make("div", { class: "error-plot" });
@@ -154,7 +155,7 @@ function histogram(name, host, values, unit) {
     height: 220, cursor: { y: false, drag: { x: false } }, scales: { x: { time: false, range: [start, start + count * width] } },
     axes: [axis(`s, in steps of ${+width.toPrecision(2)} s`), axis(unit, { size: 50 })],
     series: [{ label: "from–to", value: (u, v) => (v === null ? "–" : `${(v - width / 2).toFixed(3)}–${(v + width / 2).toFixed(3)} s`) },
-      { label: unit, stroke: colours.accent, fill: colours.accent + "99", paths: uPlot.paths.bars({ size: [0.9, 100] }), points: { show: false } }],
+      { label: unit, value: (u, v) => (v === null ? "–" : `${v}`), stroke: colours.accent, fill: colours.accent + "99", paths: uPlot.paths.bars({ size: [0.9, 100] }), points: { show: false } }],
   });
   host.setAttribute("aria-label", `Histogram: ${name}`);
   new Plot(name, host, options, [bins, heights]);
@@ -173,7 +174,7 @@ function histograms(mission) {
 
 // What became of the pings, a bar for each AUV.
 const FATE_LOOKS = {
-  delivered: ["fix delivered", "heard"], out_of_mf: ["fix beyond MF range", "mf"], lost: ["lost", "lost"],
+  delivered: ["fix delivered", "heard"], out_of_mf: ["fix beyond MF range", "beyond"], lost: ["lost", "lost"],
   collided: ["collided", "collided"], out_of_hf: ["out of HF range", "plan"], in_flight: ["in flight at the end", "hf"],
 };
 function fateBars(mission) {

@@ -7,6 +7,9 @@ const LAYERS = [
   ["downlink", "broadcasts and fixes"],
 ];
 
+// Where fronts are held to be seen, no more of them than can be told apart.
+const MOST_RINGS = 6;
+
 class SeaMap {
   constructor(canvas, mission, options = {}) {
     this.mission = mission;
@@ -132,7 +135,7 @@ class SeaMap {
       const px = Math.round(this.at(x, 0)[0]) + 0.5;
       this.stroke(context, colours.grid, px, 0, px, this.height);
       context.fillStyle = colours.soft;
-      if (px > 34 && px < this.width - 60) context.fillText(text(x), px + 3, this.height - 5);
+      if (px > 34 && px < this.width - 84) context.fillText(text(x), px + 3, this.height - 5);
     }
     for (let y = Math.floor(top / step) * step; this.at(0, y)[1] < this.height; y -= step) {
       const py = Math.round(this.at(0, y)[1]) + 0.5;
@@ -235,7 +238,8 @@ class SeaMap {
     const { pings, hf, soundSpeed, receptions } = this.mission;
     const linger = this.linger(), crossing = hf.range / soundSpeed;
     const growing = Math.max(crossing, linger * 0.5), shown = Math.max(2.5 * growing, linger);
-    for (let i = above(pings.at, this.now) - 1; i >= 0 && this.now - pings.at[i] < shown; i--) {
+    const latest = above(pings.at, this.now) - 1, first = growing > crossing ? Math.max(latest - MOST_RINGS, -1) : -1;
+    for (let i = latest; i > first && this.now - pings.at[i] < shown; i--) {
       const age = this.now - pings.at[i], share = Math.min(age / growing, 1);
       const fade = Math.max(1 - age / shown, 0);
       const colour = seriesColour(pings.auv[i]);

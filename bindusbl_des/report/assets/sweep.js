@@ -39,7 +39,7 @@ class View {
       byId("along").append(make("option", { value: k }, key));
       byId("by").append(make("option", { value: k }, key));
     });
-    byId("by").append(make("option", { value: -1 }, "nothing"));
+    byId("by").append(make("option", { value: -1 }, "no other key"));
     const longest = sweep.keys.map((key, k) => k).filter((k) => sweep.keys[k].values !== null).sort((a, b) => sweep.keys[b].labels.length - sweep.keys[a].labels.length);
     const count = sweep.keys.findIndex(({ key }) => key === "asvs.count");
     this.along = count >= 0 ? count : longest[0] ?? 0;
@@ -107,14 +107,16 @@ class View {
     })];
     const halves = dots.map((line) => new Map(line.map(([column, { half }]) => [column, half])));
     const unit = this.sweep.unit(metric), named = (text) => (unit ? `${text} (${unit})` : text);
+    const ends = dots.flat().flatMap(([, { mean, half }]) => (Number.isFinite(half) ? [mean - half, mean + half] : [mean])).filter(Number.isFinite);
+    const lowest = Math.min(0, ...ends), highest = Math.max(...ends, 0);
     const spread = (xs[xs.length - 1] - xs[0]) || 1;
     const options = () => ({
       height: 340, cursor: { drag: { x: false } }, legend: { show: rows.length <= 12, live: true },
-      scales: { x: { time: false, range: [xs[0] - 0.05 * spread, xs[xs.length - 1] + 0.05 * spread] }, y: { range: (u, low, high) => [Math.min(0, low ?? 0), (high ?? 1) * 1.12 || 1] } },
+      scales: { x: { time: false, range: [xs[0] - 0.05 * spread, xs[xs.length - 1] + 0.05 * spread] }, y: { range: () => [lowest * 1.05, highest > lowest ? highest * 1.05 : 1] } },
       axes: [axis(key?.key ?? "", key && key.values === null ? { splits: () => xs, values: () => columns } : { splits: sampled ? undefined : () => xs }), axis(named(metric), { size: 56 })],
       series: [{ label: key?.short ?? "", value: (u, v) => (v === null ? "–" : key?.values ? `${v}` : columns[v]) }, ...rows.map((label, i) => ({
         label: this.by >= 0 ? `${this.sweep.keys[this.by].short} ${label}` : metric, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true,
-        paths: sampled ? () => null : undefined, points: { show: true, size: 7, fill: seriesColour(i) }, value: (u, v) => (v === null || v === undefined ? "–" : `${significant(v)} ${unit}`),
+        paths: sampled || key?.values === null ? () => null : undefined, points: { show: true, size: 7, fill: seriesColour(i) }, value: (u, v) => (v === null || v === undefined ? "–" : `${significant(v)} ${unit}`),
       }))],
       hooks: { draw: [(u) => errorBars(u, halves)] },
     });
