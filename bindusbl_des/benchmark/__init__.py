@@ -1,0 +1,1 @@
+"""How fast missions run on this machine, where their time goes, and what commands take."""

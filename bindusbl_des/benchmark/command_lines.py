@@ -1,0 +1,121 @@
+"""How long whole commands take, from the start of Python to the last file."""
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from .timing import clocked, peak_memory_mb, spread
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+# The paper's baseline (section Baseline Validation): conventional USBL, four AUVs under one ASV.
+BASELINE: dict[str, Any] = {
+    "name": "baseline_60m",
+    "survey": {"side_m": 60},
+    "auvs": {"count": 4, "turning_radius_m": 3, "route": {"end_margin_m": 5}},
+    "asvs": {"count": 1},
+    "acoustics": {"hf": {"range_m": 100}, "mf": {"range_m": 200}},
+    "protocol": {"schedule": "round_robin", "downlink": "direct_reply", "tick_rate_hz": 30},
+    "navigation": {"delay_compensation": "none"},
+}
+
+# A sweep over the paper's survey sizes and fleets: 192 points, each with 30 seeds.
+SIDES_M = (60, 100, 140)
+AUVS = range(3, 11)
+ASVS = range(1, 5)
+ANGLES_DEG = (0, 30)
+SEEDS = 30
+PLANNED = len(SIDES_M) * len(AUVS) * len(ASVS) * len(ANGLES_DEG) * SEEDS
+SWEPT: dict[str, Any] = {
+    "name": "swept",
+    "acoustics": {"loss": {"combine": "clamp_first"}},
+    "protocol": {"tick_rate_hz": 30},
+    "navigation": {"delay_compensation": "none"},
+}
+
+# Every 17th of the 192 points: 12 of them, of all sizes, since 17 divides none of the counts.
+STRIDE = 17
+WORKERS = 2
+
+
+def commands(quick: bool) -> dict[str, Any]:
+    """Return how long (ms) whole commands take on a warm cache, and what a sweep achieves."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "baseline.yaml").write_text(json.dumps(BASELINE))  # JSON is YAML
+        times = 2 if quick else 7
+        return {
+            "help_ms": _repeated([["--help"]] * times),
+            "run_ms": _repeated(
+                [["run", str(folder / "baseline.yaml"), "--out", str(folder / f"run{number}")]
+                 for number in range(times)]
+            ),
+            "sweep": _sweep(folder, quick),
+        }  # fmt: skip
+
+
+def _repeated(calls: Sequence[list[str]]) -> dict[str, Any]:
+    """Return the times (ms) of some calls; one more before them loads what is cached."""
+    call(calls[0] if len(calls[0]) == 1 else [*calls[0][:-1], calls[0][-1] + "-warm"])
+    return spread([clocked(lambda words=words: call(words)) for words in calls])  # type: ignore[misc]
+
+
+def call(words: Sequence[str]) -> None:
+    """Run `bindusbl-des` as a user does, in an interpreter of its own.
+
+    Raises:
+        RuntimeError: when the command fails, with what it said.
+    """
+    path = os.pathsep.join(filter(None, (str(PACKAGE.parent), os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        [sys.executable, "-m", "bindusbl_des.cli", *words],
+        capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+    if done.returncode:
+        raise RuntimeError(f"bindusbl-des {' '.join(words)} failed: {done.stderr.strip()}")
+
+
+def sweep_points() -> list[dict[str, Any]]:
+    """Return all points of the sweep, dotted key -> value."""
+    return [
+        {
+            "survey.side_m": side,
+            "auvs.count": auvs,
+            "asvs.count": asvs,
+            "asvs.formation.angle_deg": angle,
+        }
+        for side, auvs, asvs, angle in product(SIDES_M, AUVS, ASVS, ANGLES_DEG)
+    ]
+
+
+def _sweep(folder: Path, quick: bool) -> dict[str, Any]:
+    """Return what a part of the sweep takes, and the whole of it in proportion."""
+    points = sweep_points()[:: STRIDE * (6 if quick else 1)]
+    seeds = 3 if quick else SEEDS
+    (folder / "swept.yaml").write_text(json.dumps(SWEPT))
+    experiment = {"scenario": "swept.yaml", "points": points, "seeds": seeds, "detail": "summary"}
+    (folder / "sweep.yaml").write_text(json.dumps(experiment))
+    words = ["sweep", str(folder / "sweep.yaml"), "--workers", str(WORKERS), "--out"]
+    repeats = 1 if quick else 2
+    wall = statistics.median(
+        clocked(lambda n=n: call([*words, str(folder / f"swept{n}")]))  # type: ignore[misc]
+        for n in range(repeats)
+    )
+    missions = len(points) * seeds
+    return {
+        "missions": missions,
+        "workers": WORKERS,
+        "wall_s": wall,
+        "missions_per_s": missions / wall,
+        "peak_memory_mb": peak_memory_mb(of_children=True),
+        "planned_missions": PLANNED,
+        "planned_s": wall * PLANNED / missions,
+    }
+

@@ -1,0 +1,94 @@
+"""The command `bench`: how fast missions and commands are on this machine."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+from .console import print_json, refuse, talk
+
+
+@click.command()
+@click.option("--quick", is_flag=True, help="Fleets of up to ten AUVs, few repeats.")
+@click.option("--only", metavar="NAME", help="Missions whose name contains this: '(3,3)'.")
+@click.option("--commands", "with_commands", is_flag=True, help="Also time whole commands.")
+@click.option("--json", "as_json", is_flag=True, help="Print all numbers as JSON.")
+def bench(quick: bool, only: str | None, with_commands: bool, as_json: bool) -> None:
+    """Measure the speed of standard missions on this machine.
+
+    Missions are warm: code is compiled and the first run discarded.  A mission named (N,M) has N
+    AUVs and M ASVs and lasts 300 s.
+    """
+    from ..benchmark.bench import bench as measure
+    from ..benchmark.missions import standard_missions
+
+    missions = standard_missions()
+    most = 10 if quick and not only else max(mission.auvs.count for mission in missions.values())
+    names = [
+        name
+        for name, mission in missions.items()
+        if (only or "") in name and mission.auvs.count <= most
+    ]
+    if not names:
+        refuse(f"--only {only}: no such mission; there are {', '.join(missions)}")
+    found = measure(names, quick=quick, with_commands=with_commands, told=talk)
+    if as_json:
+        print_json(found)
+    else:
+        click.echo("\n".join(_lines(found)))
+
+
+def _lines(found: dict[str, Any]) -> Iterator[str]:
+    from ..benchmark.missions import DURATION_S
+
+    it = found["machine"]
+    yield f"{it['processor']}, {it['cores']} cores, Python {it['python']}; {DURATION_S:g} s each"
+    yield ""
+    yield (
+        f"{'':<20}{'ms per mission':>22}{'new':>9}{'writing':>9}{'events':>9}{'times':>9}"
+        f"{'memory':>8}"
+    )
+    yield (
+        f"{'mission':<20}{'median (min .. max)':>22}{'config.':>9}{'ms':>9}{'per s':>9}"
+        f"{'real':>9}{'MB':>8}"
+    )
+    yield "-" * 86
+    for name, row in found["missions"].items():
+        yield f"{name:<20}{_row(row)}"
+    yield ""
+    yield from _share_lines(found["missions"])
+    if "commands" in found:
+        yield ""
+        yield from _command_lines(found["commands"])
+
+
+def _row(row: dict[str, Any]) -> str:
+    took = row["mission_ms"]
+    times = f"{took['median']:.1f} ({took['min']:.1f} .. {took['max']:.1f})"
+    return (
+        f"{times:>22}{row['new_configuration_ms']['median']:>9.1f}{row['writing_ms']:>9.1f}"
+        f"{row['events_per_s']:>9,.0f}{row['sim_seconds_per_s']:>9,.0f}"
+        f"{row['peak_memory_mb']:>8.0f}"
+    )
+
+
+def _share_lines(missions: dict[str, Any]) -> Iterator[str]:
+    """Yield the share of time of each part, as profiled in a run of its own."""
+    parts = list(next(iter(missions.values()))["shares"])
+    yield f"{'share of time, %':<20}" + "".join(f"{part:>11}" for part in parts)
+    for name, row in missions.items():
+        yield f"{name:<20}" + "".join(f"{100 * row['shares'][part]:>11.0f}" for part in parts)
+
+
+def _command_lines(found: dict[str, Any]) -> Iterator[str]:
+    sweep = found["sweep"]
+    yield f"{'--help':<20}{found['help_ms']['median']:>10.0f} ms"
+    yield f"{'run, baseline':<20}{found['run_ms']['median']:>10.0f} ms from command to files"
+    yield (
+        f"{'sweep':<20}{sweep['missions_per_s']:>10.1f} missions/s with {sweep['workers']} workers "
+        f"({sweep['missions']} missions in {sweep['wall_s']:.1f} s)"
+    )
+    yield (
+        f"{'':<20}{sweep['planned_s']:>10.0f} s for {sweep['planned_missions']:,} missions, "
+        "extrapolated in proportion"
+    )
