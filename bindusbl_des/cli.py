@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from .commands.bench import bench
 from .commands.comparing import compare
 from .commands.doctor import doctor
 from .commands.files import init, params, schema, validate
@@ -77,6 +78,7 @@ for _command in (
     report,
     plot,
     explain,
+    bench,
     doctor,
 ):
     main.add_command(_command)

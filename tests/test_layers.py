@@ -19,7 +19,7 @@ LAYERS = [
     "voyages launch world protocol metrics",
     "tables rounds figures summary result simulation explain report",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
-    "campaigns sweep_data sweep_report",
+    "campaigns sweep_data sweep_report benchmark",
     "commands cli __init__",
 ]
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split()}

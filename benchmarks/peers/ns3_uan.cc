@@ -5,11 +5,11 @@
 // TRAFFIC is what benchmarks/peers/traffic.py writes.  Two channels, HF and MF; a node of each AUV
 // and ASV on both.  With "listeners" a channel brings a signal to those only that listen to it
 // (ASVs on HF, AUVs on MF), which spares ns-3 most of its events; without, to all, as ns-3 does.
-// Prints "SETUP_MS RUN_MS EVENTS"; RECEPTIONS gets a line "hf PING ASV" or "mf BROADCAST AUV" each.
+// Prints "SETUP_MS RUN_MS EVENTS", in processor time; RECEPTIONS gets a line "hf PING ASV" or "mf BROADCAST AUV" each.
 
-#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -22,7 +22,6 @@
 #include "ns3/uan-module.h"
 
 using namespace ns3;
-using Clock = std::chrono::steady_clock;
 
 // A signal out of range arrives this much weaker (dB), and is neither heard nor disturbs.
 constexpr double kSilent = 1000.0;
@@ -223,16 +222,16 @@ Timed Simulate(Traffic& traffic, bool listenersOnly) {
         band.receptions.clear();
         band.devices = NetDeviceContainer();
     }
-    using Ms = std::chrono::duration<double, std::milli>;
-    const auto began = Clock::now();
+    const std::clock_t began = std::clock();
     NodeContainer nodes;
     Build(traffic, nodes, listenersOnly);
-    const auto built = Clock::now();
+    const std::clock_t built = std::clock();
     Simulator::Run();
-    const auto ended = Clock::now();
+    const std::clock_t ended = std::clock();
     const uint64_t events = Simulator::GetEventCount();
     Simulator::Destroy();
-    return {Ms(built - began).count(), Ms(ended - built).count(), events};
+    constexpr double ms = CLOCKS_PER_SEC / 1000.0;
+    return {(built - began) / ms, (ended - built) / ms, events};
 }
 
 int main(int argc, char* argv[]) {

@@ -26,7 +26,7 @@ ASKED = {"downlink": "sequential", "ranging": "owtt_sync"}
 
 @dataclass(frozen=True)
 class Band:
-    """One acoustic band: how far its signals reach (m, horizontally) and how many bytes a second."""
+    """One acoustic band: how far signals reach (m, horizontally), how many bytes a second."""
 
     name: str
     range_m: float
@@ -35,7 +35,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Transmission:
-    """A ping or a frame: band, number, instant, sender, bytes, places of vehicles at that instant."""
+    """A ping or a frame: band, number, instant, sender, bytes, and vehicles' places."""
 
     band: str
     number: int
@@ -122,12 +122,13 @@ def traffic_of(scenario: Scenario, seed: int = 0) -> tuple[Traffic, Heard, Heard
 
 def _check(scenario: Scenario) -> None:
     asked = {key: getattr(scenario.protocol, key) for key in ASKED}
-    if asked != ASKED or scenario.acoustics.loss.law != "none" or scenario.asvs.vehicle.has_dynamics:
+    loss = scenario.acoustics.loss
+    if asked != ASKED or loss.law != "none" or scenario.asvs.vehicle.has_dynamics:
         raise ValueError(
             f"{scenario.name}: traffic is exported of missions with moored ASVs, a sequential "
             "downlink, one-way ranging and loss.law none"
         )
-    if scenario.acoustics.loss.combine != "off" or scenario.acoustics.hf.range_metric == "slant":
+    if loss.combine != "off" or scenario.acoustics.hf.range_metric == "slant":
         raise ValueError(f"{scenario.name}: needs loss.combine off and a horizontal HF range")
 
 

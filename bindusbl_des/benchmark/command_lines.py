@@ -2,7 +2,6 @@
 
 import json
 import os
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -11,7 +10,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from .timing import clocked, peak_memory_mb, spread
+from .stopwatch import clocked, peak_memory_mb, spread
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -103,19 +102,16 @@ def _sweep(folder: Path, quick: bool) -> dict[str, Any]:
     experiment = {"scenario": "swept.yaml", "points": points, "seeds": seeds, "detail": "summary"}
     (folder / "sweep.yaml").write_text(json.dumps(experiment))
     words = ["sweep", str(folder / "sweep.yaml"), "--workers", str(WORKERS), "--out"]
-    repeats = 1 if quick else 2
-    wall = statistics.median(
-        clocked(lambda n=n: call([*words, str(folder / f"swept{n}")]))  # type: ignore[misc]
-        for n in range(repeats)
-    )
+    took = clocked(lambda: call([*words, str(folder / "swept")]))
     missions = len(points) * seeds
     return {
         "missions": missions,
         "workers": WORKERS,
-        "wall_s": wall,
-        "missions_per_s": missions / wall,
+        "wall_s": took.wall,
+        "processor_s": took.processor,
+        "missions_per_s": missions / took.wall,
         "peak_memory_mb": peak_memory_mb(of_children=True),
         "planned_missions": PLANNED,
-        "planned_s": wall * PLANNED / missions,
+        "planned_s": took.wall * PLANNED / missions,
+        "planned_processor_s": took.processor * PLANNED / missions,
     }
-

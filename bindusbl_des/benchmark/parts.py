@@ -2,8 +2,9 @@
 
 A separate run is profiled (cProfile), so that the timed ones are undisturbed.  Time spent in a
 module of ours belongs to that module's part; time spent in a library belongs to whoever called it,
-in proportion to what each of its callers waited for it, back to a module of ours.  Profiling costs
-time for every call, so parts of many short calls look larger than they are, compiled ones smaller.
+in proportion to what each of its callers waited for it, back to a module of ours.  What compiled
+code does belongs to the module that calls it from Python.  Profiling costs time for every call, so
+parts of many short calls look larger than they are, compiled ones smaller.
 """
 
 import cProfile
@@ -18,10 +19,11 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 # Which modules and folders of the package make up each part.
 PARTS: Mapping[str, str] = {
-    "vehicles": "vehicles voyages dynamics guidance paths dubins turns routes currents track_file",
-    "acoustics": "acoustics uplink downlink ranging",
+    "vehicles": "vehicles voyages motion logs dynamics guidance paths dubins turns routes currents "
+    "track_file",
+    "acoustics": "acoustics propagation uplink downlink ranging",
     "protocol": "protocol schedules conflicts slots boards broadcasters world",
-    "USBL": "usbl hydrophones fixing fusion",
+    "USBL": "usbl hydrophones reception fusion",
     "navigation": "navigation dead_reckoning",
     "records": "recorder events samples metrics tables result",
     "set-up": "scenario consistency vehicle_choice scenario_keys wording launch fleet formations "
@@ -37,9 +39,8 @@ Callers = dict[Function, tuple[int, int, float, float]]
 Stats = dict[Function, tuple[int, int, float, float, Callers]]
 
 
-def shares(work: Callable[[], object]) -> dict[str, float]:
-    """Return the share of time of each part, while `work` is done once; they add up to 1."""
-    stats = profiled(work)
+def shares(stats: Stats) -> dict[str, float]:
+    """Return the share of time of each part in what was profiled; they add up to 1."""
     part_of = {function: part_of_file(function[0]) for function in stats}
     names = [*PARTS, OTHER]
     own = [(names.index(part), stats[f][2]) for f, part in part_of.items() if part]
@@ -81,7 +82,10 @@ def unassigned(stats: Stats) -> set[str]:
 
 
 def _blamed(
-    stats: Stats, libraries: list[Function], part_of: Mapping[Function, str | None], names: list[str]
+    stats: Stats,
+    libraries: list[Function],
+    part_of: Mapping[Function, str | None],
+    names: list[str],
 ) -> Any:
     """Return, for each library function (rows), the parts (columns) that its time belongs to.
 

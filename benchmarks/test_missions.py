@@ -1,0 +1,30 @@
+"""The standard missions under pytest-benchmark: `pytest benchmarks`, never asserted on time.
+
+Choose with -k; keep and compare runs with --benchmark-save and --benchmark-compare.
+"""
+
+from itertools import count
+from typing import Any
+
+import pytest
+
+from bindusbl_des import simulate
+from bindusbl_des.benchmark.missions import standard_missions
+
+# The largest fleet takes long: it is measured when asked for, by -k 1000.
+MISSIONS = standard_missions()
+
+
+@pytest.mark.parametrize("name", MISSIONS)
+def test_mission(benchmark: Any, name: str, request: pytest.FixtureRequest) -> None:
+    """One mission, warm, with a seed of its own each time."""
+    mission, seeds = MISSIONS[name], count()
+    large = mission.auvs.count > 100
+    if large and "1000" not in request.config.getoption("-k"):
+        pytest.skip("takes long; ask for it with -k 1000")
+    rounds, warm = (1, 0) if large else (5, 1)
+    result = benchmark.pedantic(
+        lambda: simulate(mission, next(seeds)), rounds=rounds, warmup_rounds=warm
+    )
+    benchmark.extra_info["pings"] = int(result.auvs["pings"].sum())
+    assert len(result.auvs) == mission.auvs.count
