@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import event
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -48,6 +49,29 @@ def compiled(function: Function) -> Function:
     except (RuntimeError, AttributeError, OSError):  # no place to cache, another numba, a zip file
         dispatcher = numba.njit(error_model="numpy")(function)
     return cast(Function, dispatcher)
+
+
+class _Watch(event.Listener):
+    """Sees functions being compiled that no cache holds; tells whoever asked last, once."""
+
+    tell: Callable[[], None] | None = None
+
+    def on_start(self, event: object) -> None:
+        tell, self.tell = self.tell, None
+        if tell is not None:
+            tell()
+
+    def on_end(self, event: object) -> None:
+        pass
+
+
+_WATCH = _Watch()
+event.register("numba:compile", _WATCH)  # type: ignore[no-untyped-call]
+
+
+def before_compiling(tell: Callable[[], None]) -> None:
+    """Have somebody told, once, before the next function is compiled that no cache holds."""
+    _WATCH.tell = tell
 
 
 def _folder(function: Callable[..., object]) -> Path:

@@ -36,6 +36,13 @@ def talk(text: str) -> None:
         click.echo(text, err=True)
 
 
+def tell_of_compiling() -> None:
+    """Tell the user why the first mission after an installation takes longer, if it does."""
+    from ..compiled import before_compiling
+
+    before_compiling(lambda: talk("Compiling the equations, once; this takes a few seconds ..."))
+
+
 def print_json(data: Any) -> None:
     """Print data as JSON; what JSON cannot say (nan, infinity) is a mistake of ours."""
     click.echo(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))

@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import RunFailed, print_json, refuse, scenario_from, set_option, talk
+from .console import (
+    RunFailed,
+    print_json,
+    refuse,
+    scenario_from,
+    set_option,
+    talk,
+    tell_of_compiling,
+)
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -98,6 +106,7 @@ def _check_schedule(scenario: "Scenario") -> None:
 def _simulated(scenario: "Scenario", seed: int) -> "Result":
     from ..simulation import simulate
 
+    tell_of_compiling()
     try:
         return simulate(scenario, seed=seed)
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, OSError) as error:

@@ -84,9 +84,7 @@ def plot(
         click.echo(path)
 
 
-def _chosen(
-    offers: "Offers", folder: str, kind: str | None
-) -> "dict[str, Callable[[float], Any]]":
+def _chosen(offers: "Offers", folder: str, kind: str | None) -> "dict[str, Callable[[float], Any]]":
     """Return the kinds to draw: the one asked for, or all that can be drawn."""
     if kind is None:
         for name, offer in offers.items():

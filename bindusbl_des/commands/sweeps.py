@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import RunFailed, print_json, refuse, talk
+from .console import RunFailed, print_json, refuse, talk, tell_of_compiling
 from .reports import leave_report
 
 if TYPE_CHECKING:
@@ -114,6 +114,7 @@ def sweep(
             return
         from ..campaigns.running import sweep as sweep_experiment
 
+        tell_of_compiling()
         campaign = sweep_experiment(
             plan,
             folder,
@@ -148,6 +149,7 @@ def resume(
     with mistakes_told():
         from ..campaigns.running import resume as resume_campaign
 
+        tell_of_compiling()
         campaign = resume_campaign(
             folder,
             retry_failed=retry_failed,
