@@ -1,0 +1,76 @@
+"""The experiments of the paper: their files, and what a quick look leaves out of them."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+from ..campaigns.experiments.experiment import Experiment, Point
+from ..campaigns.experiments.experiment_file import load_experiment
+
+PACKAGE = Path(__file__).parents[1]
+
+
+def _every_point(_: Point) -> bool:
+    return True
+
+
+def _few_teams(point: Point) -> bool:
+    return point["auvs.count"] in (3, 6, 10)
+
+
+def _some_teams(point: Point) -> bool:
+    section = point.get("auvs")
+    count = section["count"] if section else point["auvs.count"]
+    return count in (2, 4, 6, 8, 10)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One experiment: the name of its file, and the seeds and points of its quick look."""
+
+    name: str
+    quick_seeds: int
+    quick_points: Callable[[Point], bool] = _every_point
+
+
+CATALOGUE = (
+    Entry("baseline", 5),
+    Entry("table_1", 5),
+    Entry("two_asvs", 4),
+    Entry("trajectories", 3),
+    Entry("ablations", 3),
+    Entry("downlinks", 2, _some_teams),
+    Entry("schedulers_still", 2, _some_teams),
+    Entry("schedulers", 2, _some_teams),
+    Entry("sweep", 2, _few_teams),
+    Entry("sweep_distance", 2, _few_teams),
+    Entry("sweep_readings", 2, lambda p: _few_teams(p) and p["asvs.formation.angle_deg"] in (0, 30)),
+)
+
+
+@cache
+def experiments_folder() -> Path:
+    """Return where the experiment files are: in the wheel, or at the top of a source checkout.
+
+    Raises:
+        FileNotFoundError: when they are in neither place.
+    """
+    for folder in (PACKAGE / "experiments", PACKAGE.parent / "experiments"):
+        if all((folder / f"{entry.name}.yaml").is_file() for entry in CATALOGUE):
+            return folder
+    raise FileNotFoundError(
+        f"the experiment files are neither in {PACKAGE} nor beside it; install bindusbl-des anew"
+    )
+
+
+def experiments(*, quick: bool) -> Iterator[Experiment]:
+    """Yield every experiment, in the order of the paper; a quick look has fewer seeds and points."""
+    for entry in CATALOGUE:
+        experiment = load_experiment(experiments_folder() / f"{entry.name}.yaml")
+        if quick:
+            points = tuple(point for point in experiment.points if entry.quick_points(point))
+            experiment = replace(
+                experiment, points=points, seeds=experiment.seeds[: entry.quick_seeds]
+            )
+        yield experiment
