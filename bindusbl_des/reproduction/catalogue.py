@@ -16,7 +16,7 @@ def _every_point(_: Point) -> bool:
 
 
 def _few_teams(point: Point) -> bool:
-    return point["auvs.count"] in (3, 6, 10)
+    return point["auvs.count"] in (3, 10)
 
 
 def _some_teams(point: Point) -> bool:
@@ -41,10 +41,10 @@ CATALOGUE = (
     Entry("trajectories", 3),
     Entry("ablations", 3),
     Entry("downlinks", 2, _some_teams),
-    Entry("schedulers_still", 2, _some_teams),
-    Entry("schedulers", 2, _some_teams),
-    Entry("sweep", 2, _few_teams),
-    Entry("sweep_distance", 2, _few_teams),
+    Entry("schedulers_still", 1, _some_teams),
+    Entry("schedulers", 1, _some_teams),
+    Entry("sweep", 3, _few_teams),
+    Entry("sweep_distance", 3, _few_teams),
     Entry("sweep_readings", 2, lambda p: _few_teams(p) and p["asvs.formation.angle_deg"] in (0, 30)),
 )
 

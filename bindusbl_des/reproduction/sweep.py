@@ -104,3 +104,10 @@ def _latency(row: Published, runs: Runs) -> Measured:
     return Measured(
         row, "largest mean latency", found, LATENCY, claim="at most", limit=limit
     )
+
+
+def cells(missions: "pd.DataFrame", metric: str) -> "pd.DataFrame":
+    """Return the mean of a metric for each side, number of ASVs and team size, over the angles."""
+    keys = ["survey.side_m", "asvs.count", "auvs.count"]
+    means = missions.groupby(keys)[metric].mean().reset_index()
+    return means.rename(columns={metric: "value"})
