@@ -22,7 +22,16 @@ def _few_teams(point: Point) -> bool:
 def _some_teams(point: Point) -> bool:
     section = point.get("auvs")
     count = section["count"] if section else point["auvs.count"]
-    return count in (2, 4, 6, 8, 10)
+    angle = point.get("asvs.formation.angle_deg", 0)
+    return count in (2, 4, 6, 8, 10) and angle in (0, 30)
+
+
+def _some_at_140_m(point: Point) -> bool:
+    return _some_teams(point) and point["survey.side_m"] == 140
+
+
+def _some_readings(point: Point) -> bool:
+    return _few_teams(point) and point["asvs.formation.angle_deg"] in (0, 30)
 
 
 @dataclass(frozen=True)
@@ -42,10 +51,10 @@ CATALOGUE = (
     Entry("ablations", 3),
     Entry("downlinks", 2, _some_teams),
     Entry("schedulers_still", 1, _some_teams),
-    Entry("schedulers", 1, _some_teams),
+    Entry("schedulers", 1, _some_at_140_m),
     Entry("sweep", 3, _few_teams),
     Entry("sweep_distance", 3, _few_teams),
-    Entry("sweep_readings", 2, lambda p: _few_teams(p) and p["asvs.formation.angle_deg"] in (0, 30)),
+    Entry("sweep_readings", 2, _some_readings),
 )
 
 

@@ -1,7 +1,6 @@
 """Every published number beside what was measured here, and the tables that hold them."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import baseline, case_study, sweep
@@ -30,10 +29,11 @@ def table(found: Sequence[Measured]) -> "pd.DataFrame":
     """Return the comparison as a table, a row per published number."""
     import pandas as pd
 
-    return pd.DataFrame([_record(it) for it in found])
+    return pd.DataFrame([record(it) for it in found])
 
 
-def _record(it: Measured) -> dict[str, object]:
+def record(it: Measured) -> dict[str, object]:
+    """Return the comparison of one number as plain data."""
     row: Published = it.row
     return {
         "source": row.source,
@@ -54,8 +54,3 @@ def _record(it: Measured) -> dict[str, object]:
     }
 
 
-def write(found: Sequence[Measured], folder: Path) -> None:
-    """Write the comparison as CSV and Parquet."""
-    frame = table(found)
-    frame.to_csv(folder / "paper_vs_measured.csv", index=False)
-    frame.to_parquet(folder / "paper_vs_measured.parquet", compression="zstd")

@@ -3,7 +3,7 @@
 import json
 from typing import TYPE_CHECKING
 
-from .claims import Claimed
+from .claims import FAILS, HOLDS, Claimed
 from .measured import chosen
 from .running import Runs
 from .verdicts import DIFFERS, REPRODUCED
@@ -17,6 +17,9 @@ DURATION_S = 300.0
 
 # A fix more or less at the end of a mission says nothing about a schedule.
 ROUNDS_OFF = 0.01
+
+# Colourings are alike whose rates differ by less than this share.
+NEARLY = 0.05
 
 
 def compared(runs: Runs, campaign: str) -> "pd.DataFrame":
@@ -111,10 +114,11 @@ def _collisions(table: "pd.DataFrame", how: str) -> Claimed:
 
 def _dsatur(table: "pd.DataFrame") -> Claimed:
     low, high = table.dsatur_least.min(), table.dsatur_most.max()
+    alike = low >= 1 - NEARLY and high <= 1 + NEARLY
     return Claimed(
-        "greedy colouring in index order suffices (DSATUR beside it, AUVs moving)",
-        REPRODUCED if 0.95 <= low and high <= 1.05 else DIFFERS,
+        f"greedy colouring in index order is within {NEARLY:.0%} of DSATUR (AUVs moving)",
+        HOLDS if alike else FAILS,
         f"rate of DSATUR over greedy: {low:.3f}-{high:.3f}, {table.dsatur_over_reuse.mean():.4f} "
         "on average",
-        "" if 0.95 <= low and high <= 1.05 else "DSATUR saves a slot in some rounds",
+        "" if alike else "DSATUR saves a slot in some rounds",
     )

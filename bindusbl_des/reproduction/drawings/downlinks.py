@@ -1,0 +1,52 @@
+"""Downlinks compared with their bounds."""
+
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ...figures.style import COLOURS, INK, TWO_COLUMNS, legend_below, new_figure
+from ..downlinks import LATENCY_S, POLICIES, compared
+
+if TYPE_CHECKING:
+    from ..running import Runs
+
+SIDES = (60.0, 100.0, 140.0)
+PAINTS = dict(zip(POLICIES, (COLOURS[1], COLOURS[0], COLOURS[2]), strict=True))
+MARKERS = dict(zip(POLICIES, "osD", strict=True))
+
+
+def downlinks(runs: "Runs") -> Figure:
+    """Draw fix rate and latency over team size, for each side."""
+    table = compared(runs)
+    figure = new_figure(TWO_COLUMNS, 4.4)
+    grid = figure.subplots(2, 3, sharex=True, sharey="row")
+    for (rates, latencies), side in zip(grid.T, SIDES, strict=True):
+        for policy in POLICIES:
+            rows = table[(table.side_m == side) & (table.downlink == policy)]
+            looks = {"color": PAINTS[policy], "marker": MARKERS[policy], "ms": 3.5, "ls": ""}
+            rates.plot(rows.auvs, rows.rate_hz, **looks)
+            rates.plot(rows.auvs, rows.expected_hz, color=PAINTS[policy], lw=0.8)
+            latencies.plot(rows.auvs, rows.latency_s, **looks)
+            latencies.plot(rows.auvs, rows.latency_bound_s, "--", color=PAINTS[policy], lw=0.8)
+        rates.plot(rows.auvs, rows.bound_hz, "--", color=INK, lw=0.8)
+        latencies.axhline(LATENCY_S, color=INK, lw=0.8)
+        rates.set_title(f"L = {side:.0f} m")
+        latencies.set_xlabel("AUVs")
+    grid[0, 0].set(ylabel="fix rate per AUV (Hz)", yscale="log")
+    grid[1, 0].set_ylabel("mean latency (s)")
+    grid[1, 0].set_ylim(bottom=0)
+    legend_below(figure, _handles())
+    return figure
+
+
+def _handles() -> list[Line2D]:
+    policies = [
+        Line2D([], [], color=PAINTS[p], marker=MARKERS[p], ms=3.5, lw=0.8, label=p.replace("_", " "))
+        for p in POLICIES
+    ]
+    bounds = [
+        Line2D([], [], color=INK, ls="--", lw=0.8, label="bound: airtime alone"),
+        Line2D([], [], color=INK, lw=0.8, label=f"the paper's {LATENCY_S:g} s"),
+    ]
+    return [*policies, *bounds]
