@@ -13,6 +13,7 @@ from .commands.missions import explain, run
 from .commands.planning import coverage, timing
 from .commands.plot import plot
 from .commands.reports import report
+from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
 
 INTERRUPTED = 130
@@ -69,6 +70,7 @@ for _command in (
     status,
     merge,
     compare,
+    reproduce,
     validate,
     schema,
     init,

@@ -20,6 +20,7 @@ LAYERS = [
     "tables rounds figures summary result simulation explain report",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns sweep_data sweep_report benchmark",
+    "reproduction",
     "commands cli __init__",
 ]
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split()}
@@ -34,8 +35,8 @@ HOMES = {
     "numba": "compiled",
     "pydantic": "scenario scenario_file scenario_keys campaigns",
     "pydantic_core": "scenario scenario_file vehicle_choice",
-    "matplotlib": "figures",
-    "pandas": "result summary campaigns",
+    "matplotlib": "figures reproduction",
+    "pandas": "result summary campaigns reproduction",
 }
 
 

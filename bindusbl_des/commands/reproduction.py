@@ -37,9 +37,9 @@ def reproduce(
 ) -> None:
     """Run every experiment of the paper; put its numbers beside those measured.
 
-    Each published number gets a verdict by rule: reproduced, differs or cannot be.  The folder holds
-    the document with its figures, tables, and a campaign for each experiment.  A call that was cut
-    short is continued by the next one.
+    Each published number gets a verdict by rule: reproduced, differs or cannot be.  The folder
+    holds the document with its figures, tables, and a campaign for each experiment.  A call that
+    was cut short is continued by the next one.
     """
     quiet = bool((context.find_root().obj or {}).get("quiet"))
     with mistakes_told():

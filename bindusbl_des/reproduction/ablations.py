@@ -15,7 +15,7 @@ AUVS = ("AUV0", "AUV1", "AUV2")
 
 
 def changes(campaign: Campaign, asvs: int) -> dict[str, int]:
-    """Return what was changed, as ``key=value``, and the point of the campaign, for an ASV count."""
+    """Return what was changed (``key=value``) and the point of the campaign, for an ASV count."""
     found: dict[str, int] = {}
     for number, point in enumerate(campaign.plan.points):
         if point.sets["asvs.count"] == asvs:

@@ -18,8 +18,8 @@ TDMA = "the paper's TDMA"
 
 PINGS = Reason(
     "E3, E26",
-    "one ping per second and none lost makes 300 in 300 s; the published 298.2 are 0.6 % fewer, far "
-    "from the 7-15 % that the paper's loss law would take",
+    "one ping per second and none lost makes 300 in 300 s; the published 298.2 are 0.6 % fewer, "
+    "far from the 7-15 % that the paper's loss law would take",
 )
 LOT = Reason("E26", "taking turns makes equal shares; by lot the published ones are likely")
 AIRTIME = Reason("E23", "the paper's own airtime alone is 192 ms")
@@ -29,7 +29,9 @@ def measure(row: Published, runs: Runs) -> Measured:
     """Measure one number of the baseline: conventional USBL, AUVs in turn; by lot; by TDMA."""
     auvs = runs["baseline"].auvs
     found = {
-        schedule: predicted(_values(row, chosen(auvs, {"protocol.schedule": schedule})), RUNS_OF_THE_PAPER)
+        schedule: predicted(
+            _values(row, chosen(auvs, {"protocol.schedule": schedule})), RUNS_OF_THE_PAPER
+        )
         for schedule in (*READINGS, "spatial_reuse")
     }
     return Measured(

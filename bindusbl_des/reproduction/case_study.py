@@ -102,8 +102,9 @@ def _error(row: Published, runs: Runs) -> Measured:
 def across_track_limit(bias: float = 0.06, walk: float = 0.027, duration: float = 300.0) -> Limit:
     """Return how large the mean cross-track error can be without any fix (docs/errata.md, E8).
 
-    Across lanes along x the bias drifts `bias` (m/s): `bias * duration / 2` on average, to which the
-    random walk of `walk` (m/sqrt(s)) adds less than two sigma of its time mean in 97.5 % of runs.
+    Across lanes along x the bias drifts `bias` (m/s): `bias * duration / 2` on average, to which
+    the random walk of `walk` (m/sqrt(s)) adds less than two sigma of its time mean in 97.5 % of
+    runs.
     """
     mean, sd = bias * duration / 2, walk * sqrt(duration / 3)
     highest = mean + 2 * sd
@@ -124,10 +125,10 @@ def _reason(row: Published) -> Reason:
 
 def _distance_argument() -> str:
     distances = [r.value for r in published() if r.quantity == "distance"]
-    mean = fmean(distances)
+    mean, spread = fmean(distances), max(distances) - min(distances)
     return (
         f"every AUV here flies at {mean / 300:.3f} m/s, the mean of the published distances "
-        f"({mean:.0f} m in 300 s); the paper's vehicles differ by {max(distances) - min(distances):.0f} m"
+        f"({mean:.0f} m in 300 s); the paper's vehicles differ by {spread:.0f} m"
     )
 
 

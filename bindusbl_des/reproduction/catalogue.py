@@ -74,7 +74,7 @@ def experiments_folder() -> Path:
 
 
 def experiments(*, quick: bool) -> Iterator[Experiment]:
-    """Yield every experiment, in the order of the paper; a quick look has fewer seeds and points."""
+    """Yield every experiment; a quick look has fewer seeds and points."""
     for entry in CATALOGUE:
         experiment = load_experiment(experiments_folder() / f"{entry.name}.yaml")
         if quick:

@@ -52,5 +52,3 @@ def record(it: Measured) -> dict[str, object]:
         "why": it.why(),
         "reproduced_by": "; ".join(it.agreeing),
     }
-
-

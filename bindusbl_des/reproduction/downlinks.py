@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SEQUENTIAL, ROUND, GROUP = "sequential", "pipelined_round", "pipelined_group"
 POLICIES = (SEQUENTIAL, ROUND, GROUP)
 
-# The first round of a mission has nobody's fixes to deliver yet, the last nobody to deliver them to.
+# The first round of a mission has no fixes to deliver yet, the last ends after the mission.
 EDGE_ROUNDS = 2
 
 # "... keeping end-to-end fix latency below 0.57 s across all tested configurations"
@@ -101,7 +101,7 @@ def _within(table: "pd.DataFrame") -> Claimed:
     share = table.rate_hz / table.bound_hz
     late = table.latency_s - table.latency_bound_s
     holds = bool((share <= 1).all() and (late >= 0).all())
-    best = table.loc[share.idxmax()]
+    best = table.iloc[int(share.to_numpy().argmax())]
     return Claimed(
         "no protocol beats the 2 kbit/s downlink (bounds of rate and latency)",
         HOLDS if holds else FAILS,
@@ -126,7 +126,9 @@ def _pipelined(table: "pd.DataFrame") -> Claimed:
 def _latency(table: "pd.DataFrame") -> Claimed:
     lowest = table.groupby("downlink").latency_s.min()
     highest = table.groupby("downlink").latency_s.max()
-    shown = ", ".join(f"{policy} {lowest[policy]:.2f}-{highest[policy]:.2f} s" for policy in POLICIES)
+    shown = ", ".join(
+        f"{policy} {lowest[policy]:.2f}-{highest[policy]:.2f} s" for policy in POLICIES
+    )
     return Claimed(
         "pipelining keeps the latency below 0.57 s in all configurations",
         REPRODUCED if min(highest) < LATENCY_S else CANNOT_BE,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from .published import Published
-from .verdicts import DIFFERS, CANNOT_BE, Claim, Limit, Prediction, agrees, verdict
+from .verdicts import CANNOT_BE, DIFFERS, Claim, Limit, Prediction, agrees, verdict
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,9 +50,7 @@ class Measured:
     def agreeing(self) -> list[str]:
         """The other readings under which the number would be reproduced."""
         return [
-            other.reading
-            for other in self.others
-            if agrees(self.row, other.prediction, self.claim)
+            other.reading for other in self.others if agrees(self.row, other.prediction, self.claim)
         ]
 
     def why(self) -> str:

@@ -13,8 +13,8 @@ TABLE = Path(__file__).with_name("paper_results.csv")
 class Published:
     """One number of the paper: where it stands, for which mission and vehicle, in which unit.
 
-    `side_m`, `auvs`, `asvs` and `angle_deg` are texts, since the paper also gives numbers for ranges
-    of them ("3-10", "all").
+    `side_m`, `auvs`, `asvs` and `angle_deg` are texts, since the paper also gives numbers for
+    ranges of them ("3-10", "all").
     """
 
     source: str

@@ -25,8 +25,8 @@ NEARLY = 0.05
 def compared(runs: Runs, campaign: str) -> "pd.DataFrame":
     """Return a row per side, number of ASVs and AUVs: rates, gains, rounds and collisions.
 
-    Nothing is drawn by lot in these missions; what they differ in beside is the formation angle, over
-    which gains have their mean, least and largest value.
+    Nothing is drawn by lot in these missions; what they differ in beside is the formation angle,
+    over which gains have their mean, least and largest value.
     """
     import pandas as pd
 
@@ -36,10 +36,11 @@ def compared(runs: Runs, campaign: str) -> "pd.DataFrame":
     if "survey.side_m" not in missions:
         missions["survey.side_m"] = runs[campaign].plan.experiment.base().survey.side_m
     cells = missions.groupby(["survey.side_m", "asvs.count", "auvs.count"])
-    return pd.DataFrame([_row(*keys, cell) for keys, cell in cells])
+    return pd.DataFrame([_row(cell) for _, cell in cells])
 
 
-def _row(side: float, asvs: int, auvs: int, cell: "pd.DataFrame") -> dict[str, float]:
+def _row(cell: "pd.DataFrame") -> dict[str, float]:
+    auvs = int(cell["auvs.count"].iloc[0])
     by = {
         name: chosen(cell, {"protocol.schedule": name}).set_index("asvs.formation.angle_deg")
         for name in (REUSE, DSATUR, ONE_PER_SLOT)
@@ -47,8 +48,8 @@ def _row(side: float, asvs: int, auvs: int, cell: "pd.DataFrame") -> dict[str, f
     gain = by[REUSE].fix_rate_hz / by[ONE_PER_SLOT].fix_rate_hz
     dsatur = by[DSATUR].fix_rate_hz / by[REUSE].fix_rate_hz
     found: dict[str, float] = {
-        "side_m": side,
-        "asvs": asvs,
+        "side_m": float(cell["survey.side_m"].iloc[0]),
+        "asvs": int(cell["asvs.count"].iloc[0]),
         "auvs": auvs,
         "gain": gain.mean(),
         "gain_least": gain.min(),

@@ -55,9 +55,7 @@ def _rotation(runs: Runs) -> Claimed:
     return _judged("turning two ASVs by 30 deg reduces AUV0's error 8-fold", found, 7.5, 8.5)
 
 
-def _judged(
-    sentence: str, found: list[tuple[str, float]], low: float, high: float
-) -> Claimed:
+def _judged(sentence: str, found: list[tuple[str, float]], low: float, high: float) -> Claimed:
     holds = low <= found[0][1] <= high
     return Claimed(
         sentence,

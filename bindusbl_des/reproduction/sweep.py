@@ -61,9 +61,7 @@ def _read(row: Published, runs: Runs, reading: Reading) -> Prediction:
     return _over_cells(row, runs["sweep_readings"].missions, reading.metric, reading.where)
 
 
-def _over_cells(
-    row: Published, missions: "pd.DataFrame", metric: str, where: Where
-) -> Prediction:
+def _over_cells(row: Published, missions: "pd.DataFrame", metric: str, where: Where) -> Prediction:
     """Return the mean, least or largest cell of the sweep that a number is about.
 
     A cell is a side, a number of ASVs and a team size; its value is the mean over angles and seeds.
@@ -101,9 +99,7 @@ def _latency(row: Published, runs: Runs) -> Measured:
         f"a frame of four fixes takes {shortest:.3f} s on the air, and teams have up to ten AUVs",
     )
     found = _over_cells(row, runs["sweep"].missions, "latency_mean_s", {})
-    return Measured(
-        row, "largest mean latency", found, LATENCY, claim="at most", limit=limit
-    )
+    return Measured(row, "largest mean latency", found, LATENCY, claim="at most", limit=limit)
 
 
 def cells(missions: "pd.DataFrame", metric: str) -> "pd.DataFrame":

@@ -10,6 +10,9 @@ from .verdicts import REPRODUCED, Prediction
 # Beside a number that differs in the paper's own words but not in another reading of them
 OTHERWISE = "*"
 
+# A number may differ beyond chance and yet by little.
+NEAR = 0.05
+
 UNITS = {"m": " m", "s": " s", "Hz": " Hz", "1": ""}
 
 
@@ -42,11 +45,12 @@ def numbers_in_markdown(found: Sequence[Measured]) -> str:
             f"{_relation(it)}{it.row.text}{UNITS[it.row.unit]}",
             f"{it.prediction.mean:.{digits(it)}f}",
             interval(it.prediction, digits(it)),
+            _share(it.deviation()),
             _judgement(it),
         )
         for it in found
     ]
-    return markdown(("mission", "quantity", "paper", "here", "95 %", "verdict"), rows)
+    return markdown(("mission", "quantity", "paper", "here", "95 %", "off by", "verdict"), rows)
 
 
 def _relation(it: Measured) -> str:
@@ -55,10 +59,14 @@ def _relation(it: Measured) -> str:
 
 def _judgement(it: Measured) -> str:
     why = it.why()
-    others = f" **Reproduced** as {', or as '.join(it.agreeing)}." if it.agreeing else ""
+    others = f" It is reproduced as {', or as '.join(it.agreeing)}." if it.agreeing else ""
     if it.verdict == REPRODUCED:
         return f"**{it.verdict}**"
     return f"**{it.verdict}**: {why}.{others}"
+
+
+def _share(deviation: float | None) -> str:
+    return "" if deviation is None else f"{deviation:+.1%}".replace("%", " %")
 
 
 def readings_in_markdown(found: Sequence[Measured]) -> str:
@@ -113,7 +121,8 @@ def _numbers(found: Sequence[Measured]) -> Iterator[str]:
             name = f"  {it.row.auv} {it.row.quantity}"
             paper = f"{_relation(it)}{it.row.text}"
             here = f"{it.prediction.mean:.{digits(it)}f}"
-            yield f"{name:<28}{paper:>9}{here:>9}  {interval(it.prediction, digits(it)):<18}{mark(it)}"
+            span = interval(it.prediction, digits(it))
+            yield f"{name:<28}{paper:>9}{here:>9}  {span:<18}{mark(it)}"
 
 
 def _sentences(claims: Sequence[Claimed]) -> Iterator[str]:
@@ -129,13 +138,21 @@ def legend(found: Sequence[Measured]) -> Iterator[str]:
         f"{len(found)} numbers: {counts['reproduced']} reproduced, {counts['differs']} differ, "
         f"{counts['cannot be']} cannot be."
     )
-    yield f"{OTHERWISE} {counts['otherwise']} of them are reproduced in another reading of the paper."
+    yield (
+        f"{OTHERWISE} {counts['otherwise']} of the others another reading of the paper reproduces; "
+        f"{counts['near']} are within 5 %."
+    )
 
 
 def count(found: Iterable[Measured]) -> dict[str, int]:
-    """Return how many numbers have each verdict, and how many only another reading reproduces."""
-    counts = {"reproduced": 0, "differs": 0, "cannot be": 0, "otherwise": 0}
+    """Return how many numbers have each verdict.
+
+    `otherwise`: of those not reproduced, how many another reading reproduces; `near`: how many are
+    nevertheless within 5 %.
+    """
+    counts = {"reproduced": 0, "differs": 0, "cannot be": 0, "otherwise": 0, "near": 0}
     for it in found:
         counts[it.verdict] += 1
         counts["otherwise"] += it.verdict != REPRODUCED and bool(it.agreeing)
+        counts["near"] += it.verdict != REPRODUCED and abs(it.deviation() or 1.0) <= NEAR
     return counts

@@ -1,9 +1,9 @@
 """Verdicts by rule: does a published number look like one more result of this simulator?
 
-The paper's numbers are means of few runs, or of one.  A number is *reproduced* when it lies, but for
-its rounding, in the interval that holds the mean of as many further runs here with 95 % probability.
-It *cannot be* when it lies beyond a limit that follows from the paper's own equations, and *differs*
-otherwise.
+The paper's numbers are means of few runs, or of one.  A number is *reproduced* when it lies, but
+for its rounding, in the interval that holds the mean of as many further runs here with 95 %
+probability.  It *cannot be* when it lies beyond a limit that follows from the paper's own
+equations, and *differs* otherwise.
 """
 
 from collections.abc import Sequence
@@ -49,7 +49,8 @@ class Limit:
 def predicted(values: Sequence[float], further_runs: int) -> Prediction:
     """Return where the mean of `further_runs` more runs lies with 95 % probability.
 
-    mean +- t s sqrt(1/n + 1/m) of n runs here and m there, Student's t with n - 1 degrees of freedom.
+    mean +- t s sqrt(1/n + 1/m) of n runs here and m there; Student's t has n - 1 degrees of
+    freedom.
 
     >>> found = predicted([1.0, 2.0, 3.0], further_runs=1)
     >>> round(found.low, 3), found.mean, round(found.high, 3)

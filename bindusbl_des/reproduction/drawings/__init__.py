@@ -31,7 +31,7 @@ DRAWINGS: dict[str, Callable[[Runs], Figure]] = {
 }
 
 # Enough for a page on a screen; together the figures stay below a megabyte and a half.
-DOTS_PER_INCH = 130
+DOTS_PER_INCH = 120
 
 
 def draw(runs: Runs, folder: Path) -> None:

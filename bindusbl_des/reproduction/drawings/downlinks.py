@@ -1,6 +1,6 @@
 """Downlinks compared with their bounds."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,7 +13,14 @@ if TYPE_CHECKING:
 
 SIDES = (60.0, 100.0, 140.0)
 PAINTS = dict(zip(POLICIES, (COLOURS[1], COLOURS[0], COLOURS[2]), strict=True))
-MARKERS = dict(zip(POLICIES, "osD", strict=True))
+
+# Latencies of the first two often coincide: one mark shows inside the other.
+LOOKS: dict[str, dict[str, Any]] = {
+    policy: {"color": PAINTS[policy], "marker": marker, "ms": size, "mfc": fill, "ls": ""}
+    for policy, marker, size, fill in zip(
+        POLICIES, "osD", (3.0, 5.5, 3.0), (None, "none", None), strict=True
+    )
+}
 
 
 def downlinks(runs: "Runs") -> Figure:
@@ -24,10 +31,9 @@ def downlinks(runs: "Runs") -> Figure:
     for (rates, latencies), side in zip(grid.T, SIDES, strict=True):
         for policy in POLICIES:
             rows = table[(table.side_m == side) & (table.downlink == policy)]
-            looks = {"color": PAINTS[policy], "marker": MARKERS[policy], "ms": 3.5, "ls": ""}
-            rates.plot(rows.auvs, rows.rate_hz, **looks)
+            rates.plot(rows.auvs, rows.rate_hz, **LOOKS[policy])
             rates.plot(rows.auvs, rows.expected_hz, color=PAINTS[policy], lw=0.8)
-            latencies.plot(rows.auvs, rows.latency_s, **looks)
+            latencies.plot(rows.auvs, rows.latency_s, **LOOKS[policy])
             latencies.plot(rows.auvs, rows.latency_bound_s, "--", color=PAINTS[policy], lw=0.8)
         rates.plot(rows.auvs, rows.bound_hz, "--", color=INK, lw=0.8)
         latencies.axhline(LATENCY_S, color=INK, lw=0.8)
@@ -42,11 +48,11 @@ def downlinks(runs: "Runs") -> Figure:
 
 def _handles() -> list[Line2D]:
     policies = [
-        Line2D([], [], color=PAINTS[p], marker=MARKERS[p], ms=3.5, lw=0.8, label=p.replace("_", " "))
-        for p in POLICIES
+        Line2D([], [], **{**LOOKS[policy], "ls": "-"}, lw=0.8, label=policy.replace("_", " "))
+        for policy in POLICIES
     ]
     bounds = [
-        Line2D([], [], color=INK, ls="--", lw=0.8, label="bound: airtime alone"),
+        Line2D([], [], color=INK, ls="--", lw=0.8, label="bound by airtime"),
         Line2D([], [], color=INK, lw=0.8, label=f"the paper's {LATENCY_S:g} s"),
     ]
     return [*policies, *bounds]

@@ -55,7 +55,7 @@ def baseline(runs: "Runs") -> Figure:
 
 def failure_and_recovery(runs: "Runs") -> Figure:
     """Draw the maps of one ASV and of three side by side."""
-    figure = new_figure(TWO_COLUMNS, 4.1)
+    figure = new_figure(TWO_COLUMNS, 4.35)
     axes = figure.subplots(1, 2, sharey=True)
     for ax, asvs in zip(axes, (1, 3), strict=True):
         number = next(_numbers(runs["trajectories"], asvs, "world"))

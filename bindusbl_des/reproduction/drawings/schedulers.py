@@ -16,6 +16,7 @@ LOOKS = {
     DSATUR: {"color": COLOURS[4], "marker": "x", "ms": 5, "ls": ""},
     ONE_PER_SLOT: {"color": COLOURS[1], "marker": "s", "ms": 3},
 }
+SHOWN = {REUSE: "spatial reuse", DSATUR: "DSATUR", ONE_PER_SLOT: "one per slot"}
 PAINTS = {60.0: COLOURS[2], 100.0: COLOURS[3], 140.0: COLOURS[0]}
 
 
@@ -30,8 +31,8 @@ def schedulers(runs: "Runs") -> Figure:
         for name, looks in LOOKS.items():
             rates.plot(mine.auvs, mine[f"rate_{name}_hz"], **looks)
         rates.set_title(f"{asvs} ASV{'s' * (asvs > 1)}")
-        for side, rows in moving[moving.asvs == asvs].groupby("side_m"):
-            paint = PAINTS[side]
+        for side, paint in PAINTS.items():
+            rows = moving[(moving.asvs == asvs) & (moving.side_m == side)]
             gains.plot(rows.auvs, rows.gain, color=paint)
             gains.fill_between(
                 rows.auvs, rows.gain_least, rows.gain_most, color=paint, alpha=0.15, lw=0
@@ -40,7 +41,7 @@ def schedulers(runs: "Runs") -> Figure:
         gains.plot(held.auvs, held.gain, ":", color=INK)
         gains.axhline(1.0, color=INK, lw=0.6)
         gains.set_xlabel("AUVs")
-    grid[0, 0].set_ylabel("fix rate per AUV (Hz), L = 140 m")
+    grid[0, 0].set_ylabel("fix rate at 140 m (Hz)")
     grid[1, 0].set_ylabel("rate of reuse / one per slot")
     grid[0, 0].set_ylim(bottom=0)
     legend_below(figure, _handles(sorted(moving.side_m.unique())))
@@ -49,7 +50,7 @@ def schedulers(runs: "Runs") -> Figure:
 
 def _handles(sides: list[float]) -> list[Line2D]:
     rates = [
-        Line2D([], [], label=name.replace("_", " "), **looks)  # type: ignore[arg-type]
+        Line2D([], [], label=SHOWN[name], **looks)  # type: ignore[arg-type]
         for name, looks in LOOKS.items()
     ]
     gains = [Line2D([], [], color=PAINTS[s], lw=2, label=f"gain, L = {s:.0f} m") for s in sides]

@@ -28,18 +28,20 @@ COLOUR_RANGE = (0.0, 5.0)
 def heatmap(runs: "Runs") -> Figure:
     """Draw the mean error over team size and ASVs for each side, in three readings."""
     world = {"navigation.bias_frame": "world", "navigation.delay_compensation": "none"}
+    same, late = runs["sweep"].missions, runs["sweep_distance"].missions
+    turned = chosen(runs["sweep_readings"].missions, world)
     readings = (
-        ("cross-track, body bias,\n300 s (as written)", runs["sweep"].missions, "cross_track_error_m"),
-        ("position error, body bias,\nequal distance", runs["sweep_distance"].missions, "position_error_m"),
-        ("position error, world bias,\n300 s", chosen(runs["sweep_readings"].missions, world), "position_error_m"),
-    )  # fmt: skip
-    figure = new_figure(TWO_COLUMNS, 4.6)
+        ("cross-track error,\nbody bias, 300 s", same, "cross_track_error_m"),
+        ("position error, body\nbias, equal distance", late, "position_error_m"),
+        ("position error,\nworld bias, 300 s", turned, "position_error_m"),
+    )
+    figure = new_figure(TWO_COLUMNS, 5.2)
     grid = figure.subplots(3, 3, sharex=True, sharey=True)
     for row, (label, missions, metric) in zip(grid, readings, strict=True):
         table = cells(missions, metric)
         for axes, side in zip(row, SIDES, strict=True):
             image = _draw_cells(axes, table[table["survey.side_m"] == side])
-        row[0].set_ylabel(f"{label}\n\nASVs")
+        row[0].set_ylabel(f"{label}\nASVs", fontsize=7)
     for axes, side in zip(grid[0], SIDES, strict=True):
         axes.set_title(f"L = {side:.0f} m")
     for axes in grid[-1]:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ...campaigns.statistics.intervals import interval
-from ...figures.style import INK, TWO_COLUMNS, colour_of, legend_below, new_figure, vehicle_handles
+from ...figures.style import TWO_COLUMNS, colour_of, legend_below, new_figure, vehicle_handles
 from ..case_study import READINGS, Reading
 from ..measured import per_seed
 from ..published import published
@@ -41,7 +41,7 @@ def two_asvs(runs: "Runs") -> Figure:
     for axes in grid[1]:
         axes.set_xticks(range(len(ANGLES)), [f"{angle:.0f}" for angle in ANGLES])
         axes.set_xlabel("formation angle (deg)")
-    cross = Line2D([], [], color=INK, ls="", marker="x", ms=5, label="paper, AUV0")
+    cross = Line2D([], [], color="k", ls="", marker="x", ms=5, mew=1.4, label="paper, AUV0")
     legend_below(figure, [*vehicle_handles(AUVS), cross])
     return figure
 
@@ -70,4 +70,4 @@ def _draw_published(axes: Axes, quantity: str) -> None:
     for row in published():
         if row.asvs == "2" and row.auv == "AUV0" and row.quantity == quantity:
             place = ANGLES.index(float(row.angle_deg)) - WIDTH
-            axes.plot(place, row.value, "x", color=INK, ms=5, clip_on=False, zorder=5)
+            axes.plot(place, row.value, "x", color="k", ms=5, mew=1.4, clip_on=False, zorder=5)
