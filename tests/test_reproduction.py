@@ -2,14 +2,18 @@
 
 import json
 import tomllib
+from collections.abc import Iterator
+from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
 from bindusbl_des.reproduction import case_study, catalogue, downlinks, running, tables
 from bindusbl_des.reproduction.captions import CAPTIONS
@@ -29,7 +33,6 @@ from bindusbl_des.reproduction.verdicts import (
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENTS = sorted((ROOT / "experiments").glob("*.yaml"))
-PAGE = ROOT / "docs" / "reproduction.md"
 
 
 def number(text: str, quantity: str = "fixes") -> Published:
@@ -172,31 +175,67 @@ def test_the_wheel_holds_experiments_and_scenarios() -> None:
 # The whole
 
 
+class Alone:
+    """A crew of nobody but this process: the start of workers is not what is tested here."""
+
+    size = 1
+
+    def has_room(self) -> bool:
+        return True
+
+    def submit(self, batch: Batch) -> Future[list[Row]]:
+        future: Future[list[Row]] = Future()
+        future.set_result(run_batch(batch))
+        return future
+
+    def release(self, _: object) -> None:
+        return None
+
+    def close(self, *, now: bool) -> None:
+        del now
+
+
+def tiny(*, quick: bool) -> list[Experiment]:
+    """Return the quick experiments with two seeds, 30 s long, with the smallest teams only."""
+    return [
+        replace(
+            experiment,
+            points=tuple(
+                {**point, "duration_s": 30.0}
+                for point in experiment.points
+                if point.get("auvs.count", 3) <= 3
+            ),
+            seeds=(0, 1),
+        )
+        for experiment in catalogue.experiments(quick=quick)
+    ]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tiny_plans() -> Iterator[None]:
+    """Let `reproduce` run tiny experiments in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bindusbl_des.reproduction.reproduce.experiments", tiny)
+        patch.setattr("bindusbl_des.campaigns.running.crew_for", lambda *_: Alone())
+        yield
+
+
 @pytest.fixture(scope="module")
-def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A reproduction with two seeds and missions of 60 s, made by the command."""
+def small(tiny_plans: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A whole, tiny reproduction made by the command; its answer is in answer.json."""
     folder = tmp_path_factory.mktemp("reproduction") / "out"
-    patch = pytest.MonkeyPatch()
-    patch.setattr("bindusbl_des.reproduction.reproduce.experiments", tiny)
     result = CliRunner().invoke(
-        main, ["-q", "reproduce", "--quick", "--workers", "2", "--json", "--out", str(folder)]
+        main, ["-q", "reproduce", "--quick", "--json", "--out", str(folder)]
     )
-    patch.undo()
     assert result.exit_code == 0, result.output
     (folder / "answer.json").write_text(result.stdout)
     return folder
 
 
-def tiny(*, quick: bool) -> list[object]:
-    """Return the quick experiments with two seeds each, 60 s long."""
-    return [
-        replace(
-            experiment,
-            points=tuple({**point, "duration_s": 60.0} for point in experiment.points),
-            seeds=(0, 1),
-        )
-        for experiment in catalogue.experiments(quick=quick)
-    ]
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures as they are."""
+    monkeypatch.setattr("bindusbl_des.reproduction.reproduce.draw", lambda *_: None)
 
 
 def test_every_published_number_has_one_verdict(small: Path) -> None:
@@ -234,18 +273,18 @@ def test_every_figure_has_a_caption() -> None:
     assert set(CAPTIONS) == set(DRAWINGS)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_second_call_runs_nothing_again(small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Campaigns that are complete are read, not run."""
-    monkeypatch.setattr("bindusbl_des.reproduction.reproduce.experiments", tiny)
     monkeypatch.setattr(running, "sweep", None)
     monkeypatch.setattr(running, "resume", None)
     again = reproduce(small, quick=True)
     assert len(again.numbers) == 49
 
 
-def test_a_killed_reproduction_continues(small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("undrawn")
+def test_a_killed_reproduction_continues(small: Path) -> None:
     """A campaign that lost its rows is run to the end; the others are left alone."""
-    monkeypatch.setattr("bindusbl_des.reproduction.reproduce.experiments", tiny)
     before = {path: path.stat().st_mtime_ns for path in small.glob("*/missions/*.parquet")}
     for lost in (small / "trajectories" / "missions").glob("*.parquet"):
         lost.unlink()
@@ -259,7 +298,11 @@ def test_a_killed_reproduction_continues(small: Path, monkeypatch: pytest.Monkey
 
 def test_a_folder_of_other_missions_is_refused(small: Path) -> None:
     """With and without --quick other missions are planned; neither may continue the other."""
+    text = (small / "sweep" / "campaign.json").read_text()
+    record = json.loads(text)
+    (small / "sweep" / "campaign.json").write_text(json.dumps({**record, "plan_sha256": "0"}))
     result = CliRunner().invoke(main, ["reproduce", "--quick", "--out", str(small)])
+    (small / "sweep" / "campaign.json").write_text(text)
     assert result.exit_code == 2
     assert "holds other missions" in result.output
     assert "name another --out" in result.output
@@ -289,27 +332,11 @@ def test_an_interrupted_reproduction_ends_with_130(
     assert CliRunner().invoke(main, ["reproduce", "--out", str(small)]).exit_code == 130
 
 
-def test_the_terminal_shows_every_number_in_80_columns(
-    small: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("undrawn")
+def test_the_terminal_shows_every_number_in_80_columns(small: Path) -> None:
     """Each published number has its line, and no line is wider than a terminal."""
-    monkeypatch.setattr("bindusbl_des.reproduction.reproduce.experiments", tiny)
     result = CliRunner().invoke(main, ["-q", "reproduce", "--quick", "--out", str(small)])
     lines = result.stdout.splitlines()
     assert max(map(len, lines[:-1])) <= 80
     for row in published():
         assert any(f"{row.auv} {row.quantity}" in line and row.text in line for line in lines)
-
-
-def test_the_page_in_the_manual_lists_every_number() -> None:
-    """docs/reproduction.md is of a full run: every number, every figure, 5,760 missions a sweep."""
-    page = PAGE.read_text()
-    for row in published():
-        assert any(
-            row.case in line and f"{row.auv} {row.quantity}" in line and row.text in line
-            for line in page.splitlines()
-        ), row
-    for name in CAPTIONS:
-        assert (PAGE.parent / "figures" / "reproduction" / f"{name}.png").is_file()
-    assert "| `sweep` | 288 | 20 | 5760 |" in page
-    assert "quick look" not in page
