@@ -17,6 +17,7 @@ from worlds import paper_case, scenario, still
 from bindusbl_des import Result, load_result, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.launch import asv_stations
+from bindusbl_des.report import run_data
 from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.packing import Packer
 from bindusbl_des.report.page import as_script
@@ -292,3 +293,26 @@ def test_mistakes_of_the_command(recovery: Result, tmp_path: Path) -> None:
     assert taken.read_text() == "mine"
     assert call("report", str(folder), "--out", str(taken), "--force").exit_code == 0
     assert taken.read_text().startswith("<!doctype html>")
+
+
+def test_long_missions_are_thinned_and_say_so(
+    recovery: Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Too many rows: tracks keep every k-th, pings those of every k-th round; sums hold all."""
+    monkeypatch.setattr(run_data, "MOST_TRACK_POINTS", 1200)
+    monkeypatch.setattr(run_data, "MOST_PINGS", 300)
+    page = run_page(recovery)
+    data = json.loads(re.findall(r'id="data">(.*?)</script>', page)[0])
+    packed = re.findall(r'id="packed">(.*?)</script>', page)[0]
+    assert data["auvs"][0]["x"]["length"] == data["time"]["length"] == 200
+    pings = recovery.tables["pings"]
+    kept = pings[pings["round"] % 3 == 0]
+    np.testing.assert_array_equal(unpacked(data["pings"]["id"], packed), kept.ping)
+    of = unpacked(data["receptions"]["ping"], packed).astype(int)
+    heard = recovery.tables["receptions"].query("outcome == 'heard'").ping
+    outcomes = unpacked(data["receptions"]["outcome"], packed)
+    expected = heard[heard.isin(kept.ping)].tolist()
+    assert kept.ping.to_numpy()[of[outcomes == 0]].tolist() == expected
+    assert "Tracks are shown at 0.667 Hz, one of 3 rows" in page
+    assert f"Of 651 pings {len(kept)} are played" in page
+    assert data["fixes"]["auv"]["length"] == len(recovery.tables["fixes"])

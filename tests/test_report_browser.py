@@ -242,3 +242,8 @@ def test_the_lookup_table_follows_its_threshold(opened: Open, swept: Path) -> No
     assert sorted(answers) == ["1", "1", "none of these", "none of these"]
     it.page.fill("#threshold", "0")
     assert set(it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")) == {"none of these"}
+    cell = it.ask("bindusbl.sweep.at('position_error_m', 0)")  # one ASV, the first combination
+    assert cell["half"] > 0
+    for share, fewest in ((0.5, False), (1.01, True)):  # the mean alone is not sure enough
+        it.page.fill("#threshold", str(cell["mean"] + share * cell["half"]))
+        assert (it.ask("bindusbl.lookup.answers[0].fewest") == "1") is fewest

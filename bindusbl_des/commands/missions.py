@@ -52,6 +52,7 @@ def run(
         return
     click.echo(result.summary())
     click.echo(f"Results: {folder}")
+    talk(f"Open {folder / 'report.html'} in a browser.")
 
 
 def default_folder(scenario: "Scenario", seed: int) -> Path:

@@ -176,7 +176,7 @@ def _thinned(mission: Recording, step: int, kept: NDArray[np.bool_]) -> list[str
     said = []
     if step > 1:
         rate = mission.scenario.record.tracks_hz / step
-        said.append(f"Tracks are shown at {rate:.3g} Hz, every {step}th row of the table.")
+        said.append(f"Tracks are shown at {rate:.3g} Hz, one of {step} rows of the table.")
     if not kept.all():
         said.append(
             f"Of {len(kept)} pings {int(kept.sum())} are played, all those of some rounds; "

@@ -11,7 +11,7 @@ from .remedies import broadcast_distances, loss_by_listeners, remedies
 from .service import Service, patience, service
 
 # A reader takes in a few paragraphs; the rest is in the table and the plots.
-MOST_AUVS, MOST_GAPS = 3, 4
+MOST_AUVS, MOST_GAPS, MOST_OTHERS = 3, 4, 12
 
 REASONS = {
     "out_of_hf": "were out of HF range of every ASV",
@@ -38,10 +38,15 @@ def story(mission: Recording) -> Story:
     starving = sorted((it for it in services if it.gaps), key=lambda it: -it.starved)
     sections = [(f"AUV{it.auv}", _starvation(mission, it)) for it in starving[:MOST_AUVS]]
     if len(starving) > MOST_AUVS:
-        rest = ", ".join(f"AUV{it.auv} ({it.starved:.0f} s)" for it in starving[MOST_AUVS:])
-        sections.append(("Others", (f"Also without fixes for a while: {rest}.",)))
+        sections.append(("Others", (_others(starving[MOST_AUVS:]),)))
     sections.append(("What would help", _help(mission, bool(starving))))
     return Story(_verdict(mission, starving, wait), tuple(sections), services)
+
+
+def _others(starving: list[Service]) -> str:
+    named = ", ".join(f"AUV{it.auv} ({it.starved:.0f} s)" for it in starving[:MOST_OTHERS])
+    more = len(starving) - MOST_OTHERS
+    return f"Also without fixes for a while: {named}" + (f" and {more} more." if more > 0 else ".")
 
 
 def _verdict(mission: Recording, starving: list[Service], wait: float) -> str:
@@ -162,10 +167,10 @@ def _loss_help(mission: Recording) -> list[str]:
     loss = mission.scenario.acoustics.loss
     contention = ""
     if loss.combine != "off" and mission.auvs > 1:
-        share = 100 * loss.contention_per_auv * (mission.auvs - 1)
+        share = min(loss.contention_per_auv * (mission.auvs - 1), loss.cap)
         contention = (
-            f" {share:.0f} percentage points of the loss are acoustics.loss.contention_per_auv "
-            f"for {mission.auvs} AUVs, before limits."
+            f" The scenario's contention term alone (acoustics.loss.contention_per_auv, "
+            f"{mission.auvs} AUVs) is a loss of {100 * share:.3g} %."
         )
     return [
         f"<b>Losses:</b> {lost} of {heard_of} pings in range were decoded by no ASV: {shares}."
@@ -179,8 +184,8 @@ def _collision_help(mission: Recording) -> list[str]:
         return []
     schedule = mission.scenario.protocol.schedule
     return [
-        f"<b>Collisions:</b> {_counted(collided, 'ping')} met another at every ASV that could have "
-        f"heard them, under the schedule {escape(schedule)}. "
+        f"<b>Collisions:</b> {_counted(collided, 'ping')} overlapped another at an ASV and were "
+        f"decoded by none, under the schedule {escape(schedule)}. "
         "<code>--set protocol.schedule=one_per_slot</code> never lets two AUVs ping together."
     ]
 

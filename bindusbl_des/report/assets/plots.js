@@ -146,7 +146,7 @@ function fixesPlot(mission, playback) {
 
 function histogram(name, host, values, unit) {
   const top = values.length ? quantile(values, 0.995) : 1, low = values.length ? Math.min(...values.slice(0, 1), ...[quantile(values, 0)]) : 0;
-  const width = roundStep(Math.max((top - low) / 40, 1e-3)), start = Math.floor(low / width) * width;
+  const width = roundStep(Math.max((top - low) / 40, 0.005 * top, 1e-3)), start = Math.floor(low / width) * width;
   const count = Math.max(Math.ceil((top - start) / width) + 1, 2);
   const bins = Array.from({ length: count }, (_, i) => start + (i + 0.5) * width), heights = new Array(count).fill(0);
   for (const value of values) heights[Math.min(Math.max(Math.floor((value - start) / width), 0), count - 1)]++;
