@@ -151,16 +151,24 @@ def _native(value: Any) -> Any:
 @click.argument("folder", metavar="DIR")
 @click.option("--ping", type=click.IntRange(min=0), help="Number of the ping.")
 @click.option("--fix", type=click.IntRange(min=0), help="Number of the fix.")
-def explain(folder: str, ping: int | None, fix: int | None) -> None:
-    """Tell what became of one ping or fix of a run, and why."""
+@click.option("--json", "as_json", is_flag=True, help="Print the chain as JSON.")
+def explain(folder: str, ping: int | None, fix: int | None, as_json: bool) -> None:
+    """Tell what became of one ping or fix of a run, and why.
+
+    Each step has its instant, its distance and the rule that decided it; the parts of the latency
+    add up.
+    """
     if (ping is None) == (fix is None):
         raise click.UsageError("give either --ping ID or --fix ID")
-    from ..explain import explain_fix, explain_ping
+    from ..explain import chain_of_fix, chain_of_ping
     from ..result import load_result
 
     try:
         result = load_result(folder)
-        text = explain_ping(result, ping) if ping is not None else explain_fix(result, fix or 0)
+        chain = chain_of_ping(result, ping) if ping is not None else chain_of_fix(result, fix or 0)
     except (FileNotFoundError, NotADirectoryError, ValueError, LookupError) as error:
         refuse(str(error.args[-1]) if isinstance(error, LookupError) else str(error))
-    click.echo(text)
+    if as_json:
+        print_json(chain.data())
+    else:
+        click.echo(chain.text())

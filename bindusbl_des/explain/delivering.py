@@ -1,0 +1,173 @@
+"""The way down: who broadcasts a fix and why, when it arrives, and what the AUV makes of it."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..rounds import uplink_slots
+from .chain import Part, Step
+from .numbers import compared, place, rows_where
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+
+def known_at(result: "Result", fix: Any) -> float:
+    """Return when the fleet knows a fix (s): once its ping has passed every ASV in range."""
+    met = rows_where(result.tables["receptions"], ping=fix.ping)
+    if result.scenario.protocol.downlink == "direct_reply":
+        return float(met.arrived_at_s[met.asv == fix.asvs].iloc[0])
+    reached = met[met.outcome != "out_of_range"]
+    return float(reached.arrived_at_s.max()) + result.scenario.acoustics.hf.ping_s
+
+
+def fixing(result: "Result", fix: Any) -> Step:
+    """Return the step at which receptions become a fix."""
+    asvs = fix.asvs.split()
+    why = "one measurement" if len(asvs) == 1 else f"{len(asvs)} measurements fused (MVLUE)"
+    return Step(
+        known_at(result, fix),
+        f"Fix {fix.fix}",
+        f"is made by {', '.join(asvs)}: x {fix.x_m:.2f} +- {fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- "
+        f"{fix.sd_y_m:.2f} m",
+        f"{why}, {fix.error_m:.2f} m off the truth",
+        {"fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m},
+    )
+
+
+def broadcasting(result: "Result", fix: Any) -> Step:
+    """Return the step at which an ASV broadcasts a fix: why then, why this ASV, who is in range."""
+    frames = result.tables["broadcasts"]
+    frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
+    auv, asv = (place(result, name, fix.broadcast_at_s) for name in (fix.auv, fix.broadcast_by))
+    away, limit = math.hypot(*(auv - asv)[:2]), result.scenario.acoustics.mf.range_m
+    facts = {
+        "waited_s": fix.broadcast_at_s - known_at(result, fix),
+        "airtime_s": float(frame.airtime_s),
+        "payload_bytes": int(frame.payload_bytes),
+        "fixes": int(frame.fixes),
+        "range_m": away,
+        "limit_m": limit,
+    }
+    if result.scenario.protocol.downlink == "direct_reply":
+        why = "direct_reply: the first ASV to decode a ping answers it at once"
+        return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
+    mf = result.scenario.acoustics.mf
+    within = (away > limit) == (fix.outcome == "out_of_range")
+    told = compared(away, limit) if within else "at the edge of the"
+    why = (
+        f"{_why_then(result, fix)}; {_why_it(result, fix, int(frame.name))}; "
+        f"{frame.payload_bytes} B x 8 x {mf.overhead:g} / {mf.bit_rate_bps:g} bit/s = "
+        f"{frame.airtime_s:.4f} s on the air; horizontal range of {fix.auv} {told} MF range"
+    )
+    number = "the fix alone" if frame.fixes == 1 else f"it among {frame.fixes} fixes"
+    return Step(fix.broadcast_at_s, fix.broadcast_by, f"broadcasts {number}", why, facts)
+
+
+def _why_then(result: "Result", fix: Any) -> str:
+    """Tell what the fix has waited for."""
+    slots, policy = uplink_slots(result, fix["round"]), result.scenario.protocol.downlink
+    slot = row_slot(result, fix) if policy == "pipelined_group" else len(slots) - 1
+    ends = slots[slot].end
+    which = "its slot" if policy == "pipelined_group" else "the last slot of its round"
+    told = f"{policy}: {which} ended at {ends:.4f} s"
+    if fix.broadcast_at_s - ends > 1e-9:
+        told += " and the frame before it held the band until now"
+    return told
+
+
+def row_slot(result: "Result", fix: Any) -> int:
+    """Return the slot in which the ping of a fix was sent."""
+    return int(rows_where(result.tables["pings"], ping=fix.ping).slot.iloc[0])
+
+
+def _why_it(result: "Result", fix: Any, number: int) -> str:
+    """Tell by which rule this ASV broadcasts, `number` counting all frames before."""
+    rule, count = result.scenario.protocol.broadcaster, result.scenario.asvs.count
+    carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
+    if rule == "rotate":
+        return f"rotate: frame {number} is that of ASV {number} mod {count} = {number % count}"
+    if rule == "random":
+        return "random: drawn by lot"
+    if rule == "fixed":
+        return "fixed: always ASV0"
+    if rule == "most_fixes":
+        own = sum(fix.broadcast_by in asvs.split() for asvs in carried.asvs)
+        return f"most_fixes: it measured {own} of the {len(carried)}, no ASV more"
+    goals = carried[["x_m", "y_m"]].to_numpy(float)
+    means = [
+        float(np.hypot(*(goals - place(result, f"ASV{n}", fix.broadcast_at_s)[:2]).T).mean())
+        for n in range(count)
+    ]
+    told = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in enumerate(means))
+    return f"nearest: mean distance to the fixes {told}"
+
+
+def arriving(result: "Result", fix: Any) -> Step:
+    """Return the step at which the AUV has the fix and corrects its estimate."""
+    navigation = result.scenario.navigation
+    moved = navigation.gain * fix.innovation_m
+    before, after = errors_around(result, fix)
+    told = ""
+    if before is not None and after is not None:
+        verb = "falls" if after <= before else "grows"
+        told = f"; its error {verb} from {before:.2f} to {after:.2f} m"
+    shifts = navigation.delay_compensation == "shift"
+    reference = "at the ping" if shifts else "of now, though it has gone on since the ping"
+    return Step(
+        fix.delivered_at_s,
+        fix.auv,
+        f"has it {fix.latency_s:.4f} s after its ping{told}",
+        f"innovation {fix.innovation_m:.2f} m against its estimate {reference} "
+        f"(delay_compensation {navigation.delay_compensation}); "
+        f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m moves the estimate by {moved:.2f} m",
+        {
+            "latency_s": fix.latency_s, "innovation_m": fix.innovation_m, "gain": navigation.gain,
+            "moved_m": moved, "error_before_m": before, "error_after_m": after,
+        },
+    )  # fmt: skip
+
+
+def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | None]:
+    """Return the horizontal errors (m) just before and after a correction.
+
+    The drift at that instant is interpolated between the rows of the track around it, the
+    corrections before and after are the rows' own; none where another fix came between the rows.
+    """
+    track = rows_where(result.tables["tracks"], vehicle=fix.auv)
+    times = track.time_s.to_numpy(float)
+    last = int(np.searchsorted(times, fix.delivered_at_s, side="left")) - 1
+    others = rows_where(result.tables["fixes"], auv=fix.auv).delivered_at_s
+    if last < 0 or last + 1 >= len(times):
+        return None, None
+    if int(((others > times[last]) & (others <= times[last + 1])).sum()) != 1:
+        return None, None
+    x, y = ("x_m", "y_m")
+    imu = track[[f"imu_{x}", f"imu_{y}"]].to_numpy(float)
+    drift = imu - track[[x, y]].to_numpy(float)
+    corrections = track[[f"estimate_{x}", f"estimate_{y}"]].to_numpy(float) - imu
+    share = (fix.delivered_at_s - times[last]) / (times[last + 1] - times[last])
+    now = drift[last] + share * (drift[last + 1] - drift[last])
+    before, after = (float(np.hypot(*(now + corrections[last + n]))) for n in (0, 1))
+    return before, after
+
+
+def latency(result: "Result", fix: Any) -> Iterator[Part]:
+    """Yield what the time from ping to delivery went into; the parts add up to the latency."""
+    frames = result.tables["broadcasts"]
+    frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
+    known = known_at(result, fix)
+    on_air = fix.broadcast_at_s + float(frame.airtime_s)
+    yield Part("way up: the ping has passed every ASV in range", known - fix.pinged_at_s)
+    yield Part("wait for the broadcast", fix.broadcast_at_s - known)
+    yield Part("frame on the air", float(frame.airtime_s))
+    if result.scenario.protocol.tick_rate_hz is None:
+        yield Part("way down", fix.delivered_at_s - on_air)
+        return
+    auv, asv = (place(result, name, on_air) for name in (fix.auv, fix.broadcast_by))
+    travel = math.dist(auv, asv) / result.scenario.environment.sound_speed_m_per_s
+    travel = min(travel, fix.delivered_at_s - on_air)
+    yield Part("way down", travel)
+    yield Part("rounded up to the clock's tick", fix.delivered_at_s - on_air - travel)

@@ -1,0 +1,159 @@
+"""The way up: why an AUV pings when it does, and what each ASV makes of its ping."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from ..acoustics import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from ..rounds import Span, uplink_slots
+from .chain import Step
+from .numbers import compared, row_of, rows_where
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+
+def sending(result: "Result", ping: Any) -> Iterator[Step]:
+    """Yield the round, the call where there is one, and the ping."""
+    protocol = result.scenario.protocol
+    row = row_of(result, "rounds", "round", ping["round"])
+    yield Step(
+        row.started_at_s,
+        f"Round {ping['round']}",
+        f"begins: {_counted(row.colours, 'ping group')}, {_counted(row.conflicts, 'conflict')} "
+        f"({protocol.schedule})",
+        facts={"round": ping["round"], "colours": row.colours, "conflicts": row.conflicts},
+    )
+    slot = uplink_slots(result, ping["round"])[ping.slot]
+    yield from _call(result, ping, slot)
+    yield Step(
+        ping.sent_at_s,
+        ping.auv,
+        f"pings at x {ping.x_m:.1f}, y {ping.y_m:.1f}, depth {ping.z_m:.1f} m",
+        f"slot {ping.slot} lasts from {slot.start:.4f} to {slot.end:.4f} s; "
+        f"{_companions(result, ping)}",
+        {
+            "slot": ping.slot, "slot_started_at_s": slot.start, "slot_ended_at_s": slot.end,
+            "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m,
+        },
+    )  # fmt: skip
+
+
+def _call(result: "Result", ping: Any, slot: Span) -> Iterator[Step]:
+    """Yield the interrogation that the ping answers (ranging twtt)."""
+    protocol = result.scenario.protocol
+    if protocol.ranging == "owtt_sync" or not ping.in_range_of:
+        return
+    delay = result.scenario.acoustics.hf.ping_s + protocol.turnaround_s
+    travelled = ping.sent_at_s - slot.start - delay
+    yield Step(
+        slot.start,
+        "The ASVs",
+        f"call {ping.auv}; the first call reaches it after {1e3 * travelled:.1f} ms",
+        f"twtt: it answers {1e3 * delay:.1f} ms later, a ping and the turnaround",
+        {"call_travel_time_s": travelled, "reply_delay_s": delay},
+    )
+
+
+def _companions(result: "Result", ping: Any) -> str:
+    """Tell who pings in the same slot, and with whom an ASV would have mixed it up."""
+    pings = result.tables["pings"]
+    own = rows_where(pings, round=ping["round"])
+    beside = own[(own.slot == ping.slot) & (own.auv != ping.auv)]
+    told = f"together with {', '.join(beside.auv)}" if len(beside) else "alone"
+    hearers = _in_range(result, ping.ping)
+    apart = own[own.slot != ping.slot]
+    mixed = {auv: hearers & _in_range(result, number)
+             for auv, number in zip(apart.auv, apart.ping, strict=True)}  # fmt: skip
+    shared = [f"{auv} ({', '.join(sorted(asvs))})" for auv, asvs in mixed.items() if asvs]
+    return told + (f", apart from {', '.join(shared)}: heard by the same ASV" if shared else "")
+
+
+def _in_range(result: "Result", ping: int) -> set[str]:
+    met = rows_where(result.tables["receptions"], ping=ping)
+    return set(met.asv[met.outcome != "out_of_range"])
+
+
+def receptions(result: "Result", ping: Any) -> Iterator[Step]:
+    """Yield what each ASV makes of a ping, and by which rule."""
+    met = rows_where(result.tables["receptions"], ping=ping.ping).sort_values("arrived_at_s")
+    for reception in met.itertuples():
+        what, why = _decided(result, reception, ping.z_m)
+        way = f"{reception.slant_range_m:.1f} m, {1e3 * reception.travel_time_s:.1f} ms"
+        probability = _loss(result, reception.slant_range_m)[0]
+        facts = {
+            "outcome": reception.outcome,
+            "slant_range_m": reception.slant_range_m,
+            "travel_time_s": reception.travel_time_s,
+            "range_m": _counted_range(result, reception, ping.z_m),
+            "limit_m": result.scenario.acoustics.hf.range_m,
+            "loss_probability": None if reception.outcome == "out_of_range" else probability,
+        }
+        yield Step(reception.arrived_at_s, reception.asv, f"{what} ({way})", why, facts)
+
+
+def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
+    hf, outcome = result.scenario.acoustics.hf, reception.outcome
+    away = _counted_range(result, reception, depth)
+    # A vessel that moves may cross the limit while the ping is under way.
+    is_beyond = outcome == "out_of_range"
+    told = compared(away, hf.range_m) if (away > hf.range_m) == is_beyond else "at the edge of the"
+    within = f"{hf.range_metric} range {told} HF range"
+    if is_beyond:
+        return "is too far away", within
+    if outcome == "in_flight":
+        ends = reception.arrived_at_s + hf.ping_s
+        return "would hear it, but the mission ends", (
+            f"{within}; the ping ends at {ends:.4f} s, the mission at "
+            f"{result.scenario.duration_s:g} s"
+        )
+    if outcome == "collided":
+        return "hears pings mixed", f"{within}; {_overlapping(result, reception)}"
+    _, told = _loss(result, reception.slant_range_m)
+    if outcome == "lost":
+        return (
+            "loses it",
+            f"{within}; no other ping overlaps; {told}, and the draw (not recorded) was below",
+        )
+    return "decodes it", f"{within}; no other ping overlaps; {told}"
+
+
+def _counted_range(result: "Result", reception: Any, depth: float) -> float:
+    """Return the range (m) that the rule compares; ASVs float at the surface."""
+    slant = float(reception.slant_range_m)
+    if result.scenario.acoustics.hf.range_metric == "slant":
+        return slant
+    return math.sqrt(max(slant**2 - depth**2, 0.0))
+
+
+def _loss(result: "Result", slant_range: float) -> tuple[float, str]:
+    """Return the probability of losing a ping, and how it comes about."""
+    loss, auvs = result.scenario.acoustics.loss, result.scenario.auvs.count
+    raw = range_loss(slant_range, LOSS_LAWS[loss.law])
+    contention = contention_loss(auvs, loss.contention_per_auv)
+    probability = COMBINERS[loss.combine](raw, contention, loss.cap)
+    if loss.combine == "off":
+        return probability, f"loss probability {probability:.3f} by range law '{loss.law}'"
+    return probability, (
+        f"loss probability {probability:.3f} ({loss.combine} of range law '{loss.law}' {raw:.3f} "
+        f"and contention {contention:.3f})"
+    )
+
+
+def _overlapping(result: "Result", reception: Any) -> str:
+    """Name the pings that overlap one at its ASV, and by how much."""
+    duration = result.scenario.acoustics.hf.ping_s
+    met = rows_where(result.tables["receptions"], asv=reception.asv)
+    gap = (met.arrived_at_s - reception.arrived_at_s).abs()
+    others = met[(met.ping != reception.ping) & (met.outcome != "out_of_range") & (gap < duration)]
+    told = [
+        f"ping {other.ping} of {other.auv} at {other.arrived_at_s:.4f} s (overlap "
+        f"{1e3 * (duration - abs(other.arrived_at_s - reception.arrived_at_s)):.1f} of "
+        f"{1e3 * duration:.1f} ms)"
+        for other in others.itertuples()
+    ]
+    return f"overlaps {', '.join(told)}"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"

@@ -1,0 +1,89 @@
+"""The chain of a ping, put together from its way up and the way down of its fix."""
+
+from typing import TYPE_CHECKING, Any
+
+from .chain import Chain, Part, Step
+from .delivering import arriving, broadcasting, fixing, latency
+from .hearing import receptions, sending
+from .numbers import row_of, rows_where
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+
+def explain_ping(result: "Result", number: int) -> str:
+    """Tell what became of one ping, ASV by ASV, and of the fix that it led to.
+
+    Raises:
+        LookupError: when the result holds no events, or no such ping.
+    """
+    return chain_of_ping(result, number).text()
+
+
+def explain_fix(result: "Result", number: int) -> str:
+    """Tell where one fix came from and what became of it.
+
+    Raises:
+        LookupError: when the result holds no events, or no such fix.
+    """
+    return chain_of_fix(result, number).text()
+
+
+def chain_of_fix(result: "Result", number: int) -> Chain:
+    """Return the causal chain of the ping that a fix belongs to; errors as `explain_fix`."""
+    return chain_of_ping(result, int(row_of(result, "fixes", "fix", number).ping))
+
+
+def chain_of_ping(result: "Result", number: int) -> Chain:
+    """Return the causal chain of one ping; errors as `explain_ping`."""
+    ping = row_of(result, "pings", "ping", number)
+    steps = [*sending(result, ping), *receptions(result, ping)]
+    found = rows_where(result.tables["fixes"], ping=number)
+    if not len(found):
+        outcome, told = _without_fix(result, number)
+        return Chain(number, ping.auv, None, outcome, told, _in_order(steps))
+    fix: Any = found.astype(object).where(found.notna(), None).iloc[0]
+    parts: tuple[Part, ...] = ()
+    steps.append(fixing(result, fix))
+    if fix.broadcast_by is None:
+        told = f"fix {fix.fix}, but the mission ends before any ASV broadcasts it"
+    else:
+        steps.append(broadcasting(result, fix))
+        told = _never_delivered(result, fix)
+    if fix.outcome == "delivered":
+        steps.append(arriving(result, fix))
+        parts = tuple(latency(result, fix))
+        told = f"fix {fix.fix}, delivered {fix.latency_s:.4f} s after the ping"
+    return Chain(number, ping.auv, fix.fix, fix.outcome, told, _in_order(steps), parts)
+
+
+def _in_order(steps: list[Step]) -> tuple[Step, ...]:
+    return tuple(sorted(steps, key=lambda step: step.time_s))
+
+
+def _never_delivered(result: "Result", fix: Any) -> str:
+    if fix.outcome == "in_flight":
+        return f"fix {fix.fix}, but the mission ends while it is on its way down"
+    reach = result.scenario.acoustics.mf.range_m
+    return (
+        f"fix {fix.fix}, never delivered: {fix.auv} is beyond mf.range_m = {reach:g} m of "
+        f"{fix.broadcast_by}"
+    )
+
+
+def _without_fix(result: "Result", number: int) -> tuple[str, str]:
+    """Return why a ping led to no fix, as a word and in words."""
+    outcomes = list(rows_where(result.tables["receptions"], ping=number).outcome)
+    reach = result.scenario.acoustics.hf.range_m
+    if "heard" in outcomes or "in_flight" in outcomes:
+        return "in_flight", "no fix: the mission ends while the ping is under way"
+    if all(outcome == "out_of_range" for outcome in outcomes):
+        return "out_of_range", f"no fix: no ASV is within hf.range_m = {reach:g} m"
+    counts = [
+        f"{word} at {outcomes.count(outcome)}"
+        for outcome, word in (("lost", "lost"), ("collided", "collided"))
+        if outcome in outcomes
+    ]
+    outcome = "collided" if "lost" not in outcomes else "lost"
+    near = sum(outcome != "out_of_range" for outcome in outcomes)
+    return outcome, f"no fix: {' and '.join(counts)} of {near} ASVs in range"

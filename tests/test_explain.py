@@ -1,0 +1,249 @@
+"""Causal chains: each step has its instant, its distance and the rule that decided it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
+
+from bindusbl_des import Result, simulate
+from bindusbl_des.cli import main
+from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping, explain_ping
+
+# Error (m) at 22 m of a fix without noise: the array takes a spherical wave for a plane one.
+PLANE_WAVE = 6e-3
+
+
+def step(chain: Chain, who: str) -> Step:
+    """Return the first step of somebody."""
+    return next(it for it in chain.steps if it.who == who)
+
+
+def around(*stations: tuple[float, float], auvs: int = 1, at: float = 20.0, **changes: Any) -> Any:
+    """Return AUVs that hold still at (at, 0) with ASVs where one wants them, without noise."""
+    base: dict[str, Any] = {
+        "duration_s": 3.0,
+        "asvs": {"count": len(stations), "formation": {"positions_m": list(map(list, stations))}},
+        "navigation": QUIET_NAVIGATION,
+        "usbl": QUIET_USBL,
+    }
+    return still(auvs, at=at, **{**base, **changes})
+
+
+def test_who_is_near_hears_and_who_is_far_does_not() -> None:
+    """Horizontal 20 m is within, 63.2 m beyond the HF range of 50 m; slant ranges are 10 m deep."""
+    chain = chain_of_ping(simulate(around((0.0, 0.0), (-43.2, 0.0))), 0)
+    near, far = step(chain, "ASV0"), step(chain, "ASV1")
+    assert near.why.startswith("horizontal range 20.0 m <= 50 m HF range; no other ping overlaps")
+    assert far.why == "horizontal range 63.2 m > 50 m HF range"
+    assert near.facts["slant_range_m"] == pytest.approx(np.hypot(20.0, 10.0))
+    assert near.time_s == pytest.approx(np.hypot(20.0, 10.0) / 1500.0)
+    assert (near.facts["outcome"], far.facts["outcome"]) == ("heard", "out_of_range")
+    assert [it.time_s for it in chain.steps] == sorted(it.time_s for it in chain.steps)
+
+
+def test_a_slant_range_is_compared_as_such() -> None:
+    """With range_metric slant the way itself counts."""
+    hf = {"range_m": 22.0, "range_metric": "slant"}
+    chain = chain_of_ping(simulate(around((0.0, 0.0), acoustics={"hf": hf})), 0)
+    assert step(chain, "ASV0").why == "slant range 22.4 m > 22 m HF range"
+    assert chain.told == "no fix: no ASV is within hf.range_m = 22 m"
+
+
+def test_a_lost_ping_tells_its_probability() -> None:
+    """Contention of two more AUVs at 0.45 each makes 0.9; the draw is not recorded."""
+    loss = {"law": "paper", "combine": "clamp_first", "contention_per_auv": 0.45}
+    run = simulate(around((0.0, 0.0), auvs=3, acoustics={"loss": loss}, duration_s=6.0))
+    receptions = run.tables["receptions"]
+    lost = int(receptions.ping[receptions.outcome == "lost"].iloc[0])
+    chain = chain_of_ping(run, lost)
+    assert "loss probability 0.900 (clamp_first of range law 'paper' -0.069" in chain.text()
+    assert "and contention 0.900)" in step(chain, "ASV0").why
+    assert chain.told == "no fix: lost at 1 of 1 ASVs in range"
+    assert step(chain, "ASV0").facts["loss_probability"] == pytest.approx(0.9)
+    assert (chain.outcome, chain.fix, chain.parts) == ("lost", None, ())
+
+
+def test_collided_pings_name_each_other() -> None:
+    """AUVs at 9 m and 9.3 m distance ping at once: all but 0.1 ms of 10 ms overlap."""
+    run = simulate(
+        scenario(
+            duration_s=3.0,
+            auvs={"count": 2, "route": {"kind": "hold", "positions_m": [[9, 0], [-9.3, 0]]}},
+            asvs={"count": 1, "formation": {"positions_m": [[0, 0]]}},
+            protocol={"schedule": "schedules_for_tests:all_at_once"},
+        )
+    )
+    chain = chain_of_ping(run, 0)
+    apart = (np.hypot(9.3, 10.0) - np.hypot(9.0, 10.0)) / 1500.0
+    assert f"overlaps ping 1 of AUV1 at {np.hypot(9.3, 10.0) / 1500.0:.4f} s" in chain.text()
+    assert f"overlap {1e3 * (0.01 - apart):.1f} of 10.0 ms" in chain.text()
+    assert chain.told == "no fix: collided at 1 of 1 ASVs in range"
+    assert "with AUV1" in chain.text()
+
+
+def test_groups_tell_whom_they_keep_apart() -> None:
+    """AUVs that one ASV hears ping in slots of their own, and the chain says why."""
+    chain = chain_of_ping(simulate(around((0.0, 0.0), auvs=2)), 1)
+    ping = next(it for it in chain.steps if it.who == "AUV1")
+    assert ping.what.startswith("pings at x 20.0, y 0.0, depth 10.0 m")
+    assert ping.why.endswith("alone, apart from AUV0 (ASV0): heard by the same ASV")
+    assert ping.facts["slot"] == 1
+
+
+def test_what_the_mission_cuts_short_is_told() -> None:
+    """A ping, a fix and a frame under way at the end are told as such."""
+    ping = chain_of_ping(simulate(around((0.0, 0.0), duration_s=0.02)), 0)
+    assert ping.told == "no fix: the mission ends while the ping is under way"
+    assert "the ping ends at 0.0249 s, the mission at 0.02 s" in step(ping, "ASV0").why
+    fix = chain_of_ping(simulate(around((0.0, 0.0), duration_s=0.05)), 0)
+    assert fix.told == "fix 0, but the mission ends before any ASV broadcasts it"
+    frame = chain_of_ping(simulate(around((0.0, 0.0), duration_s=0.2)), 0)
+    assert frame.told == "fix 0, but the mission ends while it is on its way down"
+    assert {it.outcome for it in (ping, fix, frame)} == {"in_flight"}
+
+
+def test_a_fix_beyond_mf_range_is_told() -> None:
+    """The ASV that broadcasts is 45 m away, beyond an MF range of 30 m."""
+    world = around((0.0, 0.0), (65.0, 0.0), acoustics={"mf": {"range_m": 30.0}},
+                   protocol={"broadcaster": "rotate"})  # fmt: skip
+    run = simulate(world)
+    missed = run.tables["fixes"].query("outcome == 'out_of_range'").fix.iloc[0]
+    chain = chain_of_fix(run, int(missed))
+    assert "never delivered: AUV0 is beyond mf.range_m = 30 m of ASV1" in chain.told
+    assert "horizontal range of AUV0 45.0 m > 30 m MF range" in chain.text()
+    assert chain.parts == ()
+
+
+@pytest.mark.parametrize("tick_rate_hz", [None, 30.0])
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+@pytest.mark.parametrize(
+    "downlink", ["sequential", "pipelined_round", "pipelined_group", "direct_reply"]
+)
+def test_the_parts_of_every_latency_add_up(
+    downlink: str, ranging: str, tick_rate_hz: float | None
+) -> None:
+    """None is negative, their sum is the recorded latency, and what is printed adds up too."""
+    protocol = {"downlink": downlink, "ranging": ranging, "tick_rate_hz": tick_rate_hz}
+    run = simulate(scenario(duration_s=12.0, protocol=protocol), 1)
+    fixes = run.tables["fixes"]
+    delivered = fixes[fixes.outcome == "delivered"]
+    assert len(delivered) > 10
+    for fix in delivered.itertuples():
+        chain = chain_of_fix(run, fix.fix)
+        assert min(part.duration_s for part in chain.parts) > -1e-9
+        assert sum(p.duration_s for p in chain.parts) == pytest.approx(fix.latency_s, abs=1e-12)
+        printed = chain.text().partition("Latency ")[2].splitlines()
+        total, parts = float(printed[0].split()[0]), [float(it.split()[0]) for it in printed[1:]]
+        assert total == pytest.approx(sum(parts), abs=1e-9)
+    if tick_rate_hz is None:
+        assert "clock" not in chain.text().partition("Latency ")[2]
+
+
+def test_the_way_down_is_the_distance() -> None:
+    """On the exact clock, 22.36 m take 14.9 ms after the end of the frame."""
+    run = simulate(around((0.0, 0.0), protocol={"tick_rate_hz": None}))
+    parts = {part.name: part.duration_s for part in chain_of_fix(run, 0).parts}
+    assert parts["way down"] == pytest.approx(np.hypot(20.0, 10.0) / 1500.0)
+    assert parts["frame on the air"] == pytest.approx(24 * 8 * 2 / 2000)
+    assert parts["wait for the broadcast"] == pytest.approx(0.1 - 0.01 - np.hypot(20, 10) / 1500)
+
+
+@pytest.mark.parametrize("delay_compensation", ["none", "shift"])
+def test_a_correction_takes_its_share_of_the_error(delay_compensation: str) -> None:
+    """A bias of 1 m/s and nothing else: errors before and after follow from eq. update."""
+    bias = {**QUIET_NAVIGATION, "velocity_bias_m_per_s": [1.0, 0.0], "gain": 0.75,
+            "delay_compensation": delay_compensation}  # fmt: skip
+    run = simulate(around((0.0, 0.0), navigation=bias))
+    chain = chain_of_fix(run, 0)
+    facts = next(it for it in chain.steps if "has it" in it.what).facts
+    # A latency L after the ping at 0 the drift is L metres; at the ping it was none.
+    drift = facts["latency_s"]
+    assert facts["error_before_m"] == pytest.approx(drift, abs=1e-3)
+    innovation = drift if delay_compensation == "none" else 0.0
+    assert facts["innovation_m"] == pytest.approx(innovation, abs=PLANE_WAVE)
+    assert facts["error_after_m"] == pytest.approx(drift - 0.75 * innovation, abs=PLANE_WAVE)
+
+
+def test_errors_differ_by_what_the_estimate_moved() -> None:
+    """In a noisy mission no correction changes the error by more than it moved the estimate."""
+    run = simulate(scenario(duration_s=40.0), 3)
+    known = 0
+    for fix in run.tables["fixes"].query("outcome == 'delivered'").itertuples():
+        facts = next(it for it in chain_of_fix(run, fix.fix).steps if "has it" in it.what).facts
+        assert facts["moved_m"] == pytest.approx(0.9 * fix.innovation_m)
+        if facts["error_before_m"] is not None:
+            known += 1
+            change = abs(facts["error_before_m"] - facts["error_after_m"])
+            assert change <= facts["moved_m"] + 1e-9
+            assert facts["error_after_m"] > 0
+    assert known > 20
+
+
+@pytest.mark.parametrize(
+    ("broadcaster", "told"),
+    [
+        ("rotate", "rotate: frame 1 is that of ASV 1 mod 2 = 1"),
+        ("random", "random: drawn by lot"),
+        ("fixed", "fixed: always ASV0"),
+        ("most_fixes", "most_fixes: it measured 1 of the 1, no ASV more"),
+        ("nearest", "nearest: mean distance to the fixes ASV0 20.0 m, ASV1 10.0 m"),
+    ],
+)
+def test_the_broadcaster_is_chosen_by_its_rule(broadcaster: str, told: str) -> None:
+    """Each rule is told with the numbers that it compared."""
+    run = simulate(around((0.0, 0.0), (30.0, 0.0), protocol={"broadcaster": broadcaster}))
+    assert told in " ".join(chain_of_fix(run, 1).text().split())
+
+
+def test_a_call_precedes_the_ping_of_two_way_ranging() -> None:
+    """The AUV answers a ping and the turnaround after it has heard the first call."""
+    run = simulate(around((0.0, 0.0), protocol={"ranging": "twtt"}))
+    call = step(chain_of_ping(run, 0), "The ASVs")
+    assert call.time_s == 0.0
+    assert call.facts["call_travel_time_s"] == pytest.approx(np.hypot(20.0, 10.0) / 1500.0)
+
+
+@pytest.mark.parametrize(
+    "protocol",
+    [{}, {"downlink": "pipelined_round"}, {"downlink": "direct_reply", "ranging": "twtt"}],
+)
+def test_every_ping_has_a_chain_of_80_columns(protocol: dict[str, Any]) -> None:
+    """Whatever became of it, its chain can be told, and its outcome is that of the tables."""
+    loss = {"law": "head", "combine": "clamp_first"}
+    run = simulate(scenario(duration_s=8.0, protocol=protocol, acoustics={"loss": loss}), 2)
+    fixes = run.tables["fixes"].set_index("ping")
+    for number in run.tables["pings"].ping:
+        chain = chain_of_ping(run, number)
+        assert max(map(len, chain.text().splitlines())) <= 80
+        if number in fixes.index:
+            assert chain.outcome == fixes.outcome[number]
+            assert chain.fix == fixes.fix[number]
+
+
+def test_explain_prints_json(tmp_path: Path) -> None:
+    """`--json` holds the steps with their numbers."""
+    run: Result = simulate(scenario(duration_s=5.0))
+    folder = str(run.write(tmp_path / "run"))
+    done = CliRunner().invoke(main, ["explain", folder, "--fix", "0", "--json"])
+    assert done.exit_code == 0, done.output
+    data = json.loads(done.stdout)
+    fix = run.tables["fixes"].iloc[0]
+    assert (data["fix"], data["ping"], data["auv"]) == (0, fix.ping, fix.auv)
+    assert sum(part["duration_s"] for part in data["parts"]) == pytest.approx(fix.latency_s)
+    assert {"time_s", "who", "what", "why", "facts"} == set(data["steps"][0])
+    outcomes = {step["facts"].get("outcome") for step in data["steps"]}
+    assert "heard" in outcomes
+
+
+def test_without_events_there_is_nothing_to_tell() -> None:
+    """A summary says so; a number that is none is told with those that are."""
+    summary = simulate(scenario(duration_s=3.0, record={"detail": "summary"}))
+    with pytest.raises(LookupError, match="recorded no events"):
+        explain_ping(summary, 0)
+    run = simulate(scenario(duration_s=3.0))
+    with pytest.raises(LookupError, match=r"the run has no ping 99; it has 0\.\.\d"):
+        explain_ping(run, 99)
