@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled
-from .motion import COLUMNS, COS, SIN, YAW, Ints, Motion, X, Y, Z, line_at
+from .motion import Ints, Motion, line_at
 
 Array = NDArray[np.float64]
 
@@ -96,19 +96,18 @@ def _reckoned(
     forward: float, starboard: float, in_body: bool, time: float,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
     """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s)."""
-    line = np.empty(COLUMNS)
-    line_at(Motion(table, first, step), vehicle, time, line)
+    x, y, z, yaw, cosine, sine, _ = line_at(table, first, step, vehicle, time)
     whole = min(int(time * rate), len(walk) - 2)
     share = time * rate - whole
-    x = walk[whole, 0] + share * (walk[whole + 1, 0] - walk[whole, 0])
-    y = walk[whole, 1] + share * (walk[whole + 1, 1] - walk[whole, 1])
+    ahead = walk[whole, 0] + share * (walk[whole + 1, 0] - walk[whole, 0])
+    aside = walk[whole, 1] + share * (walk[whole + 1, 1] - walk[whole, 1])
     if in_body:
-        x += line[COS] * forward - line[SIN] * starboard
-        y += line[SIN] * forward + line[COS] * starboard
+        ahead += cosine * forward - sine * starboard
+        aside += sine * forward + cosine * starboard
     else:
-        x += time * forward
-        y += time * starboard
-    return line[X], line[Y], line[Z], line[YAW], x, y
+        ahead += time * forward
+        aside += time * starboard
+    return x, y, z, yaw, ahead, aside
 
 
 @compiled

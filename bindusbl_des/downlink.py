@@ -61,7 +61,7 @@ class MfDownlink:
     def _leave(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""
         ends = time + airtime
-        vessel = where(self._asv_fleet.motion, asv, ends)
+        vessel = where(*self._asv_fleet.motion, asv, ends)
         for fix in fixes:
             place = self._auvs[fix.auv].vehicle.at(ends)
             event = self._env.timeout(

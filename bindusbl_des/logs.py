@@ -70,7 +70,11 @@ def read(log: Floats, step: float, time: float, spot: Floats) -> int:
 
 
 @compiled
-def line_at(log: Floats, step: float, time: float, line: Floats) -> None:
-    """Write the whole line (COLUMNS,), interpolated, of an instant (s)."""
-    before = read(log, step, time, line)
-    line[COS], line[SIN], line[DISTANCE] = sums(log, before, time - before * step, line)
+def line_at(
+    log: Floats, step: float, time: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Return place, yaw, integrals of cos(yaw) and sin(yaw), and distance at an instant (s)."""
+    spot = np.empty(COS)
+    before = read(log, step, time, spot)
+    ahead, aside, distance = sums(log, before, time - before * step, spot)
+    return spot[X], spot[Y], spot[Z], spot[YAW], ahead, aside, distance

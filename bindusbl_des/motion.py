@@ -24,7 +24,12 @@ Ints = NDArray[np.int64]
 # the integrals of cos(yaw) and sin(yaw) (s) and the distance (m).
 X, Y, Z, YAW, SPEED, TURN, CLIMB, BEGIN = range(8)
 COS, SIN, DISTANCE, COLUMNS = logs.COS, logs.SIN, logs.DISTANCE, logs.COLUMNS
+SUMS = slice(COS, COLUMNS)
 COS_YAW, SIN_YAW, LEG_COLUMNS = COLUMNS, COLUMNS + 1, COLUMNS + 2  # of its first heading
+
+# Where a vehicle is: x, y, z (m), yaw (rad); integrals of cos(yaw) and sin(yaw) (s); distance (m)
+Line = tuple[float, float, float, float, float, float, float]
+PLACE, HEADINGS, WAY = slice(0, 4), slice(4, 6), 6
 
 # Within this share of its last digit an instant is the same (light-time loop).
 LAST_DIGIT = 2.3e-16
@@ -34,6 +39,8 @@ class Motion(NamedTuple):
     """The motion of a fleet: vehicle v has the lines first[v] to first[v + 1] of the table.
 
     `step` is the time (s) between the lines of logs; it is 0 for legs, which know their own.
+    Compiled equations take the three by themselves (`where(*motion, vehicle, time)`), which numba
+    unpacks and reads several times faster than a tuple of arrays.
     """
 
     table: Floats
@@ -52,18 +59,15 @@ def legs(rows: Floats) -> Floats:
     table = np.zeros((len(rows), LEG_COLUMNS))
     table[:, :COS] = rows
     table[:, COS_YAW], table[:, SIN_YAW] = np.cos(rows[:, YAW]), np.sin(rows[:, YAW])
-    line = np.empty(COLUMNS)
     for leg in range(1, len(table)):
-        _on_leg(table, leg - 1, table[leg, BEGIN], line)
-        table[leg, COS:COLUMNS] = line[COS:]
-    _on_leg(table, _leg_at(table, 0, len(table), 0.0), 0.0, line)
-    table[:, COS:COLUMNS] -= line[COS:]  # sums count from the start of the mission
+        table[leg, SUMS] = _on_leg(table, leg - 1, table[leg, BEGIN])[4:]
+    # sums count from the start of the mission
+    table[:, SUMS] -= np.array(_on_leg(table, _leg_at(table, 0, len(table), 0.0), 0.0)[4:])
     return table
 
 
 @compiled
-def _on_leg(table: Floats, leg: int, time: float, line: Floats) -> None:
-    """Write the line (COLUMNS,) of an instant (s) of a leg."""
+def _on_leg(table: Floats, leg: int, time: float) -> Line:
     past = time - table[leg, BEGIN]
     turn, speed = table[leg, TURN], table[leg, SPEED]
     yaw, cosine, sine = table[leg, YAW], table[leg, COS_YAW], table[leg, SIN_YAW]
@@ -72,13 +76,15 @@ def _on_leg(table: Floats, leg: int, time: float, line: Floats) -> None:
     else:
         yaw += turn * past
         ahead, aside = (sin(yaw) - sine) / turn, (cosine - cos(yaw)) / turn
-    line[X] = table[leg, X] + speed * ahead
-    line[Y] = table[leg, Y] + speed * aside
-    line[Z] = table[leg, Z] + table[leg, CLIMB] * past
-    line[YAW] = yaw
-    line[COS] = table[leg, COS] + ahead
-    line[SIN] = table[leg, SIN] + aside
-    line[DISTANCE] = table[leg, DISTANCE] + speed * past
+    return (
+        table[leg, X] + speed * ahead,
+        table[leg, Y] + speed * aside,
+        table[leg, Z] + table[leg, CLIMB] * past,
+        yaw,
+        table[leg, COS] + ahead,
+        table[leg, SIN] + aside,
+        table[leg, DISTANCE] + speed * past,
+    )
 
 
 @compiled
@@ -95,48 +101,50 @@ def _leg_at(table: Floats, first: int, end: int, time: float) -> int:
 
 
 @compiled
-def line_at(motion: Motion, vehicle: int, time: float, line: Floats) -> None:
-    """Write the whole line (COLUMNS,), interpolated, of a vehicle at an instant (s)."""
-    table, first, end = motion.table, motion.first[vehicle], motion.first[vehicle + 1]
-    if motion.step > 0.0:
-        logs.line_at(table[first:end], motion.step, time, line)
-    else:
-        _on_leg(table, _leg_at(table, first, end, time), time, line)
+def line_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> Line:
+    """Return where a vehicle is at an instant (s), and what has summed up by then."""
+    begin, end = first[vehicle], first[vehicle + 1]
+    if step > 0.0:
+        return logs.line_at(table[begin:end], step, time)
+    return _on_leg(table, _leg_at(table, begin, end, time), time)
 
 
 @compiled
-def where(motion: Motion, vehicle: int, time: float) -> tuple[float, float, float, float]:
+def where(
+    table: Floats, first: Ints, step: float, vehicle: int, time: float
+) -> tuple[float, float, float, float]:
     """Return x, y, z (m) and yaw (rad) of a vehicle at an instant (s)."""
-    line = np.empty(COLUMNS)
-    line_at(motion, vehicle, time, line)
-    return line[X], line[Y], line[Z], line[YAW]
+    x, y, z, yaw, _, _, _ = line_at(table, first, step, vehicle, time)
+    return x, y, z, yaw
 
 
 @compiled
-def places(motion: Motion, time: float) -> Floats:
+def places(table: Floats, first: Ints, step: float, time: float) -> Floats:
     """Return x, y, z (m) and yaw (rad) of the whole fleet at an instant (s), shape (n, 4)."""
-    count = motion.first.size - 1
+    count = first.size - 1
     out = np.empty((count, 4))
     for vehicle in range(count):
-        out[vehicle, 0], out[vehicle, 1], out[vehicle, 2], out[vehicle, 3] = where(
-            motion, vehicle, time
-        )
+        x, y, z, yaw = where(table, first, step, vehicle, time)
+        out[vehicle, 0], out[vehicle, 1], out[vehicle, 2], out[vehicle, 3] = x, y, z, yaw
     return out
 
 
 @compiled
-def lines(motion: Motion, vehicle: int, times: Floats) -> Floats:
-    """Return the whole lines, interpolated, of a vehicle at instants (s), shape (n, COLUMNS)."""
-    out = np.empty((times.size, COLUMNS))
+def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) -> Floats:
+    """Return the line of a vehicle at each of n instants (s), shape (n, 7)."""
+    out = np.empty((times.size, 7))
     for k in range(times.size):
-        line_at(motion, vehicle, times[k], out[k])
+        x, y, z, yaw, ahead, aside, distance = line_at(table, first, step, vehicle, times[k])
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
+        out[k, 4], out[k, 5], out[k, 6] = ahead, aside, distance
     return out
 
 
 @compiled
 def light_time(
-    x: float, y: float, z: float, motion: Motion, vehicle: int, sent_at: float, sound_speed: float
-) -> float:
+    x: float, y: float, z: float, table: Floats, first: Ints, step: float, vehicle: int,
+    sent_at: float, sound_speed: float,
+) -> float:  # fmt: skip
     """Return how long (s) a sound sent from a place (m) at `sent_at` travels until it meets a
     vehicle: :func:`.acoustics.travel_time` for a motion that is known.
 
@@ -145,7 +153,7 @@ def light_time(
     settled = SETTLED + LAST_DIGIT * sent_at
     delay = 0.0
     for _ in range(MOST_STEPS):
-        there = where(motion, vehicle, sent_at + delay)
+        there = where(table, first, step, vehicle, sent_at + delay)
         ahead, aside, below = there[0] - x, there[1] - y, there[2] - z
         reached = sqrt(ahead * ahead + aside * aside + below * below) / sound_speed
         if abs(reached - delay) < settled:

@@ -1,14 +1,14 @@
 """How sound spreads from one vehicle to others that move: who is within range, and how late.
 
-These are the compiled inner loops of the bands.  Motions come as the fields of
-:class:`.motion.Motion`, because numba unpacks plain arrays faster than tuples of them.
+These are the compiled inner loops of the bands.  Motions come as the fields of a
+:class:`.motion.Motion`.
 """
 
 from math import nan
 
 from .compiled import compiled
 from .events import IN_FLIGHT, OUT_OF_RANGE
-from .motion import Floats, Ints, Motion, light_time, where
+from .motion import Floats, Ints, light_time, where
 
 # Columns of the ledgers of events.Ping and events.Reception
 PING, ROUND, SLOT, AUV, SENT_AT, PING_X, PING_Y, PING_Z, IN_RANGE_OF, HEARD_BY = range(10)
@@ -27,16 +27,15 @@ def spread(
     range (m) counts as within; it is compared with the slant range if `slant`, else with the
     horizontal one.  Without `everything` ASVs out of range get no row.
     """
-    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
-    x, y, z, _ = where(auvs, auv, time)
+    x, y, z, _ = where(auv_table, auv_first, auv_step, auv, time)
     written, in_range, longest = 0, 0, -1.0
     for asv in range(asv_first.size - 1):
-        vessel = where(asvs, asv, time)
+        vessel = where(asv_table, asv_first, asv_step, asv, time)
         rise = z - vessel[2] if slant else 0.0
         square = (x - vessel[0]) ** 2 + (y - vessel[1]) ** 2 + rise**2
         heard = square <= hf_range**2
         if heard or everything:
-            travel = light_time(x, y, z, asvs, asv, time, sound_speed)
+            travel = light_time(x, y, z, asv_table, asv_first, asv_step, asv, time, sound_speed)
             line = receptions[row + written]
             line[OF_PING], line[OF_AUV], line[AT_ASV] = ping, auv, asv
             line[ARRIVED_AT], line[TRAVEL_TIME] = time + travel, travel
@@ -66,16 +65,18 @@ def arrivals(
     Where an AUV is out of the horizontal range (m) when the frame begins, it is NaN; where its way
     is not `foreseen`, the travel time is left out.
     """
-    asvs, fleet = Motion(asv_table, asv_first, asv_step), Motion(auv_table, auv_first, auv_step)
-    begins, ends = where(asvs, asv, time), where(asvs, asv, time + airtime)
+    begins = where(asv_table, asv_first, asv_step, asv, time)
+    ends = where(asv_table, asv_first, asv_step, asv, time + airtime)
     after = []
     for auv in auvs:
-        place = where(fleet, auv, time)
+        place = where(auv_table, auv_first, auv_step, auv, time)
         if (place[0] - begins[0]) ** 2 + (place[1] - begins[1]) ** 2 > reach**2:
             after.append(nan)
         elif foreseen:
             x, y, z, _ = ends
-            travel = light_time(x, y, z, fleet, auv, time + airtime, sound_speed)
+            travel = light_time(
+                x, y, z, auv_table, auv_first, auv_step, auv, time + airtime, sound_speed
+            )
             after.append(airtime + travel)
         else:
             after.append(airtime)

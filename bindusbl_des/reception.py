@@ -9,7 +9,7 @@ from .acoustics import loss_probability
 from .compiled import compiled
 from .events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from .fusion import fuse_pair
-from .motion import Floats, Ints, Motion, where
+from .motion import Floats, Ints, where
 from .propagation import (
     ARRIVED_AT,
     AT_ASV,
@@ -88,7 +88,7 @@ def settle(
     rtt; the turnaround is known and removed).  The fix is written to `estimate` (ESTIMATE,), the
     ASVs that heard to `hearers`.
     """
-    asvs, heard = Motion(asv_table, asv_first, asv_step), 0
+    heard = 0
     source = pings[int(receptions[first, OF_PING]), PING_X : PING_Z + 1]
     fix, covariance = np.zeros(3), np.zeros((3, 3))
     for row in range(first, end):
@@ -105,7 +105,7 @@ def settle(
             line[OUTCOME] = LOST
         else:
             line[OUTCOME] = HEARD
-            x, y, z, yaw = where(asvs, asv, line[ARRIVED_AT])
+            x, y, z, yaw = where(asv_table, asv_first, asv_step, asv, line[ARRIVED_AT])
             travelled = line[TRAVEL_TIME]
             if asv == caller:
                 travelled = (called + travelled) / 2

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import motion, paths
-from .motion import COS, DISTANCE, Motion
+from .motion import COS, HEADINGS, PLACE, WAY, Motion
 from .paths import Path, path_rows
 
 Array = NDArray[np.float64]
@@ -57,19 +57,19 @@ class Legged:
         self._motion = Motion(legs, np.array([0, len(legs)]), 0.0)
 
     def at(self, time: float) -> Place:
-        return Place(*motion.where(self._motion, 0, time))
+        return Place(*motion.where(*self._motion, 0, time))
 
     def sample(self, times: Array) -> Array:
-        return self._lines(times)[:, :4]
+        return self._lines(times)[:, PLACE]
 
     def _lines(self, times: Array) -> Array:
-        return motion.lines(self._motion, 0, np.ascontiguousarray(times, dtype=np.float64))
+        return motion.lines(*self._motion, 0, np.ascontiguousarray(times, dtype=np.float64))
 
     def heading_integral(self, times: Array) -> Array:
-        return self._lines(times)[:, COS:DISTANCE]
+        return self._lines(times)[:, HEADINGS]
 
     def distance(self, time: float) -> float:
-        return float(self._lines(np.array([time]))[0, DISTANCE])
+        return float(self._lines(np.array([time]))[0, WAY])
 
     def path_error(self, times: Array) -> Array:
         return np.zeros(len(times) if self._planned else 0)

@@ -349,7 +349,7 @@ def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
         rates = (-3 * after[0] + 4 * after[1] - after[2]) / (2 * tiny)
         logbook.note(log, k, step, np.concatenate((table[k], rates)))
     times = np.sort(np.random.default_rng(2).uniform(0.0, lines[-1], 300))
-    read = motion.lines(Motion(log, np.array([0, len(log)]), step), 0, times)
+    read = motion.lines(*Motion(log, np.array([0, len(log)]), step), 0, times)
     truth = places(Fleet(model, rest, **sea), times)  # type: ignore[arg-type]
     assert np.abs(read[:, :3] - truth[:, :3]).max() < 1e-6
     assert np.abs(read[:, 3] - truth[:, 3]).max() < 3e-6
@@ -364,11 +364,11 @@ def test_headings_sum_up_exactly_on_a_circle() -> None:
         c, s = math.cos(yaw), math.sin(yaw)
         place, rates = (s, 1.0 - c, 5.0, yaw), (rate * c, rate * s, 0.0, rate)
         logbook.note(log, line, step, np.array([*place, *rates]))
-    table = motion.lines(Motion(log, np.array([0, 21]), step), 0, np.array([0.31, 1.0]))
+    table = motion.lines(*Motion(log, np.array([0, 21]), step), 0, np.array([0.31, 1.0]))
     for row, yaw in zip(table, (0.31 * rate, rate), strict=True):
         sums = (math.sin(yaw) / rate, (1.0 - math.cos(yaw)) / rate)
-        assert row[logs.COS : logs.DISTANCE] == pytest.approx(sums, abs=1e-6)
-        assert row[logs.DISTANCE] == pytest.approx(yaw, abs=1e-6)
+        assert row[motion.HEADINGS] == pytest.approx(sums, abs=1e-6)
+        assert row[motion.WAY] == pytest.approx(yaw, abs=1e-6)
 
 
 @pytest.mark.parametrize("number", range(4))

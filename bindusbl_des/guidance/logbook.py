@@ -29,7 +29,7 @@ def beside(
     table: Floats, times: Floats, control: float, active: Ints, rows: Floats, bounds: Ints,
     errors: Floats,
 ) -> None:  # fmt: skip
-    """Write how far (m) each place of `table` (n, COLUMNS) lies from the path flown then.
+    """Write how far (m) each line of `table` (n, 7) lies from the path flown then.
 
     `active` (intervals,) is the row of the path that was flown in each control interval.
     """

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import logs
 from ..dynamics.frames import Floats
-from ..motion import Motion, lines, where
+from ..motion import HEADINGS, PLACE, WAY, Motion, lines, where
 from ..vehicles import Place
 from . import logbook
 from .tracks import Ints, Tracks
@@ -39,33 +39,37 @@ class Member:
         self._fleet, self._number = fleet, number
 
     def _table(self, times: Floats) -> Floats:
-        """Return the interpolated line of the log of each instant, (n, logs.COLUMNS)."""
+        """Return the interpolated line of the log of each instant, (n, 7)."""
         instants = np.ascontiguousarray(times, dtype=np.float64)
         if len(instants):
             self._fleet.advance(float(instants.max()))
-        return lines(self._fleet.motion, self._number, instants)
+        return lines(*self._fleet.motion, self._number, instants)
 
     def at(self, time: float) -> Place:
         """Return the true place at an instant (s)."""
         self._fleet.advance(time)
-        return Place(*where(self._fleet.motion, self._number, time))
+        return Place(*where(*self._fleet.motion, self._number, time))
 
     def velocity(self, time: float) -> tuple[float, float, float]:
         """Return the true velocity over ground (m/s) along x, y and z at an instant (s)."""
-        x, y, z, _ = self._table(np.array([time]))[0, logs.RATES : logs.COS].tolist()
+        self._fleet.advance(time)
+        motion, spot = self._fleet.motion, np.empty(logs.COS)
+        own = slice(motion.first[self._number], motion.first[self._number + 1])
+        logs.read(motion.table[own], motion.step, time, spot)
+        x, y, z, _ = spot[logs.RATES :].tolist()
         return x, y, z
 
     def sample(self, times: Floats) -> Floats:
         """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
-        return self._table(times)[:, : logs.RATES]
+        return self._table(times)[:, PLACE]
 
     def heading_integral(self, times: Floats) -> Floats:
         """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), (n, 2)."""
-        return self._table(times)[:, logs.COS : logs.DISTANCE]
+        return self._table(times)[:, HEADINGS]
 
     def distance(self, time: float) -> float:
         """Return the horizontal distance travelled over ground until an instant (m)."""
-        return float(self._table(np.array([time]))[0, logs.DISTANCE])
+        return float(self._table(np.array([time]))[0, WAY])
 
     def saturated(self) -> float:
         """Return the share of its control instants so far with an actuator at its limit."""

@@ -13,7 +13,7 @@ from ...scenario import Scenario
 from .experiment import Experiment
 
 # To be raised whenever a mission would give other numbers than before for the same scenario.
-MODEL_VERSION = 1
+MODEL_VERSION = 2
 
 
 @dataclass(frozen=True, slots=True)
