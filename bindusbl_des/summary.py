@@ -17,22 +17,31 @@ COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
     ("no fixes", "m", "imu_error_m", 2, 1),
 )
 
-# A larger fleet shows its first AUVs and the mean.
-MOST_ROWS = 20
+# A larger fleet shows its first AUVs, and between which values all of them lie.
+MOST_ROWS, FIRST_ROWS = 20, 10
 
 
 def summary_table(auvs: "pd.DataFrame", mission: "pd.DataFrame") -> str:
-    """Return a table with a row per AUV and the fleet's mean, units below the headings."""
-    shown: list[Any] = auvs.head(MOST_ROWS).to_dict("records")
+    """Return a table with a row per AUV and the fleet's mean, units below the headings.
+
+    A large fleet has the rows of its first AUVs, and least, mean and largest values of all.
+    """
+    is_large = len(auvs) > MOST_ROWS
+    shown: list[Any] = auvs.head(FIRST_ROWS if is_large else MOST_ROWS).to_dict("records")
     rows = [
         ("AUV", *(heading for heading, *_ in COLUMNS)),
         ("", *(unit for _, unit, *_ in COLUMNS)),
     ]
     rows += [_row(str(auv["auv"]), auv) for auv in shown]
-    if len(auvs) > MOST_ROWS:
-        rows.append((f"... {len(auvs) - MOST_ROWS}", *("" for _ in COLUMNS)))
     whole: Any = mission.iloc[0].to_dict()
-    rows.append(_row("mean", whole))
+    if is_large:
+        known = auvs[[metric for _, _, metric, *_ in COLUMNS]]
+        rows.append((f"+{len(auvs) - FIRST_ROWS}", *("..." for _ in COLUMNS)))
+        rows.append(_row("min", known.min().to_dict()))
+        rows.append(_row("mean", whole))
+        rows.append(_row("max", known.max().to_dict()))
+    else:
+        rows.append(_row("mean", whole))
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
         "  ".join(
