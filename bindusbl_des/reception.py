@@ -32,6 +32,9 @@ TOUCH = 1e-9
 ESTIMATE = 10
 
 
+NOBODY = -1
+
+
 class Loss(NamedTuple):
     """How likely a ping is lost on its way (:func:`.acoustics.loss_probability`)."""
 
@@ -39,17 +42,6 @@ class Loss(NamedTuple):
     combine: int
     contention: float
     cap: float
-
-
-@compiled
-def thirsty(first: int, end: int, receptions: Floats, taken: Ints, rows: int) -> int:
-    """Return an ASV whose noise of these receptions is used up, or -1."""
-    for row in range(first, end):
-        line = receptions[row]
-        asv = int(line[AT_ASV])
-        if line[OUTCOME] == IN_FLIGHT and taken[int(line[OF_AUV]), asv] == rows:
-            return asv
-    return -1
 
 
 @compiled
@@ -86,8 +78,14 @@ def settle(
     `count` receptions are on record; `duration` and `longest` as in :func:`overlapped`.  An ASV
     `caller` that called the AUV ranges by the round trip, of which `called` (s) was its call (eq.
     rtt; the turnaround is known and removed).  The fix is written to `estimate` (ESTIMATE,), the
-    ASVs that heard to `hearers`.
+    ASVs that heard to `hearers`.  Where an ASV's noise is used up, nothing is done and NOBODY - its
+    number returned: it must be refilled first.
     """
+    for row in range(first, end):
+        line = receptions[row]
+        auv, asv = int(line[OF_AUV]), int(line[AT_ASV])
+        if line[OUTCOME] == IN_FLIGHT and taken[auv, asv] == blocks.shape[1]:
+            return NOBODY - asv
     heard = 0
     source = pings[int(receptions[first, OF_PING]), PING_X : PING_Z + 1]
     fix, covariance = np.zeros(3), np.zeros((3, 3))

@@ -8,7 +8,6 @@ is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from importlib import import_module
 
 import networkx as nx
@@ -34,7 +33,8 @@ class View:
     """What the surface fleet knows when it schedules a round.
 
     `auvs` (n, 3) are the AUV positions it believes and `asvs` (m, 3) its own (m); `random` is a
-    stream of the schedule's own.
+    stream of the schedule's own.  From them follow `heard`, who is within HF range of whom (AUVs,
+    ASVs), and `conflicts`, the conflict graph of the AUVs.
     """
 
     round: int
@@ -45,15 +45,9 @@ class View:
     range_metric: str
     random: np.random.Generator
 
-    @cached_property
-    def heard(self) -> Hearing:
-        """Who is within HF range of whom, shape (AUVs, ASVs)."""
-        return hearing(self.auvs, self.asvs, self.hf_range, self.range_metric)
-
-    @cached_property
-    def conflicts(self) -> "nx.Graph[int]":
-        """The conflict graph of the AUVs."""
-        return conflict_graph(self.heard)
+    def __post_init__(self) -> None:
+        self.heard: Hearing = hearing(self.auvs, self.asvs, self.hf_range, self.range_metric)
+        self.conflicts: nx.Graph[int] = conflict_graph(self.heard)
 
 
 Schedule = Callable[[View], Groups]

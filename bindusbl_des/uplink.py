@@ -11,10 +11,10 @@ import simpy
 
 from .events import IN_FLIGHT
 from .fleet import Fleet
-from .propagation import ARRIVED_AT, OF_AUV, OF_PING, OUTCOME, spread
-from .reception import ESTIMATE, Loss, settle, thirsty
+from .propagation import ARRIVED_AT, OF_AUV, OF_PING, OUTCOME, Sea, spread
+from .reception import ESTIMATE, NOBODY, Loss, settle
 from .recorder import Recorder
-from .streams import ROWS, NoiseStore, Streams
+from .streams import NoiseStore, Streams
 from .usbl import NOISE_WIDTH, Usbl
 from .vehicles import Place
 
@@ -75,11 +75,13 @@ class Uplink:
         record: Recorder,
         listener: Listener,
     ) -> None:
-        self._env, self._auvs, self._asvs, self._record = env, auvs, asvs, record
+        self._env, self._auvs, self._asv_count, self._record = env, auvs, len(asvs), record
         self._range, self._slant = hf_range, metric == "slant"
-        self._duration, self._sound_speed = ping_duration, sound_speed
+        self._duration = ping_duration
+        self._sea = Sea(*asvs.motion, hf_range, self._slant, sound_speed, record.everything)
         self._longest = 0.0
-        self._loss, self._usbl, self._listener = loss, usbl, listener
+        self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels)
+        self._listener = listener
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
         self._estimate, self._hearers = np.empty(ESTIMATE), np.empty(len(asvs), dtype=np.int64)
 
@@ -96,9 +98,8 @@ class Uplink:
         ping, first = pings.count, receptions.count
         self._auvs.reach(time)
         written, longest = spread(
-            *self._auvs.motion, auv, round_number, slot, time, *self._asvs.motion, self._range,
-            self._slant, self._sound_speed, self._record.everything, pings.room_for(1), ping,
-            receptions.room_for(len(self._asvs)), first,
+            *self._auvs.motion, auv, round_number, slot, time, *self._sea, pings.room_for(1), ping,
+            receptions.room_for(self._asv_count), first,
         )  # fmt: skip
         pings.count += 1
         receptions.count += written
@@ -120,16 +121,17 @@ class Uplink:
             self._listener.hear(Heard(flight, asvs, rows, self._estimate.tolist()))
 
     def _settle(self, flight: Flight, rows: range) -> int:
-        pings, receptions, noise = self._record.pings, self._record.receptions, self._noise
-        while (asv := thirsty(rows.start, rows.stop, receptions.array, noise.taken, ROWS)) >= 0:
-            noise.refill(flight.auv, asv)
-        usbl = self._usbl
-        return settle(
-            rows.start, rows.stop, receptions.count, flight.caller, flight.called, self._duration,
-            self._longest, pings.array, receptions.array, *self._loss, *self._asvs.motion,
-            usbl.array, usbl.metric, usbl.levels, noise.shelf, noise.taken, noise.blocks,
-            self._estimate, self._hearers,
-        )  # fmt: skip
+        noise = self._noise
+        while True:
+            heard = settle(
+                rows.start, rows.stop, self._record.receptions.count, flight.caller, flight.called,
+                self._duration, self._longest, self._record.pings.array,
+                self._record.receptions.array, *self._instruments, noise.shelf, noise.taken,
+                noise.blocks, self._estimate, self._hearers,
+            )  # fmt: skip
+            if heard >= 0:
+                return heard
+            noise.refill(flight.auv, NOBODY - heard)
 
     def close(self, time: float) -> None:
         """Decide what has arrived by the end of the mission (s) of pings still under way."""
