@@ -36,10 +36,12 @@ def summary_table(auvs: "pd.DataFrame", mission: "pd.DataFrame") -> str:
     whole: Any = mission.iloc[0].to_dict()
     if is_large:
         known = auvs[[metric for _, _, metric, *_ in COLUMNS]]
+        least: Any = known.min().to_dict()
+        most: Any = known.max().to_dict()
         rows.append((f"+{len(auvs) - FIRST_ROWS}", *("..." for _ in COLUMNS)))
-        rows.append(_row("min", known.min().to_dict()))
+        rows.append(_row("min", least))
         rows.append(_row("mean", whole))
-        rows.append(_row("max", known.max().to_dict()))
+        rows.append(_row("max", most))
     else:
         rows.append(_row("mean", whole))
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
