@@ -5,7 +5,6 @@ These are the compiled inner loops of the bands.  Motions come as the fields of 
 """
 
 from math import nan
-from typing import NamedTuple
 
 from .compiled import compiled
 from .events import IN_FLIGHT, OUT_OF_RANGE
@@ -14,18 +13,6 @@ from .motion import Floats, Ints, light_time, where
 # Columns of the ledgers of events.Ping and events.Reception
 PING, ROUND, SLOT, AUV, SENT_AT, PING_X, PING_Y, PING_Z, IN_RANGE_OF, HEARD_BY = range(10)
 OF_PING, OF_AUV, AT_ASV, ARRIVED_AT, SLANT_RANGE, TRAVEL_TIME, OUTCOME = range(7)
-
-
-class Sea(NamedTuple):
-    """What a ping meets: the ASVs' motion, the HF range, the water, and who is kept on record."""
-
-    asv_table: Floats
-    asv_first: Ints
-    asv_step: float
-    hf_range: float
-    slant: bool
-    sound_speed: float
-    everything: bool
 
 
 @compiled

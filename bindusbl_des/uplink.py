@@ -11,7 +11,7 @@ import simpy
 
 from .events import IN_FLIGHT
 from .fleet import Fleet
-from .propagation import ARRIVED_AT, OF_AUV, OF_PING, OUTCOME, Sea, spread
+from .propagation import ARRIVED_AT, OF_AUV, OF_PING, OUTCOME, spread
 from .reception import ESTIMATE, NOBODY, Loss, settle
 from .recorder import Recorder
 from .streams import NoiseStore, Streams
@@ -78,7 +78,7 @@ class Uplink:
         self._env, self._auvs, self._asv_count, self._record = env, auvs, len(asvs), record
         self._range, self._slant = hf_range, metric == "slant"
         self._duration = ping_duration
-        self._sea = Sea(*asvs.motion, hf_range, self._slant, sound_speed, record.everything)
+        self._asvs, self._sound_speed, self._everything = asvs, sound_speed, record.everything
         self._longest = 0.0
         self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels)
         self._listener = listener
@@ -98,7 +98,8 @@ class Uplink:
         ping, first = pings.count, receptions.count
         self._auvs.reach(time)
         written, longest = spread(
-            *self._auvs.motion, auv, round_number, slot, time, *self._sea, pings.room_for(1), ping,
+            *self._auvs.motion, auv, round_number, slot, time, *self._asvs.motion, self._range,
+            self._slant, self._sound_speed, self._everything, pings.room_for(1), ping,
             receptions.room_for(self._asv_count), first,
         )  # fmt: skip
         pings.count += 1
