@@ -101,7 +101,6 @@ class Result:
         return folder
 
     def _write_into(self, draft: Path, scenario_text: str | None) -> None:
-        from .figures import save_mission_figure
         from .report.run_page import run_page
 
         run = self.run_record()
@@ -114,8 +113,6 @@ class Result:
         text = scenario_text or json.dumps(run["scenario"], indent=2)  # JSON is YAML
         (draft / "scenario.yaml").write_text(text, encoding="utf-8")
         _write_json(draft / "data_dictionary.json", data_dictionary())
-        if "tracks" in self.arrow:
-            save_mission_figure(self, draft / "mission.png")
         (draft / "report.html").write_text(run_page(self), encoding="utf-8")
         _write_json(draft / "run.json", run)
 

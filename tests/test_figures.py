@@ -19,7 +19,6 @@ from bindusbl_des.cli import main
 from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
 from bindusbl_des.figures.anatomy import busiest
 from bindusbl_des.figures.kinds import KINDS, TABLES
-from bindusbl_des.figures.mission import mission_figure
 from bindusbl_des.figures.style import save, styled
 from bindusbl_des.figures.sweeps import curves, heatmap
 from bindusbl_des.report.envelope import error_envelope
@@ -255,7 +254,7 @@ ODD = {
 
 
 @pytest.mark.parametrize("world", ODD.values(), ids=ODD)
-def test_odd_missions_are_drawn_without_warning(world: Scenario, tmp_path: Path) -> None:
+def test_odd_missions_are_drawn_without_warning(world: Scenario) -> None:
     """Whatever the mission, each figure has axes of some size, over one column and two."""
     run = simulate(world, 1)
     for kind, draw in KINDS.items():
@@ -266,19 +265,6 @@ def test_odd_missions_are_drawn_without_warning(world: Scenario, tmp_path: Path)
             for axes in figure.axes:
                 assert axes.get_position().width > 0.2, kind
                 assert axes.get_position().height > 0.05, kind
-    run.write(tmp_path / "out")
-    assert (tmp_path / "out" / "mission.png").stat().st_size > 10_000
-
-
-def test_the_mission_picture_has_its_three_parts(result: Result) -> None:
-    """Map, errors and counts; the errors are those of the tracks."""
-    with styled():
-        _, error, _ = mission_figure(result).axes
-    tracks = result.tables["tracks"]
-    collection = next(c for c in error.collections if isinstance(c, LineCollection))
-    for index, path in enumerate(collection.get_segments()):
-        own = tracks[tracks.vehicle == f"AUV{index}"]
-        assert path == pytest.approx(own[["time_s", "position_error_m"]].to_numpy())
 
 
 @pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])

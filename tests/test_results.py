@@ -34,7 +34,7 @@ def test_a_result_folder_reads_back(result: Result, tmp_path: Path) -> None:
     for name in TABLES:
         pd.testing.assert_frame_equal(back.tables[name], result.tables[name])
     files = {path.name for path in folder.iterdir()}
-    assert {"run.json", "scenario.yaml", "data_dictionary.json", "mission.png"} <= files
+    assert {"run.json", "scenario.yaml", "data_dictionary.json", "report.html"} <= files
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
