@@ -31,9 +31,14 @@ class RunFailed(BadInput):
 
 def talk(text: str) -> None:
     """Tell the user something on stderr, unless asked to be quiet."""
-    context = click.get_current_context(silent=True)
-    if not (context and (context.find_root().obj or {}).get("quiet")):
+    if not is_quiet():
         click.echo(text, err=True)
+
+
+def is_quiet() -> bool:
+    """Tell whether the user has asked to hear only what is wrong."""
+    context = click.get_current_context(silent=True)
+    return bool(context and (context.find_root().obj or {}).get("quiet"))
 
 
 def tell_of_compiling() -> None:

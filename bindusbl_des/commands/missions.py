@@ -2,12 +2,15 @@
 
 import re
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..progress import ProgressLine, duration
 from .console import (
     RunFailed,
+    is_quiet,
     print_json,
     refuse,
     scenario_from,
@@ -108,10 +111,35 @@ def _simulated(scenario: "Scenario", seed: int) -> "Result":
     from ..simulation import simulate
 
     tell_of_compiling()
+    progress = MissionProgress(scenario.duration_s, quiet=is_quiet())
     try:
-        return simulate(scenario, seed=seed)
+        return simulate(scenario, seed=seed, progress=progress.note)
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, OSError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {_reason(error)}") from error
+    finally:
+        progress.end()
+
+
+class MissionProgress:
+    """Says how much of a mission has been simulated, and how long the rest will take."""
+
+    def __init__(self, duration_s: float, *, quiet: bool) -> None:
+        self._duration, self._now, self._began = duration_s, 0.0, monotonic()
+        self._line = ProgressLine(quiet=quiet)
+
+    def note(self, time: float) -> None:
+        """Note the instant (s) that the mission has come to."""
+        self._now = time
+        self._line.tell(self._text)
+
+    def end(self) -> None:
+        """End the line, if there was one."""
+        self._line.end(self._text)
+
+    def _text(self) -> str:
+        spent = monotonic() - self._began
+        left = duration(spent * (self._duration / self._now - 1.0)) if self._now else "?"
+        return f"{self._now:.0f} of {self._duration:.0f} s simulated, {left} left"
 
 
 def _reason(error: BaseException) -> str:

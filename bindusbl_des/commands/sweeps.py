@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import RunFailed, print_json, refuse, talk, tell_of_compiling
+from .console import RunFailed, is_quiet, print_json, refuse, talk, tell_of_compiling
 from .reports import leave_report
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def sweep(
             workers=workers,
             backend=backend,
             shard=shard,
-            quiet=_quiet(),
+            quiet=is_quiet(),
             mission_timeout_s=mission_timeout,
         )
     _report(campaign, as_json)
@@ -155,7 +155,7 @@ def resume(
             retry_failed=retry_failed,
             workers=workers,
             backend=backend,
-            quiet=_quiet(),
+            quiet=is_quiet(),
             mission_timeout_s=mission_timeout,
         )
     _report(campaign, as_json)
@@ -168,7 +168,7 @@ def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign is."""
     with mistakes_told():
         from ..campaigns.campaign import load_campaign
-        from ..campaigns.workers.progress import duration
+        from ..progress import duration
 
         campaign = load_campaign(folder)
         state = campaign.state()
@@ -231,17 +231,12 @@ def mistakes_told() -> Iterator[None]:
         raise RunFailed(f"{error.filename or 'the folder'}: {reason}") from error
 
 
-def _quiet() -> bool:
-    context = click.get_current_context(silent=True)
-    return bool(context and (context.find_root().obj or {}).get("quiet"))
-
-
 def _tell_estimate(
     experiment: "Experiment", shard: tuple[int, int] | None, workers: int | None, as_json: bool
 ) -> None:
     from ..campaigns.experiments.plan import Plan
     from ..campaigns.workers.estimate import estimated
-    from ..campaigns.workers.progress import duration
+    from ..progress import duration
 
     plan = Plan(experiment)
     missions = len(plan.shard(*(shard or (1, 1))))
