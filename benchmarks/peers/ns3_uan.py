@@ -33,7 +33,11 @@ MISSING = "ns-3 is not installed here: pip install 'bindusbl-des[peers]'"
 MODES = {"stock": (), "listeners": ("listeners",)}
 
 # Missions whose traffic the export can say, and that ns-3 ends within a minute.
-COMPARED = ("(3,1) kinematic", "(3,3) kinematic", "(10,3) kinematic", "(100,10) kinematic")
+COMPARED = tuple(
+    f"{fleet} {vehicle}"
+    for fleet in ("(3,1)", "(3,3)", "(10,3)", "(100,10)")
+    for vehicle in ("kinematic", "bluerov2")
+)
 
 
 class PeerMissing(Exception):

@@ -83,7 +83,8 @@ def _command_lines(found: dict[str, Any]) -> Iterator[str]:
     sweep = found["sweep"]
     for name, key in (("--help", "help_ms"), ("run, baseline", "run_ms")):
         took = found[key]
-        yield f"{name:<20}{took['median']:>9.0f} ms by the clock, {took['processor']:.0f} ms of work"
+        processor = f"{took['processor']:.0f} ms of processor time"
+        yield f"{name:<20}{took['median']:>9.0f} ms by the clock, {processor}"
     yield (
         f"{'sweep':<20}{sweep['missions_per_s']:>9.1f} missions/s with {sweep['workers']} workers: "
         f"{sweep['missions']} missions in {sweep['wall_s']:.1f} s"

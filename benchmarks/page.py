@@ -1,0 +1,179 @@
+"""The page docs/performance.md, written from the measurements in history.json."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from targets import verdicts
+
+from bindusbl_des.benchmark.missions import standard_missions
+
+Measured = dict[str, Any]
+
+TEMPLATE = Path(__file__).with_name("performance.template.md")
+
+
+def page(history: dict[str, Measured]) -> str:
+    """Return the page in Markdown; the last measurement is the present one."""
+    now = list(history.values())[-1]
+    return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
+        targets=_targets(now),
+        machine=_machine(now["machine"]),
+        missions=_missions(now),
+        fleets=_fleets(now),
+        shares=_shares(now),
+        history=_history(history),
+        commands=_commands(now["commands"]) if "commands" in now else "Not measured.\n",
+        peers=_peers(now["peers"]) if "peers" in now else "Not measured.\n",
+    )
+
+
+def table(head: Sequence[str], rows: Iterator[Sequence[str]]) -> str:
+    """Return a Markdown table, numbers to the right of their first column."""
+    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def number(value: float | None) -> str:
+    """Return a number with three digits; a dash for none."""
+    if value is None:
+        return "-"
+    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def _targets(now: Measured) -> str:
+    rows = (
+        (
+            target.what,
+            f"{target.first:g} {target.unit}",
+            f"{target.then:g} {target.unit}",
+            f"{number(value)} {target.unit}" if value is not None else "-",
+            verdict,
+        )
+        for target, value, verdict in verdicts(now)
+    )
+    return table(("at most", "first", "then", "now", ""), rows)
+
+
+def _machine(it: dict[str, Any]) -> str:
+    return (
+        f"{it['processor']}, {it['cores']} cores, {it['system']}, Python {it['python']}, "
+        f"numpy {it['numpy']}, numba {it['numba']}."
+    )
+
+
+def _missions(now: Measured) -> str:
+    head = (
+        "mission", "processor ms", "by the clock, median (min .. max) ms", "new configuration ms",
+        "tables ms", "events/s", "times real time", "us per AUV and s", "MB",
+    )  # fmt: skip
+    return table(
+        head,
+        (
+            (
+                name,
+                number(row["mission_ms"]["processor"]),
+                "{} ({} .. {})".format(
+                    *(number(row["mission_ms"][key]) for key in ("median", "min", "max"))
+                ),
+                number(row["new_configuration_ms"]["processor"]),
+                number(row["writing_ms"]["processor"]),
+                number(row["events_per_s"]),
+                number(row["sim_seconds_per_s"]),
+                number(row["us_per_auv_second"]),
+                number(row["peak_memory_mb"]),
+            )
+            for name, row in now["missions"].items()
+        ),
+    )
+
+
+def _fleets(now: Measured) -> str:
+    missions = standard_missions()
+    head = ("fleet", "side m", "HF range m", "MF range m", "bit/s", "events")
+    rows = (
+        (
+            name.split()[0],
+            number(missions[name].survey.side_m),
+            number(missions[name].acoustics.hf.range_m),
+            number(missions[name].acoustics.mf.range_m),
+            number(missions[name].acoustics.mf.bit_rate_bps),
+            f"{row['events']:,}",
+        )
+        for name, row in now["missions"].items()
+        if name.endswith("kinematic")
+    )
+    return table(head, rows)
+
+
+def _shares(now: Measured) -> str:
+    parts = list(next(iter(now["missions"].values()))["shares"])
+    rows = (
+        (name, *(f"{100 * row['shares'][part]:.0f}" for part in parts))
+        for name, row in now["missions"].items()
+    )
+    return table(("mission", *parts), rows)
+
+
+def _history(history: dict[str, Measured]) -> str:
+    missions = list(dict.fromkeys(name for it in history.values() for name in it["missions"]))
+    rows: list[list[str]] = []
+    for mission in missions:
+        found = [it["missions"].get(mission) for it in history.values()]
+        took = [it and it["new_configuration_ms"]["processor"] for it in found]
+        rows.append([f"{mission}, ms", *map(number, took), _gain(took)])
+    for what, key in (("`--help`, ms", "help_ms"), ("`run` of the baseline, ms", "run_ms")):
+        times = [it.get("commands", {}).get(key, {}).get("processor") for it in history.values()]
+        rows.append([what, *map(number, times), _gain(times)])
+    sweeps = [it.get("commands", {}).get("sweep", {}) for it in history.values()]
+    times = [it and it["planned_processor_s"] for it in sweeps]
+    rows.append(["sweep of 5,760 missions, s", *(number(it or None) for it in times), _gain(times)])
+    return table(("", *history, "times faster"), iter(rows))
+
+
+def _gain(took: Sequence[float | None]) -> str:
+    return number(took[0] / took[-1]) if took[0] and took[-1] else "-"
+
+
+def _commands(found: Measured) -> str:
+    sweep = found["sweep"]
+    rows = (
+        (name, number(found[key]["median"]), number(found[key]["processor"]))
+        for name, key in (("`--help`", "help_ms"), ("`run` of the paper's baseline", "run_ms"))
+    )
+    times = table(("command, warm cache", "by the clock ms", "processor ms"), rows)
+    return (
+        f"{times}\n"
+        f"A sweep with {sweep['workers']} workers made {sweep['missions']} missions (every 17th\n"
+        f"of the 192 points, 30 seeds each) in {number(sweep['wall_s'])} s by the clock, start-up\n"
+        f"and tables included: {number(sweep['missions_per_s'])} missions/s. In proportion, all\n"
+        f"{sweep['planned_missions']:,} missions take {number(sweep['planned_s'])} s by the clock, "
+        f"or {number(sweep['planned_processor_s'] / sweep['workers'])} s of each of two free\n"
+        f"cores: extrapolated, not run. The largest process had "
+        f"{number(sweep['peak_memory_mb'])} MB.\n"
+    )
+
+
+def _peers(found: Measured) -> str:
+    head = (
+        "mission", "ours ms", "ours, new configuration ms", "ns-3 stock ms", "ratio",
+        "ratio, new configuration", "ns-3 listeners ms", "ratio", "ns-3 set-up ms",
+        "receptions, equal",
+    )  # fmt: skip
+    rows = (
+        (
+            name,
+            number(row["mission_ms"]),
+            number(row["new_configuration_ms"]),
+            number(row["stock_run_ms"]),
+            number(row["ratio_stock"]),
+            number(row["new_configuration_ms"] / row["stock_run_ms"]),
+            number(row["listeners_run_ms"]),
+            number(row["ratio_listeners"]),
+            number(row["stock_set_up_ms"]),
+            f"{row['pings_heard'] + row['frames_reached']:,}",
+        )
+        for name, row in found.items()
+    )
+    return table(head, rows)

@@ -1,0 +1,83 @@
+"""What the speed of missions is to be, and whether a measurement gets there."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+Measured = dict[str, Any]
+VEHICLES = ("kinematic", "bluerov2")
+
+
+@dataclass(frozen=True)
+class Target:
+    """One figure: what it is of, its unit, what is asked first and then, and how it is read."""
+
+    what: str
+    unit: str
+    first: float
+    then: float
+    value: Callable[[Measured], float]
+
+
+def mission_ms(found: Measured, name: str) -> float:
+    """Return the processor time (ms) of a mission that shares nothing with those before it."""
+    took: float = found["missions"][name]["new_configuration_ms"]["processor"]
+    return took
+
+
+def slowest_ms(found: Measured, fleet: str) -> float:
+    """Return the mission time (ms) of a fleet with the vehicles that cost more."""
+    return max(mission_ms(found, f"{fleet} {vehicle}") for vehicle in VEHICLES)
+
+
+def worst_ratio(found: Measured, fleet: str) -> float:
+    """Return our whole mission over ns-3's acoustics, with the vehicles that cost more."""
+    rows = [found["peers"][f"{fleet} {vehicle}"] for vehicle in VEHICLES]
+    return float(max(row["new_configuration_ms"] / row["stock_run_ms"] for row in rows))
+
+
+def growth(found: Measured) -> float:
+    """Return the cost per AUV and second at (1000,50) over that at (10,3), kinematic."""
+    large = mission_ms(found, "(1000,50) kinematic") / 1000
+    return large / (mission_ms(found, "(10,3) kinematic") / 10)
+
+
+TARGETS = (
+    Target("(3,3), dearer vehicle", "ms", 25, 25, lambda it: slowest_ms(it, "(3,3)")),
+    Target("(3,3) over ns-3's acoustics", "x", 1, 1, lambda it: worst_ratio(it, "(3,3)")),
+    Target("(10,3), dearer vehicle", "ms", 80, 80, lambda it: slowest_ms(it, "(10,3)")),
+    Target("(10,3) over ns-3's acoustics", "x", 1, 1, lambda it: worst_ratio(it, "(10,3)")),
+    Target(
+        "(1000,50), dearer vehicle", "s", 20, 5, lambda it: slowest_ms(it, "(1000,50)") / 1e3
+    ),
+    Target("(1000,50) over (10,3), per AUV and second", "x", 3, 3, growth),
+    Target(
+        "sweep of 5,760 missions, two workers, extrapolated", "s", 240, 90,
+        lambda it: float(it["commands"]["sweep"]["planned_s"]),
+    ),
+    Target(
+        "`run` of the baseline, from command to files", "s", 3, 1.5,
+        lambda it: float(it["commands"]["run_ms"]["median"]) / 1e3,
+    ),
+    Target(
+        "memory of a sweep worker", "MB", 500, 300,
+        lambda it: float(it["commands"]["sweep"]["peak_memory_mb"]),
+    ),
+)  # fmt: skip
+
+
+def verdicts(found: Measured) -> Iterator[tuple[Target, float | None, str]]:
+    """Yield each target with what was measured (None: nothing) and whether it is met."""
+    for target in TARGETS:
+        try:
+            value = target.value(found)
+        except KeyError:
+            yield target, None, "not measured"
+            continue
+        yield target, value, _verdict(target, value)
+
+
+def _verdict(target: Target, value: float) -> str:
+    if value <= target.then:
+        return "met"
+    return "first met" if value <= target.first else "**not met**"
