@@ -57,10 +57,16 @@ def _targets(now: Measured) -> str:
 
 
 def _machine(it: dict[str, Any]) -> str:
-    return (
+    text = (
         f"{it['processor']}, {it['cores']} cores, {it['system']}, Python {it['python']}, "
         f"numpy {it['numpy']}, numba {it['numba']}."
     )
+    if it["load"] > 1:
+        text += (
+            f" Other work had {it['load']:g} processes at once when the measurement\nbegan: times "
+            "by the clock say more about that than about missions."
+        )
+    return text
 
 
 def _missions(now: Measured) -> str:

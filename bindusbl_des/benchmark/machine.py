@@ -7,13 +7,17 @@ from importlib.metadata import version
 from pathlib import Path
 
 
-def machine() -> dict[str, str | int]:
-    """Return the processor, how many of its cores there are, and what runs on them."""
+def machine() -> dict[str, str | float]:
+    """Return the processor, how many of its cores there are, and what runs on them.
+
+    `load` is how many processes wanted a core, on average over the last minute.
+    """
     return {
         "processor": processor(),
         "cores": len(os.sched_getaffinity(0))
         if hasattr(os, "sched_getaffinity")
         else os.cpu_count() or 1,
+        "load": round(os.getloadavg()[0], 1),
         "system": platform.system(),
         "python": platform.python_version(),
         "numpy": version("numpy"),

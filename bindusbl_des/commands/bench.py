@@ -43,6 +43,8 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
 
     it = found["machine"]
     yield f"{it['processor']}, {it['cores']} cores, Python {it['python']}; {DURATION_S:g} s each"
+    if it["load"] > 1:
+        yield f"other work has {it['load']:g} processes at once: look at processor times"
     yield "ms of processor time; by the clock, where other work counts too; rates per processor s"
     yield ""
     yield f"{'mission':<20}{'ms':>9}{'by the clock':>24}{'new':>9}{'tables':>8}{'events':>9}" + (
