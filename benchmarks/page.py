@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from string import Template
+from textwrap import fill
 from typing import Any
 
 from targets import verdicts
@@ -11,6 +12,7 @@ from bindusbl_des.benchmark.missions import standard_missions
 
 Measured = dict[str, Any]
 
+WIDTH = 100
 TEMPLATE = Path(__file__).with_name("performance.template.md")
 
 
@@ -63,10 +65,10 @@ def _machine(it: dict[str, Any]) -> str:
     )
     if it["load"] > 1:
         text += (
-            f" Other work had {it['load']:g} processes at once when the measurement\nbegan: times "
+            f" Other work had {it['load']:g} processes at once when the measurement began: times "
             "by the clock say more about that than about missions."
         )
-    return text
+    return fill(text, WIDTH)
 
 
 def _missions(now: Measured) -> str:
@@ -149,16 +151,16 @@ def _commands(found: Measured) -> str:
         for name, key in (("`--help`", "help_ms"), ("`run` of the paper's baseline", "run_ms"))
     )
     times = table(("command, warm cache", "by the clock ms", "processor ms"), rows)
-    return (
-        f"{times}\n"
-        f"A sweep with {sweep['workers']} workers made {sweep['missions']} missions (every 17th\n"
-        f"of the 192 points, 30 seeds each) in {number(sweep['wall_s'])} s by the clock, start-up\n"
-        f"and tables included: {number(sweep['missions_per_s'])} missions/s. In proportion, all\n"
-        f"{sweep['planned_missions']:,} missions take {number(sweep['planned_s'])} s by the clock, "
-        f"or {number(sweep['planned_processor_s'] / sweep['workers'])} s of each of two free\n"
-        f"cores: extrapolated, not run. The largest process had "
-        f"{number(sweep['peak_memory_mb'])} MB.\n"
+    text = (
+        f"A sweep with {sweep['workers']} workers made {sweep['missions']} missions (every 17th of "
+        f"192 points, 30 seeds each) in {number(sweep['wall_s'])} s by the clock and "
+        f"{number(sweep['processor_s'])} s of processor time, start-up and tables included. In "
+        f"proportion, all {sweep['planned_missions']:,} missions take {number(sweep['planned_s'])} "
+        f"s by the clock, or {number(sweep['planned_processor_s'] / sweep['workers'])} s of each of "
+        "two free cores: this is extrapolated, not run. The largest process had "
+        f"{number(sweep['peak_memory_mb'])} MB."
     )
+    return f"{times}\n{fill(text, WIDTH)}\n"
 
 
 def _peers(found: Measured) -> str:

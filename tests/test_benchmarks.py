@@ -31,7 +31,7 @@ from bindusbl_des.formations import formation
 from bindusbl_des.launch import asv_stations
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "benchmarks" / "peers"))  # programs beside the package
+sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "benchmarks" / "peers")]  # programs
 ns3_uan, traffic = import_module("ns3_uan"), import_module("traffic")
 
 MISSIONS = standard_missions()
@@ -213,3 +213,23 @@ def test_a_missing_ns3_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(ns3_uan, "find_spec", lambda name: None)
     with pytest.raises(ns3_uan.PeerMissing, match=r"pip install 'bindusbl-des\[peers\]'"):
         ns3_uan.ns3_home()
+
+
+def test_the_page_is_the_one_that_the_measurements_make() -> None:
+    """docs/performance.md is what benchmarks/record.py writes; else run it again."""
+    history = json.loads((ROOT / "benchmarks" / "history.json").read_text(encoding="utf-8"))
+    written = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
+    assert written == import_module("page").page(history)
+
+
+def test_targets_are_met_first_and_then_or_not() -> None:
+    """What was not measured meets nothing; a value between the two bounds meets the first."""
+    targets = import_module("targets")
+    sweep = {"peak_memory_mb": 400.0, "planned_processor_s": 100.0}
+    commands = {"sweep": sweep, "run_ms": {"processor": 4000.0}}
+    found = {"missions": {}, "commands": commands}
+    verdicts = {target.what: verdict for target, _, verdict in targets.verdicts(found)}
+    assert verdicts["memory of a sweep worker"] == "first met"
+    assert verdicts["sweep of 5,760 missions on two cores, extrapolated"] == "met"
+    assert verdicts["`run` of the baseline, from command to files"] == "**not met**"
+    assert verdicts["(3,3), dearer vehicle"] == "not measured"
