@@ -153,8 +153,15 @@ class Asvs(Part):
     formation: Formation = Field(default=Formation(), description="where the ASVs keep station")
 
 
+class Origin(Part):
+    """Where on Earth the centre of the survey lies (WGS-84); +x is north there, +y east."""
+
+    lat_deg: Real = key(..., "deg", "latitude, positive to the north", ge=-90, le=90)
+    lon_deg: Real = key(..., "deg", "longitude, positive to the east", ge=-180, le=180)
+
+
 class Environment(Part):
-    """The water: how fast sound travels in it and how it moves."""
+    """The water: how fast sound travels in it, how it moves, and where it is."""
 
     sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
     current_m_per_s: Real = key(0.0, "m/s", "speed of the uniform current", ge=0, le=10)
@@ -166,6 +173,9 @@ class Environment(Part):
     )
     current_direction_deg: Real = key(
         0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
+    )
+    origin: Origin | None = Field(
+        default=None, description="survey centre on Earth, for exports; null = nowhere in particular"
     )
 
 
