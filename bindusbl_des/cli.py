@@ -8,6 +8,7 @@ import click
 from .commands.bench import bench
 from .commands.comparing import compare
 from .commands.doctor import doctor
+from .commands.exports import export
 from .commands.files import init, params, schema, validate
 from .commands.missions import explain, run
 from .commands.planning import coverage, timing
@@ -81,6 +82,7 @@ for _command in (
     plot,
     explain,
     bench,
+    export,
     doctor,
 ):
     main.add_command(_command)

@@ -1,8 +1,8 @@
 """Where on Earth a mission is: WGS-84, and from north-east-down to east-north-up.
 
 Inside the package every position is in the survey frame, x north, y east, z down (NED), and a
-heading turns from +x towards +y.  What goes out to viewers is east-north-up (ENU, ROS REP 103): this
-module is the only place where one becomes the other.
+heading turns from +x towards +y.  What goes out to viewers is east-north-up (ENU, ROS REP 103):
+this module is the only place where one becomes the other.
 """
 
 import math
@@ -91,7 +91,9 @@ def geodetic_from_ecef(position: ArrayLike) -> tuple[float, float, float]:
         )
         reduced = math.atan2((1 - FLATTENING) * math.sin(lat), math.cos(lat))
     # Valid at the poles as well, where across / cos(lat) is not.
-    height = across * math.cos(lat) + z * math.sin(lat) - SEMI_MAJOR**2 / _prime_vertical_radius(lat)
+    height = (
+        across * math.cos(lat) + z * math.sin(lat) - SEMI_MAJOR**2 / _prime_vertical_radius(lat)
+    )
     return math.degrees(lat), math.degrees(math.atan2(y, x)), height
 
 
@@ -111,7 +113,7 @@ def geodetic_from_ned(
     Returns:
         Latitude (deg), longitude (deg), height above the ellipsoid (m).
 
-    >>> geodetic_from_ned([0.0, 0.0, 10.0], 54.33, 10.18)[2].__round__(6)
+    >>> round(geodetic_from_ned([0.0, 0.0, 10.0], 54.33, 10.18)[2], 6)
     -10.0
     """
     ned = np.asarray(position, dtype=np.float64)
@@ -122,11 +124,10 @@ def geodetic_from_ned(
 def ned_from_geodetic(
     lat: float, lon: float, height: float, lat_deg: float, lon_deg: float
 ) -> Floats:
-    """Return north, east, down (m) of a place on Earth in the survey centred at `lat_deg, lon_deg`.
+    """Return north, east, down (m) of a place on Earth; the survey's centre as above.
 
-    >>> ned_from_geodetic(*geodetic_from_ned([60.0, -70.0, 10.0], 54.33, 10.18), 54.33, 10.18).round(
-    ...     6
-    ... ).tolist()
+    >>> there = geodetic_from_ned([60.0, -70.0, 10.0], 54.33, 10.18)
+    >>> ned_from_geodetic(*there, 54.33, 10.18).round(6).tolist()
     [60.0, -70.0, 10.0]
     """
     offset = ecef_from_geodetic(lat, lon, height) - ecef_from_geodetic(lat_deg, lon_deg)

@@ -175,7 +175,8 @@ class Environment(Part):
         0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
     )
     origin: Origin | None = Field(
-        default=None, description="survey centre on Earth, for exports; null = nowhere in particular"
+        default=None,
+        description="survey centre on Earth, for exports; null = nowhere in particular",
     )
 
 

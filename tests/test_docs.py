@@ -1,5 +1,7 @@
 """The documentation is executed: commands, snippets, scenario files, citation."""
 
+import contextlib
+import io
 import re
 import shlex
 import subprocess
@@ -10,10 +12,11 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from bindusbl_des import load_scenario, simulate
+from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.cli import main
 
 ROOT = Path(__file__).parents[1]
+MANUAL = ("frames.md", "vehicles.md")
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 
 
@@ -56,11 +59,52 @@ def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert simulate(scenario).auvs.fixes_delivered.min() > 5
 
 
-def test_python_in_the_manual_runs() -> None:
-    """The Python of the other pages runs as it stands."""
-    for page in ("docs/vehicles.md",):
-        for block in blocks(page, "python"):
-            exec(block, {})
+@pytest.mark.parametrize("page", MANUAL)
+def test_manual_does_what_it_says(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A page is followed from top to bottom: files, commands and Python, and what they print."""
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    printed, names = "", {"__name__": "page"}
+    text = (ROOT / "docs" / page).read_text()
+    for language, block in re.findall(r"^```(\w+)\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
+        if language == "console":
+            printed = "".join(map(typed, block.splitlines()))
+        elif language == "python":
+            printed = shown_by(block, names)
+        elif language == "yaml":
+            kept(block)
+        elif language == "text":
+            assert block.strip() in printed, f"{page} does not print:\n{block}\nbut:\n{printed}"
+
+
+def typed(line: str) -> str:
+    """Return what a command line of the manual prints; what is not ours is not run."""
+    command = shlex.split(line, comments=True)
+    if command[:1] != ["bindusbl-des"]:
+        return ""
+    outcome = CliRunner().invoke(main, command[1:])
+    assert outcome.exit_code == 0, f"{line}: {outcome.output}"
+    return outcome.stdout
+
+
+def shown_by(block: str, names: dict[str, object]) -> str:
+    """Return what Python of the manual prints; a block that names a file becomes that file."""
+    if named := re.match(r"# (\w+\.py)\n", block):
+        Path(named[1]).write_text(block)
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(block, names)
+    return printed.getvalue()
+
+
+def kept(block: str) -> None:
+    """Write YAML that names its file; other YAML is part of a scenario, and valid."""
+    if named := re.match(r"# (\w+\.yaml)\n", block):
+        Path(named[1]).write_text(block)
+    else:
+        Scenario.model_validate({"name": "part"} | yaml.safe_load(block))
 
 
 def test_readme_first_commands_exist() -> None:

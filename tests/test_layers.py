@@ -12,12 +12,12 @@ LAYERS = [
     "compiled wording events streams progress",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation reception dead_reckoning track_file currents vehicles "
-    "dynamics guidance",
+    "dynamics guidance geodesy",
     "consistency vehicle_choice scenario",
     "navigation recorder fleet",
     "uplink downlink ranging boards broadcasters schedules samples",
     "voyages launch world protocol metrics",
-    "tables rounds figures summary result simulation explain report",
+    "tables rounds figures summary result simulation explain report export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns sweep_data sweep_report benchmark",
     "reproduction",
@@ -29,7 +29,7 @@ RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split(
 HOMES = {
     "simpy": "uplink downlink ranging protocol world simulation",
     "networkx": "conflicts schedules",
-    "pyarrow": "tables result simulation campaigns",
+    "pyarrow": "tables result simulation campaigns export",
     "yaml": "plain_yaml yaml_syntax",
     "click": "cli commands",
     "numba": "compiled",
@@ -37,6 +37,7 @@ HOMES = {
     "pydantic_core": "scenario scenario_file vehicle_choice",
     "matplotlib": "figures reproduction",
     "pandas": "result summary campaigns reproduction",
+    "foxglove": "export",
 }
 
 

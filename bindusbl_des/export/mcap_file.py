@@ -1,0 +1,115 @@
+"""A mission as one MCAP file, for Foxglove, Lichtblick and PlotJuggler."""
+
+import heapq
+import json
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import foxglove
+from foxglove import Channel, Context
+from foxglove.mcap import MCAPWriteOptions
+
+from ..result import scenario_sha256
+from .frames import transforms
+from .locations import location_streams
+from .messages import Message, nanoseconds
+from .rows import json_schema, row_streams
+from .scenery import scenery
+from .sound import sound_streams
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+FRAMES_TOLD = (
+    "Messages with a Foxglove schema: east, north, up (ENU, m) in the frame 'map', whose origin is "
+    "the survey's centre at the surface; vehicles x forward, y to port, z up. JSON rows: the "
+    "tables' columns, north, east, down (NED)."
+)
+
+
+def write_mcap(result: "Result", path: Path) -> Mapping[str, int]:
+    """Write a mission as an MCAP file; return the number of messages on each topic.
+
+    Log times are mission times in nanoseconds from 0; on one topic they rise strictly, what falls
+    on the same instant follows in steps of 1 ns.  The file appears when it is whole.
+
+    Raises:
+        KeyError: when the result holds metrics only (`record.detail: summary`).
+        OSError: when it cannot be written.
+    """
+    streams = [scenery(result), transforms(result), *sound_streams(result)]
+    streams += [*location_streams(result), *row_streams(result)]
+    draft = path.with_name(f".{path.name}.tmp")
+    try:
+        log = _Log(draft)
+        try:
+            for message in heapq.merge(*streams, key=lambda message: message.at_s):
+                log.write(message)
+            log.describe(result)
+        finally:
+            log.close()
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
+    return log.counts
+
+
+class _Log:
+    """An MCAP file that is being written: one channel per topic."""
+
+    def __init__(self, path: Path) -> None:
+        # A context of our own: no other sink of this process hears of the mission.
+        self._context = Context()
+        self._file = foxglove.open_mcap(
+            path,
+            allow_overwrite=True,
+            context=self._context,
+            writer_options=MCAPWriteOptions(profile="", compression_threads=0),
+        )
+        self._channels: dict[str, Channel] = {}
+        self._latest: dict[str, int] = {}
+        self.counts: Counter[str] = Counter()
+
+    def write(self, message: Message) -> None:
+        topic, content = message.topic, message.content
+        if topic not in self._channels:
+            self._channels[topic] = self._channel(topic, content)
+        at = max(nanoseconds(message.at_s), self._latest.get(topic, -1) + 1)
+        self._latest[topic] = at
+        self.counts[topic] += 1
+        data = content if isinstance(content, dict) else content.encode()
+        self._channels[topic].log(data, log_time=at)
+
+    def _channel(self, topic: str, content: Any) -> Channel:
+        if isinstance(content, dict):
+            schema = json_schema(topic.rpartition("/")[2])
+            return Channel(topic, schema=schema, context=self._context)
+        schema = type(content).get_schema()
+        return Channel(topic, schema=schema, message_encoding="protobuf", context=self._context)
+
+    def describe(self, result: "Result") -> None:
+        """Say in the file what it shows, and with it the scenario."""
+        self._file.write_metadata(
+            "bindusbl",
+            {
+                "scenario": result.scenario.name,
+                "scenario_sha256": scenario_sha256(result.scenario),
+                "seed": str(result.seed),
+                "time": "log time is mission time in nanoseconds; the mission begins at 0",
+                "frames": FRAMES_TOLD,
+            },
+        )
+        self._file.attach(
+            log_time=0,
+            create_time=0,
+            name="scenario.json",
+            media_type="application/json",
+            data=json.dumps(result.scenario.model_dump(mode="json"), indent=2).encode(),
+        )
+
+    def close(self) -> None:
+        for channel in self._channels.values():
+            channel.close()
+        self._file.close()

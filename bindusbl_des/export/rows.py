@@ -1,0 +1,81 @@
+"""The rows of the result tables as JSON messages, for plots: columns and frame as in the tables."""
+
+from collections.abc import Iterator
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+from ..tables import schema
+from .messages import Message, Messages
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+# The instant to which a row of each table belongs, and the vehicle on whose topic it goes.
+INSTANT = {
+    "rounds": "started_at_s",
+    "pings": "sent_at_s",
+    "receptions": "arrived_at_s",
+    "broadcasts": "sent_at_s",
+    "fixes": "pinged_at_s",
+    "tracks": "time_s",
+}
+VEHICLE = {
+    "pings": "auv",
+    "receptions": "auv",
+    "broadcasts": "asv",
+    "fixes": "auv",
+    "tracks": "vehicle",
+    "auvs": "auv",
+}
+JSON_TYPES = {"int64": "integer", "double": "number", "string": "string"}
+
+
+def row_streams(result: "Result") -> Iterator[Messages]:
+    """Yield a stream of messages for each table, each in the order of time.
+
+    The metrics of the mission and its AUVs come at its end.
+    """
+    yield from (_events(result, table) for table in INSTANT)
+    yield from (_metrics(result, table) for table in ("auvs", "mission"))
+
+
+def _events(result: "Result", table: str) -> Messages:
+    instant = INSTANT[table]
+    for row in sorted(result.arrow[table].to_pylist(), key=itemgetter(instant)):
+        yield Message(row[instant], topic(table, row), _known(row))
+
+
+def _metrics(result: "Result", table: str) -> Messages:
+    for row in result.arrow[table].to_pylist():
+        yield Message(result.scenario.duration_s, topic(table, row), _known(row))
+
+
+def topic(table: str, row: dict[str, Any]) -> str:
+    """Return the topic of a row: `/AUV0/fixes`, `/ASV1/broadcasts`, `/rounds`."""
+    vehicle = VEHICLE.get(table)
+    return f"/{row[vehicle]}/{table}" if vehicle else f"/{table}"
+
+
+def json_schema(table: str) -> dict[str, Any]:
+    """Return the JSON Schema of a table's rows; a column that has no value is left out of a row.
+
+    >>> json_schema("rounds")["properties"]["started_at_s"]
+    {'type': 'number', 'description': 'start of the first uplink slot (s)'}
+    """
+    return {
+        "title": f"bindusbl.{table}",
+        "type": "object",
+        "properties": {
+            field.name: {"type": JSON_TYPES[str(field.type)], "description": _told(field.metadata)}
+            for field in schema(table)
+        },
+    }
+
+
+def _told(metadata: dict[bytes, bytes]) -> str:
+    unit = metadata[b"unit"].decode()
+    return metadata[b"meaning"].decode() + (f" ({unit})" if unit not in ("", "1") else "")
+
+
+def _known(row: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in row.items() if value is not None}
