@@ -29,6 +29,7 @@ def problems(scenario: "Scenario") -> list[Problem]:
     """Return every contradiction: dotted key, rule, value and remedy."""
     return [
         *_vehicles(scenario),
+        *_origin(scenario),
         *_route(scenario),
         *_formation(scenario),
         *_protocol(scenario),
@@ -61,6 +62,17 @@ def _vehicles(scenario: "Scenario") -> Iterator[Problem]:
             "through_water",
             ("auvs.vehicle", "asvs.vehicle", "navigation.velocity"),
         )
+
+
+def _origin(scenario: "Scenario") -> Iterator[Problem]:
+    given = scenario.environment.origin
+    for name, other in (("lat_deg", "lon_deg"), ("lon_deg", "lat_deg")):
+        if getattr(given, name) is not None and getattr(given, other) is None:
+            yield Problem(
+                f"environment.origin.{name}",
+                f"needs {other} as well; add it",
+                (f"environment.origin.{other}",),
+            )
 
 
 def _route(scenario: "Scenario") -> Iterator[Problem]:

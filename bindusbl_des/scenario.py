@@ -8,7 +8,16 @@ RWTH Aachen 2024, DOI 10.18154/RWTH-2024-05964), ``OURS`` those chosen here.
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Strict,
+    Tag,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from .vehicle_choice import AsvVehicle, AuvVehicle
@@ -156,8 +165,19 @@ class Asvs(Part):
 class Origin(Part):
     """Where on Earth the centre of the survey lies (WGS-84); +x is north there, +y east."""
 
-    lat_deg: Real = key(..., "deg", "latitude, positive to the north", ge=-90, le=90)
-    lon_deg: Real = key(..., "deg", "longitude, positive to the east", ge=-180, le=180)
+    lat_deg: Real | None = key(
+        None, "deg", "latitude of the survey's centre, for exports; null = nowhere", ge=-90, le=90
+    )
+    lon_deg: Real | None = key(
+        None, "deg", "longitude of the survey's centre, positive to the east", ge=-180, le=180
+    )
+
+    @property
+    def coordinates(self) -> tuple[float, float] | None:
+        """Latitude and longitude (deg), None for a survey that is nowhere in particular."""
+        if self.lat_deg is None or self.lon_deg is None:
+            return None
+        return self.lat_deg, self.lon_deg
 
 
 class Environment(Part):
@@ -174,10 +194,13 @@ class Environment(Part):
     current_direction_deg: Real = key(
         0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
     )
-    origin: Origin | None = Field(
-        default=None,
-        description="survey centre on Earth, for exports; null = nowhere in particular",
-    )
+    origin: Origin = Field(default=Origin(), description="the survey's place on Earth")
+
+    @field_validator("origin", mode="before")
+    @classmethod
+    def _nowhere(cls, origin: Any) -> Any:
+        """Read `origin: null` as no origin."""
+        return {} if origin is None else origin
 
 
 class Uplink(Part):

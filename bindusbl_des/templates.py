@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from .scenario_keys import REQUIRED, Key, keys, sections
+from .scenario_keys import Key, keys, sections
 from .wording import did_you_mean, plain
 
 # Column at which the comments begin.
@@ -98,11 +98,10 @@ def _indent(key: str) -> str:
 
 def _line(row: Key, values: Mapping[str, object]) -> str:
     given = row.key in values
-    default = "" if row.default == REQUIRED else row.default
-    value = plain(values[row.key]) if given else default
+    value = plain(values[row.key]) if given else row.default
     # Without its kind in the file, a key of another route would be a mistake.
     shown = given or row.key in IMPORTANT
-    text = f"{_indent(row.key)}{'' if shown else '# '}{row.name}: {value}".rstrip()
+    text = f"{_indent(row.key)}{'' if shown else '# '}{row.name}: {value}"
     return f"{text.ljust(MARGIN - 1)} # {_comment(row)}"
 
 

@@ -21,7 +21,7 @@ from bindusbl_des.templates import IMPORTANT, TEMPLATES, template
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 COMMANDS = (
     "run", "sweep", "resume", "status", "merge", "compare", "validate", "schema", "init", "params",
-    "timing", "coverage", "plot", "explain", "doctor",
+    "timing", "coverage", "plot", "explain", "export", "doctor",
 )  # fmt: skip
 HEAVY = {
     "matplotlib", "networkx", "numba", "numpy", "pandas", "pyarrow", "pydantic", "simpy", "yaml",

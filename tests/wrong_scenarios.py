@@ -325,11 +325,11 @@ WRONG = {
     ),
     "origin beyond the pole": (
         "environment: {origin: {lat_deg: 91, lon_deg: 0}}\n",
-        ["2:34: environment.origin.lat_deg: must be >= -90 and <= 90 deg; got 91"],
+        ["2:33: environment.origin.lat_deg: must be >= -90 and <= 90 deg; got 91"],
     ),
     "half an origin": (
         "environment: {origin: {lat_deg: 54}}\n",
-        ["2:23: environment.origin.lon_deg: missing; add it"],
+        ["2:33: environment.origin.lat_deg: needs lon_deg as well; add it"],
     ),
     "two formations": (
         "asvs: {count: 1, formation: {positions_m: [[0, 0]], radius_m: 5}}\n",

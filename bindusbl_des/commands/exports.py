@@ -57,7 +57,7 @@ def _to_mcap(source: Path, out: str | None, force: bool) -> Path:
     except OSError as error:
         raise RunFailed(f"{path}: cannot be written ({error.strerror or error})") from error
     talk(f"{sum(counts.values())} messages on {len(counts)} topics, {_size(path)}")
-    if result.scenario.environment.origin is None:
+    if result.scenario.environment.origin.coordinates is None:
         talk("No positions on Earth: the scenario has no environment.origin.")
     return path
 

@@ -13,7 +13,6 @@ from .messages import Message, Messages, timestamp
 
 if TYPE_CHECKING:
     from ..result import Result
-    from ..scenario import Origin
 
 KNOWN = LocationFixPositionCovarianceType.Known
 NAMES = {"{}": "location", "{}/estimate": "location/estimate", "{}/imu": "location/imu"}
@@ -21,7 +20,7 @@ NAMES = {"{}": "location", "{}/estimate": "location/estimate", "{}/imu": "locati
 
 def location_streams(result: "Result") -> Iterator[Messages]:
     """Yield the positions of all vehicles and the fixes, WGS-84; none if there is no origin."""
-    origin = result.scenario.environment.origin
+    origin = result.scenario.environment.origin.coordinates
     if origin is not None:
         yield _vehicles(result, origin)
         yield _fixes(result, origin)
@@ -34,7 +33,7 @@ def fix_covariance(row: dict[str, Any]) -> Floats:
     return np.array([[variance[0], xy, xz], [xy, variance[1], yz], [xz, yz, variance[2]]])
 
 
-def _vehicles(result: "Result", origin: "Origin") -> Messages:
+def _vehicles(result: "Result", origin: tuple[float, float]) -> Messages:
     rows = result.arrow["tracks"].to_pylist()
     for row in sorted(rows, key=itemgetter("time_s")):
         for frame, columns in FRAMES.items():
@@ -45,7 +44,7 @@ def _vehicles(result: "Result", origin: "Origin") -> Messages:
                 yield Message(at_s, f"/{name}/{NAMES[frame]}", location)
 
 
-def _fixes(result: "Result", origin: "Origin") -> Messages:
+def _fixes(result: "Result", origin: tuple[float, float]) -> Messages:
     rows = result.arrow["fixes"].to_pylist()
     for row in sorted(rows, key=itemgetter("pinged_at_s")):
         name, at_s = row["auv"], row["pinged_at_s"]
@@ -57,12 +56,12 @@ def _fixes(result: "Result", origin: "Origin") -> Messages:
 
 def _location(
     place: Sequence[float],
-    origin: "Origin",
+    origin: tuple[float, float],
     at_s: float,
     frame: str,
     covariance: Sequence[float] | None = None,
 ) -> LocationFix:
-    lat, lon, height = geodetic_from_ned(place, origin.lat_deg, origin.lon_deg)
+    lat, lon, height = geodetic_from_ned(place, *origin)
     known = {} if covariance is None else _known(covariance)
     return LocationFix(
         timestamp=timestamp(at_s),
