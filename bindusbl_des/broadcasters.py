@@ -40,7 +40,7 @@ def nearest(
     if not fixes:
         return 0
     goals = np.array([(fix.x_m, fix.y_m) for fix in fixes])
-    vessels = places(*asvs.motion, time)[:, :2]
+    vessels = places(asvs.motion, time)[:, :2]
     distances = np.linalg.norm(vessels[:, None] - goals[None], axis=2).mean(axis=1)
     return int(np.argmin(distances))
 

@@ -21,19 +21,19 @@ def hearing(auvs: Array, asvs: Array, hf_range: float, metric: str) -> Hearing:
 
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m; `metric` is "horizontal" or "slant".
     """
-    return _hearing(auvs, asvs, hf_range, 2 if metric == "horizontal" else 3)
+    heard = np.empty((len(auvs), len(asvs)), dtype=np.bool_)
+    _hearing(auvs, asvs, hf_range, 2 if metric == "horizontal" else 3, heard)
+    return heard
 
 
 @compiled
-def _hearing(auvs: Array, asvs: Array, hf_range: float, axes: int) -> Hearing:
-    heard = np.empty((len(auvs), len(asvs)), dtype=np.bool_)
+def _hearing(auvs: Array, asvs: Array, hf_range: float, axes: int, heard: Hearing) -> None:
     for i in range(len(auvs)):
         for j in range(len(asvs)):
             square = 0.0
             for axis in range(axes):
                 square += (auvs[i, axis] - asvs[j, axis]) ** 2
             heard[i, j] = square <= hf_range**2
-    return heard
 
 
 def conflict_graph(heard: Hearing) -> "nx.Graph[int]":

@@ -85,9 +85,19 @@ class DeadReckoning:
         x, y, _, _, ahead, aside = _reckoned(*self._known, time)
         return x + ahead, y + aside
 
-    def sample(self, times: Array) -> tuple[Array, Array]:
-        """Return truth x, y, z (m), yaw (rad), (n, 4), and drift (m), (n, 2), at instants (s)."""
-        return _reckoned_all(*self._known, np.ascontiguousarray(times, dtype=np.float64))
+    def sample(
+        self, times: Array, corrected_at: Array, corrections: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return truth x, y, z (m), yaw (rad), (n, 4); drift and error (m), (n, 2), at instants.
+
+        `times` (s) rise.  The error is drift plus the last of the `corrections` (k, 2), m, that was applied by then;
+        they begin at the instants `corrected_at` (k,), s, the first at or before all `times`.
+        """
+        n = len(times)
+        truth, drift, error = np.empty((n, 4)), np.empty((n, 2)), np.empty((n, 2))
+        instants = np.ascontiguousarray(times, dtype=np.float64)
+        _reckoned_all(*self._known, instants, corrected_at, corrections, truth, drift, error)
+        return truth, drift, error
 
 
 @compiled
@@ -113,14 +123,17 @@ def _reckoned(
 @compiled
 def _reckoned_all(
     table: Array, first: Ints, step: float, vehicle: int, walk: Array, rate: float,
-    forward: float, starboard: float, in_body: bool, times: Array,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Return truth (n, 4) and drift (n, 2) at instants (s)."""
-    truth, drift = np.empty((times.size, 4)), np.empty((times.size, 2))
+    forward: float, starboard: float, in_body: bool, times: Array, corrected_at: Array,
+    corrections: Array, truth: Array, drift: Array, error: Array,
+) -> None:  # fmt: skip
+    """Write truth (n, 4), drift (n, 2) and error (n, 2) at instants (s) in rising order."""
+    last = 0
     for k in range(times.size):
         x, y, z, yaw, ahead, aside = _reckoned(
             table, first, step, vehicle, walk, rate, forward, starboard, in_body, times[k]
         )
+        while last + 1 < corrected_at.size and corrected_at[last + 1] <= times[k]:
+            last += 1
         truth[k, 0], truth[k, 1], truth[k, 2], truth[k, 3] = x, y, z, yaw
         drift[k, 0], drift[k, 1] = ahead, aside
-    return truth, drift
+        error[k, 0], error[k, 1] = ahead + corrections[last, 0], aside + corrections[last, 1]

@@ -118,15 +118,19 @@ def where(
     return x, y, z, yaw
 
 
-@compiled
-def places(table: Floats, first: Ints, step: float, time: float) -> Floats:
+def places(motion: Motion, time: float) -> Floats:
     """Return x, y, z (m) and yaw (rad) of the whole fleet at an instant (s), shape (n, 4)."""
-    count = first.size - 1
-    out = np.empty((count, 4))
-    for vehicle in range(count):
+    out = np.empty((len(motion.first) - 1, 4))
+    _places(*motion, time, out)
+    return out
+
+
+@compiled
+def _places(table: Floats, first: Ints, step: float, time: float, out: Floats) -> None:
+    # an array made here and returned would cost ten times as much
+    for vehicle in range(first.size - 1):
         x, y, z, yaw = where(table, first, step, vehicle, time)
         out[vehicle, 0], out[vehicle, 1], out[vehicle, 2], out[vehicle, 3] = x, y, z, yaw
-    return out
 
 
 @compiled

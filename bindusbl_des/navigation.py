@@ -72,7 +72,9 @@ class FixedGain:
         self._steer(self._corrections[-1])
         return innovation
 
-    def corrections(self, times: Array) -> Array:
-        """Return the sum of the corrections applied by each instant (s), shape (n, 2), in m."""
-        index = np.searchsorted(self._corrected_at, times, side="right") - 1
-        return np.array(self._corrections)[index]
+    def corrections(self) -> tuple[Array, Array]:
+        """Return the instants (s) of all corrections, (k,), and the sums of them, (k, 2), in m.
+
+        Before the first fix, from 0 s on, the sum is 0.
+        """
+        return np.array(self._corrected_at), np.array(self._corrections)

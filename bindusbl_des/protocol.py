@@ -18,7 +18,7 @@ from .world import World
 Steps = Generator[simpy.Event, None, float]
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Turn:
     """A round under way: its row in the record and its ping groups, one for each slot."""
 

@@ -66,5 +66,4 @@ def across(yaw: Array, error: Array) -> Array:
 
 def sample(auv: Auv, times: Array) -> Samples:
     """Sample one AUV; its estimate at an instant includes a fix delivered at that instant."""
-    truth, drift = auv.reckoning.sample(times)
-    return Samples(times, truth, drift, drift + auv.navigator.corrections(times))
+    return Samples(times, *auv.reckoning.sample(times, *auv.navigator.corrections()))

@@ -60,7 +60,7 @@ class World:
     def __post_init__(self) -> None:
         self._schedule_draw = self.streams.of(Purpose.SCHEDULE)
         self._broadcaster_draw = self.streams.of(Purpose.BROADCASTER)
-        self._plot = places(*self.auv_fleet.motion, 0.0)[:, :3]
+        self._plot = places(self.auv_fleet.motion, 0.0)[:, :3]
         self._fixes_plotted = 0
 
     @property
@@ -75,7 +75,7 @@ class World:
             round_number,
             time,
             self._believed_positions(time),
-            places(*self.asv_fleet.motion, time)[:, :3],
+            places(self.asv_fleet.motion, time)[:, :3],
             hf.range_m,
             hf.range_metric,
             self._schedule_draw,
@@ -84,7 +84,7 @@ class World:
     def _believed_positions(self, time: float) -> NDArray[np.float64]:
         if self.scenario.protocol.positions == "truth":
             self.auv_fleet.reach(time)
-            return np.asarray(places(*self.auv_fleet.motion, time)[:, :3])
+            return np.asarray(places(self.auv_fleet.motion, time)[:, :3])
         # All the fleet knows is where it launched an AUV and the last fix it made of it.
         for fix in self.record.fixes[self._fixes_plotted :]:
             self._plot[fix.auv, :2] = fix.x_m, fix.y_m

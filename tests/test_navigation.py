@@ -96,7 +96,7 @@ def test_between_samples_the_drift_is_linear() -> None:
     reckoning = DeadReckoning(still, 0, walk, 2.0, (0.0, 0.0), "world")
     middle = (np.array(reckoning.at(0.5)) + np.array(reckoning.at(1.0))) / 2
     assert reckoning.at(0.75) == pytest.approx(middle)
-    truth, drift = reckoning.sample(np.array([0.75, 2.0]))
+    truth, drift, _ = reckoning.sample(np.array([0.75, 2.0]), np.zeros(1), np.zeros((1, 2)))
     assert truth[0].tolist() == [3.0, 4.0, 5.0, 0.0]
     assert truth[0, :2] + drift[0] == pytest.approx(middle)
     assert reckoning.at(2.0) == pytest.approx(truth[1, :2] + drift[1])
@@ -109,7 +109,9 @@ def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> No
     reckoning = DeadReckoning(together([vehicle.legs]), 0, np.zeros((2, 2)), 1.0, BIAS, frame)
     times = np.array([0.0, 12.3, 45.0, 130.7, 250.0])
     expected = bias_drift(BIAS, frame, times, vehicle.heading_integral(times))
-    truth, drift = reckoning.sample(times)
+    applied = np.array([[0.0, 0.0], [1.0, 2.0]])
+    truth, drift, error = reckoning.sample(times, np.array([0.0, 45.0]), applied)
+    assert error - drift == pytest.approx(applied[[0, 0, 1, 1, 1]])
     assert truth == pytest.approx(vehicle.sample(times))
     assert drift == pytest.approx(expected, abs=1e-12)
     assert reckoning.at(45.0) == pytest.approx(truth[2, :2] + expected[2])
