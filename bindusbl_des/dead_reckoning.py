@@ -90,8 +90,9 @@ class DeadReckoning:
     ) -> tuple[Array, Array, Array]:
         """Return truth x, y, z (m), yaw (rad), (n, 4); drift and error (m), (n, 2), at instants.
 
-        `times` (s) rise.  The error is drift plus the last of the `corrections` (k, 2), m, that was applied by then;
-        they begin at the instants `corrected_at` (k,), s, the first at or before all `times`.
+        `times` (s) rise.  The error is drift plus the last of the `corrections` (k, 2), m, that was
+        applied by then; they begin at the instants `corrected_at` (k,), s, the first at or before
+        all `times`.
         """
         n = len(times)
         truth, drift, error = np.empty((n, 4)), np.empty((n, 2)), np.empty((n, 2))

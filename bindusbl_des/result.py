@@ -53,7 +53,7 @@ class Result:
 
     def summary(self) -> str:
         """Return the metrics that matter most, as a table of at most 80 columns."""
-        return summary_table(self.auvs, self.mission)
+        return summary_table(self.arrow["auvs"].to_pylist(), self.arrow["mission"].to_pylist()[0])
 
     def run_record(self) -> dict[str, Any]:
         """Return what `run.json` holds: scenario, seed, versions, times, status."""

@@ -1,9 +1,9 @@
 """A mission in a table for the terminal."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
-if TYPE_CHECKING:
-    import pandas as pd
+Row = dict[str, Any]
 
 # heading, unit, metric, digits, factor
 COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
@@ -21,29 +21,26 @@ COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
 MOST_ROWS, FIRST_ROWS = 20, 10
 
 
-def summary_table(auvs: "pd.DataFrame", mission: "pd.DataFrame") -> str:
+def summary_table(auvs: Sequence[Row], mission: Row) -> str:
     """Return a table with a row per AUV and the fleet's mean, units below the headings.
 
-    A large fleet has the rows of its first AUVs, and least, mean and largest values of all.
+    Take the metrics of each AUV and of the mission by their names; None is not known.  A large
+    fleet has the rows of its first AUVs, and least, mean and largest values of all.
     """
     is_large = len(auvs) > MOST_ROWS
-    shown: list[Any] = auvs.head(FIRST_ROWS if is_large else MOST_ROWS).to_dict("records")
+    shown = auvs[: FIRST_ROWS if is_large else MOST_ROWS]
     rows = [
         ("AUV", *(heading for heading, *_ in COLUMNS)),
         ("", *(unit for _, unit, *_ in COLUMNS)),
     ]
     rows += [_row(str(auv["auv"]), auv) for auv in shown]
-    whole: Any = mission.iloc[0].to_dict()
     if is_large:
-        known = auvs[[metric for _, _, metric, *_ in COLUMNS]]
-        least: Any = known.min().to_dict()
-        most: Any = known.max().to_dict()
         rows.append((f"+{len(auvs) - FIRST_ROWS}", *("..." for _ in COLUMNS)))
-        rows.append(_row("min", least))
-        rows.append(_row("mean", whole))
-        rows.append(_row("max", most))
+        rows.append(_row("min", _extremes(auvs, min)))
+        rows.append(_row("mean", mission))
+        rows.append(_row("max", _extremes(auvs, max)))
     else:
-        rows.append(_row("mean", whole))
+        rows.append(_row("mean", mission))
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
         "  ".join(
@@ -54,16 +51,23 @@ def summary_table(auvs: "pd.DataFrame", mission: "pd.DataFrame") -> str:
     ]
     lines.insert(2, "-" * max(map(len, lines)))
     lines.append(
-        f"{whole['rounds']:.0f} rounds, {whole['collisions']:.0f} collisions; channel use "
-        f"HF {100 * whole['hf_utilisation']:.1f} %, MF {100 * whole['mf_utilisation']:.1f} %"
+        f"{mission['rounds']:.0f} rounds, {mission['collisions']:.0f} collisions; channel use "
+        f"HF {100 * mission['hf_utilisation']:.1f} %, MF {100 * mission['mf_utilisation']:.1f} %"
     )
     return "\n".join(lines)
 
 
-def _row(name: str, metrics: dict[str, Any]) -> tuple[str, ...]:
+def _extremes(auvs: Sequence[Row], pick: Callable[..., Any]) -> Row:
+    return {
+        metric: pick((auv[metric] for auv in auvs if auv[metric] is not None), default=None)
+        for _, _, metric, *_ in COLUMNS
+    }
+
+
+def _row(name: str, metrics: Row) -> tuple[str, ...]:
     cells = [name]
     for _, _, metric, digits, factor in COLUMNS:
         value = metrics[metric]
-        known = value is not None and value == value
+        known = value is not None
         cells.append(f"{value * factor:.{digits}f}" if known else "-")
     return tuple(cells)

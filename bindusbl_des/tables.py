@@ -124,9 +124,11 @@ def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
         return _strings(list(values))
     if not isinstance(values, np.ndarray):
         values = np.array([np.nan if v is None else v for v in values], dtype=np.float64)
-    missing = np.isnan(values) if values.dtype.kind == "f" else np.zeros(len(values), dtype=bool)
-    known = np.ascontiguousarray(np.where(missing, 0, values), dtype=kind.to_pandas_dtype())
-    return pa.Array.from_buffers(kind, len(known), [_validity(missing), pa.py_buffer(known)])
+    validity = None
+    if values.dtype.kind == "f" and (missing := np.isnan(values)).any():
+        validity, values = _validity(missing), np.where(missing, 0, values)
+    known = np.ascontiguousarray(values, dtype=kind.to_pandas_dtype())
+    return pa.Array.from_buffers(kind, len(known), [validity, pa.py_buffer(known)])
 
 
 def _strings(values: Sequence[str | None]) -> pa.Array:
@@ -144,6 +146,29 @@ def _validity(missing: NDArray[np.bool_]) -> pa.Buffer | None:
     if not missing.any():
         return None
     return pa.py_buffer(np.packbits(~missing, bitorder="little"))
+
+
+def numpy_columns(table: pa.Table) -> dict[str, NDArray[Any]]:
+    """Return the columns of a table, in reverse of :func:`arrow`: null is NaN, or None in strings.
+
+    Whole numbers stay whole where none is missing.  Without pandas, for the same reason.
+    """
+    return {
+        field.name: _numpy(table[field.name].combine_chunks(), field.type) for field in table.schema
+    }
+
+
+def _numpy(array: pa.Array | pa.ChunkedArray, kind: pa.DataType) -> NDArray[Any]:
+    if kind == pa.string() or isinstance(array, pa.ChunkedArray) or not len(array):
+        values = array.to_pylist()
+        return np.array(values, dtype=object if kind == pa.string() else kind.to_pandas_dtype())
+    validity, numbers = array.buffers()
+    section = slice(array.offset, array.offset + len(array))
+    plain: NDArray[Any] = np.frombuffer(numbers, dtype=kind.to_pandas_dtype())[section]
+    if not array.null_count:
+        return plain
+    known = np.unpackbits(np.frombuffer(validity, dtype=np.uint8), bitorder="little")[section]
+    return np.where(known.astype(bool), plain, np.nan)
 
 
 def from_columns(table: str, columns: Mapping[str, Any]) -> pa.Table:

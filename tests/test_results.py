@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from worlds import scenario, still
 
 from bindusbl_des import Result, load_result, simulate
-from bindusbl_des.tables import EVENT_TABLES, TABLES, data_dictionary, schema
+from bindusbl_des.tables import EVENT_TABLES, TABLES, arrow, data_dictionary, numpy_columns, schema
 
 
 @pytest.fixture(scope="module")
@@ -171,3 +172,35 @@ def test_a_summary_keeps_metrics_only(tmp_path: Path) -> None:
     folder = simulate(short).write(tmp_path / "out")
     assert not [name for name in EVENT_TABLES if (folder / f"{name}.parquet").exists()]
     assert set(load_result(folder).arrow) == {"auvs", "mission"}
+
+
+def test_columns_go_to_arrow_and_back() -> None:
+    """Missing numbers are null, whole numbers stay whole, and strings may have any letters."""
+    numbers, texts = [1.5, None, -0.0, float("nan")], ["AUV0", None, "Nürnberg ✓", ""]
+    table = pa.table({
+        "x": arrow(numbers, pa.float64()), "n": arrow(np.arange(4) - 2, pa.int64()),
+        "s": arrow(texts, pa.string()), "none": arrow([None] * 4, pa.int64()),
+    })  # fmt: skip
+    assert table["x"].to_pylist() == [1.5, None, 0.0, None]
+    assert table["n"].to_pylist() == [-2, -1, 0, 1]
+    assert table["s"].to_pylist() == texts
+    assert table["none"].null_count == 4
+    for part in (table, table.slice(1, 2), table.slice(3), table.slice(0, 0)):
+        back = numpy_columns(part)
+        assert back["n"].tolist() == part["n"].to_pylist()
+        assert back["s"].tolist() == part["s"].to_pylist()
+        assert [None if x != x else x for x in back["x"].tolist()] == part["x"].to_pylist()
+    assert numpy_columns(table)["n"].dtype == np.int64
+
+
+def test_a_run_needs_no_pandas() -> None:
+    """From scenario to report and summary nothing loads pandas, which takes a third of a second."""
+    code = (
+        "import sys; from bindusbl_des import Scenario, simulate\n"
+        "from bindusbl_des.report.run_page import run_page\n"
+        "result = simulate(Scenario(name='x', duration_s=20.0), 1)\n"
+        "run_page(result), result.summary()\n"
+        "print('pandas' in sys.modules, 'matplotlib' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"], done.stderr

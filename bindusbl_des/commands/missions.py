@@ -166,13 +166,8 @@ def _write(result: "Result", folder: Path, force: bool, text: str | None) -> Non
 
 def _metrics(result: "Result") -> dict[str, Any]:
     """Return the mission's metrics as plain data; what is missing is null."""
-    row = result.mission.astype(object)  # a whole number stays one
-    known = row.where(row.notna(), None).iloc[0]
-    return {str(name): _native(value) for name, value in known.items()}
-
-
-def _native(value: Any) -> Any:
-    return value.item() if hasattr(value, "item") else value
+    row: dict[str, Any] = result.arrow["mission"].to_pylist()[0]
+    return row
 
 
 @click.command()

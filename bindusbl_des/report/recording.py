@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..tables import numpy_columns
+
 if TYPE_CHECKING:
     from ..result import Result
     from ..scenario import Scenario
@@ -64,13 +66,14 @@ def recording(result: "Result") -> Recording:
         ValueError: when its tracks are not those of its scenario.
     """
     scenario = result.scenario
-    tracks = result.arrow["tracks"]
+    tracks = numpy_columns(result.arrow["tracks"])
     vehicles = scenario.auvs.count + scenario.asvs.count
-    if len(tracks) % vehicles:
-        raise ValueError(f"tracks: {len(tracks)} rows do not belong to {vehicles} vehicles")
+    rows = len(tracks["time_s"])
+    if rows % vehicles:
+        raise ValueError(f"tracks: {rows} rows do not belong to {vehicles} vehicles")
 
     def track(name: str) -> Floats:
-        column: Floats = tracks[name].to_numpy().astype(np.float64)
+        column: Floats = tracks[name].astype(np.float64)
         return column.reshape(vehicles, -1)
 
     pings, receptions = _events(result, "pings"), _events(result, "receptions")
@@ -91,8 +94,7 @@ def recording(result: "Result") -> Recording:
 
 
 def _events(result: "Result", name: str) -> Columns:
-    table = result.arrow[name]
-    columns = {column: table[column].to_numpy() for column in table.column_names}
+    columns = numpy_columns(result.arrow[name])
     for column in ("auv", "asv", "broadcast_by"):
         if column in columns:
             columns[column] = np.array(
