@@ -11,9 +11,14 @@ from .compiled import compiled
 
 Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]
+Colouring = Callable[["nx.Graph[int]"], Mapping[int, int]]
+Groups = tuple[tuple[int, ...], ...]
 
 # AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
-REMEMBERED = 64
+REMEMBERED = 256
+
+# The graphs of more AUVs hardly ever recur, and are too large to keep.
+SMALL_FLEET = 32
 
 
 def hearing(auvs: Array, asvs: Array, hf_range: float, metric: str) -> Hearing:
@@ -42,10 +47,10 @@ def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
     >>> sorted(conflict_graph(np.array([[True, False], [True, True], [False, True]])).edges)
     [(0, 1), (1, 2)]
     """
-    return _graph(heard.tobytes(), *heard.shape)
+    work_out = _remembered if len(heard) <= SMALL_FLEET else _graph
+    return work_out(heard.tobytes(), *heard.shape)
 
 
-@lru_cache(maxsize=REMEMBERED)
 def _graph(heard: bytes, auvs: int, asvs: int) -> "nx.Graph[int]":
     """Return the conflict graph, frozen because rounds share it."""
     hears = np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs).astype(np.float32)
@@ -56,6 +61,9 @@ def _graph(heard: bytes, auvs: int, asvs: int) -> "nx.Graph[int]":
     graph.graph["pairs"] = len(pairs)
     frozen: nx.Graph[int] = nx.freeze(graph)
     return frozen
+
+
+_remembered = lru_cache(maxsize=REMEMBERED)(_graph)
 
 
 def conflict_count(graph: "nx.Graph[int]") -> int:
@@ -80,18 +88,23 @@ def colour_dsatur(graph: "nx.Graph[int]") -> dict[int, int]:
     return dict(nx.greedy_color(graph, strategy="DSATUR"))
 
 
-@lru_cache(maxsize=REMEMBERED)
-def ping_groups(
-    graph: "nx.Graph[int]", colouring: Callable[["nx.Graph[int]"], Mapping[int, int]]
-) -> tuple[tuple[int, ...], ...]:
+def ping_groups(graph: "nx.Graph[int]", colouring: Colouring) -> Groups:
     """Return the colour classes G_0, G_1, ... in order, each with its AUVs in index order.
 
     >>> graph = conflict_graph(np.array([[True], [True], [False]]))
     >>> ping_groups(graph, colour_greedily)
     ((0, 2), (1,))
     """
+    work_out = _remembered_groups if len(graph) <= SMALL_FLEET else _groups
+    return work_out(graph, colouring)
+
+
+def _groups(graph: "nx.Graph[int]", colouring: Colouring) -> Groups:
     colours = colouring(graph)
     groups: list[list[int]] = [[] for _ in range(max(colours.values(), default=-1) + 1)]
     for auv in sorted(colours):
         groups[colours[auv]].append(auv)
     return tuple(tuple(group) for group in groups)
+
+
+_remembered_groups = lru_cache(maxsize=REMEMBERED)(_groups)
