@@ -1,8 +1,10 @@
 """The standard missions under pytest-benchmark: `pytest benchmarks`, never asserted on time.
 
-Choose with -k; keep and compare runs with --benchmark-save and --benchmark-compare.
+Choose with -k, as in -k 3x1-kinematic; keep and compare runs with --benchmark-save and
+--benchmark-compare.
 """
 
+import re
 from itertools import count
 from typing import Any
 
@@ -15,7 +17,12 @@ from bindusbl_des.benchmark.missions import standard_missions
 MISSIONS = standard_missions()
 
 
-@pytest.mark.parametrize("name", MISSIONS)
+def identity(name: str) -> str:
+    """Return a name that -k can choose: (3,1) kinematic is 3x1-kinematic."""
+    return re.sub(r"\((\d+),(\d+)\) ", r"\1x\2-", name)
+
+
+@pytest.mark.parametrize("name", MISSIONS, ids=identity)
 def test_mission(benchmark: Any, name: str, request: pytest.FixtureRequest) -> None:
     """One mission, warm, with a seed of its own each time."""
     mission, seeds = MISSIONS[name], count()
