@@ -21,7 +21,7 @@ LAYERS = [
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns sweep_data sweep_report benchmark",
     "reproduction",
-    "commands cli __init__",
+    "commands cli manual __init__",
 ]
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split()}
 
@@ -31,7 +31,7 @@ HOMES = {
     "networkx": "conflicts schedules",
     "pyarrow": "tables result simulation campaigns export",
     "yaml": "plain_yaml yaml_syntax",
-    "click": "cli commands",
+    "click": "cli commands manual",
     "numba": "compiled",
     "pydantic": "scenario scenario_file scenario_keys campaigns",
     "pydantic_core": "scenario scenario_file vehicle_choice",

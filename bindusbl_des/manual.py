@@ -1,0 +1,135 @@
+"""The reference of the manual, written from what the program itself goes by.
+
+``python -m bindusbl_des.manual > docs/reference.md`` writes the page again; a test tells when it is
+stale.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import click
+
+from .campaigns.experiments.experiment_schema import experiment_schema
+from .cli import main
+from .scenario_keys import Key, keys, sections
+from .tables import data_dictionary
+
+HEAD = """\
+# Reference
+
+Written by `python -m bindusbl_des.manual` from the program itself. The same at the command line:
+`bindusbl-des COMMAND --help`, `params [PATTERN]`, `schema`; and `data_dictionary.json` in each
+result folder.
+"""
+
+EXIT_CODES = {
+    0: "done",
+    1: "a run failed although its input was in order",
+    2: "bad input: a wrong file, key, value, option or folder; nothing was written",
+    3: "a campaign finished, but some of its missions failed",
+    130: "interrupted (Ctrl-C)",
+}
+
+TABLE_MEANING = {
+    "rounds": "a round",
+    "pings": "a ping",
+    "receptions": "a ping at an ASV",
+    "broadcasts": "an MF frame",
+    "fixes": "a fix, fused over the ASVs that heard the same ping",
+    "tracks": "a vehicle at an instant, at `record.tracks_hz`",
+    "auvs": "the metrics of an AUV",
+    "mission": "the metrics of the mission: fleet means of `auvs`, and what it has as a whole",
+}
+
+
+def reference() -> str:
+    """Return the reference page: commands, exit codes, scenario and experiment keys, tables."""
+    parts = [_commands(), _exit_codes(), _scenario_keys(), _experiment_keys(), _tables()]
+    return "\n".join([HEAD, *(line for part in parts for line in part)])
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    for row in (head, ["---"] * len(head), *rows):
+        yield "| " + " | ".join(map(_cell, row)) + " |"
+    yield ""
+
+
+def _cell(text: str) -> str:
+    """Return text that neither a table nor a browser takes for its own."""
+    return text.replace("|", "\\|").replace("<", "&lt;")
+
+
+def _commands() -> Iterator[str]:
+    yield "## Commands\n"
+    for name, command in main.commands.items():
+        context = click.Context(command, info_name=f"bindusbl-des {name}")
+        yield f"### {name}\n"
+        yield f"`{command.get_usage(context).removeprefix('Usage: ').replace('[OPTIONS] ', '')}`\n"
+        yield _paragraphs(command.help or "")
+        options = [option for option in command.params if isinstance(option, click.Option)]
+        records = [option.get_help_record(context) for option in options]
+        rows = [(f"`{record[0]}`", record[1]) for record in records if record]
+        if rows:
+            yield from _table(("option", "meaning"), rows)
+
+
+def _paragraphs(text: str) -> str:
+    return "\n\n".join(" ".join(part.split()) for part in text.split("\n\n")) + "\n"
+
+
+def _exit_codes() -> Iterator[str]:
+    yield "## Exit codes\n"
+    rows = [(str(code), meaning) for code, meaning in EXIT_CODES.items()]
+    yield from _table(("code", "meaning"), rows)
+
+
+def _scenario_keys() -> Iterator[str]:
+    yield "## Scenario keys\n"
+    yield "Unknown keys are errors; every key has a default but `name`.\n"
+    yield from _key_table("")
+    for section, meaning in sections().items():
+        if any(row.section == section for row in keys()):
+            yield f"### {section}\n"
+            yield f"{meaning[0].upper()}{meaning[1:]}.\n"
+            yield from _key_table(section)
+
+
+def _key_table(section: str) -> Iterator[str]:
+    rows = [_key_row(row) for row in keys() if row.section == section]
+    yield from _table(("key", "default", "unit", "range or choices", "meaning", "source"), rows)
+
+
+def _key_row(row: Key) -> tuple[str, ...]:
+    allowed = " ".join(f"`{choice}`" for choice in row.choices) or f"{row.kind} {row.range}".strip()
+    only = f"; only `kind: {row.only}`" if row.only else ""
+    default = "" if row.default.startswith("(") else f"`{row.default}`"
+    return f"`{row.name}`", default, row.unit, allowed, row.meaning + only, row.source
+
+
+def _experiment_keys() -> Iterator[str]:
+    yield "## Experiment keys\n"
+    yield "For `bindusbl-des sweep`; `bindusbl-des schema experiment` has them for editors.\n"
+    schema: dict[str, Any] = experiment_schema()
+    rows = [(f"`{key}`", value["description"]) for key, value in schema["properties"].items()]
+    yield from _table(("key", "meaning"), rows)
+
+
+def _tables() -> Iterator[str]:
+    yield "## Tables\n"
+    yield (
+        "Parquet files of a result folder. A value that does not exist is null; vehicles are named "
+        "AUV0, ASV0, ...; positions and headings are in the survey frame: x along the lanes, y "
+        "across, z down.\n"
+    )
+    for table, columns in data_dictionary().items():
+        yield f"### {table}\n"
+        yield f"A row is {TABLE_MEANING[table]}.\n"
+        rows = [
+            (f"`{name}`", told["type"], told["unit"], told["meaning"])
+            for name, told in columns.items()
+        ]
+        yield from _table(("column", "type", "unit", "meaning"), rows)
+
+
+if __name__ == "__main__":
+    click.echo(reference(), nl=False)
