@@ -68,7 +68,8 @@ def _commands() -> Iterator[str]:
         yield _paragraphs(command.help or "")
         options = [option for option in command.params if isinstance(option, click.Option)]
         records = [option.get_help_record(context) for option in options]
-        rows = [(f"`{record[0]}`", record[1]) for record in records if record]
+        # A bar in code needs a backslash in some dialects of Markdown, and shows it in others.
+        rows = [(f"`{record[0].replace('|', ' or ')}`", record[1]) for record in records if record]
         if rows:
             yield from _table(("option", "meaning"), rows)
 
