@@ -2,10 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 from worlds import still
 
 from bindusbl_des import simulate
+from bindusbl_des.metrics import _p95
 
 
 def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
@@ -62,3 +64,11 @@ def test_intervals_and_rates_of_clockwork() -> None:
     assert auv.latency_max_s == pytest.approx(10 / 30)  # slot 3 ticks, airtime and way 7
     assert auv.latency_from_broadcast_s == pytest.approx(7 / 30)
     assert auv.latency_from_slot_s == pytest.approx(7 / 30)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 20, 21, 22, 1000])
+def test_the_quantile_is_that_of_numpy(count: int) -> None:
+    """95 % of the time: linear between the two values beside that place."""
+    values = np.random.default_rng(count).random(count)
+    assert _p95(values) == pytest.approx(np.quantile(values, 0.95), abs=1e-15)
+    assert _p95(np.empty(0)) is None
