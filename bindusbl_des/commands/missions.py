@@ -124,12 +124,15 @@ class MissionProgress:
     """Says how much of a mission has been simulated, and how long the rest will take."""
 
     def __init__(self, duration_s: float, *, quiet: bool) -> None:
-        self._duration, self._now, self._began = duration_s, 0.0, monotonic()
-        self._line = ProgressLine(quiet=quiet)
+        self._duration, self._line = duration_s, ProgressLine(quiet=quiet)
+        self._now = self._first = 0.0
+        self._began: float | None = None
 
     def note(self, time: float) -> None:
         """Note the instant (s) that the mission has come to."""
         self._now = time
+        if self._began is None:  # what came before was set-up, and perhaps compiling
+            self._first, self._began = time, monotonic()
         self._line.tell(self._text)
 
     def end(self) -> None:
@@ -137,8 +140,10 @@ class MissionProgress:
         self._line.end(self._text)
 
     def _text(self) -> str:
-        spent = monotonic() - self._began
-        left = duration(spent * (self._duration / self._now - 1.0)) if self._now else "?"
+        simulated, left = self._now - self._first, "?"
+        if self._began is not None and simulated:
+            spent = monotonic() - self._began
+            left = duration(spent * (self._duration - self._now) / simulated)
         return f"{self._now:.0f} of {self._duration:.0f} s simulated, {left} left"
 
 

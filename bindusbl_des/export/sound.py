@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from foxglove.messages import Duration, SpherePrimitive, Vector3
 
-from ..figures.style import MF
+from ..palette import MF
 from .drawing import auv_colour, ellipse, line, rays, ring, update, upright
 from .locations import fix_covariance
 from .messages import MAP, Message, Messages, colour, timestamp

@@ -8,10 +8,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ..palette import ALARM, INK, MF
 from ..rounds import Span, broadcasts_of, downlink_slots, uplink_slots
 from ..slots import DOWNLINK_GUARD, UPLINK_GUARD
 from ..world import slots_of
-from .style import ALARM, INK, MF, colour_of, fits, legend_below, names, new_figure, shortened
+from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
     from ..result import Result

@@ -11,7 +11,8 @@ from matplotlib.patches import Circle, Patch, Rectangle
 
 from ..coverage import covered_area, loneliest_point
 from ..launch import asv_stations, horizontal_reach
-from .style import ALARM, HF, INK, LARGEST_LEGEND, legend_below, new_figure, shortened
+from ..palette import ALARM, HF, INK
+from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 from .trajectory import X_LABEL, Y_LABEL
 
 if TYPE_CHECKING:

@@ -12,12 +12,11 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from ..dead_reckoning import drift_rms
+from ..palette import FAINT, INK
 from ..report.envelope import SIGMAS, error_envelope
 from ..report.recording import Recording, recording
 from .fixes import deliveries
 from .style import (
-    FAINT,
-    INK,
     LARGEST_LEGEND,
     add_lines,
     by_vehicle,

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..palette import INK
 from .fixes import deliveries
 from .style import (
-    INK,
     LARGEST_LEGEND,
     colour_of,
     count_from_zero,

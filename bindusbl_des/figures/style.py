@@ -15,10 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-# Okabe-Ito colours: distinguishable with every kind of colour vision
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
-PLANNED, HF, MF = "#9a9a9a", "#0072B2", "#E69F00"
-INK, FAINT, ALARM = "#333333", "#d8d8d8", "#e00000"
+from ..palette import COLOURS
 
 # Width (in) of a figure over one and over two columns of a paper (IEEE)
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.16

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from .style import COLOURS, LARGEST_LEGEND, legend_below, new_figure, shortened
+from ..palette import COLOURS
+from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 
 # More columns or rows than this leave no room for numbers in the cells of a heatmap.
 MOST_WRITTEN = 12

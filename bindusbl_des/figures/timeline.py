@@ -10,19 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from ..palette import ALARM, HF, INK, MF
 from ..rounds import Span, broadcasts_of, downlink_slots, uplink_slots
-from .style import (
-    ALARM,
-    HF,
-    INK,
-    MF,
-    colour_of,
-    fits,
-    legend_below,
-    names,
-    new_figure,
-    shortened,
-)
+from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
     from ..result import Result

@@ -10,12 +10,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 
 from ..launch import planned_path
+from ..palette import HF, INK, MF, PLANNED
 from .style import (
-    HF,
-    INK,
     LARGEST_LEGEND,
-    MF,
-    PLANNED,
     add_lines,
     by_vehicle,
     colour_of,

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ...figures.style import COLOURS, INK, TWO_COLUMNS, legend_below, new_figure
+from ...figures.style import TWO_COLUMNS, legend_below, new_figure
+from ...palette import COLOURS, INK
 from ..downlinks import LATENCY_S, POLICIES, compared
 
 if TYPE_CHECKING:

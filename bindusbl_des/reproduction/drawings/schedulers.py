@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ...figures.style import COLOURS, INK, TWO_COLUMNS, legend_below, new_figure
+from ...figures.style import TWO_COLUMNS, legend_below, new_figure
+from ...palette import COLOURS, INK
 from ..schedulers import DSATUR, MOVING, ONE_PER_SLOT, REUSE, STILL, compared
 
 if TYPE_CHECKING:

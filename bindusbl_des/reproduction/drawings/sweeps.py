@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from ...figures.style import COLOURS, INK, TWO_COLUMNS, legend_below, new_figure
+from ...figures.style import TWO_COLUMNS, legend_below, new_figure
+from ...palette import COLOURS, INK
 from ..measured import chosen
 from ..sweep import cells
 
