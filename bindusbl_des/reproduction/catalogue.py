@@ -45,11 +45,11 @@ class Entry:
 
 CATALOGUE = (
     Entry("baseline", 5),
-    Entry("table_1", 5),
-    Entry("two_asvs", 4),
+    Entry("table_1", 4),
+    Entry("two_asvs", 3),
     Entry("trajectories", 3),
     Entry("ablations", 3),
-    Entry("downlinks", 2, _some_teams),
+    Entry("downlinks", 1, _some_teams),
     Entry("schedulers_still", 1, _some_teams),
     Entry("schedulers", 1, _some_at_140_m),
     Entry("sweep", 3, _few_teams),

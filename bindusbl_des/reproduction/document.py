@@ -183,5 +183,6 @@ def _origin(runs: Runs, quick: bool) -> Iterator[str]:
         "To make it again (a call that was cut short continues where it stopped):\n\n"
         f"    bindusbl-des reproduce{option} --out results/reproduction\n\n"
         "The folder then holds this page as `reproduction.md` with its figures, all numbers as "
-        "`paper_vs_measured.csv` and `.parquet`, and a campaign folder for each experiment."
+        "`paper_vs_measured.csv` and `.parquet`, and a campaign folder for each experiment; the "
+        "page in `docs/` is a copy of that of a full run."
     )

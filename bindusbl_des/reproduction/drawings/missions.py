@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from ...campaigns.storage.parts import TABLES, read_table
@@ -13,6 +14,7 @@ from ...figures.error import draw_errors
 from ...figures.style import TWO_COLUMNS, colour_of, legend_below, new_figure, vehicle_handles
 from ...figures.trajectory import draw_map, map_handles
 from ...result import Result
+from ..published import published
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -90,6 +92,7 @@ def errors_and_fixes(runs: "Runs") -> Figure:
             axes.set_title(f"{asvs} ASV{'s' * (asvs > 1)}: bias in the {frame} frame")
         mine = fixes[fixes.mission.isin(list(_numbers(campaign, asvs, "body")))]
         _draw_fixes(row[2], mine)
+        _draw_published(row[2], asvs)
         row[2].set_title(f"{asvs} ASV{'s' * (asvs > 1)}: fixes delivered")
         row[0].set_ylabel("position error (m)")
         top = max(axes.get_ylim()[1] for axes in row[:2])
@@ -97,7 +100,8 @@ def errors_and_fixes(runs: "Runs") -> Figure:
             axes.set_ylim(0, top)
     for axes in grid[1]:
         axes.set_xlabel("time (s)")
-    legend_below(figure, vehicle_handles(AUVS))
+    cross = Line2D([], [], color="k", ls="", marker="x", ms=4, mew=1.2, label="fixes in the paper")
+    legend_below(figure, [*vehicle_handles(AUVS), cross])
     return figure
 
 
@@ -122,6 +126,17 @@ def _draw_fixes(axes: Axes, fixes: "pd.DataFrame") -> None:
         _band(axes, times, np.array(counts, float).T, auv)
     axes.set_xlim(0, 300)
     axes.set_ylim(bottom=0)
+
+
+def _draw_published(axes: Axes, asvs: int) -> None:
+    """Mark how many fixes each AUV of the paper has at the end."""
+    for row in published():
+        if (row.source, row.asvs, row.quantity) == ("tab:case_study", str(asvs), "fixes"):
+            axes.plot(
+                300.0, row.value, "x", color=colour_of(row.auv), ms=4, mew=1.2, clip_on=False,
+                zorder=5,
+            )  # fmt: skip
+    axes.set_ylim(0, 210)
 
 
 def _band(axes: Axes, times: Array, values: Array, auv: str) -> None:

@@ -12,7 +12,8 @@ from matplotlib.lines import Line2D
 from ...figures.style import TWO_COLUMNS, legend_below, new_figure
 from ...palette import COLOURS, INK
 from ..measured import chosen
-from ..sweep import cells
+from ..published import published
+from ..sweep import BOUNDS, cells
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from ..running import Runs
 
 SIDES, ASVS, ANGLES = (60.0, 100.0, 140.0), (1, 2, 3), (0.0, 30.0, 60.0, 90.0)
+SIGNS = {"at most": "< ", "at least": "> "}
 STYLES = {1: "-", 2: "--", 3: ":"}
 
 # "Green <= 1 m (well-localized); red > 4 m (navigation failure)"
@@ -44,11 +46,23 @@ def heatmap(runs: "Runs") -> Figure:
             image = _draw_cells(axes, table[table["survey.side_m"] == side])
         row[0].set_ylabel(f"{label}\nASVs", fontsize=7)
     for axes, side in zip(grid[0], SIDES, strict=True):
-        axes.set_title(f"L = {side:.0f} m")
+        axes.set_title(f"L = {side:.0f} m\npaper (ASVs): {_in_the_paper(side)}", fontsize=7)
     for axes in grid[-1]:
         axes.set_xlabel("AUVs")
     figure.colorbar(image, ax=grid, label="mean error (m)", extend="max", shrink=0.7, pad=0.01)
     return figure
+
+
+def _in_the_paper(side: float) -> str:
+    """Return what the paper's text says of a side, by number of ASVs."""
+    said: dict[str, list[str]] = {}
+    for row in published():
+        if row.quantity.startswith("cte_") and row.side_m == f"{side:.0f}":
+            sign = SIGNS.get(BOUNDS.get((row.side_m, row.asvs, row.quantity), "equals"), "")
+            known = said.setdefault(row.asvs, [])
+            if not (known and row.quantity == "cte_mean"):
+                known.append(sign + row.text)
+    return "; ".join(f"{'-'.join(texts)} ({asvs})" for asvs, texts in said.items())
 
 
 def _draw_cells(axes: Axes, table: "pd.DataFrame") -> AxesImage:
