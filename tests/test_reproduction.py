@@ -32,6 +32,7 @@ from bindusbl_des.reproduction.verdicts import (
 )
 
 ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "reproduction.md"
 EXPERIMENTS = sorted((ROOT / "experiments").glob("*.yaml"))
 
 
@@ -340,3 +341,17 @@ def test_the_terminal_shows_every_number_in_80_columns(small: Path) -> None:
     assert max(map(len, lines[:-1])) <= 80
     for row in published():
         assert any(f"{row.auv} {row.quantity}" in line and row.text in line for line in lines)
+
+
+def test_the_page_in_the_manual_lists_every_number() -> None:
+    """docs/reproduction.md is of a full run: every number, every figure, 5,760 missions a sweep."""
+    page = PAGE.read_text()
+    for row in published():
+        assert any(
+            row.case in line and f"{row.auv} {row.quantity}" in line and row.text in line
+            for line in page.splitlines()
+        ), row
+    for name in CAPTIONS:
+        assert (PAGE.parent / "figures" / "reproduction" / f"{name}.png").is_file()
+    assert "| `sweep` | 288 | 20 | 5760 |" in page
+    assert "quick look" not in page
