@@ -12,7 +12,7 @@ CAPTIONS = {
     "are the paper's numbers for AUV0.",
     "heatmap": "Mean error over all angles and seeds in three readings of the paper: "
     "cross-track error with 300 s for every team, position error at equal distance travelled, and "
-    "position error with a bias in the world frame.",
+    "position error with a bias in the world frame. Above: the paper's numbers (of so many ASVs).",
     "sweep_distance": "The sweep by formation angle at equal distance travelled (900 s / N): mean "
     "position error and fix rate, one standard deviation over seeds.",
     "sweep": "The sweep by formation angle with 300 s for every team: mean position error and fix "

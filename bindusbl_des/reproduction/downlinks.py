@@ -103,9 +103,9 @@ def _within(table: "pd.DataFrame") -> Claimed:
     holds = bool((share <= 1).all() and (late >= 0).all())
     best = table.iloc[int(share.to_numpy().argmax())]
     return Claimed(
-        "no protocol beats the 2 kbit/s downlink (bounds of rate and latency)",
+        "no protocol beats the bounds of the 2 kbit/s downlink",
         HOLDS if holds else FAILS,
-        f"rates reach {share.min():.0%} to {share.max():.0%} of the downlink's bound "
+        f"rates reach {100 * share.min():.0f} to {100 * share.max():.0f} % of the downlink's bound "
         f"({best.downlink}, L = {best.side_m:.0f} m, {best.auvs} AUVs); latencies are "
         f"{late.min():.3f} s or more above theirs",
     )

@@ -92,7 +92,7 @@ def _gains(table: "pd.DataFrame", how: str) -> Claimed:
         for side, mine in table.groupby("side_m")
     )
     return Claimed(
-        f"spatial reuse improves the per-AUV fix rate (AUVs {how})",
+        f"spatial reuse improves the per-AUV fix rate ({how})",
         REPRODUCED if holds else DIFFERS,
         f"rate over that of one per slot, by ASVs: {shown}",
         "" if holds else "where one ASV hears all AUVs there is nothing to share",
@@ -106,7 +106,7 @@ def _span(low: float, high: float) -> str:
 def _collisions(table: "pd.DataFrame", how: str) -> Claimed:
     count, pings = int(table.collisions_spatial_reuse.sum()), int(table.pings_spatial_reuse.sum())
     return Claimed(
-        f"spatial reuse never violates the no-collision constraint (AUVs {how})",
+        f"spatial reuse keeps the no-collision constraint ({how})",
         DIFFERS if count else REPRODUCED,
         f"{count} receptions collided, {pings:,} pings",
         "AUVs move between the colouring and their slots (E18)" if count else "",
@@ -117,7 +117,7 @@ def _dsatur(table: "pd.DataFrame") -> Claimed:
     low, high = table.dsatur_least.min(), table.dsatur_most.max()
     alike = low >= 1 - NEARLY and high <= 1 + NEARLY
     return Claimed(
-        f"greedy colouring in index order is within {NEARLY:.0%} of DSATUR (AUVs moving)",
+        f"greedy colouring is within {100 * NEARLY:.0f} % of DSATUR (moving)",
         HOLDS if alike else FAILS,
         f"rate of DSATUR over greedy: {low:.3f}-{high:.3f}, {table.dsatur_over_reuse.mean():.4f} "
         "on average",

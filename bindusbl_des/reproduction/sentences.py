@@ -121,7 +121,7 @@ def _best_angle(sweep: "pd.DataFrame") -> Claimed:
     holds = coverage.idxmax() == 0.0 and coverage.idxmin() == 90.0
     shown = ", ".join(f"{value:.3f} at {angle:.0f}" for angle, value in coverage.items())
     return Claimed(
-        "of three ASVs 0 deg is the best angle and 90 deg the worst (L = 140 m)",
+        "of three ASVs 0 deg is the best angle, 90 deg the worst (140 m)",
         REPRODUCED if holds else DIFFERS,
         f"coverage {shown} deg",
         "" if holds else "the four are one formation up to symmetries of the square (E15)",

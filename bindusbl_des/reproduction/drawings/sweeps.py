@@ -46,7 +46,7 @@ def heatmap(runs: "Runs") -> Figure:
             image = _draw_cells(axes, table[table["survey.side_m"] == side])
         row[0].set_ylabel(f"{label}\nASVs", fontsize=7)
     for axes, side in zip(grid[0], SIDES, strict=True):
-        axes.set_title(f"L = {side:.0f} m\npaper (ASVs): {_in_the_paper(side)}", fontsize=7)
+        axes.set_title(f"L = {side:.0f} m\npaper: {_in_the_paper(side)}", fontsize=6.5)
     for axes in grid[-1]:
         axes.set_xlabel("AUVs")
     figure.colorbar(image, ax=grid, label="mean error (m)", extend="max", shrink=0.7, pad=0.01)
@@ -62,7 +62,7 @@ def _in_the_paper(side: float) -> str:
             known = said.setdefault(row.asvs, [])
             if not (known and row.quantity == "cte_mean"):
                 known.append(sign + row.text)
-    return "; ".join(f"{'-'.join(texts)} ({asvs})" for asvs, texts in said.items())
+    return ", ".join(f"{'-'.join(texts)} ({asvs})" for asvs, texts in said.items())
 
 
 def _draw_cells(axes: Axes, table: "pd.DataFrame") -> AxesImage:
