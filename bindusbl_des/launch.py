@@ -12,7 +12,7 @@ from .fleet import Auv, Fleet
 from .formations import formation, formation_radius
 from .guidance import Member, Voyage, smallest_turn
 from .motion import together
-from .navigation import INNOVATIONS, FixedGain
+from .navigation import REFERENCES, FixedGain
 from .paths import Path
 from .routes import lawnmower, waypoint_path
 from .scenario import Scenario
@@ -85,7 +85,7 @@ def _kinematic(scenario: Scenario, index: int) -> Legged:
 def board_auvs(scenario: Scenario, fleet: Fleet, walks: Sequence[Array]) -> list[Auv]:
     """Return the AUVs with what they carry: dead reckoning and a navigator."""
     navigation = scenario.navigation
-    reference = INNOVATIONS[navigation.delay_compensation]
+    reference = REFERENCES[navigation.delay_compensation]
     auvs = []
     for index, vehicle in enumerate(fleet.vehicles):
         reckoning = DeadReckoning(

@@ -9,17 +9,18 @@ Array = NDArray[np.float64]
 Position = tuple[float, float]
 
 
-def present_estimate(now: Position, then: Position) -> Position:
+def at_delivery(pinged_at: float, delivered_at: float) -> float:
     """Compare a fix with the present estimate, as the paper does (delay_compensation: none)."""
-    return now
+    return delivered_at
 
 
-def estimate_at_ping(now: Position, then: Position) -> Position:
+def at_ping(pinged_at: float, delivered_at: float) -> float:
     """Compare a fix with the estimate at the ping it belongs to (delay_compensation: shift)."""
-    return then
+    return pinged_at
 
 
-INNOVATIONS = {"none": present_estimate, "shift": estimate_at_ping}
+# The instant (s) whose dead reckoning a fix is compared with
+REFERENCES = {"none": at_delivery, "shift": at_ping}
 
 
 class FixedGain:
@@ -33,11 +34,11 @@ class FixedGain:
         self,
         dead_reckoning: Callable[[float], Position],
         gain: float,
-        reference: Callable[[Position, Position], Position],
+        reference: Callable[[float, float], float],
         steer: Callable[[Position], None] = lambda _: None,
     ) -> None:
-        """Take dead reckoning at any instant (s), the gain, what fixes are compared with, and whom
-        to tell the sum of all corrections (m) after each.
+        """Take dead reckoning at any instant (s), the gain, the instant whose dead reckoning a fix
+        is compared with, and whom to tell the sum of all corrections (m) after each.
         """
         self._dead_reckoning = dead_reckoning
         self._gain = gain
@@ -47,12 +48,10 @@ class FixedGain:
         self._corrections = [(0.0, 0.0)]
 
     def estimate(self, time: float) -> Position:
-        """Return the horizontal estimate (m) at an instant (s) not before the last correction."""
-        return self._shifted(self._dead_reckoning(time))
-
-    def _shifted(self, dead_reckoned: Position) -> Position:
-        x, y = self._corrections[-1]
-        return dead_reckoned[0] + x, dead_reckoned[1] + y
+        """Return dead reckoning at an instant (s), moved by all corrections so far (m)."""
+        x, y = self._dead_reckoning(time)
+        moved_x, moved_y = self._corrections[-1]
+        return x + moved_x, y + moved_y
 
     def correct(self, fix: Position, pinged_at: float, time: float) -> Position:
         """Apply a fix (m) of the instant `pinged_at`, delivered at `time`; return the innovation.
@@ -60,17 +59,14 @@ class FixedGain:
         What dead reckoning said at the ping is shifted by every correction since, so that a fix is
         not charged with an error which an earlier fix has already removed meanwhile.
         """
-        now = self.estimate(time)
-        then = self._shifted(self._dead_reckoning(pinged_at))
-        x, y = self._reference(now, then)
-        innovation = fix[0] - x, fix[1] - y
-        last_x, last_y = self._corrections[-1]
+        x, y = self.estimate(self._reference(pinged_at, time))
+        ahead, aside = fix[0] - x, fix[1] - y
+        moved_x, moved_y = self._corrections[-1]
+        corrections = moved_x + self._gain * ahead, moved_y + self._gain * aside
         self._corrected_at.append(time)
-        self._corrections.append(
-            (last_x + self._gain * innovation[0], last_y + self._gain * innovation[1])
-        )
-        self._steer(self._corrections[-1])
-        return innovation
+        self._corrections.append(corrections)
+        self._steer(corrections)
+        return ahead, aside
 
     def corrections(self) -> tuple[Array, Array]:
         """Return the instants (s) of all corrections, (k,), and the sums of them, (k, 2), in m.

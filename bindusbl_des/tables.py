@@ -89,7 +89,8 @@ def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
         values = list(map(attrgetter(field.name), rows))
         if field.name in VEHICLES:
             prefix = VEHICLES[field.name]
-            values = [None if value is None else f"{prefix}{value}" for value in values]
+            names = {n: None if n is None else f"{prefix}{n}" for n in set(values)}
+            values = [names[n] for n in values]
         arrays.append(arrow(values, field.type))
     return pa.Table.from_arrays(arrays, schema=described)
 
@@ -123,7 +124,7 @@ def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
     if kind == pa.string():
         return _strings(list(values))
     if not isinstance(values, np.ndarray):
-        values = np.array([np.nan if v is None else v for v in values], dtype=np.float64)
+        values = np.array(values, dtype=np.float64)  # None becomes NaN
     validity = None
     if values.dtype.kind == "f" and (missing := np.isnan(values)).any():
         validity, values = _validity(missing), np.where(missing, 0, values)
@@ -132,9 +133,12 @@ def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
 
 
 def _strings(values: Sequence[str | None]) -> pa.Array:
-    encoded = [b"" if value is None else value.encode() for value in values]
+    letters = {value: b"" if value is None else value.encode() for value in set(values)}
+    encoded = [letters[value] for value in values]
     ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
-    missing = np.array([value is None for value in values], dtype=bool)
+    missing = np.zeros(len(values), dtype=bool)
+    if None in letters:
+        missing[:] = [value is None for value in values]
     return pa.Array.from_buffers(
         pa.string(),
         len(encoded),

@@ -11,7 +11,7 @@ from worlds import scenario
 from bindusbl_des import simulate
 from bindusbl_des.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
 from bindusbl_des.motion import together
-from bindusbl_des.navigation import FixedGain, estimate_at_ping, present_estimate
+from bindusbl_des.navigation import FixedGain, at_delivery, at_ping
 from bindusbl_des.paths import Path as RoutePath
 from bindusbl_des.paths import Pose, Segment
 from bindusbl_des.routes import lawnmower
@@ -118,9 +118,9 @@ def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> No
 
 
 CASES = {
-    "tau0": (0.0, 0.0, present_estimate),
-    "tau.57_v.63": (0.57, 0.63, present_estimate),
-    "tau.57_comp": (0.57, 0.63, estimate_at_ping),
+    "tau0": (0.0, 0.0, at_delivery),
+    "tau.57_v.63": (0.57, 0.63, at_delivery),
+    "tau.57_comp": (0.57, 0.63, at_ping),
 }
 
 
@@ -160,7 +160,7 @@ def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
 
 def test_overlapping_fixes_are_not_charged_twice() -> None:
     """A fix pinged before, but delivered after another's correction, does not correct again."""
-    navigator = FixedGain(lambda time: (10.0, 0.0), 1.0, estimate_at_ping)
+    navigator = FixedGain(lambda time: (10.0, 0.0), 1.0, at_ping)
     navigator.correct((0.0, 0.0), pinged_at=1.0, time=3.0)
     assert navigator.estimate(3.0) == (0.0, 0.0)
     assert navigator.correct((0.0, 0.0), pinged_at=2.0, time=4.0) == (0.0, 0.0)
