@@ -56,11 +56,11 @@ def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.chdir(tmp_path)
     use, own = blocks("README.md", "python")
     exec(use, {})
-    (tmp_path / "my_schedules.py").write_text(own)
+    (tmp_path / "readme_schedules.py").write_text(own)
     monkeypatch.syspath_prepend(tmp_path)
     scenario = load_scenario(
         ROOT / "scenarios" / "quickstart.yaml",
-        overrides=["protocol.schedule=my_schedules:nearest_first", "duration_s=20"],
+        overrides=["protocol.schedule=readme_schedules:nearest_first", "duration_s=20"],
     )
     assert simulate(scenario).auvs.fixes_delivered.min() > 5
 
