@@ -13,8 +13,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
-from one_thread import OneThread
+from campaigns_for_tests import OneThread, call, same
 
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign, load_campaign
@@ -35,7 +34,6 @@ from bindusbl_des.campaigns.workers.batches import Row, run_batch
 from bindusbl_des.campaigns.workers.crews import LocalCrew
 from bindusbl_des.campaigns.workers.progress import Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
-from bindusbl_des.cli import main
 from bindusbl_des.scenario_file import load_scenario
 from bindusbl_des.simulation import simulate
 
@@ -59,6 +57,11 @@ def poison(view):
         os.kill(os.getpid(), 9)
     return [[auv] for auv in range(len(view.auvs))]
 
+def endless(view):
+    while _seed(view) == 3:
+        time.sleep(0.1)
+    return [[auv] for auv in range(len(view.auvs))]
+
 def raising(view):
     if _seed(view) == 3:
         raise RuntimeError("seed 3 does not work")
@@ -73,7 +76,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "accidents.py").write_text(ACCIDENTS)
     (folder / "base.yaml").write_text(BASE)
     (folder / "experiment.yaml").write_text(EXPERIMENT)
-    for name in ("slow", "poison", "raising"):
+    for name in ("slow", "poison", "raising", "endless"):
         text = f"{BASE}protocol: {{schedule: 'accidents:{name}'}}\n"
         (folder / f"{name}_base.yaml").write_text(text)
         text = EXPERIMENT.replace("base", f"{name}_base")
@@ -109,11 +112,6 @@ def experiment(home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> P
     return home / "experiment.yaml"
 
 
-def call(*words: object) -> Result:
-    """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, [str(word) for word in words], catch_exceptions=False)
-
-
 def start(home: Path, *words: object, **options: object) -> "subprocess.Popen[str]":
     """Start the command line as a process of its own."""
     return subprocess.Popen(
@@ -132,14 +130,6 @@ def wait_for_part(folder: Path, seconds: float = 30.0) -> None:
     while not list(folder.glob("missions/part-*.parquet")):
         assert time.monotonic() < until, "nothing was written"
         time.sleep(0.02)
-
-
-def same(one: Campaign, other: Campaign) -> None:
-    """Check that two campaigns found the same, but for the time it took."""
-    for name in ("missions", "auvs"):
-        frames = [getattr(it, name).drop(columns="wall_time_s", errors="ignore")
-                  for it in (one, other)]  # fmt: skip
-        pd.testing.assert_frame_equal(*frames)
 
 
 def test_tables_do_not_depend_on_the_number_of_workers(
@@ -208,6 +198,43 @@ def test_ctrl_c_flushes_what_was_run(home: Path, tmp_path: Path) -> None:
     assert "resume" in stderr
     assert read_record(folder)["status"] == "interrupted"
     assert 0 < len(done(folder)) < 60
+
+
+def test_a_second_ctrl_c_ends_at_once(home: Path, tmp_path: Path) -> None:
+    """A mission that never ends keeps nobody waiting; what was written counts, no worker stays."""
+    folder = tmp_path / "twice"
+    parent = start(home, "sweep", home / "endless.yaml", "--out", folder, "--workers", 1)
+    until = time.monotonic() + 60
+    while not any(mark.read_text().strip() == "3" for mark in folder.glob("missions/.at-*.tmp")):
+        assert time.monotonic() < until, "mission 3 was never begun"
+        time.sleep(0.02)
+    parent.send_signal(signal.SIGINT)
+    while not (folder / "stop").exists():
+        assert time.monotonic() < until, "nobody was asked to stop"
+        time.sleep(0.02)
+    parent.send_signal(signal.SIGINT)
+    _, stderr = parent.communicate(timeout=30)  # its pipes close when its workers have ended
+    assert (parent.returncode, "Traceback" in stderr) == (130, False), stderr
+    assert read_record(folder)["status"] == "interrupted"
+    assert not list(folder.glob("**/*.tmp"))
+    assert not (folder / "stop").exists()
+
+
+def test_a_mission_that_never_ends_is_ended(home: Path, tmp_path: Path) -> None:
+    """It is quarantined at its limit with the place where it hung; all others are done."""
+    folder = tmp_path / "endless"
+    words = ("--out", folder, "--workers", 2, "--mission-timeout", 2)
+    result = call("sweep", home / "endless.yaml", *words)
+    assert result.exit_code == 3, result.stderr
+    missions = load_campaign(folder).missions
+    failed = missions[missions["status"] == "failed"]
+    assert list(failed["seed"]) == [3, 3]
+    assert list(failed["error"]) == ["took longer than 2 s; ended"] * 2
+    assert len(missions) == 16
+    trace = json.loads(next((folder / "failures").iterdir()).read_text())["traceback"]
+    assert trace.startswith("Timeout")
+    assert "accidents.py" in trace
+    assert not list(folder.glob("**/*.tmp"))
 
 
 def test_a_mission_that_kills_its_worker_is_quarantined(home: Path, tmp_path: Path) -> None:

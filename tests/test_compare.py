@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
-from one_thread import OneThread
+from campaigns_for_tests import OneThread, call
 
 from bindusbl_des import compare, load_campaign
 from bindusbl_des.campaigns import running
@@ -18,7 +17,6 @@ from bindusbl_des.campaigns.statistics.comparison_table import comparison_table,
 from bindusbl_des.campaigns.statistics.differences import Difference, difference
 from bindusbl_des.campaigns.statistics.outcomes import Outcomes
 from bindusbl_des.campaigns.statistics.pairing import Pair, Side
-from bindusbl_des.cli import main
 
 SCENARIO = "name: short\nduration_s: 15\nsurvey: {side_m: 140}\n"
 ANGLE = "asvs.formation.angle_deg"
@@ -30,11 +28,6 @@ def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(running, "crew_for", OneThread)
     Path("short.yaml").write_text(SCENARIO)
-
-
-def call(*words: object) -> Result:
-    """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, [str(word) for word in words], catch_exceptions=False)
 
 
 def paired(metric: str, one: list[float], other: list[float]) -> Difference:

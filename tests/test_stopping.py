@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner, Result
-from one_thread import OneThread
+from campaigns_for_tests import OneThread, call
 
 from bindusbl_des import load_campaign
 from bindusbl_des.campaigns import running
@@ -19,7 +18,6 @@ from bindusbl_des.campaigns.statistics.outcomes import Outcomes
 from bindusbl_des.campaigns.statistics.stopping import seeds_wanted, wide_points
 from bindusbl_des.campaigns.storage.parts import done, part_path
 from bindusbl_des.campaigns.workers.crews import crew_for
-from bindusbl_des.cli import main
 
 METRIC = "position_error_m"
 VARY = {"asvs.formation.angle_deg": [0, 60]}
@@ -31,11 +29,6 @@ def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(running, "crew_for", OneThread)
     Path("short.yaml").write_text("name: short\nduration_s: 10\nsurvey: {side_m: 140}\n")
-
-
-def call(*words: object) -> Result:
-    """Run a command; an exception that is no exit is a failure of the test."""
-    return CliRunner().invoke(main, [str(word) for word in words], catch_exceptions=False)
 
 
 def found(*points: list[float], seeds: int = 20) -> Outcomes:

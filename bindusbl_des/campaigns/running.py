@@ -131,9 +131,9 @@ def _run(campaign: Campaign, settings: Settings) -> Campaign:
     folder = campaign.folder
     session = {"began_at": time.time(), "rows_before": len(done(folder))}
     record = {**campaign.record, "status": "running", "session": session}
-    write_json(folder / RECORD, record)
     status = "killed"
     try:
+        _begin(folder, record)
         status = _supervise(campaign, settings)
     except KeyboardInterrupt:
         status = "interrupted"
@@ -144,6 +144,13 @@ def _run(campaign: Campaign, settings: Settings) -> Campaign:
     finally:
         _settle(folder, {**record, "status": status})
     return Campaign(folder, campaign.plan, {**record, "status": status})
+
+
+def _begin(folder: Path, record: Mapping[str, Any]) -> None:
+    try:
+        write_json(folder / RECORD, record)
+    except OSError as error:
+        raise NotWritten(error.errno, error.strerror or str(error)) from None
 
 
 def _settle(folder: Path, record: Mapping[str, Any]) -> None:

@@ -5,7 +5,8 @@ import shlex
 import signal
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -28,7 +29,7 @@ from ..storage.parts import (
     part_path,
     read_part,
 )
-from .hanging import limited
+from .marks import Mark
 
 # With `detail: full`, a part is written before its tables need more memory than this.
 LARGEST_PART_BYTES = 64_000_000
@@ -81,15 +82,29 @@ def run_batch(batch: Batch) -> list[Row]:
     if part_path(folder, MISSIONS, batch.part).is_file():  # sent again by a cluster
         return rows_of(folder, batch.part)
     ran: list[Ran] = []
-    began, size = time.monotonic(), 0
-    for mission in batch.missions:
-        ran.append(_run(batch, mission))
-        size += sum(table.nbytes for table in ran[-1].tables.values())
-        spent = time.monotonic() - began
-        if spent > batch.budget_s or size > LARGEST_PART_BYTES or (folder / STOP).exists():
-            break
+    with _marked(folder, batch.part) as mark:
+        began, size = time.monotonic(), 0
+        for mission in batch.missions:
+            with mark.at(mission.number, batch.mission_timeout_s):
+                ran.append(_run(batch, mission))
+            size += sum(table.nbytes for table in ran[-1].tables.values())
+            spent = time.monotonic() - began
+            if spent > batch.budget_s or size > LARGEST_PART_BYTES or (folder / STOP).exists():
+                break
     write(batch, ran)
     return [Row(it.mission.number, FAILED if it.error else OK, it.wall_time_s) for it in ran]
+
+
+@contextmanager
+def _marked(folder: Path, part: str) -> Iterator[Mark]:
+    try:
+        mark = Mark(folder, part)
+    except OSError as error:
+        raise NotWritten(error.errno, error.strerror) from None
+    try:
+        yield mark
+    finally:
+        mark.close()
 
 
 def rows_of(folder: Path, part: str) -> list[Row]:
@@ -107,8 +122,7 @@ def _scenario(text: str) -> Scenario:
 def _run(batch: Batch, mission: Mission) -> Ran:
     began = time.perf_counter()
     try:
-        with limited(Path(batch.folder), mission.number, batch.mission_timeout_s):
-            result = simulate(_scenario(batch.points[mission.point].scenario), mission.seed)
+        result = simulate(_scenario(batch.points[mission.point].scenario), mission.seed)
     except (Exception, SystemExit) as error:  # a schedule of the user's own may raise anything
         spent = time.perf_counter() - began
         text = "".join(traceback.format_exception_only(error)).strip()

@@ -168,6 +168,7 @@ class ClusterCrew:
             raise BackendMissing(REMEDY) from None
         try:
             self._client: Any = distributed.Client(address, timeout="10s")
+            self._address = address
         except (OSError, ValueError) as error:
             raise BackendMissing(f"no Dask scheduler at {address}: {error}") from None
         # A batch that Dask sends again after a worker died is recognised by its part.
@@ -189,13 +190,22 @@ class ClusterCrew:
         return self._executor.submit(run_batch, batch)
 
     def release(self, future: "Future[list[Row]]") -> int | None:
-        """Take note that a batch has ended; Dask replaces its workers itself."""
+        """Take note that a batch has ended; Dask replaces its workers itself.
+
+        Raises:
+            BackendMissing: when the cluster has been lost.
+        """
         self._running -= 1
+        if future.cancelled():
+            raise BackendMissing(
+                f"the Dask scheduler at {self._address} is gone. What was written counts; start it "
+                "again, then `bindusbl-des resume` the folder"
+            )
         return None
 
     def close(self, *, now: bool) -> None:
         """Leave the cluster, which goes on."""
-        self._executor.shutdown(wait=False, cancel_futures=now)
+        self._executor.shutdown(wait=not now)
         self._client.close()
 
 

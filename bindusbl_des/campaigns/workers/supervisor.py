@@ -16,7 +16,7 @@ from time import monotonic
 import numpy as np
 from numpy.typing import NDArray
 
-from ..experiments.plan import Mission, Plan
+from ..experiments.plan import Plan
 from ..storage.folder import STOP
 from ..storage.parts import FAILED, MISSIONS, part_path
 from .batches import (
@@ -30,7 +30,7 @@ from .batches import (
     write_failure,
 )
 from .crews import Crew
-from .hanging import where_hung
+from .marks import take_mark
 from .waiting import Waiting
 
 MOST_IN_BATCH = 200
@@ -116,7 +116,7 @@ class Supervisor:
             self._count(batch, future.result())
         elif part_path(self.folder, MISSIONS, batch.part).is_file():  # died when all was written
             self._count(batch, rows_of(self.folder, batch.part))
-        elif not self._hung(batch):
+        else:
             self._suspect(batch, exit_code, error)
 
     def _count(self, batch: Batch, rows: list[Row]) -> None:
@@ -127,37 +127,39 @@ class Supervisor:
         self._fresh.put_back(it.number for it in batch.missions if it.number not in ran)
 
     def _suspect(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
-        """Try the missions of a worker that died again, in halves, until the culprit is alone."""
-        self._deaths += 1
-        if not self._finished and self._deaths >= MOST_DEATHS_AT_FIRST:
-            end = signal_name(exit_code) if exit_code is not None else str(error)
-            raise WorkersDie(f"{self._deaths} workers died before any mission was finished: {end}")
+        """Try the mission at which a worker died again by itself; others of its batch may go on.
+
+        Where the worker left no mark, halves are tried until the culprit is alone.
+        """
         numbers = tuple(it.number for it in batch.missions)
-        self._kills.update(numbers)
-        if len(numbers) > 1:
+        culprit, trace = take_mark(self.folder, batch.part)
+        end = signal_name(exit_code) if exit_code is not None else type(error).__name__
+        if not trace:
+            self._count_death(end)
+        if culprit is None and len(numbers) > 1:
             middle = len(numbers) // 2
             self._suspects.extend((numbers[:middle], numbers[middle:]))
-        elif self._kills[numbers[0]] < MOST_KILLS:
-            self._suspects.append(numbers)
+            return
+        number = numbers[0] if culprit is None else culprit
+        self._fresh.put_back(other for other in numbers if other != number)
+        self._kills[number] += 1
+        if trace:
+            text = f"took longer than {self.mission_timeout_s:g} s; ended"
+            self._quarantine(batch, number, text, trace)
+        elif self._kills[number] < MOST_KILLS:
+            self._suspects.append((number,))
         else:
-            end = signal_name(exit_code) if exit_code is not None else type(error).__name__
-            text = f"killed its worker {self._kills[numbers[0]]} times: {end}"
-            self._quarantine(batch, batch.missions[0], text, str(error))
+            text = f"killed its worker {MOST_KILLS} times: {end}"
+            self._quarantine(batch, number, text, str(error))
 
-    def _hung(self, batch: Batch) -> bool:
-        """Quarantine the mission that took too long, if one did; the others wait again."""
-        for mission in batch.missions:
-            trace = where_hung(self.folder, mission.number)
-            if trace:
-                rest = [it.number for it in batch.missions if it is not mission]
-                self._fresh.put_back(rest)
-                limit = self.mission_timeout_s
-                self._quarantine(batch, mission, f"took longer than {limit:g} s; ended", trace)
-                return True
-        return False
+    def _count_death(self, end: str) -> None:
+        self._deaths += 1
+        if not self._finished and self._deaths >= MOST_DEATHS_AT_FIRST:
+            raise WorkersDie(f"{self._deaths} workers died before any mission was finished: {end}")
 
-    def _quarantine(self, batch: Batch, mission: Mission, text: str, trace: str) -> None:
+    def _quarantine(self, batch: Batch, number: int, text: str, trace: str) -> None:
         """Write the row of a mission that kills its worker or never ends: it failed."""
+        mission = next(it for it in batch.missions if it.number == number)
         try:
             write_failure(batch, mission, text, trace)
             write(batch, [Ran(mission, 0.0, error=text)])
