@@ -95,8 +95,9 @@ def ping_groups(graph: "nx.Graph[int]", colouring: Colouring) -> Groups:
     >>> ping_groups(graph, colour_greedily)
     ((0, 2), (1,))
     """
-    work_out = _remembered_groups if len(graph) <= SMALL_FLEET else _groups
-    return work_out(graph, colouring)
+    if nx.is_frozen(graph) and len(graph) <= SMALL_FLEET:  # it stays as it is, so its groups do
+        return _remembered_groups(graph, colouring)
+    return _groups(graph, colouring)
 
 
 def _groups(graph: "nx.Graph[int]", colouring: Colouring) -> Groups:

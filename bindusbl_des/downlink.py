@@ -92,6 +92,7 @@ class MfDownlink:
         event.callbacks.append(partial(self._correct, fix, instant))
 
     def _correct(self, fix: Fix, time: float, _: simpy.Event) -> None:
+        self._auv_fleet.reach(time)  # up to now AUVs have steered without this fix
         navigator = self._auvs[fix.auv].navigator
         innovation = navigator.correct((fix.x_m, fix.y_m), fix.pinged_at_s, time)
         fix.delivered_at_s = time

@@ -73,7 +73,11 @@ def read(log: Floats, step: float, time: float, spot: Floats) -> int:
 def line_at(
     log: Floats, step: float, time: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return place, yaw, integrals of cos(yaw) and sin(yaw), and distance at an instant (s)."""
+    """Return place, yaw, integrals of cos(yaw) and sin(yaw), and distance at an instant (s).
+
+    Beyond the end of the log it is where it ended.
+    """
+    time = min(time, (log.shape[0] - 1) * step)
     spot = np.empty(COS)
     before = read(log, step, time, spot)
     ahead, aside, distance = sums(log, before, time - before * step, spot)

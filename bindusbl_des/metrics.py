@@ -33,7 +33,7 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
             distance_m=auv.vehicle.distance(world.scenario.duration_s),
             speed_m_per_s=auv.vehicle.distance(world.scenario.duration_s)
             / world.scenario.duration_s,
-            saturated_share=auv.vehicle.saturated(),
+            saturated_share=auv.vehicle.saturated(world.scenario.duration_s),
         )
         for auv in world.auvs
     ]

@@ -58,6 +58,7 @@ def run(scenario: Scenario, seed: int, progress: Callable[[float], None] | None 
     env.run(until=scenario.duration_s)
     world.uplink.close(scenario.duration_s)
     world.board.take()  # fixes of pings that were heard but not broadcast any more
+    world.auv_fleet.reach(scenario.duration_s)
     return world
 
 

@@ -42,8 +42,11 @@ class Vehicle(Protocol):
     def path_error(self, times: Array) -> Array:
         """Return the distance from the planned path (m) at each instant; empty without a plan."""
 
-    def saturated(self) -> float | None:
-        """Return the share of control instants with an actuator at its limit; None without any."""
+    def saturated(self, time: float) -> float | None:
+        """Return the share of control instants before an instant (s) with an actuator at its limit.
+
+        None without any actuator.
+        """
 
 
 class Legged:
@@ -74,7 +77,7 @@ class Legged:
     def path_error(self, times: Array) -> Array:
         return np.zeros(len(times) if self._planned else 0)
 
-    def saturated(self) -> None:
+    def saturated(self, time: float) -> None:
         return None
 
 

@@ -60,7 +60,8 @@ def afterwards_s(scenario: Scenario) -> float:
     given = scenario.asvs.formation.positions_m or ((0.0, 0.0),)
     radius = scenario.asvs.formation.radius_m or 0.0
     farthest = max(math.hypot(x, y) for x, y in given) + radius + scenario.acoustics.hf.range_m
-    return 2.0 + (farthest + 2 * scenario.survey.side_m) / SLOWEST_SOUND
+    across = 2 * scenario.survey.side_m
+    return 2.0 + (farthest + across + scenario.survey.depth_m) / SLOWEST_SOUND
 
 
 def voyage_intervals(scenario: Scenario) -> int:

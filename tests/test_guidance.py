@@ -21,7 +21,7 @@ from bindusbl_des.guidance import (
     tracks,
 )
 from bindusbl_des.guidance.bluerov2 import share_thrust
-from bindusbl_des.motion import Motion
+from bindusbl_des.motion import Motion, lines
 from bindusbl_des.paths import Path, Pose, Segment
 from bindusbl_des.routes import lawnmower
 from bindusbl_des.turns import there_and_back
@@ -169,6 +169,33 @@ def test_bluerov2_slows_down_where_its_thrusters_end() -> None:
     assert 0.5 < voyage.mean_speed[0] < 0.534
 
 
+def test_a_share_of_a_mission_does_not_count_what_comes_later() -> None:
+    """What happens to an AUV after an instant leaves the share until then as it was."""
+    late, early = (
+        Voyage(
+            "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, duration_s=90.0,
+            currents=[(0.0, 0.0)] * 200 + [(-0.3, 0.0)],
+        )
+        for _ in range(2)
+    )  # fmt: skip
+    late.advance(90.0)
+    early.advance(40.0)
+    assert 0.0 < late.member(0).saturated(40.0) < 0.9 * late.saturated[0]
+    assert late.member(0).saturated(40.0) == early.saturated[0]
+    assert early.member(0).saturated(90.0) == late.saturated[0]
+
+
+def test_a_vehicle_rests_where_its_log_ends() -> None:
+    """Beyond its voyage a vehicle is where it ended: sound sent last may still be under way."""
+    voyage = Voyage(
+        "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=[(0.0, 0.1)],
+        duration_s=20.0,
+    )  # fmt: skip
+    voyage.advance(20.0)
+    end, beyond = lines(*voyage.motion, 0, np.array([20.0, 500.0]))
+    assert end.tolist() == beyond.tolist()
+
+
 def test_bluerov2_hovers_at_its_paths_end() -> None:
     """Having arrived it stays there, in a current from abeam."""
     path = Path(Pose(1.0, 2.0, 0.5), (Segment(0.0, 30.0),))
@@ -309,11 +336,12 @@ def test_looking_changes_nothing(number: int) -> None:
     """Asked at random instants or once at the end, vehicles are in the same places bit for bit."""
     (_, once), (_, often) = voyages()[number], voyages()[number]
     once.advance(40.0)
-    for instant in np.sort(np.random.default_rng(number).uniform(0.0, 40.0, 60)):
-        often.member(1).at(float(instant))
+    instants = np.sort(np.random.default_rng(number).uniform(0.0, 40.0, 60))
+    seen = [often.member(1).at(float(instant)) for instant in instants]
+    assert np.array_equal(seen, once.member(1).sample(instants))
     often.member(0).at(40.0)
     assert np.array_equal(once.logs, often.logs)
-    assert np.array_equal(once.saturated, often.saturated)
+    assert np.array_equal(once.at_limit, often.at_limit)
     times = np.random.default_rng(5).uniform(0.0, 40.0, 50)
     assert np.array_equal(
         once.member(1).sample(times), np.array([often.member(1).at(t) for t in times])

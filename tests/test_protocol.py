@@ -166,6 +166,18 @@ def test_touching_arrivals_do_not_collide() -> None:
         assert set(simulate(world).tables["receptions"].outcome) == {outcome}
 
 
+@pytest.mark.parametrize("asv", ["moored", "otter"])
+def test_a_frame_that_outlasts_the_mission_stays_under_way(asv: str) -> None:
+    """At 1 bit/s a frame of one fix takes 384 s: nothing of it arrives in a minute, nor fails."""
+    result = simulate(scenario(
+        duration_s=60.0, survey={"side_m": 60.0}, environment={"current_m_per_s": 0.1},
+        auvs={"count": 1, "vehicle": "bluerov2", "speed_m_per_s": 0.5},
+        asvs={"count": 1, "vehicle": asv}, acoustics={"mf": {"bit_rate_bps": 1.0}},
+    ))  # fmt: skip
+    assert result.tables["broadcasts"].airtime_s.tolist() == [384.0]
+    assert set(result.tables["fixes"].outcome) == {"in_flight"}
+
+
 def test_an_empty_round_still_broadcasts_its_header() -> None:
     """AUVs that nobody hears still ping, together, and a header goes out each round."""
     result = simulate(still(3, at=55.0))

@@ -3,15 +3,19 @@
 import os
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+import simpy
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from worlds import scenario
 
 from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des.protocol import serve
+from bindusbl_des.world import World, build_world
 
 PRINT_HASH = """
 import hashlib, sys
@@ -189,6 +193,53 @@ def test_recording_does_not_change_the_mission() -> None:
     assert full.arrow["fixes"].equals(fast.arrow["fixes"])
     assert full.arrow["auvs"].equals(summary.arrow["auvs"])
     assert set(summary.arrow) == {"auvs", "mission"}
+
+
+def steering(compensation: str = "shift", **record: object) -> Scenario:
+    """Return AUVs that steer by their fixes, which are delivered late on coarse ticks."""
+    return scenario(
+        duration_s=24.7,
+        survey={"side_m": 60.0},
+        auvs={"vehicle": "bluerov2", "speed_m_per_s": 0.5, "feedback": "estimate"},
+        protocol={"tick_rate_hz": 7.0, "schedule": "round_robin", "frame_s": 3.0},
+        navigation={"random_walk_m_per_sqrt_s": 0.3, "delay_compensation": compensation},
+        record=record,
+    )
+
+
+@pytest.mark.parametrize("compensation", ["none", "shift"])
+def test_auvs_that_steer_by_fixes_do_so_whoever_looks(compensation: str) -> None:
+    """An AUV steers by a fix from its delivery on, however often somebody asks where it is."""
+    seen = []
+    for every in (5.0, 0.013):
+        env = simpy.Environment()
+        mission = steering(compensation)
+        world = build_world(env, mission, 3)
+        env.process(serve(world))
+
+        def look(world: World = world, env: simpy.Environment = env, every: float = every) -> Any:
+            while True:
+                world.auv_fleet.reach(env.now)
+                yield env.timeout(every)
+
+        env.process(look())
+        env.run(until=mission.duration_s)
+        world.auv_fleet.reach(mission.duration_s)
+        seen.append((world.auv_fleet.motion.table.copy(), world.record.fixes))
+    assert len(seen[0][1]) > 5
+    assert np.array_equal(seen[0][0], seen[1][0])
+    assert seen[0][1] == seen[1][1]
+
+
+def test_tracks_of_steering_auvs_go_on_to_the_end() -> None:
+    """After the last ping an AUV goes on; a summary tells of the same way."""
+    result = simulate(steering(tracks_hz=10.0), 3)
+    summary = simulate(steering(detail="summary"), 3)
+    assert result.arrow["auvs"].equals(summary.arrow["auvs"])
+    assert result.arrow["mission"].equals(summary.arrow["mission"])
+    for _, track in result.tables["tracks"].groupby("vehicle"):
+        steps = np.hypot(track.x_m.diff(), track.y_m.diff())
+        assert steps.max() < 0.1 * 0.8  # m in a tenth of a second
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, True, "1"])

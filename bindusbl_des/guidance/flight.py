@@ -13,7 +13,7 @@ from ..dynamics import rk4
 from ..dynamics.frames import Floats, move_rigid_body, move_surface_craft
 from ..logs import YAW
 from . import belief, bluerov2, cybership2, logbook, otter, remus100, tracks
-from .tracks import Ints
+from .tracks import Flags, Ints
 
 MEMORY = 8  # numbers that a controller may remember
 # Which numbers `watch` holds: where the vehicle was told to be (m), how fast (m/s), how deep (m);
@@ -116,7 +116,7 @@ def fly(
     model: int, p: Floats, gains: Floats, states: Floats, memory: Floats, watch: Floats,
     rows: Floats, bounds: Ints, progress: Floats, active: Ints, currents: Floats, noise: Floats,
     bias: Floats, in_body: bool, walk: Floats, walk_rate: float, corrections: Floats,
-    logs: Floats, saturated: Ints, first: int, last: int, control: float, step: float,
+    logs: Floats, saturated: Flags, first: int, last: int, control: float, step: float,
     steps: int, lost: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
@@ -124,8 +124,8 @@ def fly(
     Vehicles are the first axis of `gains` (2,), `states`, `memory` (MEMORY,), `watch` (WATCH,),
     `bounds`, `progress` (tracks.PROGRESS,), `active` (intervals,), `noise` (intervals or 1, 2),
     `bias` (2,), `walk` (samples, 2), `corrections` (2,), `logs` (boundaries, logbook.COLUMNS),
-    `saturated` (). Of `currents` (any, 2) the last row holds. Returns -1, or the vehicle lost, with
-    `lost` holding how it fares and when (s).
+    `saturated` (intervals,). Of `currents` (any, 2) the last row holds. Returns -1, or the vehicle
+    lost, with `lost` holding how it fares and when (s).
     """
     size = states.shape[1]
     work, rates, spot = np.empty((5, size)), np.empty(size), np.empty(SPOT)
@@ -153,7 +153,7 @@ def fly(
                 ground = spot[4] * cos(aim[1]) + spot[5] * sin(aim[1])
                 ahead = max(ground, 0.0) * remus100.LEAD
                 turning = ground * tracks.bend_ahead(rows, bound, way, ahead)
-            saturated[i] += _steer(
+            saturated[i, interval] = _steer(
                 model, state, rates, spot, believed, aim, turning, told, control, p, gain,
                 recalls, scratch, command,
             )  # fmt: skip

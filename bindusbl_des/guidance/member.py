@@ -8,8 +8,8 @@ from .. import logs
 from ..dynamics.frames import Floats
 from ..motion import HEADINGS, PLACE, WAY, Motion, lines, where
 from ..vehicles import Place
-from . import logbook
-from .tracks import Ints, Tracks
+from . import departure, logbook
+from .tracks import Flags, Ints, Tracks
 
 
 class UnderWay(Protocol):
@@ -18,12 +18,9 @@ class UnderWay(Protocol):
     control_s: float
     motion: Motion
     active: Ints
+    at_limit: Flags  # whether an actuator was at its limit, for each vehicle and control instant
     stations: Floats
     tracks: Tracks
-
-    @property
-    def saturated(self) -> Floats:
-        """Share of the control instants so far in which an actuator was at its limit, (n,)."""
 
     def advance(self, time_s: float) -> None:
         """Make the state at an instant (s) known."""
@@ -71,9 +68,11 @@ class Member:
         """Return the horizontal distance travelled over ground until an instant (m)."""
         return float(self._table(np.array([time]))[0, WAY])
 
-    def saturated(self) -> float:
-        """Return the share of its control instants so far with an actuator at its limit."""
-        return float(self._fleet.saturated[self._number])
+    def saturated(self, time: float) -> float:
+        """Return the share of its control instants before an instant (s) at an actuator's limit."""
+        self._fleet.advance(time)
+        instants = max(departure.begun(time, self._fleet.control_s), 1)
+        return float(self._fleet.at_limit[self._number, :instants].mean())
 
     def path_error(self, times: Floats) -> Floats:
         """Return the distance (m) of the true place from the path flown, or from the station."""

@@ -18,6 +18,7 @@ from ..paths import BEGIN, CURVATURE, LENGTH, ROW_COLUMNS, YAW, Path, X, Y, path
 from .signals import half_turn
 
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 # Where a vehicle's rows lie: the first, the one past the last, and where a tour begins again (or
 # -1), then where a vehicle is: row, metres into it, metres of whole tours behind it

@@ -95,7 +95,7 @@ class Voyage:
         self._progress = np.zeros((count, tracks.PROGRESS))
         if paths is not None:
             self._progress[:, tracks.ROW] = self.tracks.bounds[:, tracks.FIRST]
-        self._saturated = np.zeros(count, dtype=np.int64)
+        self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
         self._flown, self._lost = 0, np.zeros(2)
         self._move_on(0)  # the start is known before anybody moves
 
@@ -143,7 +143,7 @@ class Voyage:
             self.model.equations, vessels.hull, vessels.gains, vessels.states, vessels.memory,
             vessels.watch, self.tracks.rows, self.tracks.bounds, self._progress, self.active,
             self._currents, self._noise, drift.bias, drift.in_body, drift.walk, drift.rate,
-            self.corrections, self.logs, self._saturated, self._flown, wanted, self.control_s,
+            self.corrections, self.logs, self.at_limit, self._flown, wanted, self.control_s,
             self.step_s, self._steps, self._lost,
         )  # fmt: skip
         if lost >= 0:
@@ -180,7 +180,7 @@ class Voyage:
     @property
     def saturated(self) -> Floats:
         """Share of the control instants so far in which an actuator was at its limit, (n,)."""
-        return self._saturated / max(self._flown, 1)
+        return np.asarray(self.at_limit[:, : max(self._flown, 1)].mean(axis=1))
 
     @property
     def mean_speed(self) -> Floats:
