@@ -123,13 +123,28 @@ def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
     """
     if kind == pa.string():
         return _strings(list(values))
-    if not isinstance(values, np.ndarray):
+    numbers, missing = _numbers(values, kind.to_pandas_dtype())
+    data = np.packbits(numbers, bitorder="little") if kind == pa.bool_() else numbers
+    validity = None if missing is None else _validity(missing)
+    return pa.Array.from_buffers(kind, len(numbers), [validity, pa.py_buffer(data)])
+
+
+def _numbers(
+    values: NDArray[Any] | Sequence[Any], kind: Any
+) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
+    """Return values as an array of a kind, and which of them are missing if any is."""
+    missing = None
+    if np.issubdtype(kind, np.floating):
         values = np.array(values, dtype=np.float64)  # None becomes NaN
-    validity = None
-    if values.dtype.kind == "f" and (missing := np.isnan(values)).any():
-        validity, values = _validity(missing), np.where(missing, 0, values)
-    known = np.ascontiguousarray(values, dtype=kind.to_pandas_dtype())
-    return pa.Array.from_buffers(kind, len(known), [validity, pa.py_buffer(known)])
+    elif not isinstance(values, np.ndarray) and None in values:
+        missing = np.array([value is None for value in values])
+        values = [0 if value is None else value for value in values]
+    elif not isinstance(values, np.ndarray):
+        values = np.array(values, dtype=kind)  # whole numbers of any size
+    if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isnan(values).any():
+        missing = np.isnan(values)
+        values = np.where(missing, 0, values)
+    return np.ascontiguousarray(values, dtype=kind), missing
 
 
 def _strings(values: Sequence[str | None]) -> pa.Array:

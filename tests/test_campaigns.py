@@ -563,3 +563,24 @@ def test_validate_knows_experiments(experiment: Path) -> None:
     assert told.stdout == "wrong.yaml:2:1: seed: unknown key; did you mean 'seeds'?\n"
     keys = json.loads(call("schema", "experiment").stdout)["properties"]
     assert tuple(keys) == KEYS
+
+
+def test_workers_do_without_pandas(experiment: Path, home: Path) -> None:
+    """A batch is run and its part written by a process that never loads pandas."""
+    code = (
+        "import sys\n"
+        "from bindusbl_des.campaigns.experiments.experiment_file import load_experiment\n"
+        "from bindusbl_des.campaigns.experiments.plan import Plan\n"
+        "from bindusbl_des.campaigns.workers.batches import run_batch\n"
+        "from bindusbl_des.campaigns.workers.supervisor import batch_of\n"
+        f"plan = Plan(load_experiment({str(experiment)!r}))\n"
+        "from pathlib import Path\n"
+        f"folder = Path({str(home / 'by-hand')!r}); (folder / 'missions').mkdir(parents=True)\n"
+        "rows = run_batch(batch_of(plan, folder, (0, 1), 60.0))\n"
+        "print([row.status for row in rows], 'pandas' in sys.modules)"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
+    )
+    assert done.stdout.strip() == "['ok', 'ok'] False", done.stderr

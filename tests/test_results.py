@@ -180,11 +180,16 @@ def test_columns_go_to_arrow_and_back() -> None:
     table = pa.table({
         "x": arrow(numbers, pa.float64()), "n": arrow(np.arange(4) - 2, pa.int64()),
         "s": arrow(texts, pa.string()), "none": arrow([None] * 4, pa.int64()),
+        "b": arrow([True, False, None, True], pa.bool_()),
+        "big": arrow([2**63 - 1, None, -(2**53) - 1, 0], pa.int64()),
     })  # fmt: skip
     assert table["x"].to_pylist() == [1.5, None, 0.0, None]
     assert table["n"].to_pylist() == [-2, -1, 0, 1]
     assert table["s"].to_pylist() == texts
     assert table["none"].null_count == 4
+    assert table["b"].to_pylist() == [True, False, None, True]
+    assert table["big"].to_pylist() == [2**63 - 1, None, -(2**53) - 1, 0]
+    table = table.drop_columns(["b", "big"])
     for part in (table, table.slice(1, 2), table.slice(3), table.slice(0, 0)):
         back = numpy_columns(part)
         assert back["n"].tolist() == part["n"].to_pylist()

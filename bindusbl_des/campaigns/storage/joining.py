@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from ...tables import arrow
 from .parts import (
     MISSIONS,
     REPLACES,
@@ -98,6 +99,6 @@ def _chunks(table: str, owners: Mapping[int, Source], order: Sequence[int]) -> I
         for source, mine in wanted.items():
             rows = read(source)
             if rows is not None:
-                pieces.append(rows.filter(pc.is_in(rows["mission"], pa.array(mine, pa.int64()))))
+                pieces.append(rows.filter(pc.is_in(rows["mission"], arrow(mine, pa.int64()))))
         if pieces:
             yield in_order(pa.concat_tables(pieces))

@@ -17,7 +17,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from ...tables import EVENT_TABLES, schema, write_parquet
+from ...tables import EVENT_TABLES, arrow, schema, write_parquet
 
 MISSIONS = "missions"
 OK, FAILED = "ok", "failed"
@@ -145,7 +145,9 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
             continue
         numbers = set(rows["mission"].to_pylist())
         if numbers & seen:
-            rows = rows.filter(pa.array([n not in seen for n in rows["mission"].to_pylist()]))
+            rows = rows.filter(
+                arrow([n not in seen for n in rows["mission"].to_pylist()], pa.bool_())
+            )
         seen |= numbers
         parts.append(rows)
     return in_order(pa.concat_tables(parts)) if parts else None

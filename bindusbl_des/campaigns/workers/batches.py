@@ -15,6 +15,7 @@ import pyarrow as pa
 
 from ...scenario import Scenario
 from ...simulation import simulate
+from ...tables import arrow
 from ..experiments.experiment import as_written
 from ..experiments.plan import Mission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
@@ -181,7 +182,7 @@ def _table(batch: Batch, name: str, ran: Sequence[Ran]) -> pa.Table:
     tables = [it.tables[name] for it in ran if name in it.tables]
     lengths = [len(it.tables[name]) if name in it.tables else 0 for it in ran]
     labels = _labels(batch, ran, with_point=name == "auvs")
-    owner = pa.array([n for n, length in enumerate(lengths) for _ in range(length)], pa.int64())
+    owner = arrow([n for n, length in enumerate(lengths) for _ in range(length)], pa.int64())
     return labelled(
         pa.concat_tables(tables), {key: array.take(owner) for key, array in labels.items()}
     )
@@ -189,14 +190,14 @@ def _table(batch: Batch, name: str, ran: Sequence[Ran]) -> pa.Table:
 
 def _missions(batch: Batch, ran: Sequence[Ran]) -> pa.Table:
     described = metric_schema(MISSIONS)
-    nothing = pa.Table.from_pylist([{}], schema=described)
+    nothing = pa.table([pa.nulls(1, field.type) for field in described], schema=described)
     table = pa.concat_tables(
         [it.tables["mission"].cast(described) if it.tables else nothing for it in ran]
     )
     labels = _labels(batch, ran, with_point=True)
-    labels["status"] = pa.array([FAILED if it.error else OK for it in ran])
-    labels["error"] = pa.array([it.error for it in ran], pa.string())
-    labels["wall_time_s"] = pa.array([it.wall_time_s for it in ran], pa.float64())
+    labels["status"] = arrow([FAILED if it.error else OK for it in ran], pa.string())
+    labels["error"] = arrow([it.error for it in ran], pa.string())
+    labels["wall_time_s"] = arrow([it.wall_time_s for it in ran], pa.float64())
     return labelled(table, labels)
 
 
@@ -208,17 +209,17 @@ def _labels(batch: Batch, ran: Sequence[Ran], *, with_point: bool) -> dict[str, 
         for it, point in zip(ran, points, strict=True)
     ]
     labels = {
-        "mission": pa.array([it.mission.number for it in ran], pa.int64()),
-        "mission_id": pa.array(ids, pa.string()),
-        "seed": pa.array([it.mission.seed for it in ran], pa.int64()),
+        "mission": arrow([it.mission.number for it in ran], pa.int64()),
+        "mission_id": arrow(ids, pa.string()),
+        "seed": arrow([it.mission.seed for it in ran], pa.int64()),
     }
     if with_point:
-        labels["point"] = pa.array([it.mission.point for it in ran], pa.int64())
+        labels["point"] = arrow([it.mission.point for it in ran], pa.int64())
         for key, kind in batch.columns.items():
             values = [point.varied[key] for point in points]
             if kind == "json":
                 values = [None if value is None else json.dumps(value) for value in values]
-            labels[key] = pa.array(values, ARROW_TYPES[kind])
+            labels[key] = arrow(values, ARROW_TYPES[kind])
     return labels
 
 
