@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,9 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import simulate
 from bindusbl_des.acoustics import LOSS_LAWS, range_loss, travel_time
+from bindusbl_des.boards import ReplyBoard
 from bindusbl_des.downlink import MfDownlink
-from bindusbl_des.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE, Fix, Ping
+from bindusbl_des.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE, Fix, Ping, Round
 from bindusbl_des.fleet import Auv, Fleet
 from bindusbl_des.hydrophones import ARRAYS
 from bindusbl_des.motion import light_time, lines, places, together
@@ -143,16 +145,17 @@ def frames(request: pytest.FixtureRequest) -> Callable[..., Fix]:
     """Return a function that sends a frame from ASV to AUV and returns the fix afterwards."""
 
     def send(asv: Legged, auv: Legged, airtime: float, *, time: float = 0.0) -> Fix:
-        env = simpy.Environment(time)
+        env, voyage = simpy.Environment(time), Steered()
         vehicles = fleet(auv)
         if request.param == "steering":
-            vehicles = Fleet(vehicles.vehicles, vehicles.motion, Steered())  # type: ignore[arg-type]
+            vehicles = Fleet(vehicles.vehicles, vehicles.motion, voyage)  # type: ignore[arg-type]
         auvs: Sequence[Auv] = [Auv(0, auv, None, Navigator())]  # type: ignore[arg-type]
         band = MfDownlink(
             env, auvs, vehicles, fleet(asv), mf_range=500.0, sound_speed=SOUND, clock=ExactClock()
         )
         fix = Fix(0, 0, 0, 0, "ASV0", time - 2.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
         band.send([fix], 0, time, airtime)
+        assert vehicles.foreseen or voyage.reached == time
         env.run()
         return fix
 
@@ -219,6 +222,28 @@ def test_pings_of_earlier_slots_collide_with_later_ones() -> None:
     assert [heard.flight.auv for heard in listening.heard] == [1]
 
 
+def test_nobody_answers_before_a_ping_is_over() -> None:
+    """A ping overlapped by one that is sent after it has begun to arrive gets no answer."""
+    env, record = simpy.Environment(), Recorder(rounds=[Round(0, 0.0, 1, 0)])
+    auvs, asvs = fleet(at(1500.0), at(3.0)), fleet(at(0.0))
+    down = MfDownlink(
+        env, [Auv(n, auvs.vehicles[n], None, Navigator()) for n in range(2)],  # type: ignore[arg-type]
+        auvs, asvs, mf_range=1.0, sound_speed=SOUND, clock=ExactClock(),
+    )  # fmt: skip
+    band, _, _ = uplink(env, auvs, asvs, record=record, listener=ReplyBoard(down, record, PING))
+
+    def pings() -> Any:
+        for auv, time in ((0, 0.0), (1, 1.005), (1, 2.0)):
+            yield env.timeout(time - env.now)
+            band.send(0, 0, auv, time)
+
+    env.process(pings())
+    env.run()
+    assert record.receptions.rows[:, OUTCOME].tolist() == [COLLIDED, COLLIDED, HEARD]
+    assert [fix.pinged_at_s for fix in record.fixes] == [2.0]
+    assert record.rounds[0].fixes == len(record.broadcasts) == 1
+
+
 def test_what_is_out_of_range_drowns_nobody() -> None:
     """Sound from beyond the HF range arrives together with a ping, which is heard all the same."""
     env = simpy.Environment()
@@ -264,18 +289,19 @@ def test_the_edge_of_the_hf_range_is_within(
 
 
 def test_pings_are_lost_by_their_slant_range() -> None:
-    """Of pings from 260 m away, 100 m of them down, the share that the law says is lost."""
+    """From 260 m, 100 m of them down, that share is lost whose own number is below the law's."""
     result = simulate(still(
         1, side=20.0, at=240.0, duration_s=600.0, survey={"depth_m": 100.0},
         asvs={"formation": {"positions_m": [[0.0, 0.0]]}},
         acoustics={"hf": {"range_m": 300.0}, "loss": {"law": "head"}},
-        protocol={"tick_rate_hz": None},
     ))  # fmt: skip
-    auv = result.auvs.iloc[0]
+    outcomes = result.tables["receptions"].outcome.to_numpy()[:-1]  # the last is under way
+    assert len(outcomes) > 1000
+    noise = Streams(0).of(Purpose.MEASUREMENT, 0, 0).standard_normal((len(outcomes), 13))
     chance = range_loss(260.0, LOSS_LAWS["head"])
-    spread = math.sqrt(chance * (1 - chance) / auv.pings)
-    assert auv.pings > 1000
-    assert auv.receptions_lost / auv.pings == pytest.approx(chance, abs=4 * spread)
+    lost = noise[:, NOISE_WIDTH] < NormalDist().inv_cdf(chance)
+    assert lost.mean() == pytest.approx(chance, abs=4 * math.sqrt(chance / len(lost)))
+    assert (outcomes == np.where(lost, "lost", "heard")).all()
 
 
 def test_each_pair_draws_its_own_noise_in_order() -> None:
@@ -317,6 +343,7 @@ def test_a_ledger_keeps_its_rows_when_it_grows() -> None:
         assert len(ledger.array) >= ledger.count
     assert ledger.rows[:, 0].tolist() == list(range(2 * ROOM + 1))
     assert ledger.rows.shape[1] == 10
+    assert len(ledger.room_for(9 * ROOM)) >= 11 * ROOM  # one ping at thousands of ASVs
 
 
 def test_sound_meets_a_vehicle_as_equations_of_one_vehicle_say() -> None:

@@ -132,6 +132,8 @@ def test_vehicles_know_their_place() -> None:
     assert kinematic(path, 1.0, 10.0).distance(99.0) == 13.0
     assert track.at(3.0) == pytest.approx((2.0, 0.0, 3.0, 0.0))
     assert track.distance(10.0) == 4.0
+    turns = recorded(np.array([0.0, 2.0, 3.0]), np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0.0]]))
+    assert turns.at(2.0).yaw == math.pi / 2  # a new leg begins at its sample
 
 
 GOOD = "time_s,x_m,y_m,depth_m\n0,0,0,1\n2,4,0,1\n"
