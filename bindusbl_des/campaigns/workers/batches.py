@@ -31,6 +31,7 @@ from ..storage.parts import (
     read_part,
 )
 from .marks import Mark
+from .warming import warm
 
 # With `detail: full`, a part is written before its tables need more memory than this.
 LARGEST_PART_BYTES = 64_000_000
@@ -86,6 +87,8 @@ def run_batch(batch: Batch) -> list[Row]:
     with _marked(folder, batch.part) as mark:
         began, size = time.monotonic(), 0
         for mission in batch.missions:
+            if batch.mission_timeout_s:  # loading compiled code is not the mission's time
+                warm(batch.points[mission.point].scenario)
             with mark.at(mission.number, batch.mission_timeout_s):
                 ran.append(_run(batch, mission))
             size += sum(table.nbytes for table in ran[-1].tables.values())

@@ -1,4 +1,4 @@
-"""Compiled code made once before the workers start, who find it on the disk then."""
+"""Compiled code made, or loaded from the disk, before the missions that need it."""
 
 import json
 from contextlib import suppress
@@ -10,17 +10,24 @@ from ..experiments.plan import Plan
 # Long enough for a ping to be heard and its fix to be computed.
 WARMING_S = 3.0
 
+# The vehicles for which this process has its compiled code.
+_ready: set[str] = set()
+
 
 def compile_kernels(plan: Plan) -> None:
-    """Run the beginning of a mission for each combination of vehicles."""
-    known: set[str] = set()
+    """Make sure that workers find compiled code on the disk for all vehicles of a plan."""
     for point in plan.points:
-        data = json.loads(point.scenario)
-        vehicles = str([data["auvs"]["vehicle"], data["asvs"]["vehicle"]])
-        if vehicles in known:
-            continue
-        known.add(vehicles)
-        data["duration_s"] = min(data["duration_s"], WARMING_S)
-        data["protocol"]["schedule"] = "one_per_slot"  # one's own might do anything
-        with suppress(Exception):  # what is wrong with a mission is told by the mission
-            simulate(Scenario.model_validate(data), 0)
+        warm(point.scenario)
+
+
+def warm(scenario: str) -> None:
+    """Run the beginning of a mission, unless one with its vehicles was run in this process."""
+    data = json.loads(scenario)
+    vehicles = str([data["auvs"]["vehicle"], data["asvs"]["vehicle"]])
+    if vehicles in _ready:
+        return
+    _ready.add(vehicles)
+    data["duration_s"] = min(data["duration_s"], WARMING_S)
+    data["protocol"]["schedule"] = "one_per_slot"  # one's own might do anything
+    with suppress(Exception):  # what is wrong with a mission is told by the mission
+        simulate(Scenario.model_validate(data), 0)
