@@ -25,12 +25,12 @@ def _digest(folder: Path) -> str:
     """Return the fingerprint of the sources that a function in a folder can be made of.
 
     Those are the folder's own, and the package's folders of equations; in the package's first
-    folder, where few files are compiled, only those that are.
+    folder, where few files are compiled, only those that are and the outcomes that they write.
     """
     total = hashlib.sha256()
     for source in sorted({*PACKAGE.rglob("*.py"), *folder.glob("*.py")}):
         text = source.read_bytes()
-        if source.parent != PACKAGE or b"@compiled" in text:
+        if source.parent != PACKAGE or source.stem == "events" or b"@compiled" in text:
             total.update(text)
     return total.hexdigest()
 

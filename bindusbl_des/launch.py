@@ -44,9 +44,15 @@ def _kinematic_auvs(scenario: Scenario) -> Fleet:
     return _legged([_kinematic(scenario, index) for index in range(scenario.auvs.count)])
 
 
-@lru_cache(maxsize=1)
 def _voyage_foreseen(scenario: Scenario) -> Fleet:
-    return _voyage(scenario, Water(scenario, Streams(0)))
+    fleet = _foreseen.get(scenario)
+    if fleet is None:
+        _foreseen.clear()  # beforehand: there may not be room for two long voyages of large fleets
+        fleet = _foreseen[scenario] = _voyage(scenario, Water(scenario, Streams(0)))
+    return fleet
+
+
+_foreseen: dict[Scenario, Fleet] = {}
 
 
 @lru_cache(maxsize=4)

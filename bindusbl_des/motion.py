@@ -89,7 +89,7 @@ def _on_leg(table: Floats, leg: int, time: float) -> Line:
 
 @compiled
 def _leg_at(table: Floats, first: int, end: int, time: float) -> int:
-    """Return the last of the legs first..end that has begun by an instant (s)."""
+    """Return the last of the legs first..end that has begun by an instant (s), or the first."""
     low, high = first, end - 1
     while low < high:
         middle = (low + high + 1) // 2

@@ -130,5 +130,5 @@ def recorded(times: Array, positions: Array) -> Legged:
     table[1:, motion.BEGIN] = times
     table[-1, motion.YAW] = yaw[-1]
     table[0, : motion.SPEED] = table[1, : motion.SPEED]  # at rest until the track begins
-    table[0, motion.BEGIN] = min(times[0], 0.0) - 1.0
+    table[0, motion.BEGIN] = times[0]
     return Legged(motion.legs(table), planned=False)

@@ -194,6 +194,7 @@ def test_a_vehicle_rests_where_its_log_ends() -> None:
     voyage.advance(20.0)
     end, beyond = lines(*voyage.motion, 0, np.array([20.0, 500.0]))
     assert end.tolist() == beyond.tolist()
+    assert end[:4] == pytest.approx(voyage.logs[0, -1, :4], abs=1e-12)
 
 
 def test_bluerov2_hovers_at_its_paths_end() -> None:

@@ -20,6 +20,11 @@ def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
     both = simulate(still(1, duration_s=0.51))
     assert both.auvs.pings[0] == 2
     assert both.auvs.hf_coverage[0] == 1.0
+    assert (both.auvs.pings_heard[0], both.auvs.pings_in_range[0]) == (1, 2)
+    # the second frame starts with 10 ms to go, and occupies no more of the mission
+    assert simulate(still(1, duration_s=0.61)).mission.mf_utilisation[0] == pytest.approx(
+        (0.192 + 0.01) / 0.61
+    )
     out_of_range = simulate(still(1, at=60.0, duration_s=0.51))
     assert out_of_range.auvs.hf_coverage[0] == 0.0
 

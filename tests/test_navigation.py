@@ -100,6 +100,9 @@ def test_between_samples_the_drift_is_linear() -> None:
     assert truth[0].tolist() == [3.0, 4.0, 5.0, 0.0]
     assert truth[0, :2] + drift[0] == pytest.approx(middle)
     assert reckoning.at(2.0) == pytest.approx(truth[1, :2] + drift[1])
+    assert np.array(reckoning.at(2.0)) - (3.0, 4.0) == pytest.approx(walk[4])
+    last = np.array(reckoning.at(1.75)) - (3.0, 4.0)
+    assert last == pytest.approx((walk[3] + walk[4]) / 2)
 
 
 @pytest.mark.parametrize("frame", ["body", "world"])

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from worlds import scenario
 
+from bindusbl_des import simulate
 from bindusbl_des.paths import Path, Pose, Segment
 from bindusbl_des.routes import lane_order, lane_ordinates, lawnmower, waypoint_path
 from bindusbl_des.track_file import read_track
@@ -132,6 +134,9 @@ def test_vehicles_know_their_place() -> None:
     assert kinematic(path, 1.0, 10.0).distance(99.0) == 13.0
     assert track.at(3.0) == pytest.approx((2.0, 0.0, 3.0, 0.0))
     assert track.distance(10.0) == 4.0
+    assert moored(Place(1, 2, 3, 0.4)).distance(9.0) == 0.0
+    late = recorded(np.array([5.0, 6.0]), np.array([[0, 0, 2], [0, 4, 4.0]]))
+    assert late.at(1.0) == (0.0, 0.0, 2.0, math.pi / 2)  # already as it will set out
     turns = recorded(np.array([0.0, 2.0, 3.0]), np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0.0]]))
     assert turns.at(2.0).yaw == math.pi / 2  # a new leg begins at its sample
 
@@ -164,3 +169,21 @@ def test_a_bad_track_is_refused(tmp_path: FilePath, text: str, message: str) -> 
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(ValueError, match=message):
         read_track(tmp_path / "a.csv")
+
+
+def test_a_tour_goes_on_as_long_as_it_must() -> None:
+    """A vehicle on its tenth lap is where its tour has it, and has come as far."""
+    segments = (Segment(0.0, 10.0), Segment(0.2, 7.0), Segment(-0.1, 9.0))
+    tour = Path(Pose(0, 0, 0), segments, repeats_from=3.0)
+    vehicle = kinematic(tour, 2.0, 10.0, until=120.0)
+    for time in np.linspace(0.0, 120.0, 77):
+        x, y, yaw = tour.at(2.0 * time)
+        assert vehicle.at(time) == pytest.approx((x, y, 10.0, yaw), abs=1e-9)
+        assert vehicle.distance(time) == pytest.approx(2.0 * time)
+    small = scenario(
+        duration_s=900.0, survey={"side_m": 30.0}, auvs={"count": 1}, record={"tracks_hz": 1.0}
+    )
+    tracks = simulate(small).tables["tracks"]
+    auv = tracks[tracks.vehicle == "AUV0"]
+    steps = np.hypot(auv.x_m.diff(), auv.y_m.diff())[1:]
+    assert steps.min() > 0.6  # m in a second at 0.627 m/s, in turns as well

@@ -195,6 +195,20 @@ def test_recording_does_not_change_the_mission() -> None:
     assert set(summary.arrow) == {"auvs", "mission"}
 
 
+@pytest.mark.parametrize("variation", [0.0, 0.05])
+def test_seeds_share_voyages_only_in_a_steady_current(variation: float) -> None:
+    """Where the current varies each seed has its own; where it does not, none goes elsewhere."""
+    mission = scenario(
+        duration_s=20.0, survey={"side_m": 60.0}, record={"tracks_hz": 1.0},
+        auvs={"count": 1, "vehicle": "bluerov2", "speed_m_per_s": 0.5},
+        environment={"current_m_per_s": 0.1, "current_variation_m_per_s": variation,
+                     "current_variation_time_s": 5.0},
+    )  # fmt: skip
+    one, other, again = (simulate(mission, seed).tables["tracks"].x_m[:20] for seed in (1, 2, 1))
+    assert one.equals(again)
+    assert one.equals(other) == (variation == 0.0)
+
+
 def steering(compensation: str = "shift", **record: object) -> Scenario:
     """Return AUVs that steer by their fixes, which are delivered late on coarse ticks."""
     return scenario(
