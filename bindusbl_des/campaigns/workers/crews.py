@@ -1,5 +1,6 @@
 """Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster."""
 
+import logging
 import os
 import signal
 import sys
@@ -166,6 +167,8 @@ class ClusterCrew:
             distributed: Any = import_module("distributed")
         except ImportError:
             raise BackendMissing(REMEDY) from None
+        # A scheduler that is lost is told in one line, below, and not by Dask with a traceback.
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
         try:
             self._client: Any = distributed.Client(address, timeout="10s")
             self._address = address
