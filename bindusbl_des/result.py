@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 
 from .scenario import Scenario
 from .summary import summary_table
-from .tables import TABLES, data_dictionary, write_parquet
+from .tables import EVENT_TABLES, TABLES, data_dictionary, write_parquet
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -154,6 +154,10 @@ def load_result(folder: str | Path) -> Result:
             for name in TABLES
             if (folder / f"{name}.parquet").is_file()
         }
+        promised = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
+        missing = [f"{name}.parquet" for name in promised if name not in arrow]
+        if missing:
+            raise ValueError(f"{', '.join(missing)} missing; run the mission again")
         return Result(scenario, int(run["seed"]), arrow, float(run["wall_time_s"]))
     except (KeyError, ValueError, pa.ArrowException) as error:
         raise ValueError(f"{folder} is damaged or of another version: {error}") from None

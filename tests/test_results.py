@@ -209,3 +209,12 @@ def test_a_run_needs_no_pandas() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"], done.stderr
+
+
+def test_a_folder_that_lacks_a_table_is_damaged(result: Result, tmp_path: Path) -> None:
+    """Whoever reads it is told which, instead of going on without."""
+    folder = result.write(tmp_path / "run")
+    for name in ("auvs", "fixes"):
+        (folder / f"{name}.parquet").unlink()
+    with pytest.raises(ValueError, match=r"damaged.*auvs\.parquet, fixes\.parquet missing"):
+        load_result(folder)
