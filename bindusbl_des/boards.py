@@ -1,70 +1,95 @@
 """What the surface fleet does with the pings it has heard: collect them, or answer at once."""
 
+from functools import partial
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from .columns import (
+    ARRIVED_AT,
+    AT_ASV,
+    END,
+    FIRST,
+    FUSED,
+    FUSED_END,
+    OUTCOME,
+    POSITION,
+    ROUND,
+)
 from .downlink import MfDownlink
-from .events import IN_FLIGHT, Broadcast, Fix
-from .propagation import ARRIVED_AT, OUTCOME
+from .events import HEARD, IN_FLIGHT, Broadcast
 from .recorder import Recorder
-from .uplink import Heard, Passes
+from .uplink import Uplink
 
 
-def fix_of(heard: Heard, record: Recorder) -> Fix:
-    """Record the fix of a ping, of the instant at which it was sent."""
-    flight, asvs = heard.flight, " ".join([f"ASV{asv}" for asv in heard.asvs])
-    x, y, z, sd_x, sd_y, sd_z, xy, xz, yz, error = heard.estimate
-    fix = Fix(
-        len(record.fixes), flight.ping, flight.round, flight.auv, asvs, flight.sent_at,
-        x, y, z, sd_x, sd_y, sd_z, xy, xz, yz, error,
-    )  # fmt: skip
-    record.fixes.append(fix)
-    return fix
+class Frame:
+    """The fixes that one broadcast carries: rows of the record."""
+
+    def __init__(self, record: Recorder, rows: range) -> None:
+        self.rows, self._record = rows, record
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """x, y, z (m) of each fix, shape (k, 3)."""
+        return self._record.fixes.array[self.rows.start : self.rows.stop, POSITION : POSITION + 3]
+
+    @property
+    def hearers(self) -> list[list[int]]:
+        """The ASVs whose measurements were fused, for each fix."""
+        fixes = self._record.fixes.array[self.rows.start : self.rows.stop]
+        receptions = self._record.receptions.rows
+        heard = np.flatnonzero(receptions[:, OUTCOME] == HEARD)
+        asvs: list[int] = receptions[heard, AT_ASV].astype(int).tolist()
+        bounds = np.searchsorted(heard, fixes[:, (FUSED, FUSED_END)]).tolist()
+        return [asvs[first:end] for first, end in bounds]
 
 
 class Board:
-    """The fleet's shared board: heard pings wait here for the next broadcast."""
+    """The fleet's shared board: pings wait here for the next broadcast."""
 
-    def __init__(self, record: Recorder) -> None:
-        self._record = record
-        self._heard: list[Heard] = []
+    def __init__(self, uplink: Uplink, record: Recorder) -> None:
+        self._uplink, self._record = uplink, record
 
-    def expect(self, passes: Passes, rows: range, ends: float) -> None:
-        """Wait until a ping has passed every ASV in range; they measure it together."""
-        passes(rows, ends)
+    def expect(self, pings: range) -> None:
+        """Wait until pings have passed every ASV in range, which measure them together."""
 
-    def hear(self, heard: Heard) -> None:
-        """Note a ping on the board."""
-        self._heard.append(heard)
-
-    def take(self) -> list[Fix]:
-        """Return the fixes of all pings on the board and clear it."""
-        heard, self._heard = self._heard, []
-        return [fix_of(ping, self._record) for ping in heard]
+    def take(self, time: float) -> Frame:
+        """Return the fixes of all pings that have been heard by an instant (s); clear the board."""
+        return Frame(self._record, self._uplink.decide_passed(time))
 
 
 class ReplyBoard:
     """No waiting: the first ASV that decodes a ping answers it with a fix of its own."""
 
-    def __init__(self, downlink: MfDownlink, record: Recorder, ping_duration: float) -> None:
-        self._downlink, self._record, self._duration = downlink, record, ping_duration
+    def __init__(
+        self, env: simpy.Environment, uplink: Uplink, downlink: MfDownlink, record: Recorder
+    ) -> None:
+        self._env, self._uplink, self._downlink, self._record = env, uplink, downlink, record
 
-    def expect(self, passes: Passes, rows: range, ends: float) -> None:
-        """Wait for a ping at each ASV in range by itself."""
-        for row in rows:
-            reception = self._record.receptions.array[row]
-            if reception[OUTCOME] == IN_FLIGHT:
-                passes(range(row, row + 1), float(reception[ARRIVED_AT]) + self._duration)
+    def expect(self, pings: range) -> None:
+        """Wait for each ping at each ASV in range by itself."""
+        receptions = self._record.receptions.array
+        for ping in pings:
+            for row in range(*self._record.pings.array[ping, [FIRST, END]].astype(int)):
+                if receptions[row, OUTCOME] == IN_FLIGHT:
+                    ends = receptions[row, ARRIVED_AT] + self._uplink.ping_duration
+                    event = self._env.timeout(max(float(ends) - self._env.now, 0.0))
+                    event.callbacks.append(partial(self._hear, ping, row))
 
-    def hear(self, heard: Heard) -> None:
+    def _hear(self, ping: int, row: int, _: simpy.Event) -> None:
         """Answer a ping when it has just been heard for the first time."""
-        flight = heard.flight
-        if flight.answered:
-            return
-        flight.answered = True
-        fix, [asv] = fix_of(heard, self._record), heard.asvs
-        time = float(self._record.receptions.array[heard.rows.start, ARRIVED_AT])
-        self._record.broadcasts.append(Broadcast(flight.round, asv, time, 0.0, 0, 1))
-        self._record.rounds[flight.round].fixes += 1
-        self._downlink.reply(fix, asv, time)
+        if self._uplink.decide(ping, row):
+            fix, reception = self._record.fixes.count - 1, self._record.receptions.array[row]
+            asv, time = int(reception[AT_ASV]), float(reception[ARRIVED_AT])
+            number = int(self._record.pings.array[ping, ROUND])
+            self._record.broadcasts.append(Broadcast(number, asv, time, 0.0, 0, 1))
+            self._record.rounds[number].fixes += 1
+            self._downlink.reply(fix, asv, time)
 
-    def take(self) -> list[Fix]:
+    def take(self, time: float) -> Frame:
         """Return no fixes: none has to wait."""
-        return []
+        return Frame(self._record, range(0))

@@ -19,23 +19,34 @@ Function = TypeVar("Function", bound=Callable[..., object])
 
 PACKAGE = Path(__file__).resolve().parent
 
+# Files whose numbers compiled equations take in.
+NAMES = ("columns", "events")
+
 
 @cache
 def _digest(folder: Path) -> str:
     """Return the fingerprint of the sources that a function in a folder can be made of.
 
     Those are the folder's own, and the package's folders of equations; in the package's first
-    folder, where few files are compiled, only those that are and the outcomes that they write.
+    folder, where few files are compiled, only those that are and those that name what they write.
     """
     total = hashlib.sha256()
     for source in sorted({*PACKAGE.rglob("*.py"), *folder.glob("*.py")}):
         text = source.read_bytes()
-        if source.parent != PACKAGE or source.stem == "events" or b"@compiled" in text:
+        if source.parent != PACKAGE or source.stem in NAMES or b".compiled import" in text:
             total.update(text)
     return total.hexdigest()
 
 
-def compiled(function: Function) -> Function:
+def inlined(function: Function) -> Function:
+    """Return a compiled equation that becomes a part of those that call it.
+
+    For short ones that return a tuple: handing that over takes longer than to work it out.
+    """
+    return compiled(function, inline="always")
+
+
+def compiled(function: Function, **options: Any) -> Function:
     """Return the equation compiled by numba on its first use; its type stays what it was.
 
     Compiled code is IEEE arithmetic in the order written (no fastmath), so results repeat bit for
@@ -44,10 +55,10 @@ def compiled(function: Function) -> Function:
     written (read-only installation without a home), the code is compiled anew by each process.
     """
     try:
-        dispatcher: Any = numba.njit(cache=True, error_model="numpy")(function)
+        dispatcher: Any = numba.njit(cache=True, error_model="numpy", **options)(function)
         dispatcher._cache._cache_file._source_stamp = _digest(_folder(function))
     except (RuntimeError, AttributeError, OSError):  # no place to cache, another numba, a zip file
-        dispatcher = numba.njit(error_model="numpy")(function)
+        dispatcher = numba.njit(error_model="numpy", **options)(function)
     return cast(Function, dispatcher)
 
 

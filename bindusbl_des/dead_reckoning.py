@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled
-from .motion import Ints, Motion, line_at
+from .compiled import compiled, inlined
+from .motion import Ints, Motion, headed
 
 Array = NDArray[np.float64]
 
@@ -52,41 +52,42 @@ def drift_envelope(time: float, bias: tuple[float, float], random_walk: float) -
 
 
 def random_walk(rate: float, sd: float, noise: Array) -> Array:
-    """Return a random walk (m) of `sd` (m/sqrt(s)) at the samples k / rate, shape (n + 1, 2).
+    """Return random walks (m) of `sd` (m/sqrt(s)) at the samples k / rate, shape (..., n + 1, 2).
 
-    `noise` are n rows of standard normal numbers.  Its variance is sd^2 t per axis whatever the
-    path, so it is drawn in the survey frame, and does not depend on what else happens.
+    `noise` (..., n, 2) are standard normal numbers.  Their variance is sd^2 t per axis whatever the
+    path, so they are drawn in the survey frame, and do not depend on what else happens.
     """
-    steps = np.concatenate((np.zeros((1, 2)), noise * (sd / math.sqrt(rate))))
-    return np.cumsum(steps, axis=0)
+    *fleet, count, axes = noise.shape
+    walks = np.zeros((*fleet, count + 1, axes))
+    np.multiply(noise, sd / math.sqrt(rate), out=walks[..., 1:, :])
+    return np.cumsum(walks, axis=-2, out=walks)
+
+
+# Motion of the fleet, walks (n, samples, 2), their rate, bias ahead and aside, whether in the body
+Known = tuple[Array, Ints, float, Array, float, float, float, bool]
 
 
 class DeadReckoning:
-    """What one AUV knows of its way by itself: its motion, with a bias and a random walk."""
+    """What AUVs know of their way by themselves: their motion, with a bias and a random walk."""
 
     def __init__(
-        self,
-        motion: Motion,
-        vehicle: int,
-        walk: Array,
-        rate: float,
-        bias: tuple[float, float],
-        frame: str,
+        self, motion: Motion, walks: Array, rate: float, bias: tuple[float, float], frame: str
     ) -> None:
-        """Take the true motion of a vehicle of a fleet, and what makes its dead reckoning wrong.
+        """Take the true motion of n AUVs, and what makes their dead reckoning wrong.
 
-        `walk` (n + 1, 2), m, holds at the samples k / `rate` of the IMU, which keeps its velocity
-        between them; n >= 1.  `bias` (m/s) is constant in the `frame` "body" or "world".
+        `walks` (n, samples, 2), m, hold at the samples k / `rate` of the IMUs, which keep their
+        velocity between them; two samples or more.  `bias` (m/s) is constant in the `frame` "body"
+        or "world".
         """
-        self._known = (*motion, vehicle, walk, rate, *bias, frame == "body")
+        self.known: Known = (*motion, walks, rate, *bias, frame == "body")
 
-    def at(self, time: float) -> tuple[float, float]:
-        """Return where the AUV believes to be (m) at an instant (s) if it has had no fix."""
-        x, y, _, _, ahead, aside = _reckoned(*self._known, time)
+    def at(self, auv: int, time: float) -> tuple[float, float]:
+        """Return where an AUV believes to be (m) at an instant (s) if it has had no fix."""
+        x, y, _, _, ahead, aside = reckoned(auv, time, *self.known)
         return x + ahead, y + aside
 
     def sample(
-        self, times: Array, corrected_at: Array, corrections: Array
+        self, auv: int, times: Array, corrected_at: Array, corrections: Array
     ) -> tuple[Array, Array, Array]:
         """Return truth x, y, z (m), yaw (rad), (n, 4); drift and error (m), (n, 2), at instants.
 
@@ -97,21 +98,23 @@ class DeadReckoning:
         n = len(times)
         truth, drift, error = np.empty((n, 4)), np.empty((n, 2)), np.empty((n, 2))
         instants = np.ascontiguousarray(times, dtype=np.float64)
-        _reckoned_all(*self._known, instants, corrected_at, corrections, truth, drift, error)
+        _reckoned_all(
+            auv, instants, *self.known, corrected_at, corrections, truth, drift, error,
+        )  # fmt: skip
         return truth, drift, error
 
 
-@compiled
-def _reckoned(
-    table: Array, first: Ints, step: float, vehicle: int, walk: Array, rate: float,
-    forward: float, starboard: float, in_body: bool, time: float,
+@inlined
+def reckoned(
+    auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
+    forward: float, starboard: float, in_body: bool,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
     """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s)."""
-    x, y, z, yaw, cosine, sine, _ = line_at(table, first, step, vehicle, time)
-    whole = min(int(time * rate), len(walk) - 2)
+    x, y, z, yaw, cosine, sine = headed(table, first, step, auv, time)
+    whole = min(int(time * rate), walks.shape[1] - 2)
     share = time * rate - whole
-    ahead = walk[whole, 0] + share * (walk[whole + 1, 0] - walk[whole, 0])
-    aside = walk[whole, 1] + share * (walk[whole + 1, 1] - walk[whole, 1])
+    ahead = walks[auv, whole, 0] + share * (walks[auv, whole + 1, 0] - walks[auv, whole, 0])
+    aside = walks[auv, whole, 1] + share * (walks[auv, whole + 1, 1] - walks[auv, whole, 1])
     if in_body:
         ahead += cosine * forward - sine * starboard
         aside += sine * forward + cosine * starboard
@@ -123,15 +126,15 @@ def _reckoned(
 
 @compiled
 def _reckoned_all(
-    table: Array, first: Ints, step: float, vehicle: int, walk: Array, rate: float,
-    forward: float, starboard: float, in_body: bool, times: Array, corrected_at: Array,
-    corrections: Array, truth: Array, drift: Array, error: Array,
+    auv: int, times: Array, table: Array, first: Ints, step: float, walks: Array, rate: float,
+    forward: float, starboard: float, in_body: bool, corrected_at: Array, corrections: Array,
+    truth: Array, drift: Array, error: Array,
 ) -> None:  # fmt: skip
     """Write truth (n, 4), drift (n, 2) and error (n, 2) at instants (s) in rising order."""
     last = 0
     for k in range(times.size):
-        x, y, z, yaw, ahead, aside = _reckoned(
-            table, first, step, vehicle, walk, rate, forward, starboard, in_body, times[k]
+        x, y, z, yaw, ahead, aside = reckoned(
+            auv, times[k], table, first, step, walks, rate, forward, starboard, in_body
         )
         while last + 1 < corrected_at.size and corrected_at[last + 1] <= times[k]:
             last += 1

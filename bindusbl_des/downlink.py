@@ -1,21 +1,40 @@
 """The MF band: a frame of fixes travels from one ASV to every AUV in range."""
 
 import math
-from collections.abc import Sequence
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 import simpy
 
 from .acoustics import travel_time
-from .events import Fix
-from .fleet import Auv, Fleet
-from .motion import where
+from .columns import (
+    ARRIVES_AT,
+    AUV_OF_FIX,
+    BROADCAST_AT,
+    BROADCAST_BY,
+    DELIVERED_AT,
+    LATENCY,
+    OUTCOME_OF_FIX,
+    PINGED_AT,
+)
+from .compiled import compiled
+from .events import DELIVERED, IN_FLIGHT
+from .fleet import Fleet
+from .motion import Floats, Ints, where
 from .propagation import arrivals
+from .recorder import Recorder
 from .slots import Clock
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
+
+
+class Navigator(Protocol):
+    """What the AUVs make of the fixes that reach them."""
+
+    def correct(self, fixes: Floats, due: Ints) -> None:
+        """Take in the fixes whose rows are due, in this order, which is that of their delivery."""
 
 
 class MfDownlink:
@@ -24,78 +43,112 @@ class MfDownlink:
     def __init__(
         self,
         env: simpy.Environment,
-        auvs: Sequence[Auv],
-        auv_fleet: Fleet,
-        asv_fleet: Fleet,
+        auvs: Fleet,
+        asvs: Fleet,
+        navigator: Navigator,
+        record: Recorder,
         *,
         mf_range: float,
         sound_speed: float,
         clock: Clock,
     ) -> None:
-        self._env, self._auvs, self._auv_fleet, self._asv_fleet = env, auvs, auv_fleet, asv_fleet
-        self._range, self._sound_speed, self._clock = mf_range, sound_speed, clock
+        self._env, self._auvs, self._asvs, self._fixes = env, auvs, asvs, record.fixes
+        self._navigator, self._clock, self._sound_speed = navigator, clock, sound_speed
+        self._limits = mf_range, sound_speed, clock.rate
+        self._undelivered = 0  # fixes before this one are delivered, or never will be
+        self._due = np.empty(0, dtype=np.int64)
 
-    def send(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
+    def send(self, rows: range, asv: int, time: float, airtime: float) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
-        if not fixes:
+        if not rows:
             return
-        fleet = self._auv_fleet
-        fleet.reach(time)
-        after = arrivals(
-            *self._asv_fleet.motion, asv, time, airtime, *fleet.motion,
-            np.array([fix.auv for fix in fixes]), self._range, fleet.foreseen, self._sound_speed,
+        self._auvs.reach(time)
+        last = arrivals(
+            self._fixes.array, rows.start, rows.stop, asv, time, airtime, self._auvs.foreseen,
+            *self._limits, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
-        reached = []
-        for fix, delay in zip(fixes, after, strict=True):
-            fix.broadcast_at_s, fix.broadcast_by = time, asv
-            if math.isnan(delay):
-                fix.outcome = "out_of_range"
-            elif fleet.foreseen:
-                self.deliver(fix, self._clock.after(time, delay))
-            else:
-                reached.append(fix)
-        if reached:  # they steer meanwhile by other fixes
+        if last >= 0.0:
+            self._deliver_at(last)
+        elif not self._auvs.foreseen:  # they steer meanwhile by other fixes
             event = self._env.timeout(airtime)
-            event.callbacks.append(lambda _: self._leave(reached, asv, time, airtime))
+            event.callbacks.append(partial(self._leave, rows, asv, time, airtime))
 
-    def _leave(self, fixes: Sequence[Fix], asv: int, time: float, airtime: float) -> None:
+    def _leave(self, rows: range, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""
         ends = time + airtime
-        vessel = where(*self._asv_fleet.motion, asv, ends)
-        for fix in fixes:
-            place = self._auvs[fix.auv].vehicle.at(ends)
-            event = self._env.timeout(
-                NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
-            )
-            event.callbacks.append(partial(self._arrive, fix, asv, time, airtime))
+        vessel = where(*self._asvs.motion, asv, ends)
+        for fix in rows:
+            auv, outcome = self._fixes.array[fix, [AUV_OF_FIX, OUTCOME_OF_FIX]].astype(int)
+            if outcome == IN_FLIGHT:
+                place = self._auvs.vehicles[auv].at(ends)
+                event = self._env.timeout(
+                    NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
+                )
+                event.callbacks.append(partial(self._arrive, fix, asv, time, airtime))
 
-    def _arrive(self, fix: Fix, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
+    def _arrive(self, fix: int, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
         """Find the exact arrival when it is near: who steers by fixes has no sure future."""
-        travel = self._travel(asv, fix.auv, time + airtime)
-        self.deliver(fix, self._clock.after(time, airtime + travel))
+        travel = self._travel(asv, fix, time + airtime)
+        self._expect(fix, self._clock.after(time, airtime + travel))
 
-    def _travel(self, asv: int, auv: int, time: float) -> float:
-        """Return how long (s) a sound that leaves an ASV at an instant (s) is on its way."""
-        vessel = self._asv_fleet.vehicles[asv].at(time)
-        return travel_time(vessel, self._auvs[auv].vehicle.at, time, self._sound_speed)
+    def _travel(self, asv: int, fix: int, time: float) -> float:
+        """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix."""
+        vessel = self._asvs.vehicles[asv].at(time)
+        auv = self._auvs.vehicles[int(self._fixes.array[fix, AUV_OF_FIX])]
+        return travel_time(vessel, auv.at, time, self._sound_speed)
 
-    def reply(self, fix: Fix, asv: int, time: float) -> None:
+    def reply(self, fix: int, asv: int, time: float) -> None:
         """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
-        fix.broadcast_at_s, fix.broadcast_by = time, asv
-        two_way = time - fix.pinged_at_s + self._travel(asv, fix.auv, time)
-        self.deliver(fix, self._clock.after(fix.pinged_at_s, two_way))
+        row = self._fixes.array[fix]
+        row[BROADCAST_AT], row[BROADCAST_BY] = time, asv
+        pinged_at = float(row[PINGED_AT])
+        two_way = time - pinged_at + self._travel(asv, fix, time)
+        self._expect(fix, self._clock.after(pinged_at, two_way))
 
-    def deliver(self, fix: Fix, instant: float) -> None:
+    def _expect(self, fix: int, instant: float) -> None:
         """Let an AUV have a fix at an instant (s), but not before now."""
-        instant = max(instant, self._env.now)
-        event = self._env.timeout(instant - self._env.now)
-        event.callbacks.append(partial(self._correct, fix, instant))
+        self._fixes.array[fix, ARRIVES_AT] = max(instant, self._env.now)
+        self._deliver_at(max(instant, self._env.now))
 
-    def _correct(self, fix: Fix, time: float, _: simpy.Event) -> None:
-        self._auv_fleet.reach(time)  # up to now AUVs have steered without this fix
-        navigator = self._auvs[fix.auv].navigator
-        innovation = navigator.correct((fix.x_m, fix.y_m), fix.pinged_at_s, time)
-        fix.delivered_at_s = time
-        fix.latency_s = time - fix.pinged_at_s
-        fix.innovation_m = math.hypot(*innovation)
-        fix.outcome = "delivered"
+    def _deliver_at(self, instant: float) -> None:
+        event = self._env.timeout(max(instant - self._env.now, 0.0))
+        event.callbacks.append(lambda _: self.deliver(instant))
+
+    def deliver(self, time: float) -> None:
+        """Let AUVs have every fix that has reached them by an instant (s)."""
+        fixes = self._fixes
+        waiting = fixes.count - self._undelivered
+        if waiting > len(self._due):
+            self._due = np.empty(2 * waiting, dtype=np.int64)
+        self._auvs.reach(time)  # up to now AUVs have steered without these fixes
+        count, self._undelivered = delivered(
+            fixes.array, self._undelivered, fixes.count, time, self._due
+        )
+        if count:
+            self._navigator.correct(fixes.array, self._due[:count])
+
+
+@compiled
+def delivered(fixes: Floats, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
+    """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
+
+    They stand there in the order of their arrival.  Return how many there are, and the first row
+    that is still under way.
+    """
+    count, waiting = 0, end
+    for row in range(first, end):
+        line = fixes[row]
+        if line[OUTCOME_OF_FIX] != IN_FLIGHT:
+            continue
+        if line[ARRIVES_AT] <= time:
+            line[DELIVERED_AT], line[OUTCOME_OF_FIX] = line[ARRIVES_AT], DELIVERED
+            line[LATENCY] = line[ARRIVES_AT] - line[PINGED_AT]
+            place = count
+            while place > 0 and fixes[due[place - 1], ARRIVES_AT] > line[ARRIVES_AT]:
+                due[place] = due[place - 1]
+                place -= 1
+            due[place] = row
+            count += 1
+        elif waiting == end:
+            waiting = row
+    return count, waiting

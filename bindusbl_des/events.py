@@ -14,9 +14,9 @@ def column(unit: str, meaning: str, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"unit": unit, "meaning": meaning})
 
 
-# What becomes of a ping at an ASV; a ledger holds the number of the word.
-OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight")
-HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT = range(5)
+# What becomes of a ping at an ASV, and of a fix; a ledger holds the number of the word.
+OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight", "delivered")
+HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 
 
 @dataclass(slots=True)

@@ -1,12 +1,10 @@
-"""The vehicles that take part in a mission, each with what it carries."""
+"""The vehicles that take part in a mission, and where each of them is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .dead_reckoning import DeadReckoning
 from .guidance import Voyage
 from .motion import Motion
-from .navigation import FixedGain
 from .vehicles import Vehicle
 
 
@@ -33,22 +31,3 @@ class Fleet:
         """Make the motion known up to an instant (s)."""
         if self.voyage is not None:
             self.voyage.advance(time)
-
-    def steer(self, vehicle: int, corrections: tuple[float, float]) -> None:
-        """Tell a vehicle the sum of all corrections (m) of where it believes to be."""
-        if self.voyage is not None:
-            self.voyage.corrections[vehicle] = corrections
-
-
-@dataclass(frozen=True)
-class Auv:
-    """An underwater vehicle: where it really is, and where it believes to be."""
-
-    index: int
-    vehicle: Vehicle
-    reckoning: DeadReckoning
-    navigator: FixedGain
-
-    @property
-    def name(self) -> str:
-        return f"AUV{self.index}"

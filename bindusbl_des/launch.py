@@ -1,18 +1,18 @@
-"""The fleet at the start of a mission: each vehicle on its route, each AUV with its drift."""
+"""The fleet at the start of a mission: each vehicle on its route, AUVs with their drift."""
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .dead_reckoning import DeadReckoning
-from .fleet import Auv, Fleet
+from .fleet import Fleet
 from .formations import formation, formation_radius
 from .guidance import Member, Voyage, smallest_turn
 from .motion import together
-from .navigation import REFERENCES, FixedGain
+from .navigation import FixedGain
 from .paths import Path
 from .routes import lawnmower, waypoint_path
 from .scenario import Scenario
@@ -25,7 +25,7 @@ from .voyages import Water, afterwards_s, asv_voyage, auv_voyage
 Array = NDArray[np.float64]
 
 
-def launch_auvs(scenario: Scenario, water: Water, walks: Sequence[Array]) -> Fleet:
+def launch_auvs(scenario: Scenario, water: Water, walks: Array) -> Fleet:
     """Return the AUVs of a scenario, in index order; `walks` are what they know of it wrongly."""
     auvs = scenario.auvs
     if not auvs.vehicle.has_dynamics:
@@ -66,7 +66,7 @@ def _legged(vehicles: Sequence[Legged]) -> Fleet:
 
 def _voyage(scenario: Scenario, water: Water) -> Fleet:
     """Return AUVs with dynamics that know where they are: their whole way is foreseen."""
-    voyage = auv_voyage(scenario, _tours(scenario), water, ())
+    voyage = auv_voyage(scenario, _tours(scenario), water, np.empty(0))
     voyage.advance(voyage.duration_s)
     return Fleet(_members(voyage, scenario.auvs.count), voyage.motion)
 
@@ -88,23 +88,18 @@ def _kinematic(scenario: Scenario, index: int) -> Legged:
     return kinematic(planned_tour(scenario, index), scenario.auvs.speed_m_per_s, depth, lasts)
 
 
-def board_auvs(scenario: Scenario, fleet: Fleet, walks: Sequence[Array]) -> list[Auv]:
-    """Return the AUVs with what they carry: dead reckoning and a navigator."""
+def board_auvs(scenario: Scenario, fleet: Fleet, walks: Array) -> tuple[DeadReckoning, FixedGain]:
+    """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer."""
     navigation = scenario.navigation
-    reference = REFERENCES[navigation.delay_compensation]
-    auvs = []
-    for index, vehicle in enumerate(fleet.vehicles):
-        reckoning = DeadReckoning(
-            fleet.motion,
-            index,
-            walks[index],
-            navigation.imu_rate_hz,
-            navigation.velocity_bias_m_per_s,
-            navigation.bias_frame,
-        )
-        navigator = FixedGain(reckoning.at, navigation.gain, reference, partial(fleet.steer, index))
-        auvs.append(Auv(index, vehicle, reckoning, navigator))
-    return auvs
+    reckoning = DeadReckoning(
+        fleet.motion,
+        walks,
+        navigation.imu_rate_hz,
+        navigation.velocity_bias_m_per_s,
+        navigation.bias_frame,
+    )
+    steering = np.zeros((len(fleet), 2)) if fleet.voyage is None else fleet.voyage.corrections
+    return reckoning, FixedGain(reckoning, navigation.gain, navigation.delay_compensation, steering)
 
 
 def turning_radius(scenario: Scenario) -> float:

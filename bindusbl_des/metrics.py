@@ -1,16 +1,44 @@
 """What a mission achieved: each figure defined once, here."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import fields
+from math import cos, sin, sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .events import COLLIDED, IN_FLIGHT, LOST, AuvMetrics, Fix, Utilisation
-from .propagation import AUV, HEARD_BY, IN_RANGE_OF, OF_AUV, OF_PING, OUTCOME, SENT_AT
+from .columns import (
+    AUV,
+    AUV_OF_FIX,
+    BROADCAST_AT,
+    DELIVERED_AT,
+    ERROR,
+    HEARD_BY,
+    IN_RANGE_OF,
+    LATENCY,
+    OF_AUV,
+    OF_PING,
+    OUTCOME,
+    OUTCOME_OF_FIX,
+    SENT_AT,
+)
+from .compiled import compiled
+from .dead_reckoning import reckoned
+from .events import (
+    COLLIDED,
+    DELIVERED,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+    AuvMetrics,
+    Utilisation,
+)
+from .motion import Ints
+from .navigation import corrections_of
 from .recorder import Recorder
-from .samples import Samples, instants, sample
+from .samples import instants
 from .world import World
 
 Array = NDArray[np.float64]
@@ -18,25 +46,25 @@ Array = NDArray[np.float64]
 
 def auv_metrics(world: World) -> list[AuvMetrics]:
     """Return the metrics of every AUV, in index order."""
-    times = instants(world.scenario.duration_s, world.scenario.record.metrics_hz)
-    reach = _reach(world.record, len(world.auvs))
-    fixes: list[list[Fix]] = [[] for _ in world.auvs]
-    for fix in world.record.fixes:
-        fixes[fix.auv].append(fix)
-    return [
-        AuvMetrics(
-            auv=auv.index,
-            **{name: counts[auv.index] for name, counts in reach.items()},
-            **_service(fixes[auv.index], world),
-            **_accuracy(sample(auv, times)),
-            path_error_m=_mean(auv.vehicle.path_error(times)),
-            distance_m=auv.vehicle.distance(world.scenario.duration_s),
-            speed_m_per_s=auv.vehicle.distance(world.scenario.duration_s)
-            / world.scenario.duration_s,
-            saturated_share=auv.vehicle.saturated(world.scenario.duration_s),
+    duration = world.scenario.duration_s
+    times = instants(duration, world.scenario.record.metrics_hz)
+    reach, fixes = _reach(world.record, len(world.auv_fleet)), world.record.fixes.rows
+    metrics, errors = [], np.empty(len(times))
+    for auv, vehicle in enumerate(world.auv_fleet.vehicles):
+        distance = vehicle.distance(duration)
+        metrics.append(
+            AuvMetrics(
+                auv=auv,
+                **{name: counts[auv] for name, counts in reach.items()},
+                **_service(fixes[fixes[:, AUV_OF_FIX] == auv], world),
+                **_accuracy(world, auv, times, errors),
+                path_error_m=_mean(vehicle.path_error(times)),
+                distance_m=distance,
+                speed_m_per_s=distance / duration,
+                saturated_share=vehicle.saturated(duration),
+            )
         )
-        for auv in world.auvs
-    ]
+    return metrics
 
 
 def _reach(record: Recorder, auvs: int) -> dict[str, list[Any]]:
@@ -62,45 +90,72 @@ def _reach(record: Recorder, auvs: int) -> dict[str, list[Any]]:
     }
 
 
-def _service(fixes: Sequence[Fix], world: World) -> dict[str, Any]:
-    """Return what became of the fixes of one AUV, and how late they were."""
-    pinged, broadcast, delivered, error = (
-        np.array(
-            [(f.pinged_at_s, f.broadcast_at_s, f.delivered_at_s, f.error_m) for f in fixes],
-            dtype=float,
-        )
-        .reshape(-1, 4)
-        .T
-    )  # None is NaN
-    arrived = ~np.isnan(delivered)
-    latency = (delivered - pinged)[arrived]
-    outcomes = [fix.outcome for fix in fixes]
+def _service(fixes: Array, world: World) -> dict[str, Any]:
+    """Return what became of the fixes of one AUV (rows of the ledger), and how late they were."""
+    arrived = fixes[fixes[:, OUTCOME_OF_FIX] == DELIVERED]
+    delivered, latency = arrived[:, DELIVERED_AT], arrived[:, LATENCY]
+    outcomes = fixes[:, OUTCOME_OF_FIX].astype(int).tolist()
     one_way = world.scenario.protocol.ranging == "owtt_sync"
     slot = world.slots.clock.after(0.0, world.slots.uplink_slot)  # pings begin with their slots
     return {
         "fixes": len(fixes),
         "fixes_delivered": len(latency),
-        "fixes_out_of_range": outcomes.count("out_of_range"),
-        "fixes_in_flight": outcomes.count("in_flight"),
+        "fixes_out_of_range": outcomes.count(OUT_OF_RANGE),
+        "fixes_in_flight": outcomes.count(IN_FLIGHT),
         "fix_rate_hz": len(latency) / world.scenario.duration_s,
-        **_spread("interval", np.diff(np.sort(delivered[arrived]))),
+        **_spread("interval", np.diff(np.sort(delivered))),
         **_spread("latency", latency),
-        "latency_from_broadcast_s": _mean((delivered - broadcast)[arrived]),
+        "latency_from_broadcast_s": _mean(delivered - arrived[:, BROADCAST_AT]),
         "latency_from_slot_s": _mean(latency - slot) if one_way else None,
-        "fix_error_rms_m": _rms(error),
+        "fix_error_rms_m": _rms(fixes[:, ERROR]),
     }
 
 
-def _accuracy(samples: Samples) -> dict[str, Any]:
-    error = samples.position_error
+def _accuracy(world: World, auv: int, times: Array, errors: Array) -> dict[str, Any]:
+    corrected_at, corrections = corrections_of(world.record.fixes.rows, auv)
+    mean, square, largest, cross_track, imu = _errors(
+        errors, auv, times, corrected_at, corrections, *world.reckoning.known
+    )
     return {
-        "position_error_m": _mean(error),
-        "position_error_rms_m": _rms(error),
-        "position_error_p95_m": _p95(error),
-        "position_error_max_m": float(error.max()),
-        "cross_track_error_m": _mean(np.abs(samples.cross_track_error)),
-        "imu_error_m": _mean(samples.imu_error),
+        "position_error_m": mean,
+        "position_error_rms_m": math.sqrt(square),
+        "position_error_p95_m": _p95(errors),
+        "position_error_max_m": largest,
+        "cross_track_error_m": cross_track,
+        "imu_error_m": imu,
     }
+
+
+@compiled
+def _errors(
+    errors: Array, auv: int, times: Array, corrected_at: Array, corrections: Array, table: Array,
+    first: Ints, step: float, walks: Array, rate: float, forward: float, starboard: float,
+    in_body: bool,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """Write the horizontal errors (n,), m, of an AUV's estimate at instants (n,), s, that rise.
+
+    Return the mean, the mean square and the largest of them, and the mean errors across the heading
+    and of dead reckoning.  `corrections` as in :func:`.navigation.corrections_of`.
+    """
+    total = square = largest = sideways = alone = 0.0
+    last, heading, cosine, sine = 0, 0.0, 1.0, 0.0
+    for k in range(times.size):
+        _, _, _, yaw, drift_x, drift_y = reckoned(
+            auv, times[k], table, first, step, walks, rate, forward, starboard, in_body
+        )
+        while last + 1 < corrected_at.size and corrected_at[last + 1] <= times[k]:
+            last += 1
+        x, y = drift_x + corrections[last, 0], drift_y + corrections[last, 1]
+        if yaw != heading:  # lanes keep theirs
+            heading, cosine, sine = yaw, cos(yaw), sin(yaw)
+        errors[k] = sqrt(x * x + y * y)
+        total += errors[k]
+        square += x * x + y * y
+        largest = max(largest, errors[k])
+        sideways += abs(cosine * y - sine * x)
+        alone += sqrt(drift_x * drift_x + drift_y * drift_y)
+    n = times.size
+    return total / n, square / n, largest, sideways / n, alone / n
 
 
 def _spread(name: str, values: Array) -> dict[str, float | None]:
@@ -132,32 +187,32 @@ def _rms(values: Array) -> float | None:
 def utilisation(world: World) -> Utilisation:
     """Return what only the mission as a whole has."""
     record, duration = world.record, world.scenario.duration_s
-    sent = np.unique(record.pings.rows[:, SENT_AT]).tolist()
     on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
     return Utilisation(
         rounds=len(record.rounds),
         collisions=int(np.sum(record.receptions.rows[:, OUTCOME] == COLLIDED)),
-        hf_utilisation=_covered(sent, world.slots.ping_duration, duration) / duration,
+        hf_utilisation=_covered(record.pings.rows[:, SENT_AT], world.slots.ping_duration, duration)
+        / duration,
         mf_utilisation=sum(on_air) / duration,
     )
 
 
-def _covered(starts: Sequence[float], length: float, end: float) -> float:
-    """Return the time (s) that intervals of one length cover, overlaps counted once."""
-    total, free_from = 0.0, 0.0
-    for start in starts:
-        until = min(start + length, end)
-        total += max(until - max(start, free_from), 0.0)
-        free_from = max(free_from, until)
-    return total
+def _covered(starts: Array, length: float, end: float) -> float:
+    """Return the time (s) before `end` that intervals of one length cover, overlaps counted once.
+
+    `starts` (n,) rise.
+
+    >>> round(_covered(np.array([0.0, 1.0, 1.0, 1.5, 9.5]), 1.0, 10.0), 9)
+    3.0
+    """
+    return float(np.minimum(np.diff(starts, append=end), length).sum())
 
 
 def mission_metrics(auvs: Sequence[AuvMetrics], whole: Utilisation) -> dict[str, float | None]:
     """Return the fleet means of all AUV metrics (AUVs without a value left out) and its own."""
     means: dict[str, float | None] = {}
     for column in fields(AuvMetrics)[1:]:
-        values = [getattr(auv, column.name) for auv in auvs]
-        known = [value for value in values if value is not None]
-        means[column.name] = float(np.mean(known)) if known else None
+        known = [v for auv in auvs if (v := getattr(auv, column.name)) is not None]
+        means[column.name] = math.fsum(known) / len(known) if known else None
     own = {column.name: getattr(whole, column.name) for column in fields(Utilisation)}
     return {**means, **own}

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import logs
 from .acoustics import MOST_STEPS, SETTLED
-from .compiled import compiled
+from .compiled import compiled, inlined
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -29,7 +29,7 @@ COS_YAW, SIN_YAW, LEG_COLUMNS = COLUMNS, COLUMNS + 1, COLUMNS + 2  # of its firs
 
 # Where a vehicle is: x, y, z (m), yaw (rad); integrals of cos(yaw) and sin(yaw) (s); distance (m)
 Line = tuple[float, float, float, float, float, float, float]
-PLACE, HEADINGS, WAY = slice(0, 4), slice(4, 6), 6
+PLACE, HEADINGS = slice(0, 4), slice(4, 6)
 
 # Within this share of its last digit an instant is the same (light-time loop).
 LAST_DIGIT = 2.3e-16
@@ -66,7 +66,7 @@ def legs(rows: Floats) -> Floats:
     return table
 
 
-@compiled
+@inlined
 def _on_leg(table: Floats, leg: int, time: float) -> Line:
     past = time - table[leg, BEGIN]
     turn, speed = table[leg, TURN], table[leg, SPEED]
@@ -100,22 +100,39 @@ def _leg_at(table: Floats, first: int, end: int, time: float) -> int:
     return low
 
 
-@compiled
-def line_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> Line:
-    """Return where a vehicle is at an instant (s), and what has summed up by then."""
+@inlined
+def where(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> logs.Place:
+    """Return x, y, z (m) and yaw (rad) of a vehicle at an instant (s)."""
     begin, end = first[vehicle], first[vehicle + 1]
     if step > 0.0:
-        return logs.line_at(table[begin:end], step, time)
-    return _on_leg(table, _leg_at(table, begin, end, time), time)
+        x, y, z, yaw = logs.place_at(table, begin, end, step, time)
+    else:
+        x, y, z, yaw, _, _, _ = _on_leg(table, _leg_at(table, begin, end, time), time)
+    return x, y, z, yaw
+
+
+@inlined
+def headed(
+    table: Floats, first: Ints, step: float, vehicle: int, time: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return where a vehicle is at an instant (s), and the integrals of cos(yaw) and sin(yaw)."""
+    begin, end = first[vehicle], first[vehicle + 1]
+    if step > 0.0:
+        x, y, z, yaw = logs.place_at(table, begin, end, step, time)
+        ahead, aside = logs.headings_at(table, begin, end, step, time)
+    else:
+        x, y, z, yaw, ahead, aside, _ = _on_leg(table, _leg_at(table, begin, end, time), time)
+    return x, y, z, yaw, ahead, aside
 
 
 @compiled
-def where(
-    table: Floats, first: Ints, step: float, vehicle: int, time: float
-) -> tuple[float, float, float, float]:
-    """Return x, y, z (m) and yaw (rad) of a vehicle at an instant (s)."""
-    x, y, z, yaw, _, _, _ = line_at(table, first, step, vehicle, time)
-    return x, y, z, yaw
+def distance_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> float:
+    """Return how far (m) a vehicle has travelled by an instant (s)."""
+    begin, end = first[vehicle], first[vehicle + 1]
+    if step > 0.0:
+        return logs.distance_at(table, begin, end, step, time)
+    _, _, _, _, _, _, distance = _on_leg(table, _leg_at(table, begin, end, time), time)
+    return distance
 
 
 def places(motion: Motion, time: float) -> Floats:
@@ -135,12 +152,14 @@ def _places(table: Floats, first: Ints, step: float, time: float, out: Floats) -
 
 @compiled
 def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) -> Floats:
-    """Return the line of a vehicle at each of n instants (s), shape (n, 7)."""
-    out = np.empty((times.size, 7))
+    """Return x, y, z (m), yaw (rad), and the integrals of cos(yaw) and sin(yaw) (s), shape (n, 6),
+    of a vehicle at n instants (s).
+    """
+    out = np.empty((times.size, 6))
     for k in range(times.size):
-        x, y, z, yaw, ahead, aside, distance = line_at(table, first, step, vehicle, times[k])
+        x, y, z, yaw, ahead, aside = headed(table, first, step, vehicle, times[k])
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
-        out[k, 4], out[k, 5], out[k, 6] = ahead, aside, distance
+        out[k, 4], out[k, 5] = ahead, aside
     return out
 
 

@@ -1,76 +1,86 @@
-"""An AUV's own idea of where it is: dead reckoning, corrected by the fixes it receives."""
+"""AUVs' own idea of where they are: dead reckoning, corrected by the fixes that they receive."""
 
-from collections.abc import Callable
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import (
+    AUV_OF_FIX,
+    CORRECTION,
+    DELIVERED_AT,
+    INNOVATION,
+    OUTCOME_OF_FIX,
+    PINGED_AT,
+    POSITION,
+)
+from .compiled import compiled
+from .dead_reckoning import DeadReckoning, reckoned
+from .events import DELIVERED
+from .motion import Floats, Ints
+
 Array = NDArray[np.float64]
-Position = tuple[float, float]
-
-
-def at_delivery(pinged_at: float, delivered_at: float) -> float:
-    """Compare a fix with the present estimate, as the paper does (delay_compensation: none)."""
-    return delivered_at
-
-
-def at_ping(pinged_at: float, delivered_at: float) -> float:
-    """Compare a fix with the estimate at the ping it belongs to (delay_compensation: shift)."""
-    return pinged_at
-
-
-# The instant (s) whose dead reckoning a fix is compared with
-REFERENCES = {"none": at_delivery, "shift": at_ping}
 
 
 class FixedGain:
-    """A navigator that moves its estimate by a fixed share of each innovation (eq. update).
+    """Navigators that move their estimates by a fixed share of each innovation (eq. update).
 
-    Its estimate is dead reckoning plus the sum of its corrections, so that the position at any
-    instant needs no stepping from one instant to the next.  It never sees the true position.
+    An estimate is dead reckoning plus the sum of the AUV's `corrections` (n, 2), m, so that the
+    position at any instant needs no stepping from one instant to the next.  Navigators never see
+    the true position.
     """
 
     def __init__(
-        self,
-        dead_reckoning: Callable[[float], Position],
-        gain: float,
-        reference: Callable[[float, float], float],
-        steer: Callable[[Position], None] = lambda _: None,
+        self, reckoning: DeadReckoning, gain: float, delay_compensation: str, corrections: Array
     ) -> None:
-        """Take dead reckoning at any instant (s), the gain, the instant whose dead reckoning a fix
-        is compared with, and whom to tell the sum of all corrections (m) after each.
+        """Take dead reckoning, the gain, and where the sums of corrections are to be written.
+
+        A fix is compared with the estimate at its delivery, as the paper does
+        (`delay_compensation` "none"), or with that at its ping, shifted by every correction since
+        ("shift"), so that it is not charged with an error that an earlier fix has removed.
         """
-        self._dead_reckoning = dead_reckoning
-        self._gain = gain
-        self._reference = reference
-        self._steer = steer
-        self._corrected_at = [0.0]
-        self._corrections = [(0.0, 0.0)]
+        self.corrections = corrections
+        self._reckoning, self._gain = reckoning, gain
+        self._at_ping = delay_compensation == "shift"
 
-    def estimate(self, time: float) -> Position:
-        """Return dead reckoning at an instant (s), moved by all corrections so far (m)."""
-        x, y = self._dead_reckoning(time)
-        moved_x, moved_y = self._corrections[-1]
-        return x + moved_x, y + moved_y
+    def estimate(self, auv: int, time: float) -> tuple[float, float]:
+        """Return where an AUV believes to be (m) at an instant (s), by all corrections so far."""
+        x, y = self._reckoning.at(auv, time)
+        return x + float(self.corrections[auv, 0]), y + float(self.corrections[auv, 1])
 
-    def correct(self, fix: Position, pinged_at: float, time: float) -> Position:
-        """Apply a fix (m) of the instant `pinged_at`, delivered at `time`; return the innovation.
+    def correct(self, fixes: Floats, due: Ints) -> None:
+        """Apply the fixes whose rows are `due`; note their innovations and the sums (m)."""
+        _correct(fixes, due, self._gain, self._at_ping, self.corrections, *self._reckoning.known)
 
-        What dead reckoning said at the ping is shifted by every correction since, so that a fix is
-        not charged with an error which an earlier fix has already removed meanwhile.
-        """
-        x, y = self.estimate(self._reference(pinged_at, time))
-        ahead, aside = fix[0] - x, fix[1] - y
-        moved_x, moved_y = self._corrections[-1]
-        corrections = moved_x + self._gain * ahead, moved_y + self._gain * aside
-        self._corrected_at.append(time)
-        self._corrections.append(corrections)
-        self._steer(corrections)
-        return ahead, aside
 
-    def corrections(self) -> tuple[Array, Array]:
-        """Return the instants (s) of all corrections, (k,), and the sums of them, (k, 2), in m.
+@compiled
+def _correct(
+    fixes: Floats, due: Ints, gain: float, at_ping: bool, corrections: Floats, table: Floats,
+    first: Ints, step: float, walks: Floats, rate: float, forward: float, starboard: float,
+    in_body: bool,
+) -> None:  # fmt: skip
+    for row in due:
+        fix = fixes[row]
+        auv = int(fix[AUV_OF_FIX])
+        time = fix[PINGED_AT] if at_ping else fix[DELIVERED_AT]
+        x, y, _, _, ahead, aside = reckoned(
+            auv, time, table, first, step, walks, rate, forward, starboard, in_body
+        )
+        ahead = fix[POSITION] - (x + ahead + corrections[auv, 0])
+        aside = fix[POSITION + 1] - (y + aside + corrections[auv, 1])
+        fix[INNOVATION] = hypot(ahead, aside)
+        corrections[auv, 0] += gain * ahead
+        corrections[auv, 1] += gain * aside
+        fix[CORRECTION], fix[CORRECTION + 1] = corrections[auv, 0], corrections[auv, 1]
 
-        Before the first fix, from 0 s on, the sum is 0.
-        """
-        return np.array(self._corrected_at), np.array(self._corrections)
+
+def corrections_of(fixes: Floats, auv: int) -> tuple[Array, Array]:
+    """Return the instants (s) of all corrections of an AUV, (k,), and their sums, (k, 2), in m.
+
+    `fixes` are all fixes on record.  Before the first one, from 0 s on, the sum is 0.
+    """
+    own = fixes[(fixes[:, AUV_OF_FIX] == auv) & (fixes[:, OUTCOME_OF_FIX] == DELIVERED)]
+    own = own[np.argsort(own[:, DELIVERED_AT], kind="stable")]
+    at, sums = np.zeros(len(own) + 1), np.zeros((len(own) + 1, 2))
+    at[1:], sums[1:] = own[:, DELIVERED_AT], own[:, CORRECTION : CORRECTION + 2]
+    return at, sums

@@ -4,80 +4,115 @@ These are the compiled inner loops of the bands.  Motions come as the fields of 
 :class:`.motion.Motion`.
 """
 
-from math import nan
+from math import inf, nan
 
+from .columns import (
+    ARRIVED_AT,
+    ARRIVES_AT,
+    AT_ASV,
+    AUV,
+    AUV_OF_FIX,
+    BROADCAST_AT,
+    BROADCAST_BY,
+    CALL_TIME,
+    CALLER,
+    END,
+    FIRST,
+    HEARD_BY,
+    IN_RANGE_OF,
+    LONGEST,
+    OF_AUV,
+    OF_PING,
+    OUTCOME,
+    OUTCOME_OF_FIX,
+    PASSED_AT,
+    PING,
+    PING_X,
+    PING_Y,
+    PING_Z,
+    ROUND,
+    SENT_AT,
+    SLANT_RANGE,
+    SLOT,
+    TRAVEL_TIME,
+)
 from .compiled import compiled
 from .events import IN_FLIGHT, OUT_OF_RANGE
 from .motion import Floats, Ints, light_time, where
-
-# Columns of the ledgers of events.Ping and events.Reception
-PING, ROUND, SLOT, AUV, SENT_AT, PING_X, PING_Y, PING_Z, IN_RANGE_OF, HEARD_BY = range(10)
-OF_PING, OF_AUV, AT_ASV, ARRIVED_AT, SLANT_RANGE, TRAVEL_TIME, OUTCOME = range(7)
+from .slots import after
 
 
 @compiled
 def spread(
-    auv_table: Floats, auv_first: Ints, auv_step: float, auv: int, round_number: int, slot: int,
-    time: float, asv_table: Floats, asv_first: Ints, asv_step: float, hf_range: float, slant: bool,
-    sound_speed: float, everything: bool, pings: Floats, ping: int, receptions: Floats, row: int,
-) -> tuple[int, float]:  # fmt: skip
-    """Let a ping set out at an instant (s): write its row, and one for each ASV.
+    group: Ints, round_number: int, slot: int, time: float, caller: int, call_time: float,
+    pings: Floats, ping: int, receptions: Floats, row: int, everything: bool, slant: bool,
+    hf_range: float, duration: float, sound_speed: float, auv_table: Floats, auv_first: Ints,
+    auv_step: float, asv_table: Floats, asv_first: Ints, asv_step: float,
+) -> int:  # fmt: skip
+    """Let a group of AUVs ping at an instant (s): write their rows, and one for each of their ASVs.
 
-    Return how many, and the longest travel time (s) to an ASV in range, or -1.  The edge of the HF
-    range (m) counts as within; it is compared with the slant range if `slant`, else with the
-    horizontal one.  Without `everything` ASVs out of range get no row.
+    Return the row that comes after the last reception.  Pings last `duration` (s).  The edge of the
+    HF range (m) counts as within; it is compared with the slant range if `slant`, else with the
+    horizontal one.  Without `everything` ASVs out of range get no row.  If an ASV `caller` has
+    called the AUV, its call was under way for `call_time` (s).
     """
-    x, y, z, _ = where(auv_table, auv_first, auv_step, auv, time)
-    written, in_range, longest = 0, 0, -1.0
-    for asv in range(asv_first.size - 1):
-        vessel = where(asv_table, asv_first, asv_step, asv, time)
-        rise = z - vessel[2] if slant else 0.0
-        square = (x - vessel[0]) ** 2 + (y - vessel[1]) ** 2 + rise**2
-        heard = square <= hf_range**2
-        if heard or everything:
-            travel = light_time(x, y, z, asv_table, asv_first, asv_step, asv, time, sound_speed)
-            line = receptions[row + written]
-            line[OF_PING], line[OF_AUV], line[AT_ASV] = ping, auv, asv
-            line[ARRIVED_AT], line[TRAVEL_TIME] = time + travel, travel
-            line[SLANT_RANGE] = travel * sound_speed
-            line[OUTCOME] = IN_FLIGHT if heard else OUT_OF_RANGE
-            written += 1
-            if heard:
-                in_range += 1
-                longest = max(longest, travel)
-    line = pings[ping]
-    line[PING], line[ROUND], line[SLOT], line[AUV], line[SENT_AT] = (
-        ping, round_number, slot, auv, time,
-    )  # fmt: skip
-    line[PING_X], line[PING_Y], line[PING_Z] = x, y, z
-    line[IN_RANGE_OF], line[HEARD_BY] = in_range, 0
-    return written, longest
+    longest_so_far = pings[ping - 1, LONGEST] if ping else 0.0
+    for auv in group:
+        x, y, z, _ = where(auv_table, auv_first, auv_step, auv, time)
+        first, in_range, longest = row, 0, 0.0
+        for asv in range(asv_first.size - 1):
+            vessel = where(asv_table, asv_first, asv_step, asv, time)
+            rise = z - vessel[2] if slant else 0.0
+            square = (x - vessel[0]) ** 2 + (y - vessel[1]) ** 2 + rise**2
+            heard = square <= hf_range**2
+            if heard or everything:
+                travel = light_time(x, y, z, asv_table, asv_first, asv_step, asv, time, sound_speed)
+                line = receptions[row]
+                line[OF_PING], line[OF_AUV], line[AT_ASV] = ping, auv, asv
+                line[ARRIVED_AT], line[TRAVEL_TIME] = time + travel, travel
+                line[SLANT_RANGE] = travel * sound_speed
+                line[OUTCOME] = IN_FLIGHT if heard else OUT_OF_RANGE
+                row += 1
+                if heard:
+                    in_range += 1
+                    longest = max(longest, travel)
+        longest_so_far = max(longest_so_far, longest)
+        line = pings[ping]
+        line[PING], line[ROUND], line[SLOT], line[AUV] = ping, round_number, slot, auv
+        line[SENT_AT], line[PING_X], line[PING_Y], line[PING_Z] = time, x, y, z
+        line[IN_RANGE_OF], line[HEARD_BY], line[FIRST], line[END] = in_range, 0, first, row
+        line[PASSED_AT] = time + longest + duration if in_range else inf
+        line[LONGEST], line[CALLER], line[CALL_TIME] = longest_so_far, caller, call_time
+        ping += 1
+    return row
 
 
 @compiled
 def arrivals(
-    asv_table: Floats, asv_first: Ints, asv_step: float, asv: int, time: float, airtime: float,
-    auv_table: Floats, auv_first: Ints, auv_step: float, auvs: Ints, reach: float, foreseen: bool,
-    sound_speed: float,
-) -> list[float]:  # fmt: skip
-    """Return when (s after its start) a frame that an ASV sends at an instant (s) is at some AUVs.
+    fixes: Floats, first: int, end: int, asv: int, time: float, airtime: float, foreseen: bool,
+    reach: float, sound_speed: float, rate: float, auv_table: Floats, auv_first: Ints,
+    auv_step: float, asv_table: Floats, asv_first: Ints, asv_step: float,
+) -> float:  # fmt: skip
+    """Let an ASV send the fixes first..end in a frame at an instant (s), which lasts `airtime` (s).
 
-    Where an AUV is out of the horizontal range (m) when the frame begins, it is NaN; where its way
-    is not `foreseen`, the travel time is left out.
+    Their rows tell when they will be at their AUVs, on a clock of a `rate` (Hz, see
+    :func:`.slots.after`); an AUV out of the horizontal range (m) when the frame begins never gets
+    its fix, and where its way is not `foreseen` the arrival is left open (NaN).  Return the last
+    instant (s) of those known, or -1.
     """
     begins = where(asv_table, asv_first, asv_step, asv, time)
-    ends = where(asv_table, asv_first, asv_step, asv, time + airtime)
-    after = []
-    for auv in auvs:
+    x, y, z, _ = where(asv_table, asv_first, asv_step, asv, time + airtime)
+    last = -1.0
+    for row in range(first, end):
+        line, auv = fixes[row], int(fixes[row, AUV_OF_FIX])
+        line[BROADCAST_AT], line[BROADCAST_BY], line[ARRIVES_AT] = time, asv, nan
         place = where(auv_table, auv_first, auv_step, auv, time)
         if (place[0] - begins[0]) ** 2 + (place[1] - begins[1]) ** 2 > reach**2:
-            after.append(nan)
+            line[OUTCOME_OF_FIX] = OUT_OF_RANGE
         elif foreseen:
-            x, y, z, _ = ends
             travel = light_time(
                 x, y, z, auv_table, auv_first, auv_step, auv, time + airtime, sound_speed
             )
-            after.append(airtime + travel)
-        else:
-            after.append(airtime)
-    return after
+            line[ARRIVES_AT] = after(rate, time, airtime + travel)
+            last = max(last, line[ARRIVES_AT])
+    return last

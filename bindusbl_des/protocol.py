@@ -81,8 +81,7 @@ DOWNLINKS: dict[str, Callable[[World, Turn, float], Steps]] = {
 
 def uplink_slot(world: World, turn: Turn, slot: int, time: float) -> Steps:
     """Let one ping group ping and wait for the end of its slot (eq. UL_slot, UL_tick)."""
-    for auv in turn.groups[slot]:
-        world.ranging.ping(turn.row.round, slot, auv, time)
+    world.ranging.ping(turn.row.round, slot, turn.groups[slot], time)
     ends = world.slots.clock.after(time, world.slots.uplink_slot)
     yield until(world, ends)
     turn.row.uplink_s = ends - turn.row.started_at_s
@@ -92,30 +91,32 @@ def uplink_slot(world: World, turn: Turn, slot: int, time: float) -> Steps:
 def broadcast(world: World, turn: Turn, time: float) -> None:
     """Let one ASV broadcast every fix made since the last broadcast; none still costs a header."""
     slots, clock = world.slots, world.slots.clock
-    fixes = world.board.take()
-    asv = world.next_broadcaster(fixes, time)
-    airtime = slots.airtime(len(fixes))
+    frame = world.board.take(time)
+    asv, fixes = world.next_broadcaster(frame, time), len(frame)
+    airtime = slots.airtime(fixes)
     world.record.broadcasts.append(
-        Broadcast(turn.row.round, asv, time, airtime, slots.payload_bytes(len(fixes)), len(fixes))
+        Broadcast(turn.row.round, asv, time, airtime, slots.payload_bytes(fixes), fixes)
     )
-    world.downlink.send(fixes, asv, time, airtime)
-    world.downlink_free_at = clock.after(time, slots.downlink_slot(len(fixes)))
+    world.downlink.send(frame.rows, asv, time, airtime)
+    world.downlink_free_at = clock.after(time, slots.downlink_slot(fixes))
     turn.row.downlink_s = (turn.row.downlink_s or 0.0) + world.downlink_free_at - time
-    turn.row.fixes += len(fixes)
+    turn.row.fixes += fixes
 
 
 def downlink_free(world: World, time: float) -> Steps:
     """Wait until the downlink slot of the last broadcast is over (eq. DL_slot)."""
     free_at = max(time, world.downlink_free_at)
-    yield until(world, free_at)
+    if free_at > time:
+        yield until(world, free_at)
     return free_at
 
 
 def frame_start(world: World, number: int, time: float) -> Steps:
     """Wait for the round's frame, when the schedule has frames."""
-    starts = max(time, world.slots.clock.after(0.0, number * world.frame))
-    yield until(world, starts)
-    return starts
+    starts = world.slots.clock.after(0.0, number * world.frame)
+    if starts > time:
+        yield until(world, starts)
+    return max(time, starts)
 
 
 def until(world: World, instant: float) -> simpy.Timeout:

@@ -1,8 +1,11 @@
 """How a ping comes about: on the AUV's own clock, or in answer to an interrogation."""
 
+from collections.abc import Sequence
+
 import simpy
 
 from .acoustics import travel_time
+from .boards import Board, ReplyBoard
 from .fleet import Fleet
 from .uplink import Uplink
 
@@ -10,12 +13,12 @@ from .uplink import Uplink
 class OneWay:
     """Synchronised clocks: AUVs ping on time, the one-way travel time is the range (owtt_sync)."""
 
-    def __init__(self, uplink: Uplink) -> None:
-        self._uplink = uplink
+    def __init__(self, uplink: Uplink, board: Board | ReplyBoard) -> None:
+        self._uplink, self._board = uplink, board
 
-    def ping(self, round_number: int, slot: int, auv: int, time: float) -> None:
-        """Let an AUV ping at the start of its slot."""
-        self._uplink.send(round_number, slot, auv, time)
+    def ping(self, round_number: int, slot: int, group: Sequence[int], time: float) -> None:
+        """Let a group of AUVs ping at the start of its slot."""
+        self._board.expect(self._uplink.send(round_number, slot, group, time))
 
 
 class TwoWay:
@@ -30,19 +33,24 @@ class TwoWay:
         self,
         env: simpy.Environment,
         uplink: Uplink,
+        board: Board | ReplyBoard,
         auvs: Fleet,
         asvs: Fleet,
         *,
-        ping_duration: float,
         turnaround: float,
         sound_speed: float,
     ) -> None:
-        self._env, self._uplink, self._auvs, self._asvs = env, uplink, auvs, asvs
-        self._reply_delay = ping_duration + turnaround
+        self._env, self._uplink, self._board = env, uplink, board
+        self._auvs, self._asvs = auvs, asvs
+        self._reply_delay = uplink.ping_duration + turnaround
         self._sound_speed = sound_speed
 
-    def ping(self, round_number: int, slot: int, auv: int, time: float) -> None:
-        """Call an AUV at the start of its slot; it pings when the call has reached it."""
+    def ping(self, round_number: int, slot: int, group: Sequence[int], time: float) -> None:
+        """Call the AUVs of a group at the start of its slot; each pings when it hears the call."""
+        for auv in group:
+            self._call(round_number, slot, auv, time)
+
+    def _call(self, round_number: int, slot: int, auv: int, time: float) -> None:
         vehicle = self._auvs.vehicles[auv]
         place = vehicle.at(time)
         calls = [
@@ -51,11 +59,13 @@ class TwoWay:
             if self._uplink.in_range(place, vessel)
         ]
         if not calls:
-            self._uplink.send(round_number, slot, auv, time)
+            self._board.expect(self._uplink.send(round_number, slot, [auv], time))
             return
         travel, caller = min(calls)
         replies_at = time + travel + self._reply_delay
         event = self._env.timeout(max(replies_at - self._env.now, 0.0))
         event.callbacks.append(
-            lambda _: self._uplink.send(round_number, slot, auv, replies_at, (caller, travel))
+            lambda _: self._board.expect(
+                self._uplink.send(round_number, slot, [auv], replies_at, caller, travel)
+            )
         )

@@ -1,36 +1,54 @@
 """What becomes of a ping at the ASVs in range, and the fix they make of it together."""
 
-from math import erfc, hypot, sqrt
+from math import erfc, hypot, inf, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from .acoustics import loss_probability
-from .compiled import compiled
-from .events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from .fusion import fuse_pair
-from .motion import Floats, Ints, where
-from .propagation import (
+from .columns import (
     ARRIVED_AT,
     AT_ASV,
+    AUV,
+    AUV_OF_FIX,
+    BROADCAST_AT,
+    CALL_TIME,
+    CALLER,
+    COVARIANCE,
+    END,
+    ERROR,
+    FIRST,
+    FIX,
+    FIX_COLUMNS,
+    FUSED,
+    FUSED_END,
     HEARD_BY,
-    OF_AUV,
+    LONGEST,
     OF_PING,
     OUTCOME,
+    OUTCOME_OF_FIX,
+    PASSED_AT,
+    PING,
+    PING_OF_FIX,
     PING_X,
     PING_Z,
+    PINGED_AT,
+    POSITION,
+    ROUND,
+    ROUND_OF_FIX,
+    SD,
     SENT_AT,
     SLANT_RANGE,
     TRAVEL_TIME,
 )
+from .compiled import compiled
+from .events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from .fusion import fuse_pair
+from .motion import Floats, Ints, where
 from .usbl import NOISE_WIDTH, locate
 
 # Arrivals that overlap by less (s) only touch: rounding of the instants is far smaller.
 TOUCH = 1e-9
-
-# A fix: position and its standard deviations (m), covariances xy, xz, yz (m2), horizontal error (m)
-ESTIMATE = 10
-
 
 NOBODY = -1
 
@@ -45,81 +63,145 @@ class Loss(NamedTuple):
 
 
 @compiled
-def overlapped(
-    row: int, count: int, duration: float, longest: float, pings: Floats, receptions: Floats
-) -> bool:
+def overlapped(row: int, count: int, duration: float, pings: Floats, receptions: Floats) -> bool:
     """Tell whether another ping overlaps this one at its ASV; touching is no overlap.
 
-    `duration` is that of a ping and `longest` the longest travel time (s) of any in range: what was
-    sent earlier than both before this arrival is over, and so is the search.
+    `duration` is that of a ping (s).  Pings are on record in the order in which they were sent, so
+    the search ends at one that was over before this arrival, or sent after it.
     """
-    mine = receptions[row]
-    starts, ends = mine[ARRIVED_AT], mine[ARRIVED_AT] + duration
-    for k in range(count - 1, -1, -1):
-        other = receptions[k]
-        if pings[int(other[OF_PING]), SENT_AT] + longest + duration < starts:
+    starts, ends = receptions[row, ARRIVED_AT], receptions[row, ARRIVED_AT] + duration
+    longest = pings[int(receptions[row, OF_PING]), LONGEST]
+    for other in range(row - 1, -1, -1):
+        if pings[int(receptions[other, OF_PING]), SENT_AT] + longest + duration < starts:
             break
-        if other[AT_ASV] == mine[AT_ASV] and k != row and other[OUTCOME] != OUT_OF_RANGE:
-            begins = other[ARRIVED_AT]
-            if begins < ends - TOUCH and begins + duration > starts + TOUCH:
-                return True
+        if _meet(row, other, duration, receptions):
+            return True
+    for other in range(row + 1, count):
+        if pings[int(receptions[other, OF_PING]), SENT_AT] > ends:
+            break
+        if _meet(row, other, duration, receptions):
+            return True
     return False
 
 
 @compiled
-def settle(
-    first: int, end: int, count: int, caller: int, called: float, duration: float, longest: float,
-    pings: Floats, receptions: Floats, coefficients: Floats, combine: int, contention: float,
-    cap: float, asv_table: Floats, asv_first: Ints, asv_step: float, array: Floats, metric: Floats,
-    levels: Floats, shelf: Ints, taken: Ints, blocks: Floats, estimate: Floats, hearers: Ints,
-) -> int:  # fmt: skip
-    """Decide the receptions first..end of one ping, fuse what was heard; return by how many.
+def _meet(row: int, other: int, duration: float, receptions: Floats) -> bool:
+    """Tell whether another ping is at the same ASV while this one lasts."""
+    if receptions[other, AT_ASV] != receptions[row, AT_ASV]:
+        return False
+    if receptions[other, OUTCOME] == OUT_OF_RANGE:
+        return False
+    starts, begins = receptions[row, ARRIVED_AT], receptions[other, ARRIVED_AT]
+    return bool(begins < starts + duration - TOUCH and begins + duration > starts + TOUCH)
 
-    `count` receptions are on record; `duration` and `longest` as in :func:`overlapped`.  An ASV
-    `caller` that called the AUV ranges by the round trip, of which `called` (s) was its call (eq.
-    rtt; the turnaround is known and removed).  The fix is written to `estimate` (ESTIMATE,), the
-    ASVs that heard to `hearers`.  Where an ASV's noise is used up, nothing is done and NOBODY - its
-    number returned: it must be refilled first.
+
+@compiled
+def passed(
+    time: float, first: int, pings: Floats, ping_count: int, receptions: Floats, count: int,
+    fixes: Floats, fix: int, duration: float, shelf: Ints, taken: Ints, blocks: Floats,
+    coefficients: Floats, combine: int, contention: float, cap: float, asv_table: Floats,
+    asv_first: Ints, asv_step: float, array: Floats, metric: Floats, levels: Floats,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did.
+
+    Return the number of fixes then, and NOBODY, NOBODY; or, when the noise of a pair of an AUV and
+    an ASV is used up, these: it must be refilled and the function called again.
     """
+    due = np.empty(ping_count - first, dtype=np.int64)
+    size = 0
+    for ping in range(first, ping_count):
+        if pings[ping, PASSED_AT] <= time:
+            place = size
+            while place > 0 and pings[due[place - 1], PASSED_AT] > pings[ping, PASSED_AT]:
+                due[place] = due[place - 1]
+                place -= 1
+            due[place] = ping
+            size += 1
+    for ping in due[:size]:
+        made, dry = decide(
+            ping, int(pings[ping, FIRST]), int(pings[ping, END]), pings, receptions, count, fixes,
+            fix, duration, shelf, taken, blocks, coefficients, combine, contention, cap, asv_table,
+            asv_first, asv_step, array, metric, levels,
+        )  # fmt: skip
+        if dry != NOBODY:
+            return fix, int(pings[ping, AUV]), dry
+        fix += made
+        pings[ping, PASSED_AT] = inf
+    return fix, NOBODY, NOBODY
+
+
+@compiled
+def decide(
+    ping: int, first: int, end: int, pings: Floats, receptions: Floats, count: int, fixes: Floats,
+    fix: int, duration: float, shelf: Ints, taken: Ints, blocks: Floats, coefficients: Floats,
+    combine: int, contention: float, cap: float, asv_table: Floats, asv_first: Ints,
+    asv_step: float, array: Floats, metric: Floats, levels: Floats,
+) -> tuple[int, int]:  # fmt: skip
+    """Decide the receptions first..end of a ping; fuse what was heard, if nobody heard it before.
+
+    Return 1 if that made a fix, which is then row `fix`, else 0; and NOBODY.  `count` receptions
+    are on record.  An ASV that called the AUV ranges by the round trip (eq. rtt; the turnaround is
+    known and removed).  Where an ASV's noise is used up, nothing is done and its number returned.
+    """
+    line = pings[ping]
+    auv = int(line[AUV])
     for row in range(first, end):
-        line = receptions[row]
-        auv, asv = int(line[OF_AUV]), int(line[AT_ASV])
-        if line[OUTCOME] == IN_FLIGHT and taken[auv, asv] == blocks.shape[1]:
-            return NOBODY - asv
+        asv = int(receptions[row, AT_ASV])
+        if receptions[row, OUTCOME] == IN_FLIGHT and taken[auv, asv] == blocks.shape[1]:
+            return 0, asv
     heard = 0
-    source = pings[int(receptions[first, OF_PING]), PING_X : PING_Z + 1]
-    fix, covariance = np.zeros(3), np.zeros((3, 3))
+    source = line[PING_X : PING_Z + 1]
+    estimate, covariance = np.zeros(3), np.zeros((3, 3))
     for row in range(first, end):
-        line = receptions[row]
-        if line[OUTCOME] != IN_FLIGHT:
+        it = receptions[row]
+        if it[OUTCOME] != IN_FLIGHT:
             continue
-        auv, asv = int(line[OF_AUV]), int(line[AT_ASV])
+        asv = int(it[AT_ASV])
         noise = blocks[shelf[auv, asv], taken[auv, asv]]
         taken[auv, asv] += 1  # whatever comes of it, so that worlds that differ share their noise
         chance = 0.5 * erfc(-noise[NOISE_WIDTH] / sqrt(2.0))  # uniform, of a standard normal
-        if overlapped(row, count, duration, longest, pings, receptions):
-            line[OUTCOME] = COLLIDED
-        elif chance < loss_probability(line[SLANT_RANGE], coefficients, combine, contention, cap):
-            line[OUTCOME] = LOST
+        if overlapped(row, count, duration, pings, receptions):
+            it[OUTCOME] = COLLIDED
+        elif chance < loss_probability(it[SLANT_RANGE], coefficients, combine, contention, cap):
+            it[OUTCOME] = LOST
         else:
-            line[OUTCOME] = HEARD
-            x, y, z, yaw = where(asv_table, asv_first, asv_step, asv, line[ARRIVED_AT])
-            travelled = line[TRAVEL_TIME]
-            if asv == caller:
-                travelled = (called + travelled) / 2
+            it[OUTCOME] = HEARD
+            x, y, z, yaw = where(asv_table, asv_first, asv_step, asv, it[ARRIVED_AT])
+            travelled = it[TRAVEL_TIME]
+            if asv == line[CALLER]:
+                travelled = (line[CALL_TIME] + travelled) / 2
             measured, spread = locate(
                 source, np.array((x, y, z)), yaw, travelled, noise[:NOISE_WIDTH], array, metric,
                 levels,
             )  # fmt: skip
             if heard == 0:
-                fix, covariance = measured, spread
+                estimate, covariance = measured, spread
             else:
-                fix, covariance = fuse_pair(fix, covariance, measured, spread)
-            hearers[heard] = asv
+                estimate, covariance = fuse_pair(estimate, covariance, measured, spread)
             heard += 1
-    pings[int(receptions[first, OF_PING]), HEARD_BY] += heard
+    makes = heard > 0 and line[HEARD_BY] == 0
+    line[HEARD_BY] += heard
+    if makes:
+        _note(fixes[fix], fix, line, first, end, estimate, covariance)
+    return int(makes), NOBODY
+
+
+@compiled
+def _note(
+    row: Floats, fix: int, ping: Floats, first: int, end: int, estimate: Floats, covariance: Floats
+) -> None:
+    """Write the row of a fix that has been made of the receptions first..end of a ping."""
+    row[FIX], row[PING_OF_FIX], row[ROUND_OF_FIX] = fix, ping[PING], ping[ROUND]
+    row[AUV_OF_FIX], row[PINGED_AT] = ping[AUV], ping[SENT_AT]
+    row[FUSED], row[FUSED_END] = first, end
     for axis in range(3):
-        estimate[axis], estimate[3 + axis] = fix[axis], sqrt(max(covariance[axis, axis], 0.0))
-    estimate[6], estimate[7], estimate[8] = covariance[0, 1], covariance[0, 2], covariance[1, 2]
-    estimate[9] = hypot(fix[0] - source[0], fix[1] - source[1])
-    return heard
+        row[POSITION + axis] = estimate[axis]
+        row[SD + axis] = sqrt(max(covariance[axis, axis], 0.0))
+    row[COVARIANCE], row[COVARIANCE + 1] = covariance[0, 1], covariance[0, 2]
+    row[COVARIANCE + 2] = covariance[1, 2]
+    row[ERROR] = hypot(estimate[0] - ping[PING_X], estimate[1] - ping[PING_X + 1])
+    for column in range(BROADCAST_AT, OUTCOME_OF_FIX):
+        row[column] = nan
+    for column in range(FUSED_END + 1, FIX_COLUMNS):
+        row[column] = nan
+    row[OUTCOME_OF_FIX] = IN_FLIGHT

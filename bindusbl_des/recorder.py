@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import FIX_COLUMNS, PING_COLUMNS
 from .events import Broadcast, Fix, Ping, Reception, Round
 
 Rows = NDArray[np.float64]
@@ -16,12 +17,13 @@ ROOM = 512
 class Ledger:
     """Rows of one kind of event in one array, which compiled equations write to.
 
-    Columns are those of the event's class, in order; labels are written as numbers.  The array
-    begins with the rows so far and is a new one when it has had to grow.
+    Columns are those of :mod:`.columns`: the `told` first of them go into the event's table.  The
+    array begins with the rows so far and is a new one when it has had to grow.
     """
 
-    def __init__(self, event: type) -> None:
-        self.array = np.empty((ROOM, len(fields(event))))
+    def __init__(self, event: type, columns: int = 0) -> None:
+        self.told = len(fields(event))
+        self.array = np.empty((ROOM, max(columns, self.told)))
         self.count = 0
 
     @property
@@ -40,13 +42,13 @@ class Ledger:
 class Recorder:
     """The event rows of one mission; it is told, it never asks.
 
-    Pings and receptions are many and have no blanks: they are kept as numbers.  Without
-    `everything` receptions out of range are not kept.
+    Pings, receptions and fixes are many: they are kept as numbers.  Without `everything` receptions
+    out of range are not kept.
     """
 
     everything: bool = True
     rounds: list[Round] = field(default_factory=list)
-    pings: Ledger = field(default_factory=lambda: Ledger(Ping))
+    pings: Ledger = field(default_factory=lambda: Ledger(Ping, PING_COLUMNS))
     receptions: Ledger = field(default_factory=lambda: Ledger(Reception))
     broadcasts: list[Broadcast] = field(default_factory=list)
-    fixes: list[Fix] = field(default_factory=list)
+    fixes: Ledger = field(default_factory=lambda: Ledger(Fix, FIX_COLUMNS))

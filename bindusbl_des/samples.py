@@ -1,13 +1,15 @@
 """The mission sampled at regular instants: truth, estimate, dead reckoning and their errors."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled
-from .fleet import Auv
+from .navigation import corrections_of
+from .world import World
 
 Array = NDArray[np.float64]
 
@@ -15,9 +17,12 @@ Array = NDArray[np.float64]
 COUNT_TOLERANCE = 1e-9
 
 
+@lru_cache(maxsize=8)
 def instants(duration: float, rate: float) -> Array:
-    """Return the instants k / rate in [0, duration) (s)."""
-    return np.arange(int(np.ceil(duration * rate - COUNT_TOLERANCE))) / rate
+    """Return the instants k / rate in [0, duration) (s); read-only, since missions share them."""
+    times: Array = np.arange(int(np.ceil(duration * rate - COUNT_TOLERANCE))) / rate
+    times.setflags(write=False)
+    return times
 
 
 @dataclass(frozen=True)
@@ -64,6 +69,7 @@ def across(yaw: Array, error: Array) -> Array:
     return out
 
 
-def sample(auv: Auv, times: Array) -> Samples:
+def sample(world: World, auv: int, times: Array) -> Samples:
     """Sample one AUV; its estimate at an instant includes a fix delivered at that instant."""
-    return Samples(times, *auv.reckoning.sample(times, *auv.navigator.corrections()))
+    corrections = corrections_of(world.record.fixes.rows, auv)
+    return Samples(times, *world.reckoning.sample(auv, times, *corrections))

@@ -1,18 +1,18 @@
 """Run one mission: scenario in, tables out."""
 
+import math
 import time
 from collections.abc import Callable
 
 import numpy as np
-import pyarrow as pa
 import simpy
 
+from .event_tables import event_tables
 from .metrics import auv_metrics, mission_metrics, utilisation
 from .protocol import serve
 from .result import Result
-from .samples import instants, sample
 from .scenario import Scenario
-from .tables import from_columns, from_numbers, from_rows
+from .tables import from_columns, from_rows
 from .world import World, build_world
 
 # How often a mission tells how far it is.
@@ -56,57 +56,9 @@ def run(scenario: Scenario, seed: int, progress: Callable[[float], None] | None 
             env.run(until=scenario.duration_s * step / PROGRESS_STEPS)
             progress(env.now)
     env.run(until=scenario.duration_s)
+    before_the_end = math.nextafter(scenario.duration_s, 0.0)
+    world.board.take(before_the_end)  # pings that were heard but not broadcast any more
     world.uplink.close(scenario.duration_s)
-    world.board.take()  # fixes of pings that were heard but not broadcast any more
+    world.downlink.deliver(before_the_end)
     world.auv_fleet.reach(scenario.duration_s)
     return world
-
-
-def event_tables(world: World) -> dict[str, pa.Table]:
-    """Return the event tables of a finished mission."""
-    record = world.record
-    return {
-        "rounds": from_rows("rounds", record.rounds),
-        "pings": from_numbers("pings", record.pings.rows),
-        "receptions": from_numbers("receptions", record.receptions.rows),
-        "broadcasts": from_rows("broadcasts", record.broadcasts),
-        "fixes": from_rows("fixes", record.fixes),
-        "tracks": tracks_table(world),
-    }
-
-
-def tracks_table(world: World) -> pa.Table:
-    """Return the tracks of all vehicles at record.tracks_hz, ASVs after AUVs."""
-    scenario = world.scenario
-    times = instants(scenario.duration_s, scenario.record.tracks_hz)
-    parts = []
-    for auv in world.auvs:
-        samples = sample(auv, times)
-        path_error = auv.vehicle.path_error(times)
-        parts.append(
-            {
-                **_truth(auv.name, times, samples.truth),
-                "estimate_x_m": samples.truth[:, 0] + samples.error[:, 0],
-                "estimate_y_m": samples.truth[:, 1] + samples.error[:, 1],
-                "estimate_z_m": samples.truth[:, 2] + world.depth_noise(auv.index, times),
-                "imu_x_m": samples.truth[:, 0] + samples.drift[:, 0],
-                "imu_y_m": samples.truth[:, 1] + samples.drift[:, 1],
-                "position_error_m": samples.position_error,
-                "cross_track_error_m": samples.cross_track_error,
-                "path_error_m": path_error if len(path_error) else [None] * len(times),
-            }
-        )
-    for index, vessel in enumerate(world.asv_fleet.vehicles):
-        off_station = vessel.path_error(times)
-        truth = _truth(f"ASV{index}", times, vessel.sample(times))
-        parts.append({**truth, "path_error_m": off_station})
-    return pa.concat_tables([from_columns("tracks", part) for part in parts])
-
-
-def _truth(name: str, times: np.ndarray, truth: np.ndarray) -> dict[str, object]:
-    x, y, z, yaw = truth.T
-    wrapped = np.pi - np.mod(np.pi - yaw, 2 * np.pi)
-    return {
-        "time_s": times, "vehicle": [name] * len(times), "x_m": x, "y_m": y, "z_m": z,
-        "yaw_rad": wrapped,
-    }  # fmt: skip

@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+from .compiled import compiled
+
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
 UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5
 DOWNLINK_GUARD, SHORTEST_DOWNLINK = 1.25, 10.0
@@ -69,8 +71,23 @@ def downlink_slot(frame_airtime: float, crossing: float) -> float:
     return max(frame_airtime + DOWNLINK_GUARD * crossing, SHORTEST_DOWNLINK * crossing)
 
 
+@compiled
+def after(rate: float, start: float, duration: float) -> float:
+    """Return the first instant at least `duration` after `start` (s) on a clock of a rate (Hz).
+
+    Both are rounded up to whole ticks (eq. UL_tick, deliver_tick); a rate of 0 rounds nothing.
+    """
+    if rate == 0.0:
+        return start + duration
+    first = math.ceil(start * rate - TICK_TOLERANCE)
+    return (first + math.ceil(duration * rate - TICK_TOLERANCE)) / rate
+
+
 class Clock(Protocol):
-    """The clock on which slots start and fixes are delivered."""
+    """The clock on which slots start and fixes are delivered; its rate (Hz) as in :func:`after`."""
+
+    @property
+    def rate(self) -> float: ...
 
     def after(self, start: float, duration: float) -> float:
         """Return the first instant of the clock at least `duration` after `start` (s)."""
@@ -79,13 +96,15 @@ class Clock(Protocol):
 class ExactClock:
     """Time as it is: nothing is rounded."""
 
+    rate = 0.0
+
     def after(self, start: float, duration: float) -> float:
         return start + duration
 
 
 @dataclass(frozen=True)
 class TickClock:
-    """Time in ticks of 1/rate: durations are rounded up to whole ticks (eq. UL_tick, deliver_tick).
+    """Time in ticks of 1/rate: durations are rounded up to whole ticks.
 
     >>> TickClock(30).after(0.1, 0.498)
     0.6
@@ -94,8 +113,7 @@ class TickClock:
     rate: float
 
     def after(self, start: float, duration: float) -> float:
-        first = math.ceil(start * self.rate - TICK_TOLERANCE)
-        return (first + math.ceil(duration * self.rate - TICK_TOLERANCE)) / self.rate
+        return after(self.rate, start, duration)
 
 
 @dataclass(frozen=True)

@@ -95,18 +95,21 @@ def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=described)
 
 
-def from_numbers(table: str, rows: Floats) -> pa.Table:
-    """Return the rows of a ledger, all columns numbers, as an Arrow table with names for labels."""
+def from_numbers(table: str, rows: Floats, **labels: Sequence[str]) -> pa.Table:
+    """Return the rows of a ledger, all columns numbers, as an Arrow table with names for labels.
+
+    Vehicles and outcomes have theirs; in other columns of text numbers count in `labels`.
+    """
     described = schema(table)
     arrays = []
     for field, values in zip(described, rows.T, strict=True):
-        if field.name in VEHICLES:
-            names = [f"{VEHICLES[field.name]}{n}" for n in range(int(values.max(initial=-1)) + 1)]
-            arrays.append(_named(values, names))
-        elif field.type == pa.string():
-            arrays.append(_named(values, OUTCOMES))
-        else:
+        if field.type != pa.string():
             arrays.append(arrow(values, field.type))
+        elif field.name in VEHICLES:
+            most = int(np.fmax.reduce(values, initial=-1))
+            arrays.append(_named(values, [f"{VEHICLES[field.name]}{n}" for n in range(most + 1)]))
+        else:
+            arrays.append(_named(values, labels.get(field.name, OUTCOMES)))
     return pa.Table.from_arrays(arrays, schema=described)
 
 

@@ -1,67 +1,29 @@
 """The HF band: who hears a ping, how late, and whether at all."""
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
-from typing import Protocol
+from collections.abc import Sequence
 
 import numpy as np
-import simpy
 
+from .columns import ARRIVED_AT, AUV, OF_PING, OUTCOME, PASSED_AT
 from .events import IN_FLIGHT
 from .fleet import Fleet
-from .propagation import ARRIVED_AT, OF_AUV, OF_PING, OUTCOME, spread
-from .reception import ESTIMATE, NOBODY, Loss, settle
+from .propagation import spread
+from .reception import NOBODY, Loss, decide, passed
 from .recorder import Recorder
 from .streams import NoiseStore, Streams
 from .usbl import NOISE_WIDTH, Usbl
 from .vehicles import Place
 
 
-@dataclass(slots=True)
-class Flight:
-    """A ping under way; if it answers an interrogation, by which ASV and how long that took (s)."""
-
-    ping: int
-    round: int
-    auv: int
-    sent_at: float
-    caller: int = -1
-    called: float = 0.0
-    answered: bool = False
-
-
-@dataclass(slots=True)
-class Heard:
-    """A ping that has been heard: by which ASVs, of which receptions, and their fix of it."""
-
-    flight: Flight
-    asvs: list[int]
-    rows: range
-    estimate: list[float]
-
-
-# Schedules that receptions of a ping (their rows) are decided at an instant (s).
-Passes = Callable[[range, float], None]
-
-
-class Listener(Protocol):
-    """What the surface fleet does with pings."""
-
-    def expect(self, passes: Passes, rows: range, ends: float) -> None:
-        """Choose when receptions are decided, and which together; all have arrived by `ends`."""
-
-    def hear(self, heard: Heard) -> None:
-        """Take note of a ping that ASVs have heard whose receptions were decided together."""
-
-
 class Uplink:
-    """The HF uplink: sound spreads at a finite speed, overlapping arrivals destroy each other."""
+    """The HF uplink: sound spreads at a finite speed, overlapping arrivals destroy each other.
+
+    A ping is decided (what becomes of it at each ASV, and the fix of it) not before it has passed,
+    when all sound that could overlap it is on record; it does not matter how long after.
+    """
 
     def __init__(
         self,
-        env: simpy.Environment,
         auvs: Fleet,
         asvs: Fleet,
         *,
@@ -73,74 +35,80 @@ class Uplink:
         usbl: Usbl,
         streams: Streams,
         record: Recorder,
-        listener: Listener,
     ) -> None:
-        self._env, self._auvs, self._asv_count, self._record = env, auvs, len(asvs), record
+        self.ping_duration = ping_duration
+        self._auvs, self._asvs, self._record = auvs, asvs, record
+        self._asv_count, self._everything = len(asvs), record.everything
         self._range, self._slant = hf_range, metric == "slant"
-        self._duration = ping_duration
-        self._asvs, self._sound_speed, self._everything = asvs, sound_speed, record.everything
-        self._longest = 0.0
+        self._limits = hf_range, ping_duration, sound_speed
         self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels)
-        self._listener = listener
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
-        self._estimate, self._hearers = np.empty(ESTIMATE), np.empty(len(asvs), dtype=np.int64)
+        self._undecided = 0  # pings before this one are decided
 
     def send(
         self,
         round_number: int,
         slot: int,
-        auv: int,
+        group: Sequence[int],
         time: float,
-        interrogation: tuple[int, float] = (-1, 0.0),
-    ) -> None:
-        """Let an AUV ping now, at `time` (s); its sound sets out to every ASV."""
+        caller: int = -1,
+        call_time: float = 0.0,
+    ) -> range:
+        """Let AUVs ping now, at `time` (s); return their pings.
+
+        When they answer the interrogation of an ASV, `call_time` (s) is how long that took.
+        """
         pings, receptions = self._record.pings, self._record.receptions
-        ping, first = pings.count, receptions.count
+        first, count = pings.count, len(group)
         self._auvs.reach(time)
-        written, longest = spread(
-            *self._auvs.motion, auv, round_number, slot, time, *self._asvs.motion, self._range,
-            self._slant, self._sound_speed, self._everything, pings.room_for(1), ping,
-            receptions.room_for(self._asv_count), first,
+        receptions.count = spread(
+            np.array(group), round_number, slot, time, caller, call_time, pings.room_for(count),
+            first, receptions.room_for(count * self._asv_count), receptions.count, self._everything,
+            self._slant, *self._limits, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
-        pings.count += 1
-        receptions.count += written
-        if longest >= 0.0:  # somebody is in range
-            self._longest = max(self._longest, longest)
-            passes = partial(self._passes, Flight(ping, round_number, auv, time, *interrogation))
-            ends = time + longest + self._duration
-            self._listener.expect(passes, range(first, first + written), ends)
+        pings.count = first + count
+        return range(first, pings.count)
 
-    def _passes(self, flight: Flight, rows: range, ends: float) -> None:
-        event = self._env.timeout(max(ends - self._env.now, 0.0))
-        event.callbacks.append(partial(self._decide, flight, rows))
+    def decide_passed(self, time: float) -> range:
+        """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""
+        pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
+        noise, first = self._noise, fixes.count
+        while True:
+            fixes.count, auv, asv = passed(
+                time, self._undecided, pings.array, pings.count, receptions.array,
+                receptions.count, fixes.room_for(pings.count - self._undecided), fixes.count,
+                self.ping_duration, noise.shelf, noise.taken, noise.blocks, *self._instruments,
+            )  # fmt: skip
+            if asv == NOBODY:
+                break
+            noise.refill(auv, asv)
+        while self._undecided < pings.count and pings.array[self._undecided, PASSED_AT] == np.inf:
+            self._undecided += 1
+        return range(first, fixes.count)
 
-    def _decide(self, flight: Flight, rows: range, _: simpy.Event) -> None:
-        """Decide receptions when all sound that could overlap theirs is known."""
-        count = self._settle(flight, rows)
-        if count:
-            asvs = self._hearers[:count].tolist()
-            self._listener.hear(Heard(flight, asvs, rows, self._estimate.tolist()))
-
-    def _settle(self, flight: Flight, rows: range) -> int:
+    def decide(self, ping: int, row: int) -> bool:
+        """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
+        pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         noise = self._noise
         while True:
-            heard = settle(
-                rows.start, rows.stop, self._record.receptions.count, flight.caller, flight.called,
-                self._duration, self._longest, self._record.pings.array,
-                self._record.receptions.array, *self._instruments, noise.shelf, noise.taken,
-                noise.blocks, self._estimate, self._hearers,
+            made, dry = decide(
+                ping, row, row + 1, pings.array, receptions.array, receptions.count,
+                fixes.room_for(1), fixes.count, self.ping_duration, noise.shelf, noise.taken,
+                noise.blocks, *self._instruments,
             )  # fmt: skip
-            if heard >= 0:
-                return heard
-            noise.refill(flight.auv, NOBODY - heard)
+            if dry == NOBODY:
+                fixes.count += made
+                return bool(made)
+            noise.refill(int(pings.array[ping, AUV]), dry)
 
     def close(self, time: float) -> None:
-        """Decide what has arrived by the end of the mission (s) of pings still under way."""
-        rows = self._record.receptions.rows
-        over = (rows[:, OUTCOME] == IN_FLIGHT) & (rows[:, ARRIVED_AT] + self._duration < time)
-        for row in np.flatnonzero(over).tolist():
-            ping, auv = int(rows[row, OF_PING]), int(rows[row, OF_AUV])
-            self._settle(Flight(ping, -1, auv, math.nan), range(row, row + 1))
+        """Decide what of pings still under way has arrived by the end of the mission (s)."""
+        receptions, fixes = self._record.receptions.rows, self._record.fixes
+        arrived = receptions[:, ARRIVED_AT] + self.ping_duration < time
+        count = fixes.count
+        for row in np.flatnonzero((receptions[:, OUTCOME] == IN_FLIGHT) & arrived).tolist():
+            self.decide(int(receptions[row, OF_PING]), row)
+        fixes.count = count  # nobody waits for what others hear of them any more
 
     def in_range(self, place: Place, vessel: Place) -> bool:
         """Tell whether an AUV and an ASV are within HF range; the edge counts."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import motion, paths
-from .motion import COS, HEADINGS, PLACE, WAY, Motion
+from .motion import COS, HEADINGS, PLACE, Motion
 from .paths import Path, path_rows
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ class Legged:
         return self._lines(times)[:, HEADINGS]
 
     def distance(self, time: float) -> float:
-        return float(self._lines(np.array([time]))[0, WAY])
+        return motion.distance_at(*self._motion, 0, time)
 
     def path_error(self, times: Array) -> Array:
         return np.zeros(len(times) if self._planned else 0)

@@ -69,26 +69,23 @@ def voyage_intervals(scenario: Scenario) -> int:
     return math.ceil((scenario.duration_s + afterwards_s(scenario)) / CONTROL_S)
 
 
-def walks(scenario: Scenario, streams: Streams, water: Water) -> list[Array]:
-    """Return each AUV's dead-reckoning error (m) but for its bias, at its IMU's samples (n, 2).
+def walks(scenario: Scenario, streams: Streams, water: Water) -> Array:
+    """Return each AUV's dead-reckoning error (m) but for its bias, at its IMU's samples (n, k, 2).
 
     Dead reckoning through the water misses the current: it falls behind by what the water moved.
     """
     navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
     count = max(1, math.ceil(scenario.duration_s * rate))
-    missed = np.zeros((count + 1, 2))
+    noise = np.empty((scenario.auvs.count, count, 2))
+    for auv, its_own in enumerate(noise):
+        streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own)
+    lost = random_walk(rate, navigation.random_walk_m_per_sqrt_s, noise)
     if navigation.velocity == "through_water":
-        missed = water.carried(np.arange(count + 1) / rate)
-    sd = navigation.random_walk_m_per_sqrt_s
-    return [
-        random_walk(rate, sd, streams.of(Purpose.DRIFT, auv).standard_normal((count, 2))) - missed
-        for auv in range(scenario.auvs.count)
-    ]
+        lost -= water.carried(np.arange(count + 1) / rate)
+    return lost
 
 
-def auv_voyage(
-    scenario: Scenario, tours: Sequence[Path], water: Water, walks: Sequence[Array]
-) -> Voyage:
+def auv_voyage(scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array) -> Voyage:
     """Return the voyage of all AUVs along their tours; they steer as `auvs.feedback` says."""
     auvs, navigation = scenario.auvs, scenario.navigation
     drift = None
@@ -97,7 +94,7 @@ def auv_voyage(
         drift = SteeringDrift(
             np.array(navigation.velocity_bias_m_per_s),
             navigation.bias_frame == "body",
-            np.stack([np.pad(walk, ((0, beyond), (0, 0)), mode="edge") for walk in walks]),
+            np.pad(walks, ((0, 0), (0, beyond), (0, 0)), mode="edge"),
             navigation.imu_rate_hz,
         )
     return Voyage(

@@ -1,6 +1,5 @@
 """The world of one mission: vehicles, bands and fleet as a scenario describes them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +7,12 @@ import simpy
 from numpy.typing import NDArray
 
 from .acoustics import COMBINERS, LOSS_LAWS, contention_loss
-from .boards import Board, ReplyBoard
+from .boards import Board, Frame, ReplyBoard
 from .broadcasters import BROADCASTERS, Choice
+from .columns import AUV_OF_FIX, POSITION
+from .dead_reckoning import DeadReckoning
 from .downlink import MfDownlink
-from .events import Fix
-from .fleet import Auv, Fleet
+from .fleet import Fleet
 from .hydrophones import ARRAYS
 from .launch import board_auvs, launch_asvs, launch_auvs
 from .motion import places
@@ -43,9 +43,9 @@ class World:
     env: simpy.Environment
     scenario: Scenario
     slots: Slots
-    auvs: Sequence[Auv]
     auv_fleet: Fleet
     asv_fleet: Fleet
+    reckoning: DeadReckoning
     record: Recorder
     board: Board | ReplyBoard
     uplink: Uplink
@@ -86,9 +86,9 @@ class World:
             self.auv_fleet.reach(time)
             return np.asarray(places(self.auv_fleet.motion, time)[:, :3])
         # All the fleet knows is where it launched an AUV and the last fix it made of it.
-        for fix in self.record.fixes[self._fixes_plotted :]:
-            self._plot[fix.auv, :2] = fix.x_m, fix.y_m
-        self._fixes_plotted = len(self.record.fixes)
+        for fix in self.record.fixes.rows[self._fixes_plotted :]:
+            self._plot[int(fix[AUV_OF_FIX]), :2] = fix[POSITION : POSITION + 2]
+        self._fixes_plotted = self.record.fixes.count
         return self._plot.copy()
 
     def depth_noise(self, auv: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -98,10 +98,10 @@ class World:
         stream = self.streams.of(Purpose.DEPTH, auv)
         return stream.standard_normal(int(index[-1]) + 1)[index] * navigation.depth_sd_m
 
-    def next_broadcaster(self, fixes: Sequence[Fix], time: float) -> int:
+    def next_broadcaster(self, frame: Frame, time: float) -> int:
         """Choose the ASV of the next broadcast."""
         number = len(self.record.broadcasts)
-        return self.broadcaster(number, fixes, self.asv_fleet, time, self._broadcaster_draw)
+        return self.broadcaster(number, frame, self.asv_fleet, time, self._broadcaster_draw)
 
 
 def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
@@ -111,24 +111,9 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
     water = Water(scenario, streams)
     lost = walks(scenario, streams, water)
     auvs, asvs = launch_auvs(scenario, water, lost), launch_asvs(scenario, streams, water)
-    members = board_auvs(scenario, auvs, lost)
+    reckoning, navigator = board_auvs(scenario, auvs, lost)
     sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
-    downlink = MfDownlink(
-        env,
-        members,
-        auvs,
-        asvs,
-        mf_range=scenario.acoustics.mf.range_m,
-        sound_speed=sound_speed,
-        clock=slots.clock,
-    )
-    board = (
-        ReplyBoard(downlink, record, hf.ping_s)
-        if scenario.protocol.downlink == "direct_reply"
-        else Board(record)
-    )
     uplink = Uplink(
-        env,
         auvs,
         asvs,
         hf_range=hf.range_m,
@@ -139,17 +124,31 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
         usbl=usbl_of(scenario),
         streams=streams,
         record=record,
-        listener=board,
+    )
+    downlink = MfDownlink(
+        env,
+        auvs,
+        asvs,
+        navigator,
+        record,
+        mf_range=scenario.acoustics.mf.range_m,
+        sound_speed=sound_speed,
+        clock=slots.clock,
+    )
+    board = (
+        ReplyBoard(env, uplink, downlink, record)
+        if scenario.protocol.downlink == "direct_reply"
+        else Board(uplink, record)
     )
     ranging = (
-        OneWay(uplink)
+        OneWay(uplink, board)
         if scenario.protocol.ranging == "owtt_sync"
         else TwoWay(
             env,
             uplink,
+            board,
             auvs,
             asvs,
-            ping_duration=hf.ping_s,
             turnaround=scenario.protocol.turnaround_s,
             sound_speed=sound_speed,
         )
@@ -157,7 +156,7 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
     schedule = schedule_named(scenario.protocol.schedule)
     framed = is_framed(scenario.protocol.schedule, schedule)
     return World(
-        env, scenario, slots, members, auvs, asvs, record, board, uplink, downlink, ranging,
+        env, scenario, slots, auvs, asvs, reckoning, record, board, uplink, downlink, ranging,
         schedule, BROADCASTERS[scenario.protocol.broadcaster], streams,
         scenario.protocol.frame_s if framed else 0.0,
     )  # fmt: skip

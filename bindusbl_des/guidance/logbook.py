@@ -4,7 +4,7 @@ from math import ceil
 
 from ..compiled import compiled
 from ..dynamics.frames import Floats
-from ..logs import COS, DISTANCE, SIN, X, Y, sums
+from ..logs import COS, DISTANCE, RATES, SIN, YAW, X, Y, distance, headings
 from . import tracks
 from .tracks import Ints
 
@@ -20,8 +20,10 @@ def note(log: Floats, line: int, step: float, spot: Floats) -> None:
     if line == 0:
         log[0, COS] = log[0, SIN] = log[0, DISTANCE] = 0.0
         return
-    summed = sums(log, line - 1, step, spot)
-    log[line, COS], log[line, SIN], log[line, DISTANCE] = summed
+    log[line, COS], log[line, SIN] = headings(log, line - 1, step, spot[YAW], spot[RATES + YAW])
+    log[line, DISTANCE] = distance(
+        log, line - 1, step, spot[X], spot[Y], spot[RATES + X], spot[RATES + Y]
+    )
 
 
 @compiled
@@ -29,7 +31,7 @@ def beside(
     table: Floats, times: Floats, control: float, active: Ints, rows: Floats, bounds: Ints,
     errors: Floats,
 ) -> None:  # fmt: skip
-    """Write how far (m) each line of `table` (n, 7) lies from the path flown then.
+    """Write how far (m) each line of `table` (n, 6) lies from the path flown then.
 
     `active` (intervals,) is the row of the path that was flown in each control interval.
     """

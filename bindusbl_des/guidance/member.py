@@ -1,12 +1,13 @@
 """One vehicle of a fleet under way, as the rest of the mission sees it."""
 
+from collections import deque
 from typing import Protocol
 
 import numpy as np
 
 from .. import logs
 from ..dynamics.frames import Floats
-from ..motion import HEADINGS, PLACE, WAY, Motion, lines, where
+from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, where
 from ..vehicles import Place
 from . import departure, logbook
 from .tracks import Flags, Ints, Tracks
@@ -34,9 +35,10 @@ class Member:
 
     def __init__(self, fleet: UnderWay, number: int) -> None:
         self._fleet, self._number = fleet, number
+        self._beside: deque[tuple[Floats, Floats]] = deque(maxlen=2)
 
     def _table(self, times: Floats) -> Floats:
-        """Return the interpolated line of the log of each instant, (n, 7)."""
+        """Return the interpolated line of the log of each instant, (n, 6)."""
         instants = np.ascontiguousarray(times, dtype=np.float64)
         if len(instants):
             self._fleet.advance(float(instants.max()))
@@ -50,11 +52,9 @@ class Member:
     def velocity(self, time: float) -> tuple[float, float, float]:
         """Return the true velocity over ground (m/s) along x, y and z at an instant (s)."""
         self._fleet.advance(time)
-        motion, spot = self._fleet.motion, np.empty(logs.COS)
-        own = slice(motion.first[self._number], motion.first[self._number + 1])
-        logs.read(motion.table[own], motion.step, time, spot)
-        x, y, z, _ = spot[logs.RATES :].tolist()
-        return x, y, z
+        table, first, step = self._fleet.motion
+        begin, end = first[self._number : self._number + 2].tolist()
+        return logs.velocity_at(table, begin, end, step, time)
 
     def sample(self, times: Floats) -> Floats:
         """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
@@ -66,7 +66,8 @@ class Member:
 
     def distance(self, time: float) -> float:
         """Return the horizontal distance travelled over ground until an instant (m)."""
-        return float(self._table(np.array([time]))[0, WAY])
+        self._fleet.advance(time)
+        return distance_at(*self._fleet.motion, self._number, time)
 
     def saturated(self, time: float) -> float:
         """Return the share of its control instants before an instant (s) at an actuator's limit."""
@@ -76,8 +77,16 @@ class Member:
 
     def path_error(self, times: Floats) -> Floats:
         """Return the distance (m) of the true place from the path flown, or from the station."""
-        table = self._table(times)
-        fleet = self._fleet
+        for known, errors in self._beside:
+            if known is times:
+                return errors
+        errors = self._path_error(times)
+        if not times.flags.writeable:  # neither do logs change: seeds that share them ask again
+            self._beside.append((times, errors))
+        return errors
+
+    def _path_error(self, times: Floats) -> Floats:
+        table, fleet = self._table(times), self._fleet
         if len(fleet.stations):
             off = table[:, :2] - fleet.stations[self._number]
             return np.asarray(np.hypot(off[:, 0], off[:, 1]))

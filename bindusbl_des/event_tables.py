@@ -1,0 +1,72 @@
+"""The event tables of a finished mission: what happened, and where everybody was meanwhile."""
+
+import numpy as np
+import pyarrow as pa
+
+from .boards import Frame
+from .columns import (
+    CROSS_TRACK_ERROR,
+    DEPTH,
+    ESTIMATE,
+    FUSED,
+    IMU,
+    PATH_ERROR,
+    POSITION_ERROR,
+    TIME,
+    TRACK_COLUMNS,
+    TRUTH,
+    VEHICLE,
+    YAW,
+)
+from .recorder import Recorder
+from .samples import instants, sample
+from .tables import from_numbers, from_rows
+from .world import World
+
+
+def event_tables(world: World) -> dict[str, pa.Table]:
+    """Return the event tables of a finished mission."""
+    record = world.record
+    return {
+        "rounds": from_rows("rounds", record.rounds),
+        "pings": from_numbers("pings", record.pings.rows[:, : record.pings.told]),
+        "receptions": from_numbers("receptions", record.receptions.rows),
+        "broadcasts": from_rows("broadcasts", record.broadcasts),
+        "fixes": _fixes_table(record),
+        "tracks": _tracks_table(world),
+    }
+
+
+def _fixes_table(record: Recorder) -> pa.Table:
+    rows = record.fixes.rows[:, : record.fixes.told].copy()
+    number: dict[tuple[int, ...], int] = {}
+    together = map(tuple, Frame(record, range(len(rows))).hearers)
+    rows[:, FUSED] = [number.setdefault(asvs, len(number)) for asvs in together]
+    names = [" ".join([f"ASV{asv}" for asv in asvs]) for asvs in number]
+    return from_numbers("fixes", rows, asvs=names)
+
+
+def _tracks_table(world: World) -> pa.Table:
+    """Return the tracks of all vehicles at record.tracks_hz, ASVs after AUVs."""
+    times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
+    auvs, asvs = world.auv_fleet.vehicles, world.asv_fleet.vehicles
+    rows = np.full((len(auvs) + len(asvs), len(times), TRACK_COLUMNS), np.nan)
+    rows[:, :, TIME] = times
+    rows[:, :, VEHICLE] = np.arange(len(rows))[:, None]
+    for vehicle, track in zip((*auvs, *asvs), rows, strict=True):
+        off_path = vehicle.path_error(times)
+        if len(off_path):
+            track[:, PATH_ERROR] = off_path
+    for vessel, track in zip(asvs, rows[len(auvs) :], strict=True):
+        track[:, TRUTH : YAW + 1] = vessel.sample(times)
+    for auv, track in enumerate(rows[: len(auvs)]):
+        samples = sample(world, auv, times)
+        track[:, TRUTH : YAW + 1] = truth = samples.truth
+        track[:, ESTIMATE:DEPTH] = truth[:, :2] + samples.error
+        track[:, DEPTH] = truth[:, 2] + world.depth_noise(auv, times)
+        track[:, IMU : IMU + 2] = truth[:, :2] + samples.drift
+        track[:, POSITION_ERROR] = samples.position_error
+        track[:, CROSS_TRACK_ERROR] = samples.cross_track_error
+    rows[:, :, YAW] = np.pi - np.mod(np.pi - rows[:, :, YAW], 2 * np.pi)
+    names = [f"AUV{auv}" for auv in range(len(auvs))] + [f"ASV{asv}" for asv in range(len(asvs))]
+    return from_numbers("tracks", rows.reshape(-1, TRACK_COLUMNS), vehicle=names)
