@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled import compiled
+
 Array = NDArray[np.float64]
 
 
@@ -27,14 +29,19 @@ def current_series(
     [[0.3, 0.0], [0.3, 0.0]]
     """
     mean = speed * np.array((math.cos(direction), math.sin(direction)))
-    kept = math.exp(-interval / time_constant)
-    fresh = math.sqrt(1.0 - kept**2)
     varied = np.empty_like(noise)
-    state = noise[0]
-    for k, row in enumerate(noise):
-        state = row if k == 0 else kept * state + fresh * row
-        varied[k] = state
+    _vary(noise, math.exp(-interval / time_constant), varied)
     return np.asarray(mean + variation * varied)
+
+
+@compiled
+def _vary(noise: Array, kept: float, varied: Array) -> None:
+    """Write a process (n, 2) of unit variance that keeps a share of itself from row to row."""
+    fresh = math.sqrt(1.0 - kept**2)
+    varied[0] = noise[0]
+    for k in range(1, len(noise)):
+        for axis in range(2):
+            varied[k, axis] = kept * varied[k - 1, axis] + fresh * noise[k, axis]
 
 
 def carried(series: Array, interval: float, times: Array) -> Array:

@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 # Segments shorter than this (m) are left out: they carry no distance, only rounding.
 SHORTEST_SEGMENT = 1e-9
 
+QUARTER_TURN = math.pi / 2.0
+
 # A segment as a row: its first point (m) and heading (rad), curvature (1/m), distance along the
 # path at which it begins (m), length (m)
 X, Y, YAW, CURVATURE, BEGIN, LENGTH, ROW_COLUMNS = range(7)
@@ -90,6 +92,20 @@ class Path:
         """Pose at the end of the path."""
         end: Pose = self._joints[-1]  # type: ignore[attr-defined]
         return end
+
+    @property
+    def reach(self) -> float:
+        """Largest |x| or |y| along the path (m): at a joint, or where an arc is along an axis."""
+        joints: list[Pose] = self._joints  # type: ignore[attr-defined]
+        places = list(joints)
+        for start, (curvature, length) in zip(joints, self.segments, strict=False):
+            turns = sorted((start.yaw, start.yaw + curvature * length))
+            first, last = (turn / QUARTER_TURN for turn in turns)
+            for quarter in range(math.ceil(first), math.floor(last) + 1):
+                if curvature != 0.0:
+                    into = (quarter * QUARTER_TURN - start.yaw) / curvature
+                    places.append(_moved(start, curvature, into))
+        return max(max(abs(place.x), abs(place.y)) for place in places)
 
     def at(self, distance: float) -> Pose:
         """Return the pose after travelling `distance` (m); past the end of a path, its end."""

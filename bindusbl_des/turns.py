@@ -2,12 +2,7 @@
 
 import math
 
-import numpy as np
-
 from .paths import Path, Pose, Segment, dubins_segments
-
-# Poses along a turn at which it is checked to stay within the survey.
-CHECKS = 64
 
 
 def there_and_back(path: Path, side: float, radius: float, join_angle: float) -> Path:
@@ -38,7 +33,7 @@ def turned_onto(
         for hand in (1.0, -1.0):
             turn, joined = turn_about(yaw, radius, join_angle, hand)
             if joined < first.length:
-                overshoot = _reach(Path(end, turn)) - max(side / 2, _reach(Path(end, ())))
+                overshoot = Path(end, turn).reach - max(side / 2, abs(end.x), abs(end.y))
                 length = sum(segment.length for segment in turn) - joined
                 options.append((round(length, 6), max(overshoot, 0.0), hand, turn, joined))
     if not options:
@@ -71,9 +66,3 @@ def turn_about(
         Segment(-hand / radius, radius * join_angle),
     )
     return turn, joined
-
-
-def _reach(path: Path) -> float:
-    """Return the largest |x| or |y| along a path (m)."""
-    places = path.sample(np.linspace(0.0, path.length, CHECKS))[:, :2]
-    return float(np.abs(places).max())

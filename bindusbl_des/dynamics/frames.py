@@ -11,7 +11,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import compiled
+from ..compiled import inlined
 
 Floats = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ STATION_PAIRS = (
 )
 
 
-@compiled
+@inlined
 def move_rigid_body(
     state: Floats, current_n: float, current_e: float, out: Floats
 ) -> tuple[float, float, float, float, float, float, float]:
@@ -50,7 +50,7 @@ def move_rigid_body(
     return u_c, v_c, w_c, s_phi, c_phi, s_theta, c_theta
 
 
-@compiled
+@inlined
 def move_surface_craft(
     state: Floats, current_n: float, current_e: float, out: Floats
 ) -> tuple[float, float]:
@@ -66,7 +66,7 @@ def move_surface_craft(
     return current_n * c_psi + current_e * s_psi, current_e * c_psi - current_n * s_psi
 
 
-@compiled
+@inlined
 def cross_flow(v: float, r: float, length: float) -> tuple[float, float]:
     """Return how hard water crossing the hull pushes: strip sums of |w|w dx and x|w|w dx.
 

@@ -9,7 +9,7 @@ entering consistently; `derivative_pvs` keeps that program's own way with curren
 
 from math import atan2, cos, exp, sin, sqrt
 
-from ..compiled import compiled
+from ..compiled import compiled, inlined
 from . import remus100_parameters as at
 from .frames import Floats, cross_flow, move_rigid_body
 
@@ -23,7 +23,7 @@ Wrench = tuple[float, float, float, float, float, float]
 Velocity = tuple[float, float, float, float, float, float]  # through the water, body axes
 
 
-@compiled
+@inlined
 def _inertia(nu: Velocity, p: Floats) -> Wrench:
     """Return the Coriolis wrench C(nu_r) nu_r: all of the hull's, what PVS keeps of the water's.
 
@@ -47,7 +47,7 @@ def _inertia(nu: Velocity, p: Floats) -> Wrench:
     )
 
 
-@compiled
+@inlined
 def _resistance(nu: Velocity, p: Floats) -> Wrench:
     """Return what resists: linear damping, lift and drag in the vertical plane, cross-flow.
 
@@ -72,7 +72,7 @@ def _resistance(nu: Velocity, p: Floats) -> Wrench:
     )
 
 
-@compiled
+@inlined
 def _propulsion(nu: Velocity, inflow: float, fins: tuple[float, float, float], p: Floats) -> Wrench:
     """Return what fins and propeller give; `inflow` is the speed (m/s) that feeds the propeller."""
     rudder, plane, revolutions = fins[0], fins[1], fins[2] / 60.0  # rpm -> 1/s

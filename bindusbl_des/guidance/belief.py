@@ -6,7 +6,7 @@ from math import ceil, floor
 import numpy as np
 
 from .. import logs
-from ..compiled import compiled
+from ..compiled import inlined
 from ..dynamics.frames import Floats
 
 
@@ -46,7 +46,7 @@ def for_fleet(
     return SteeringDrift(bias, bool(drift.in_body), walk, float(drift.rate))
 
 
-@compiled
+@inlined
 def error(
     time: float, line: Floats, bias: Floats, in_body: bool, walk: Floats, rate: float
 ) -> tuple[float, float]:

@@ -2,16 +2,16 @@
 
 from math import floor, pi
 
-from ..compiled import compiled
+from ..compiled import inlined
 
 
-@compiled
+@inlined
 def within(value: float, limit: float) -> float:
     """Return a command, or the limit (of either sign) that it exceeds."""
     return min(max(value, -limit), limit)
 
 
-@compiled
+@inlined
 def half_turn(angle: float) -> float:
     """Return the turn of at most half a circle (rad) that leads through an angle."""
     return angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
