@@ -9,15 +9,15 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled wording events streams progress palette",
+    "compiled wording events columns streams progress palette",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation reception dead_reckoning track_file currents vehicles "
     "dynamics guidance geodesy",
     "consistency vehicle_choice scenario",
     "navigation recorder fleet",
-    "uplink downlink ranging boards broadcasters schedules samples",
-    "voyages launch world protocol metrics",
-    "tables rounds figures summary result simulation explain report export",
+    "uplink downlink ranging boards broadcasters schedules",
+    "voyages launch world protocol samples metrics",
+    "tables event_tables rounds figures summary result simulation explain report export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns sweep_data sweep_report benchmark",
     "reproduction",
@@ -27,9 +27,9 @@ RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split(
 
 # Libraries that only these modules may import (numpy is everywhere).
 HOMES = {
-    "simpy": "uplink downlink ranging protocol world simulation",
+    "simpy": "boards downlink ranging protocol world simulation",
     "networkx": "conflicts schedules",
-    "pyarrow": "tables result simulation campaigns export",
+    "pyarrow": "tables event_tables result simulation campaigns export",
     "yaml": "plain_yaml yaml_syntax",
     "click": "cli commands manual",
     "numba": "compiled",
