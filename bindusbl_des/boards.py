@@ -37,15 +37,21 @@ class Frame:
         """x, y, z (m) of each fix, shape (k, 3)."""
         return self._record.fixes.array[self.rows.start : self.rows.stop, POSITION : POSITION + 3]
 
-    @property
-    def hearers(self) -> list[list[int]]:
-        """The ASVs whose measurements were fused, for each fix."""
-        fixes = self._record.fixes.array[self.rows.start : self.rows.stop]
-        receptions = self._record.receptions.rows
-        heard = np.flatnonzero(receptions[:, OUTCOME] == HEARD)
-        asvs: list[int] = receptions[heard, AT_ASV].astype(int).tolist()
-        bounds = np.searchsorted(heard, fixes[:, (FUSED, FUSED_END)]).tolist()
-        return [asvs[first:end] for first, end in bounds]
+    def hearers(self, asvs: int) -> NDArray[np.bool_]:
+        """Return whose measurements were fused for each fix, shape (k, `asvs`)."""
+        fused = np.zeros((len(self.rows), asvs), dtype=np.bool_)
+        if len(self.rows):
+            fixes = self._record.fixes.array[self.rows.start : self.rows.stop]
+            bounds = fixes[:, (FUSED, FUSED_END)].astype(np.intp)
+            begin = int(bounds[:, 0].min())
+            receptions = self._record.receptions.array[begin : int(bounds[:, 1].max())]
+            heard = np.flatnonzero(receptions[:, OUTCOME] == HEARD)
+            first, end = np.searchsorted(heard, bounds - begin).T
+            before = np.repeat(np.cumsum(end - first) - end, end - first)
+            rows = heard[np.arange(len(before)) - before]
+            fix = np.repeat(np.arange(len(fixes)), end - first)
+            fused[fix, receptions[rows, AT_ASV].astype(np.intp)] = True
+        return fused
 
 
 class Board:

@@ -25,10 +25,7 @@ def most_fixes(
     number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random.Generator
 ) -> int:
     """Take the ASV that measured most of the fixes; the first of equals."""
-    measured = np.zeros(len(asvs), dtype=int)
-    for asvs_of_fix in frame.hearers:
-        measured[asvs_of_fix] += 1
-    return int(np.argmax(measured))
+    return int(np.argmax(frame.hearers(len(asvs)).sum(axis=0)))
 
 
 def nearest(number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random.Generator) -> int:

@@ -52,15 +52,24 @@ def drift_envelope(time: float, bias: tuple[float, float], random_walk: float) -
 
 
 def random_walk(rate: float, sd: float, noise: Array) -> Array:
-    """Return random walks (m) of `sd` (m/sqrt(s)) at the samples k / rate, shape (..., n + 1, 2).
+    """Return random walks (m) of `sd` (m/sqrt(s)) at the samples k / rate, in the place of `noise`.
 
-    `noise` (..., n, 2) are standard normal numbers.  Their variance is sd^2 t per axis whatever the
-    path, so they are drawn in the survey frame, and do not depend on what else happens.
+    `noise` (n, k + 1, 2) are standard normal numbers but for the first row of each walk, which is
+    where it begins (m).  The variance is sd^2 t per axis whatever the path, so walks are drawn in
+    the survey frame, and do not depend on what else happens.
     """
-    *fleet, count, axes = noise.shape
-    walks = np.zeros((*fleet, count + 1, axes))
-    np.multiply(noise, sd / math.sqrt(rate), out=walks[..., 1:, :])
-    return np.cumsum(walks, axis=-2, out=walks)
+    _sum_up(noise, sd / math.sqrt(rate))
+    return noise
+
+
+@compiled
+def _sum_up(walks: Array, step: float) -> None:
+    for walk in range(walks.shape[0]):
+        x, y = walks[walk, 0, 0], walks[walk, 0, 1]
+        for k in range(1, walks.shape[1]):
+            x += step * walks[walk, k, 0]
+            y += step * walks[walk, k, 1]
+            walks[walk, k, 0], walks[walk, k, 1] = x, y
 
 
 # Motion of the fleet, walks (n, samples, 2), their rate, bias ahead and aside, whether in the body

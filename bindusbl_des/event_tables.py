@@ -32,17 +32,18 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "pings": from_numbers("pings", record.pings.rows[:, : record.pings.told]),
         "receptions": from_numbers("receptions", record.receptions.rows),
         "broadcasts": from_rows("broadcasts", record.broadcasts),
-        "fixes": _fixes_table(record),
+        "fixes": _fixes_table(record, len(world.asv_fleet)),
         "tracks": _tracks_table(world),
     }
 
 
-def _fixes_table(record: Recorder) -> pa.Table:
+def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     rows = record.fixes.rows[:, : record.fixes.told].copy()
-    number: dict[tuple[int, ...], int] = {}
-    together = map(tuple, Frame(record, range(len(rows))).hearers)
-    rows[:, FUSED] = [number.setdefault(asvs, len(number)) for asvs in together]
-    names = [" ".join([f"ASV{asv}" for asv in asvs]) for asvs in number]
+    hearers = Frame(record, range(len(rows))).hearers(asvs)
+    number: dict[bytes, int] = {}
+    rows[:, FUSED] = [number.setdefault(own.tobytes(), len(number)) for own in hearers]
+    together = [np.flatnonzero(np.frombuffer(own, dtype=np.bool_)) for own in number]
+    names = [" ".join([f"ASV{asv}" for asv in own]) for own in together]
     return from_numbers("fixes", rows, asvs=names)
 
 
@@ -50,7 +51,8 @@ def _tracks_table(world: World) -> pa.Table:
     """Return the tracks of all vehicles at record.tracks_hz, ASVs after AUVs."""
     times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
     auvs, asvs = world.auv_fleet.vehicles, world.asv_fleet.vehicles
-    rows = np.full((len(auvs) + len(asvs), len(times), TRACK_COLUMNS), np.nan)
+    columns = np.full((TRACK_COLUMNS, len(auvs) + len(asvs), len(times)), np.nan)
+    rows = columns.transpose(1, 2, 0)
     rows[:, :, TIME] = times
     rows[:, :, VEHICLE] = np.arange(len(rows))[:, None]
     for vehicle, track in zip((*auvs, *asvs), rows, strict=True):
@@ -69,4 +71,4 @@ def _tracks_table(world: World) -> pa.Table:
         track[:, CROSS_TRACK_ERROR] = samples.cross_track_error
     rows[:, :, YAW] = np.pi - np.mod(np.pi - rows[:, :, YAW], 2 * np.pi)
     names = [f"AUV{auv}" for auv in range(len(auvs))] + [f"ASV{asv}" for asv in range(len(asvs))]
-    return from_numbers("tracks", rows.reshape(-1, TRACK_COLUMNS), vehicle=names)
+    return from_numbers("tracks", columns.reshape(TRACK_COLUMNS, -1).T, vehicle=names)

@@ -76,9 +76,9 @@ def walks(scenario: Scenario, streams: Streams, water: Water) -> Array:
     """
     navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
     count = max(1, math.ceil(scenario.duration_s * rate))
-    noise = np.empty((scenario.auvs.count, count, 2))
+    noise = np.zeros((scenario.auvs.count, count + 1, 2))
     for auv, its_own in enumerate(noise):
-        streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own)
+        streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
     lost = random_walk(rate, navigation.random_walk_m_per_sqrt_s, noise)
     if navigation.velocity == "through_water":
         lost -= water.carried(np.arange(count + 1) / rate)
