@@ -4,7 +4,6 @@ import types
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields
 from functools import cache
-from math import isnan
 from operator import attrgetter
 from typing import Any, get_args, get_type_hints
 
@@ -13,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from .compiled import compiled
+from .arrow_columns import arrow, named
 from .events import (
     OUTCOMES,
     AuvMetrics,
@@ -27,9 +26,6 @@ from .events import (
 )
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Ends = NDArray[np.int32]
-Bytes = NDArray[np.uint8]
 
 ROWS: dict[str, type] = {
     "rounds": Round,
@@ -112,115 +108,10 @@ def from_numbers(table: str, rows: Floats, **labels: Sequence[str]) -> pa.Table:
             arrays.append(arrow(values, field.type))
         elif field.name in VEHICLES:
             most = int(np.fmax.reduce(values, initial=-1))
-            arrays.append(_named(values, [f"{VEHICLES[field.name]}{n}" for n in range(most + 1)]))
+            arrays.append(named(values, [f"{VEHICLES[field.name]}{n}" for n in range(most + 1)]))
         else:
-            arrays.append(_named(values, labels.get(field.name, OUTCOMES)))
+            arrays.append(named(values, labels.get(field.name, OUTCOMES)))
     return pa.Table.from_arrays(arrays, schema=described)
-
-
-def _named(values: Floats, names: Sequence[str]) -> pa.Array:
-    """Return the names that numbers count in, as Arrow strings; NaN becomes null.
-
-    Not by casting Arrow's own dictionaries, which takes a tenth of a second to load.
-    """
-    letters = np.array([name.encode() for name in names] or [b"-"])
-    width = letters.dtype.itemsize
-    ends = np.zeros(len(values) + 1, dtype=np.int32)
-    text = np.empty(len(values) * width, dtype=np.uint8)
-    spelt = letters.view(np.uint8).reshape(-1, width)
-    length = _spell(values, spelt, np.array(list(map(len, names)), dtype=np.int64), ends, text)
-    return _string_array(np.isnan(values), ends, text[:length])
-
-
-@compiled
-def _spell(values: Floats, spelt: Bytes, lengths: Ints, ends: Ends, text: Bytes) -> int:
-    """Write names one after the other, and where each ends; return how long the text is."""
-    length = 0
-    for k in range(values.size):
-        if not isnan(values[k]):
-            name = int(values[k])
-            for letter in range(lengths[name]):
-                text[length + letter] = spelt[name, letter]
-            length += lengths[name]
-        ends[k + 1] = length
-    return length
-
-
-def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
-    """Return numbers or strings as an Arrow array; None and NaN become null.
-
-    Not by `pyarrow.array`, which loads pandas to see whether it was given a Series: a third of a
-    second in every run and every worker.
-    """
-    if kind == pa.string():
-        return _strings(list(values))
-    numbers, missing = _numbers(values, kind.to_pandas_dtype())
-    data = np.packbits(numbers, bitorder="little") if kind == pa.bool_() else numbers
-    validity = None if missing is None else _validity(missing)
-    return pa.Array.from_buffers(kind, len(numbers), [validity, pa.py_buffer(data)])
-
-
-def _numbers(
-    values: NDArray[Any] | Sequence[Any], kind: Any
-) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
-    """Return values as an array of a kind, and which of them are missing if any is."""
-    missing = None
-    if np.issubdtype(kind, np.floating):
-        values = np.array(values, dtype=np.float64)  # None becomes NaN
-    elif not isinstance(values, np.ndarray) and None in values:
-        missing = np.array([value is None for value in values])
-        values = [0 if value is None else value for value in values]
-    elif not isinstance(values, np.ndarray):
-        values = np.array(values, dtype=kind)  # whole numbers of any size
-    if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isnan(values).any():
-        missing = np.isnan(values)
-        values = np.where(missing, 0, values)
-    return np.ascontiguousarray(values, dtype=kind), missing
-
-
-def _strings(values: Sequence[str | None]) -> pa.Array:
-    letters = {value: b"" if value is None else value.encode() for value in set(values)}
-    encoded = [letters[value] for value in values]
-    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
-    missing = np.zeros(len(values), dtype=bool)
-    if None in letters:
-        missing[:] = [value is None for value in values]
-    return _string_array(missing, ends, b"".join(encoded))
-
-
-def _string_array(missing: NDArray[np.bool_], ends: Ends, text: bytes | Bytes) -> pa.Array:
-    """Return strings that follow each other in a text, each up to its end."""
-    buffers = [_validity(missing), pa.py_buffer(ends), pa.py_buffer(text)]
-    return pa.Array.from_buffers(pa.string(), len(missing), buffers)
-
-
-def _validity(missing: NDArray[np.bool_]) -> pa.Buffer | None:
-    if not missing.any():
-        return None
-    return pa.py_buffer(np.packbits(~missing, bitorder="little"))
-
-
-def numpy_columns(table: pa.Table) -> dict[str, NDArray[Any]]:
-    """Return the columns of a table, in reverse of :func:`arrow`: null is NaN, or None in strings.
-
-    Whole numbers stay whole where none is missing.  Without pandas, for the same reason.
-    """
-    return {
-        field.name: _numpy(table[field.name].combine_chunks(), field.type) for field in table.schema
-    }
-
-
-def _numpy(array: pa.Array | pa.ChunkedArray, kind: pa.DataType) -> NDArray[Any]:
-    if kind == pa.string() or isinstance(array, pa.ChunkedArray) or not len(array):
-        values = array.to_pylist()
-        return np.array(values, dtype=object if kind == pa.string() else kind.to_pandas_dtype())
-    validity, numbers = array.buffers()
-    section = slice(array.offset, array.offset + len(array))
-    plain: NDArray[Any] = np.frombuffer(numbers, dtype=kind.to_pandas_dtype())[section]
-    if not array.null_count:
-        return plain
-    known = np.unpackbits(np.frombuffer(validity, dtype=np.uint8), bitorder="little")[section]
-    return np.where(known.astype(bool), plain, np.nan)
 
 
 def from_columns(table: str, columns: Mapping[str, Any]) -> pa.Table:

@@ -17,7 +17,8 @@ LAYERS = [
     "navigation recorder fleet",
     "uplink downlink ranging boards broadcasters schedules",
     "voyages launch world protocol samples metrics",
-    "tables event_tables rounds figures summary result simulation explain report export",
+    "arrow_columns tables event_tables rounds figures summary result simulation explain report "
+    "export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns sweep_data sweep_report benchmark",
     "reproduction",
@@ -29,7 +30,7 @@ RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split(
 HOMES = {
     "simpy": "boards downlink ranging protocol world simulation",
     "networkx": "conflicts schedules",
-    "pyarrow": "tables event_tables result simulation campaigns export",
+    "pyarrow": "arrow_columns tables event_tables result simulation campaigns export",
     "yaml": "plain_yaml yaml_syntax",
     "click": "cli commands manual",
     "numba": "compiled",

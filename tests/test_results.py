@@ -16,7 +16,8 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import Result, load_result, simulate
-from bindusbl_des.tables import EVENT_TABLES, TABLES, arrow, data_dictionary, numpy_columns, schema
+from bindusbl_des.arrow_columns import arrow, numpy_columns
+from bindusbl_des.tables import EVENT_TABLES, TABLES, data_dictionary, schema
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ PARTS: Mapping[str, str] = {
     "protocol": "protocol schedules conflicts slots boards broadcasters world",
     "USBL": "usbl hydrophones reception fusion",
     "navigation": "navigation dead_reckoning",
-    "records": "recorder events samples metrics tables result",
+    "records": "recorder columns events samples metrics arrow_columns tables event_tables result",
     "set-up": "scenario consistency vehicle_choice scenario_keys wording launch fleet formations "
     "coverage streams compiled simulation",
 }

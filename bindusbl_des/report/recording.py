@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..tables import numpy_columns
+from ..arrow_columns import numpy_columns
 
 if TYPE_CHECKING:
     from ..result import Result

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from ...tables import arrow
+from ...arrow_columns import arrow
 from .parts import (
     MISSIONS,
     REPLACES,

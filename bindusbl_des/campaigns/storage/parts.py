@@ -17,7 +17,8 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from ...tables import EVENT_TABLES, arrow, schema, write_parquet
+from ...arrow_columns import arrow
+from ...tables import EVENT_TABLES, schema, write_parquet
 
 MISSIONS = "missions"
 OK, FAILED = "ok", "failed"

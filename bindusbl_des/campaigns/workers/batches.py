@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pyarrow as pa
 
+from ...arrow_columns import arrow
 from ...scenario import Scenario
 from ...simulation import simulate
-from ...tables import arrow
 from ..experiments.experiment import as_written
 from ..experiments.plan import Mission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
