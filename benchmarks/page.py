@@ -152,12 +152,10 @@ def _commands(found: Measured) -> str:
     )
     times = table(("command, warm cache", "by the clock ms", "processor ms"), rows)
     text = (
-        f"A sweep with {sweep['workers']} workers made {sweep['missions']} missions (every 17th of "
-        f"192 points, 30 seeds each) in {number(sweep['wall_s'])} s by the clock and "
-        f"{number(sweep['processor_s'])} s of processor time, start-up and tables included. In "
-        f"proportion, all {sweep['planned_missions']:,} missions take {number(sweep['planned_s'])} "
-        f"s by the clock, or {number(sweep['planned_processor_s'] / sweep['workers'])} s of each "
-        "of two free cores: this is extrapolated, not run. The largest process had "
+        f"A sweep with {sweep['workers']} workers made {sweep['missions']:,} missions (fleets of 3 "
+        "to 10 AUVs under 1 to 4 ASVs, three sizes, 30 seeds each) in "
+        f"{number(sweep['wall_s'])} s by the clock, or {number(sweep['processor_s'])} s of "
+        "processor time, start-up and tables included. The largest process had "
         f"{number(sweep['peak_memory_mb'])} MB."
     )
     return f"{times}\n{fill(text, WIDTH)}\n"

@@ -1,6 +1,6 @@
 """Measure this version under a name, keep it in history.json, and write docs/performance.md.
 
-python benchmarks/record.py "0.1.0 after"        measure everything (about ten minutes)
+python benchmarks/record.py "0.1.0 after"        measure everything (about a quarter of an hour)
 python benchmarks/record.py --keep NAME FILE     keep what `bindusbl-des bench --json` printed
 python benchmarks/record.py                      write the page anew
 """
@@ -46,7 +46,7 @@ def rounded(data: Any) -> Any:
 
 def measure() -> dict[str, Any]:
     """Return everything there is to measure; ns-3 is left out where it is missing."""
-    found = bench(standard_missions(), quick=False, with_commands=True, told=tell)
+    found = bench(standard_missions(), quick=False, with_commands=True, told=tell, whole_sweep=True)
     try:
         tell("measuring beside ns-3")
         found["peers"] = ns3_uan.peers(list(ns3_uan.COMPARED), REPEATS)["missions"]

@@ -230,6 +230,6 @@ def test_targets_are_met_first_and_then_or_not() -> None:
     found = {"missions": {}, "commands": commands}
     verdicts = {target.what: verdict for target, _, verdict in targets.verdicts(found)}
     assert verdicts["memory of a sweep worker"] == "first met"
-    assert verdicts["sweep of 5,760 missions on two cores, extrapolated"] == "met"
+    assert verdicts["sweep of 5,760 missions on two cores"] == "met"
     assert verdicts["`run` of the baseline, from command to files"] == "**not met**"
     assert verdicts["(3,3), dearer vehicle"] == "not measured"

@@ -134,6 +134,7 @@ def compare(scenario: Scenario, peer: Peer, repeats: int) -> dict[str, Any]:
 def _turn(scenario: Scenario, traffic: Traffic, peer: Peer, number: int) -> dict[str, float]:
     """Return the times (ms) of one turn: ours, then ns-3's in both modes."""
     changed = elsewhere(scenario, number)
+    simulate(scenario)  # ns-3 has a run to warm up as well
     times = {
         "mission_ms": 1e3 * clocked(lambda: simulate(scenario, number)).processor,
         "new_configuration_ms": 1e3 * clocked(lambda: simulate(changed)).processor,

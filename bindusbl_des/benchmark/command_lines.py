@@ -44,8 +44,11 @@ STRIDE = 17
 WORKERS = 2
 
 
-def commands(quick: bool) -> dict[str, Any]:
-    """Return how long (ms) whole commands take on a warm cache, and what a sweep achieves."""
+def commands(quick: bool, whole_sweep: bool = False) -> dict[str, Any]:
+    """Return how long (ms) whole commands take on a warm cache, and what a sweep achieves.
+
+    Only a part of the sweep is run unless it is to be the `whole_sweep`.
+    """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "baseline.yaml").write_text(json.dumps(BASELINE))  # JSON is YAML
@@ -56,7 +59,7 @@ def commands(quick: bool) -> dict[str, Any]:
                 [["run", str(folder / "baseline.yaml"), "--out", str(folder / f"run{number}")]
                  for number in range(times)]
             ),
-            "sweep": _sweep(folder, quick),
+            "sweep": _sweep(folder, quick, 1 if whole_sweep else STRIDE),
         }  # fmt: skip
 
 
@@ -94,9 +97,9 @@ def sweep_points() -> list[dict[str, Any]]:
     ]
 
 
-def _sweep(folder: Path, quick: bool) -> dict[str, Any]:
-    """Return what a part of the sweep takes, and the whole of it in proportion."""
-    points = sweep_points()[:: STRIDE * (6 if quick else 1)]
+def _sweep(folder: Path, quick: bool, stride: int) -> dict[str, Any]:
+    """Return what every so manieth point of the sweep takes, and the whole of it in proportion."""
+    points = sweep_points()[:: stride * (6 if quick else 1)]
     seeds = 3 if quick else SEEDS
     (folder / "swept.yaml").write_text(json.dumps(SWEPT))
     experiment = {"scenario": "swept.yaml", "points": points, "seeds": seeds, "detail": "summary"}
