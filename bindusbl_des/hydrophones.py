@@ -143,6 +143,10 @@ def direction(array: Vector, differences: Vector, sound_speed: float, metric: Ve
             f += weight * east[axis] * miss
             g += weight * down[axis] * miss
         determinant = a * d - b * b
-        unit = unit + (d * f - b * g) / determinant * east + (a * g - b * f) / determinant * down
-        unit = unit / math.sqrt(unit[0] ** 2 + unit[1] ** 2 + unit[2] ** 2)
+        along_east, along_down = (d * f - b * g) / determinant, (a * g - b * f) / determinant
+        for axis in range(3):
+            unit[axis] = unit[axis] + along_east * east[axis] + along_down * down[axis]
+        length = math.sqrt(unit[0] ** 2 + unit[1] ** 2 + unit[2] ** 2)
+        for axis in range(3):
+            unit[axis] /= length
     return unit
