@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled
+from .motion import Ints, Motion, where
 
 Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]
@@ -39,6 +40,34 @@ def _hearing(auvs: Array, asvs: Array, hf_range: float, axes: int, heard: Hearin
             for axis in range(axes):
                 square += (auvs[i, axis] - asvs[j, axis]) ** 2
             heard[i, j] = square <= hf_range**2
+
+
+def survey(
+    auvs: Motion, asvs: Motion, time: float, hf_range: float, metric: str
+) -> tuple[Array, Array, Hearing]:
+    """Return where AUVs and ASVs are at an instant (s), (n, 3) and (m, 3) in m, and who is within
+    HF range of whom: :func:`hearing` of these, in one step.
+    """
+    count, vessels = len(auvs.first) - 1, len(asvs.first) - 1
+    here, there = np.empty((count, 3)), np.empty((vessels, 3))
+    heard = np.empty((count, vessels), dtype=np.bool_)
+    _survey(*auvs, *asvs, time, hf_range, 2 if metric == "horizontal" else 3, here, there, heard)
+    return here, there, heard
+
+
+@compiled
+def _survey(
+    auv_table: Array, auv_first: Ints, auv_step: float, asv_table: Array, asv_first: Ints,
+    asv_step: float, time: float, hf_range: float, axes: int, auvs: Array, asvs: Array,
+    heard: Hearing,
+) -> None:  # fmt: skip
+    for auv in range(len(auvs)):
+        x, y, z, _ = where(auv_table, auv_first, auv_step, auv, time)
+        auvs[auv, 0], auvs[auv, 1], auvs[auv, 2] = x, y, z
+    for asv in range(len(asvs)):
+        x, y, z, _ = where(asv_table, asv_first, asv_step, asv, time)
+        asvs[asv, 0], asvs[asv, 1], asvs[asv, 2] = x, y, z
+    _hearing(auvs, asvs, hf_range, axes, heard)
 
 
 def conflict_graph(heard: Hearing) -> "nx.Graph[int]":

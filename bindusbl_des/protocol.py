@@ -30,7 +30,8 @@ def serve(world: World) -> Generator[simpy.Event, None, None]:
     """Serve the AUVs round after round, from the start of the mission to its end."""
     time = 0.0
     for number in count():
-        time = yield from frame_start(world, number, time)
+        if world.frame:
+            time = yield from frame_start(world, number, time)
         # Positions have changed since the last downlink, and with them the conflict graph.
         view = world.view(number, time)
         groups = world.schedule(view)
@@ -112,7 +113,7 @@ def downlink_free(world: World, time: float) -> Steps:
 
 
 def frame_start(world: World, number: int, time: float) -> Steps:
-    """Wait for the round's frame, when the schedule has frames."""
+    """Wait for the round's frame."""
     starts = world.slots.clock.after(0.0, number * world.frame)
     if starts > time:
         yield until(world, starts)

@@ -19,7 +19,6 @@ from .conflicts import (
     colour_dsatur,
     colour_greedily,
     conflict_graph,
-    hearing,
     ping_groups,
 )
 from .consistency import FRAMED_SCHEDULES
@@ -32,21 +31,21 @@ Groups = Sequence[Sequence[int]]
 class View:
     """What the surface fleet knows when it schedules a round.
 
-    `auvs` (n, 3) are the AUV positions it believes and `asvs` (m, 3) its own (m); `random` is a
-    stream of the schedule's own.  From them follow `heard`, who is within HF range of whom (AUVs,
-    ASVs), and `conflicts`, the conflict graph of the AUVs.
+    `auvs` (n, 3) are the AUV positions it believes and `asvs` (m, 3) its own (m); `heard` tells who
+    is within HF range of whom (AUVs, ASVs); `random` is a stream of the schedule's own.
+    `conflicts` is the conflict graph of the AUVs.
     """
 
     round: int
     time: float
     auvs: Array
     asvs: Array
+    heard: Hearing
     hf_range: float
     range_metric: str
     random: np.random.Generator
 
     def __post_init__(self) -> None:
-        self.heard: Hearing = hearing(self.auvs, self.asvs, self.hf_range, self.range_metric)
         self.conflicts: nx.Graph[int] = conflict_graph(self.heard)
 
 

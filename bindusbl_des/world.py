@@ -10,6 +10,7 @@ from .acoustics import COMBINERS, LOSS_LAWS, contention_loss
 from .boards import Board, Frame, ReplyBoard
 from .broadcasters import BROADCASTERS, Choice
 from .columns import AUV_OF_FIX, POSITION
+from .conflicts import hearing, survey
 from .dead_reckoning import DeadReckoning
 from .downlink import MfDownlink
 from .fleet import Fleet
@@ -70,22 +71,17 @@ class World:
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
-        hf = self.scenario.acoustics.hf
-        return View(
-            round_number,
-            time,
-            self._believed_positions(time),
-            places(self.asv_fleet.motion, time)[:, :3],
-            hf.range_m,
-            hf.range_metric,
-            self._schedule_draw,
-        )
-
-    def _believed_positions(self, time: float) -> NDArray[np.float64]:
+        hf, asvs = self.scenario.acoustics.hf, self.asv_fleet.motion
         if self.scenario.protocol.positions == "truth":
             self.auv_fleet.reach(time)
-            return np.asarray(places(self.auv_fleet.motion, time)[:, :3])
-        # All the fleet knows is where it launched an AUV and the last fix it made of it.
+            seen = survey(self.auv_fleet.motion, asvs, time, hf.range_m, hf.range_metric)
+        else:
+            plot, own = self._plotted(), places(asvs, time)[:, :3]
+            seen = plot, own, hearing(plot, own, hf.range_m, hf.range_metric)
+        return View(round_number, time, *seen, hf.range_m, hf.range_metric, self._schedule_draw)
+
+    def _plotted(self) -> NDArray[np.float64]:
+        """Return all that the fleet knows: where it launched each AUV, or the last fix of it."""
         for fix in self.record.fixes.rows[self._fixes_plotted :]:
             self._plot[int(fix[AUV_OF_FIX]), :2] = fix[POSITION : POSITION + 2]
         self._fixes_plotted = self.record.fixes.count
