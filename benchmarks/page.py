@@ -27,7 +27,7 @@ def page(history: dict[str, Measured]) -> str:
         shares=_shares(now),
         history=_history(history),
         commands=_commands(now["commands"]) if "commands" in now else "Not measured.\n",
-        peers=_peers(now["peers"]) if "peers" in now else "Not measured.\n",
+        peers=_peers(now) if "peers" in now else "Not measured.\n",
     )
 
 
@@ -161,16 +161,17 @@ def _commands(found: Measured) -> str:
     return f"{times}\n{fill(text, WIDTH)}\n"
 
 
-def _peers(found: Measured) -> str:
+def _peers(now: Measured) -> str:
     head = (
-        "mission", "ours ms", "ours, new configuration ms", "ns-3 stock ms", "ratio",
-        "ratio, new configuration", "ns-3 listeners ms", "ratio", "ns-3 set-up ms",
-        "receptions, equal",
+        "mission", "ours ms", "acoustics and protocol of it ms", "ours, new configuration ms",
+        "ns-3 stock ms", "ratio", "ratio, new configuration", "ns-3 listeners ms", "ratio",
+        "ns-3 set-up ms", "receptions, equal",
     )  # fmt: skip
     rows = (
         (
             name,
             number(row["mission_ms"]),
+            number(row["mission_ms"] * _share_of_acoustics(now["missions"][name]["shares"])),
             number(row["new_configuration_ms"]),
             number(row["stock_run_ms"]),
             number(row["ratio_stock"]),
@@ -180,6 +181,11 @@ def _peers(found: Measured) -> str:
             number(row["stock_set_up_ms"]),
             f"{row['pings_heard'] + row['frames_reached']:,}",
         )
-        for name, row in found.items()
+        for name, row in now["peers"].items()
     )
     return table(head, rows)
+
+
+def _share_of_acoustics(shares: dict[str, float]) -> float:
+    """Return which share of a mission goes into what ns-3 does too."""
+    return (shares["acoustics"] + shares["protocol"]) / (1.0 - shares["writing"])
