@@ -393,11 +393,12 @@ def test_headings_sum_up_exactly_on_a_circle() -> None:
         c, s = math.cos(yaw), math.sin(yaw)
         place, rates = (s, 1.0 - c, 5.0, yaw), (rate * c, rate * s, 0.0, rate)
         logbook.note(log, line, step, np.array([*place, *rates]))
-    table = motion.lines(*Motion(log, np.array([0, 21]), step), 0, np.array([0.31, 1.0]))
-    for row, yaw in zip(table, (0.31 * rate, rate), strict=True):
+    circle, instants = Motion(log, np.array([0, 21]), step), np.array([0.31, 1.0])
+    for instant, row in zip(instants, motion.lines(*circle, 0, instants), strict=True):
+        yaw = rate * instant
         sums = (math.sin(yaw) / rate, (1.0 - math.cos(yaw)) / rate)
         assert row[motion.HEADINGS] == pytest.approx(sums, abs=1e-6)
-        assert row[motion.WAY] == pytest.approx(yaw, abs=1e-6)
+        assert motion.distance_at(*circle, 0, instant) == pytest.approx(yaw, abs=1e-6)
 
 
 @pytest.mark.parametrize("number", range(4))

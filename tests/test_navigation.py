@@ -9,9 +9,18 @@ import pytest
 from worlds import scenario
 
 from bindusbl_des import simulate
+from bindusbl_des.columns import (
+    AUV_OF_FIX,
+    CORRECTION,
+    DELIVERED_AT,
+    FIX_COLUMNS,
+    INNOVATION,
+    PINGED_AT,
+    POSITION,
+)
 from bindusbl_des.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
 from bindusbl_des.motion import together
-from bindusbl_des.navigation import FixedGain, at_delivery, at_ping
+from bindusbl_des.navigation import FixedGain
 from bindusbl_des.paths import Path as RoutePath
 from bindusbl_des.paths import Pose, Segment
 from bindusbl_des.routes import lawnmower
@@ -90,40 +99,59 @@ def test_drift_rms(time: float, rms: float) -> None:
 
 def test_between_samples_the_drift_is_linear() -> None:
     """The IMU holds its velocity between samples."""
-    noise = np.random.default_rng(0).standard_normal((4, 2))
+    noise = np.zeros((1, 5, 2))
+    noise[0, 1:] = np.random.default_rng(0).standard_normal((4, 2))
     still = together([moored(Place(3.0, 4.0, 5.0, 0.0)).legs])
-    walk = random_walk(2.0, 1.0, noise)
-    reckoning = DeadReckoning(still, 0, walk, 2.0, (0.0, 0.0), "world")
-    middle = (np.array(reckoning.at(0.5)) + np.array(reckoning.at(1.0))) / 2
-    assert reckoning.at(0.75) == pytest.approx(middle)
-    truth, drift, _ = reckoning.sample(np.array([0.75, 2.0]), np.zeros(1), np.zeros((1, 2)))
+    [walk] = walks = random_walk(2.0, 1.0, noise)
+    reckoning = DeadReckoning(still, walks, 2.0, (0.0, 0.0), "world")
+    middle = (np.array(reckoning.at(0, 0.5)) + np.array(reckoning.at(0, 1.0))) / 2
+    assert reckoning.at(0, 0.75) == pytest.approx(middle)
+    truth, drift, _ = reckoning.sample(0, np.array([0.75, 2.0]), np.zeros(1), np.zeros((1, 2)))
     assert truth[0].tolist() == [3.0, 4.0, 5.0, 0.0]
     assert truth[0, :2] + drift[0] == pytest.approx(middle)
-    assert reckoning.at(2.0) == pytest.approx(truth[1, :2] + drift[1])
-    assert np.array(reckoning.at(2.0)) - (3.0, 4.0) == pytest.approx(walk[4])
-    last = np.array(reckoning.at(1.75)) - (3.0, 4.0)
+    assert reckoning.at(0, 2.0) == pytest.approx(truth[1, :2] + drift[1])
+    assert np.array(reckoning.at(0, 2.0)) - (3.0, 4.0) == pytest.approx(walk[4])
+    last = np.array(reckoning.at(0, 1.75)) - (3.0, 4.0)
     assert last == pytest.approx((walk[3] + walk[4]) / 2)
+
+
+def test_a_random_walk_sums_up_steps_of_its_own_scale() -> None:
+    """At 4 Hz a walk of 3 m/sqrt(s) takes steps of 1.5 m times its noise, from where it begins."""
+    noise = np.array([[[10.0, 0.0], [1.0, 2.0], [-1.0, 0.0]], [[0.0, 0.0], [0.0, 4.0], [2.0, 0.0]]])
+    assert random_walk(4.0, 3.0, noise).tolist() == [
+        [[10.0, 0.0], [11.5, 3.0], [10.0, 3.0]],
+        [[0.0, 0.0], [0.0, 6.0], [3.0, 6.0]],
+    ]
 
 
 @pytest.mark.parametrize("frame", ["body", "world"])
 def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> None:
     """Dead reckoning is truth plus the drift of its bias, on legs and in turns."""
     vehicle = boustrophedon()
-    reckoning = DeadReckoning(together([vehicle.legs]), 0, np.zeros((2, 2)), 1.0, BIAS, frame)
+    reckoning = DeadReckoning(together([vehicle.legs]), np.zeros((1, 2, 2)), 1.0, BIAS, frame)
     times = np.array([0.0, 12.3, 45.0, 130.7, 250.0])
     expected = bias_drift(BIAS, frame, times, vehicle.heading_integral(times))
     applied = np.array([[0.0, 0.0], [1.0, 2.0]])
-    truth, drift, error = reckoning.sample(times, np.array([0.0, 45.0]), applied)
+    truth, drift, error = reckoning.sample(0, times, np.array([0.0, 45.0]), applied)
     assert error - drift == pytest.approx(applied[[0, 0, 1, 1, 1]])
     assert truth == pytest.approx(vehicle.sample(times))
     assert drift == pytest.approx(expected, abs=1e-12)
-    assert reckoning.at(45.0) == pytest.approx(truth[2, :2] + expected[2])
+    assert reckoning.at(0, 45.0) == pytest.approx(truth[2, :2] + expected[2])
+
+
+def fixes_of(auvs: int, pinged_at: float, delivered_at: float) -> np.ndarray:
+    """Return the rows of one fix for each AUV, at (0, 0) and of the same instants (s)."""
+    fixes = np.full((auvs, FIX_COLUMNS), np.nan)
+    fixes[:, AUV_OF_FIX] = np.arange(auvs)
+    fixes[:, PINGED_AT], fixes[:, DELIVERED_AT] = pinged_at, delivered_at
+    fixes[:, POSITION : POSITION + 2] = 0.0
+    return fixes
 
 
 CASES = {
-    "tau0": (0.0, 0.0, at_delivery),
-    "tau.57_v.63": (0.57, 0.63, at_delivery),
-    "tau.57_comp": (0.57, 0.63, at_ping),
+    "tau0": (0.0, 0.0, "none"),
+    "tau.57_v.63": (0.57, 0.63, "none"),
+    "tau.57_comp": (0.57, 0.63, "shift"),
 }
 
 
@@ -131,28 +159,26 @@ CASES = {
 @pytest.mark.parametrize("period", [1.59, 4.02])
 def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
     """Under regular fixes the error settles at the closed forms, before and after each."""
-    latency, speed, reference = CASES[case]
+    latency, speed, compensation = CASES[case]
     runs, fixes, bias, sigma, fix_sd, gain = 4000, 12, 0.06, 0.027, 0.5, 0.9
+    step, auvs = 0.03, 500  # a whole number of steps in every period and latency; a fleet's size
     rng = np.random.default_rng(3)
-    before, after = np.empty(runs), np.empty(runs)
-    for run in range(runs):
-        times = [0.0]
-        for k in range(1, fixes + 1):
-            times += [k * period - latency, k * period]
-        steps = np.diff(times)
-        noise = rng.standard_normal(len(steps)) * np.sqrt(steps) * sigma
-        walk = dict(zip(times, np.concatenate(([0.0], np.cumsum(noise))), strict=True))
-
-        def dead_reckoned(time: float, walk: dict[float, float] = walk) -> tuple[float, float]:
-            return speed * time + bias * time + walk[time], 0.0
-
-        navigator = FixedGain(dead_reckoned, gain, reference)
+    track = recorded(np.array([0.0, 100.0]), np.array([[0, 0, 5], [speed * 100, 0, 5]]))
+    motion, steps = together([track.legs] * auvs), round(fixes * period / step)
+    before, after = np.empty((2, runs // auvs, auvs))
+    for fleet in range(runs // auvs):
+        noise = np.zeros((auvs, steps + 1, 2))
+        noise[:, 1:] = rng.standard_normal((auvs, steps, 2))
+        walks = random_walk(1 / step, sigma, noise)
+        reckoning = DeadReckoning(motion, walks, 1 / step, (bias, 0.0), "world")
+        navigator = FixedGain(reckoning, gain, compensation, np.zeros((auvs, 2)))
         for k in range(1, fixes + 1):
             pinged, now = k * period - latency, k * period
-            before[run] = navigator.estimate(now)[0] - speed * now
-            fix = speed * pinged + fix_sd * rng.standard_normal(), 0.0
-            navigator.correct(fix, pinged, now)
-            after[run] = navigator.estimate(now)[0] - speed * now
+            before[fleet] = [navigator.estimate(auv, now)[0] - speed * now for auv in range(auvs)]
+            made = fixes_of(auvs, pinged, now)
+            made[:, POSITION] = speed * pinged + fix_sd * rng.standard_normal(auvs)
+            navigator.correct(made, np.arange(auvs))
+            after[fleet] = [navigator.estimate(auv, now)[0] - speed * now for auv in range(auvs)]
     expected = {m: CHECKS[f"fixed_gain T={period:g} {case} {m}"]["value"] for m in
                 ("m_minus", "m_plus", "V_minus", "V_plus")}  # fmt: skip
     for errors, side in ((before, "minus"), (after, "plus")):
@@ -163,10 +189,29 @@ def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
 
 def test_overlapping_fixes_are_not_charged_twice() -> None:
     """A fix pinged before, but delivered after another's correction, does not correct again."""
-    navigator = FixedGain(lambda time: (10.0, 0.0), 1.0, at_ping)
-    navigator.correct((0.0, 0.0), pinged_at=1.0, time=3.0)
-    assert navigator.estimate(3.0) == (0.0, 0.0)
-    assert navigator.correct((0.0, 0.0), pinged_at=2.0, time=4.0) == (0.0, 0.0)
+    still = together([moored(Place(10.0, 0.0, 5.0, 0.0)).legs])
+    reckoning = DeadReckoning(still, np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), "world")
+    navigator = FixedGain(reckoning, 1.0, "shift", np.zeros((1, 2)))
+    fixes = np.concatenate((fixes_of(1, 1.0, 3.0), fixes_of(1, 2.0, 4.0)))
+    navigator.correct(fixes, np.array([0]))
+    assert navigator.estimate(0, 3.0) == (0.0, 0.0)
+    navigator.correct(fixes, np.array([1]))
+    assert fixes[:, INNOVATION].tolist() == [10.0, 0.0]
+    assert fixes[:, CORRECTION : CORRECTION + 2].tolist() == [[-10.0, 0.0], [-10.0, 0.0]]
+
+
+def test_a_fix_corrects_only_the_auv_that_it_locates() -> None:
+    """Navigators of a fleet keep apart; corrections go where they are wanted."""
+    places = ((10.0, 0.0), (20.0, 5.0), (30.0, 7.0))
+    still = together([moored(Place(x, y, 5.0, 0.0)).legs for x, y in places])
+    reckoning = DeadReckoning(still, np.zeros((3, 2, 2)), 1.0, (0.0, 0.0), "world")
+    wanted = np.zeros((3, 2))
+    navigator = FixedGain(reckoning, 0.5, "none", wanted)
+    fixes = fixes_of(3, 1.0, 3.0)
+    navigator.correct(fixes, np.array([2, 0]))
+    assert wanted.tolist() == [[-5.0, 0.0], [0.0, 0.0], [-15.0, -3.5]]
+    assert [navigator.estimate(auv, 3.0) for auv in range(3)] == [(5, 0), (20, 5), (15, 3.5)]
+    assert np.isnan(fixes[1, INNOVATION])
 
 
 def test_fixes_beat_dead_reckoning_in_a_mission() -> None:

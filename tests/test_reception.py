@@ -1,31 +1,65 @@
 """Pings and frames between vehicles that move, worked by hand."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 import pytest
 import simpy
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import simulate
 from bindusbl_des.acoustics import LOSS_LAWS, range_loss, travel_time
-from bindusbl_des.boards import ReplyBoard
+from bindusbl_des.boards import Board, Frame, ReplyBoard
+from bindusbl_des.columns import (
+    ARRIVED_AT,
+    AT_ASV,
+    AUV_OF_FIX,
+    CORRECTION,
+    DELIVERED_AT,
+    ERROR,
+    HEARD_BY,
+    INNOVATION,
+    LATENCY,
+    OF_AUV,
+    OF_PING,
+    OUTCOME,
+    OUTCOME_OF_FIX,
+    PING_OF_FIX,
+    PINGED_AT,
+    POSITION,
+    SENT_AT,
+    SLANT_RANGE,
+    TRAVEL_TIME,
+)
+from bindusbl_des.dead_reckoning import DeadReckoning, random_walk
 from bindusbl_des.downlink import MfDownlink
-from bindusbl_des.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE, Fix, Ping, Round
-from bindusbl_des.fleet import Auv, Fleet
+from bindusbl_des.events import (
+    COLLIDED,
+    DELIVERED,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+    Fix,
+    Ping,
+    Round,
+)
+from bindusbl_des.fleet import Fleet
 from bindusbl_des.hydrophones import ARRAYS
-from bindusbl_des.motion import light_time, lines, places, together
-from bindusbl_des.propagation import HEARD_BY, OUTCOME
+from bindusbl_des.motion import distance_at, light_time, lines, places, together
+from bindusbl_des.navigation import FixedGain, corrections_of
 from bindusbl_des.ranging import TwoWay
-from bindusbl_des.reception import Loss
+from bindusbl_des.reception import Loss, overlapped
 from bindusbl_des.recorder import ROOM, Ledger, Recorder
-from bindusbl_des.slots import ExactClock
+from bindusbl_des.slots import Clock, ExactClock, TickClock
 from bindusbl_des.streams import ROWS, NoiseStore, Purpose, Streams
-from bindusbl_des.uplink import Heard, Passes, Uplink
+from bindusbl_des.uplink import Uplink
 from bindusbl_des.usbl import NOISE_WIDTH, Usbl
 from bindusbl_des.vehicles import Legged, Place, moored, recorded
 
@@ -50,73 +84,61 @@ def fleet(*vehicles: Legged) -> Fleet:
     return Fleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
 
 
-@dataclass
-class Listening:
-    """Surface vessels that note what they hear of a ping, each by itself."""
-
-    heard: list[Heard] = field(default_factory=list)
-
-    def expect(self, passes: Passes, rows: range, ends: float) -> None:
-        for row in rows:
-            passes(range(row, row + 1), ends)
-
-    def hear(self, heard: Heard) -> None:
-        self.heard.append(heard)
-
-
 def uplink(
-    env: simpy.Environment, auvs: Fleet, asvs: Fleet, **changes: Any
-) -> tuple[Uplink, Listening, Recorder]:
-    """Return a quiet HF band of 3 km between two fleets, who listens, and the record."""
-    listening, record = Listening(), Recorder()
-    band = Uplink(env, auvs, asvs, **{
+    auvs: Fleet, asvs: Fleet, record: Recorder | None = None, **changes: Any
+) -> tuple[Uplink, Recorder]:
+    """Return a quiet HF band of 3 km between two fleets, and the record."""
+    record = record or Recorder()
+    band = Uplink(auvs, asvs, **{
         "hf_range": 3000.0, "metric": "slant", "ping_duration": PING, "sound_speed": SOUND,
-        "loss": QUIET, "usbl": PERFECT, "streams": Streams(1), "record": record,
-        "listener": listening, **changes,
+        "loss": QUIET, "usbl": PERFECT, "streams": Streams(1), "record": record, **changes,
     })  # fmt: skip
-    return band, listening, record
+    return band, record
 
 
 def test_a_ping_is_measured_from_where_the_vessel_is_when_it_arrives() -> None:
     """A vessel that has moved 10 m while the ping was under way finds it where it was sent."""
-    env = simpy.Environment()
     # 15 m/s away from a ping sent 990 m behind: caught up with after 2/3 s, 1000 m away
-    band, listening, record = uplink(env, fleet(at(-990.0, z=0.0)), fleet(moving(0.0, 15.0)))
-    band.send(0, 0, 0, 0.0)
-    env.run()
-    [heard] = listening.heard
-    assert record.receptions.rows[0, 3:6] == pytest.approx([2 / 3, 1000.0, 2 / 3])
-    assert heard.estimate[0] == pytest.approx(-990.0, abs=0.01)
-    assert heard.estimate[9] < 0.01
+    band, record = uplink(fleet(at(-990.0, z=0.0)), fleet(moving(0.0, 15.0)))
+    band.send(0, 0, [0], 0.0)
+    assert band.decide_passed(1.0) == range(1)
+    [fix] = record.fixes.rows
+    found = record.receptions.rows[0, [ARRIVED_AT, SLANT_RANGE, TRAVEL_TIME]]
+    assert found == pytest.approx([2 / 3, 1000.0, 2 / 3])
+    assert fix[POSITION] == pytest.approx(-990.0, abs=0.01)
+    assert fix[ERROR] < 0.01
 
 
 def test_a_turning_vessel_measures_by_its_heading_at_the_arrival() -> None:
     """A vessel that turns from +x to +y while a ping is under way still finds it."""
     turns = recorded(np.array([0.0, 0.3, 1.0]), np.array([[0, 0, 0], [3, 0, 0], [3, 7, 0.0]]))
-    env = simpy.Environment()
-    band, listening, _ = uplink(env, fleet(at(600.0, 300.0, 50.0)), fleet(turns))
-    band.send(0, 0, 0, 0.0)
-    env.run()
-    assert listening.heard[0].estimate[:3] == pytest.approx([600.0, 300.0, 50.0], abs=0.1)
+    band, record = uplink(fleet(at(600.0, 300.0, 50.0)), fleet(turns))
+    band.send(0, 0, [0], 0.0)
+    assert band.decide_passed(1.0) == range(1)
+    found = record.fixes.rows[0, POSITION : POSITION + 3]
+    assert found == pytest.approx([600.0, 300.0, 50.0], abs=0.1)
 
 
 def test_who_called_ranges_by_half_the_round_trip() -> None:
     """The caller takes half of both ways for its range; another ASV takes its one way."""
-    env = simpy.Environment()
-    auvs, asvs = fleet(at(600.0)), fleet(moving(0.0, 30.0), at(2000.0))
-    band, listening, record = uplink(env, auvs, asvs)
-    TwoWay(env, band, auvs, asvs, ping_duration=PING, turnaround=0.19, sound_speed=SOUND).ping(
-        0, 0, 0, 0.0
-    )
-    env.run()
     # called from x = 0 in 0.4 s, answered at 0.6 s; met at 30 (0.6 + t) = 600 - 1500 t
     back = (600 - 18) / 1530
-    assert record.pings.rows[0, 4] == pytest.approx(0.6)
-    assert record.receptions.rows[:, 5] == pytest.approx([back, 1400 / 1500])
     vessel, half = 30 * (0.6 + back), SOUND * (0.4 + back) / 2
-    assert [heard.asvs for heard in listening.heard] == [[0], [1]]
-    found = [heard.estimate[0] for heard in listening.heard]
-    assert found == pytest.approx([vessel + half, 600.0], abs=1e-6)
+    for asv, expected in enumerate((vessel + half, 600.0)):
+        env = simpy.Environment()
+        auvs, asvs = fleet(at(600.0)), fleet(moving(0.0, 30.0), at(2000.0))
+        band, record = uplink(auvs, asvs)
+        TwoWay(env, band, Board(band, record), auvs, asvs, turnaround=0.19, sound_speed=SOUND).ping(
+            0, 0, [0], 0.0
+        )
+        env.run()
+        assert record.pings.rows[0, SENT_AT] == pytest.approx(0.6)
+        assert record.receptions.rows[:, TRAVEL_TIME] == pytest.approx([back, 1400 / 1500])
+        assert band.decide(0, asv)  # the first to hear it makes the fix, by itself
+        assert not band.decide(0, 1 - asv)
+        assert record.receptions.rows[:, OUTCOME].tolist() == [HEARD, HEARD]
+        assert Frame(record, range(1)).hearers(2).tolist() == [[asv == 0, asv == 1]]
+        assert record.fixes.rows[0, POSITION] == pytest.approx(expected, abs=1e-6)
 
 
 @dataclass
@@ -129,35 +151,52 @@ class Steered:
         self.reached = max(self.reached, time)
 
 
-class Navigator:
-    """Notes when its fixes come."""
+def steered(auvs: Fleet) -> Fleet:
+    """Return the fleet as one whose way is known only as far as somebody has asked."""
+    return Fleet(auvs.vehicles, auvs.motion, Steered())  # type: ignore[arg-type]
 
-    def __init__(self) -> None:
-        self.corrected: list[tuple[float, float]] = []
 
-    def correct(self, fix: object, pinged_at: float, time: float) -> tuple[float, float]:
-        self.corrected.append((pinged_at, time))
-        return 3.0, 4.0
+def downlink(
+    env: simpy.Environment, auvs: Fleet, asvs: Fleet, record: Recorder, **changes: Any
+) -> MfDownlink:
+    """Return an MF band of 500 m on the exact clock to AUVs that know where they are."""
+    walks, sums = np.zeros((len(auvs), 2, 2)), np.zeros((len(auvs), 2))
+    reckoning = DeadReckoning(auvs.motion, walks, 1.0, (0.0, 0.0), "world")
+    return MfDownlink(env, auvs, asvs, **{
+        "navigator": FixedGain(reckoning, 0.5, "none", sums), "record": record,
+        "mf_range": 500.0, "sound_speed": SOUND, "clock": ExactClock(), **changes,
+    })  # fmt: skip
+
+
+def made(record: Recorder, auv: int, pinged_at: float, x: float, y: float = 0.0) -> range:
+    """Put a fix (m) of an AUV's ping (s) on record; return its row."""
+    fixes = record.fixes
+    row = fixes.room_for(1)[fixes.count]
+    row[:] = np.nan
+    row[AUV_OF_FIX], row[PINGED_AT], row[OUTCOME_OF_FIX] = auv, pinged_at, IN_FLIGHT
+    row[POSITION], row[POSITION + 1] = x, y
+    fixes.count += 1
+    return range(fixes.count - 1, fixes.count)
 
 
 @pytest.fixture(params=["foreseen", "steering"])
 def frames(request: pytest.FixtureRequest) -> Callable[..., Fix]:
-    """Return a function that sends a frame from ASV to AUV and returns the fix afterwards."""
+    """Return a function that sends a frame from ASV to AUV and returns the fix afterwards.
+
+    It is 3 m and 4 m from where the AUV was when it pinged, 2 s before the frame.
+    """
 
     def send(asv: Legged, auv: Legged, airtime: float, *, time: float = 0.0) -> Fix:
-        env, voyage = simpy.Environment(time), Steered()
-        vehicles = fleet(auv)
+        env, auvs, record = simpy.Environment(time), fleet(auv), Recorder()
         if request.param == "steering":
-            vehicles = Fleet(vehicles.vehicles, vehicles.motion, voyage)  # type: ignore[arg-type]
-        auvs: Sequence[Auv] = [Auv(0, auv, None, Navigator())]  # type: ignore[arg-type]
-        band = MfDownlink(
-            env, auvs, vehicles, fleet(asv), mf_range=500.0, sound_speed=SOUND, clock=ExactClock()
-        )
-        fix = Fix(0, 0, 0, 0, "ASV0", time - 2.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
-        band.send([fix], 0, time, airtime)
-        assert vehicles.foreseen or voyage.reached == time
+            auvs = steered(auvs)
+        band = downlink(env, auvs, fleet(asv), record)
+        pinged_from = auv.at(time - 2.0)
+        fix = made(record, 0, time - 2.0, pinged_from.x + 3.0, pinged_from.y + 4.0)
+        band.send(fix, 0, time, airtime)
+        assert auvs.foreseen or auvs.voyage.reached == time  # type: ignore[union-attr]
         env.run()
-        return fix
+        return Fix(*record.fixes.rows[0, : record.fixes.told].tolist())
 
     return send
 
@@ -165,7 +204,7 @@ def frames(request: pytest.FixtureRequest) -> Callable[..., Fix]:
 def test_a_frame_comes_from_where_its_sender_ends_it(frames: Callable[..., Fix]) -> None:
     """A vessel at 20 m/s ends a frame of 2 s 40 m nearer to the AUV than it began it."""
     fix = frames(moving(0.0, 20.0), at(340.0), 2.0, time=5.0)
-    assert fix.outcome == "delivered"
+    assert fix.outcome == DELIVERED
     assert fix.delivered_at_s == pytest.approx(5.0 + 2.0 + (340 - 140) / SOUND, abs=1e-12)
     assert fix.latency_s == pytest.approx(fix.delivered_at_s - 3.0)
     assert (fix.broadcast_at_s, fix.broadcast_by, fix.innovation_m) == (5.0, 0, 5.0)
@@ -180,93 +219,295 @@ def test_a_frame_ends_where_its_receiver_is_by_then(frames: Callable[..., Fix]) 
 
 def test_a_frame_reaches_whom_it_finds_in_range_as_it_begins(frames: Callable[..., Fix]) -> None:
     """The MF range is horizontal, its edge counts, and what comes later does not."""
-    assert frames(at(0.0), at(300.0, 400.0, 900.0), 1.0).outcome == "delivered"
-    assert frames(moving(0.0, -20.0), at(499.0), 1.0).outcome == "delivered"
-    assert frames(moving(0.0, 20.0), at(501.0), 1.0).outcome == "out_of_range"
-    assert frames(at(0.0), moving(501.0, -20.0), 1.0).outcome == "out_of_range"
+    assert frames(at(0.0), at(300.0, 400.0, 900.0), 1.0).outcome == DELIVERED
+    assert frames(moving(0.0, -20.0), at(499.0), 1.0).outcome == DELIVERED
+    assert frames(moving(0.0, 20.0), at(501.0), 1.0).outcome == OUT_OF_RANGE
+    assert frames(at(0.0), moving(501.0, -20.0), 1.0).outcome == OUT_OF_RANGE
     late = frames(moving(0.0, 20.0), at(540.0), 1.0, time=3.0)
     assert late.delivered_at_s == pytest.approx(4.0 + (540 - 80) / SOUND)
 
 
 def test_the_first_to_decode_a_ping_answers_from_where_it_heard_it() -> None:
     """An answer sets out from the vessel where the ping met it, to where the AUV will be."""
-    env = simpy.Environment()
-    auv, asv = moving(0.0, -30.0), moving(600.0, 30.0)
-    band = MfDownlink(
-        env, [Auv(0, auv, None, Navigator())],  # type: ignore[arg-type]
-        fleet(auv), fleet(asv), mf_range=1.0, sound_speed=SOUND, clock=ExactClock(),
-    )  # fmt: skip
+    env, record = simpy.Environment(), Recorder()
+    band = downlink(env, fleet(moving(0.0, -30.0)), fleet(moving(600.0, 30.0)), record)
     met = 600 / 1470  # 1500 t = 600 + 30 t
-    fix = Fix(0, 0, 0, 0, "ASV0", 0.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+    [fix] = made(record, 0, 0.0, 0.0)
     band.reply(fix, 0, met)
     env.run()
-    assert fix.latency_s == pytest.approx(met + (1500 * met + 30 * met) / 1470, abs=1e-12)
+    latency = record.fixes.rows[fix, LATENCY]
+    assert latency == pytest.approx(met + (1500 * met + 30 * met) / 1470, abs=1e-12)
+
+
+@pytest.mark.parametrize("steers", [False, True])
+def test_fixes_are_applied_in_the_order_of_their_arrival(steers: bool) -> None:
+    """A frame from nearby overtakes an earlier one from afar, though both have fixes for others."""
+    env, record = simpy.Environment(), Recorder()
+    auvs, asvs = fleet(at(0.0), at(-480.0)), fleet(at(450.0), at(-15.0))
+    sums = np.zeros((2, 2))
+    reckoning = DeadReckoning(auvs.motion, np.zeros((2, 2, 2)), 1.0, (0.0, 0.0), "world")
+    band = downlink(
+        env, steered(auvs) if steers else auvs, asvs, record,
+        navigator=FixedGain(reckoning, 0.5, "none", sums),
+    )  # fmt: skip
+    band.send(made(record, 0, 0.0, 8.0), 0, 0.0, 0.5)  # AUV0 has it 450 m later, at 0.8 s
+
+    def second() -> Any:
+        yield env.timeout(0.1)  # AUV0 has it after 15 m, at 0.61 s, AUV1 after 465 m, at 0.91 s
+        rows = range(made(record, 0, 0.0, 4.0).start, made(record, 1, 0.0, -476.0).stop)
+        band.send(rows, 1, 0.1, 0.5)
+
+    env.process(second())
+    env.run()
+    fixes = record.fixes.rows
+    assert fixes[:, DELIVERED_AT] == pytest.approx([0.8, 0.61, 0.91], abs=1e-12)
+    # 4 m: half of it; then 8 m, of which 6 are left: half of them.  As sent it would have been 4.
+    assert fixes[:, INNOVATION].tolist() == [6.0, 4.0, 4.0]
+    assert fixes[:, CORRECTION].tolist() == [5.0, 2.0, 2.0]
+    assert sums.tolist() == [[5.0, 0.0], [2.0, 0.0]]
+    times, corrections = corrections_of(fixes, 0)
+    assert times == pytest.approx([0.0, 0.61, 0.8], abs=1e-12)
+    assert corrections[:, 0].tolist() == [0.0, 2.0, 5.0]
+
+
+def frames_received(
+    seed: int, way: str, clock: Clock, compensation: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the fixes of twelve frames that overtake each other, and the sums of corrections.
+
+    They go as they are (`way` "frames"), with each fix in a frame of its own ("apart"), or to AUVs
+    that steer by them ("steering").
+    """
+    draw = np.random.default_rng(seed)
+    env, record = simpy.Environment(), Recorder()
+    auvs = fleet(*[moving(*draw.uniform((-2000, -2, -50, 0), (2000, 2, 50, 90))) for _ in range(5)])
+    asvs = fleet(*[moving(*draw.uniform((-2000, -2), (2000, 2))) for _ in range(3)])
+    sums = np.zeros((5, 2))
+    walks = random_walk(10.0, 0.3, draw.standard_normal((5, 100, 2)))
+    reckoning = DeadReckoning(auvs.motion, walks, 10.0, (0.5, -0.2), "body")
+    band = downlink(
+        env, steered(auvs) if way == "steering" else auvs, asvs, record, mf_range=3000.0,
+        navigator=FixedGain(reckoning, 0.7, compensation, sums), clock=clock,
+    )  # fmt: skip
+
+    def send() -> Any:
+        for time in np.sort(draw.uniform(0.2, 6.0, 12)).tolist():
+            yield env.timeout(time - env.now)
+            group = draw.permutation(5)[: draw.integers(1, 6)]
+            rows = [made(record, auv, time - 0.2, *draw.uniform(-9, 9, 2)).start for auv in group]
+            asv, airtime = int(draw.integers(3)), float(draw.uniform(0.1, 0.9))
+            for row in rows if way == "apart" else rows[:1]:
+                band.send(
+                    range(row, row + 1 if way == "apart" else rows[-1] + 1), asv, time, airtime
+                )
+
+    env.process(send())
+    env.run()
+    return record.fixes.rows, sums
+
+
+@pytest.mark.parametrize("compensation", ["none", "shift"])
+@pytest.mark.parametrize("clock", [ExactClock(), TickClock(7.0)], ids=["exact", "ticks"])
+def test_a_frames_fixes_are_as_good_as_events_of_their_own(clock: Clock, compensation: str) -> None:
+    """One event for a frame leaves every fix as an event for each does, bit for bit."""
+    overtaken = 0
+    for seed in range(20):
+        fixes, sums = frames_received(seed, "frames", clock, compensation)
+        apart, sums_apart = frames_received(seed, "apart", clock, compensation)
+        assert np.array_equal(fixes, apart, equal_nan=True)
+        assert np.array_equal(sums, sums_apart)
+        steering, _ = frames_received(seed, "steering", clock, compensation)
+        assert fixes == pytest.approx(steering, rel=1e-12, abs=1e-9, nan_ok=True)
+        for auv in range(5):
+            own = fixes[(fixes[:, AUV_OF_FIX] == auv) & (fixes[:, OUTCOME_OF_FIX] == DELIVERED)]
+            overtaken += int((np.diff(own[:, DELIVERED_AT]) < 0).sum())
+            assert sums[auv].tolist() == corrections_of(fixes, auv)[1][-1].tolist()
+    assert overtaken > 50
 
 
 def test_pings_of_earlier_slots_collide_with_later_ones() -> None:
     """A ping from afar meets one sent a second later from nearby; those between are over."""
-    env = simpy.Environment()
-    band, listening, record = uplink(
-        env, fleet(at(1500.0), at(0.0, 150.0), at(15.0, 0.0)), fleet(at(0.0))
-    )
-
-    def pings() -> Any:
-        for auv, time in ((0, 0.0), (1, 0.5), (2, 0.995)):
-            yield env.timeout(time - env.now)
-            band.send(0, auv, auv, time)
-
-    env.process(pings())
-    env.run()
-    assert record.receptions.rows[:, 3] == pytest.approx([1.0, 0.6, 1.005])
+    band, record = uplink(fleet(at(1500.0), at(0.0, 150.0), at(15.0, 0.0)), fleet(at(0.0)))
+    decided = []
+    for auv, time in ((0, 0.0), (1, 0.5), (2, 0.995)):
+        decided += band.decide_passed(time)
+        band.send(0, auv, [auv], time)
+    decided += band.decide_passed(1.5)
+    assert record.receptions.rows[:, ARRIVED_AT] == pytest.approx([1.0, 0.6, 1.005])
     assert record.receptions.rows[:, OUTCOME].tolist() == [COLLIDED, HEARD, COLLIDED]
-    assert [heard.flight.auv for heard in listening.heard] == [1]
+    assert decided == [0]
+    assert record.fixes.rows[:, AUV_OF_FIX].tolist() == [1]
+
+
+def test_no_ping_is_decided_before_it_is_over() -> None:
+    """A ping that has arrived is not decided while another that is sent now could overlap it."""
+    band, record = uplink(fleet(at(1500.0), at(3.0)), fleet(at(0.0)))
+    for auv, time in ((0, 0.0), (1, 1.005), (0, 2.0)):
+        assert band.decide_passed(time) == range(0)
+        band.send(0, 0, [auv], time)
+    assert band.decide_passed(math.nextafter(3.0 + PING, 0.0)) == range(0)
+    assert record.receptions.rows[:, OUTCOME].tolist() == [COLLIDED, COLLIDED, IN_FLIGHT]
+    assert band.decide_passed(3.0 + PING) == range(1)
+    assert record.fixes.rows[:, PINGED_AT].tolist() == [2.0]
 
 
 def test_nobody_answers_before_a_ping_is_over() -> None:
     """A ping overlapped by one that is sent after it has begun to arrive gets no answer."""
     env, record = simpy.Environment(), Recorder(rounds=[Round(0, 0.0, 1, 0)])
     auvs, asvs = fleet(at(1500.0), at(3.0)), fleet(at(0.0))
-    down = MfDownlink(
-        env, [Auv(n, auvs.vehicles[n], None, Navigator()) for n in range(2)],  # type: ignore[arg-type]
-        auvs, asvs, mf_range=1.0, sound_speed=SOUND, clock=ExactClock(),
-    )  # fmt: skip
-    band, _, _ = uplink(env, auvs, asvs, record=record, listener=ReplyBoard(down, record, PING))
+    band, _ = uplink(auvs, asvs, record)
+    board = ReplyBoard(env, band, downlink(env, auvs, asvs, record, mf_range=1.0), record)
 
     def pings() -> Any:
         for auv, time in ((0, 0.0), (1, 1.005), (1, 2.0)):
             yield env.timeout(time - env.now)
-            band.send(0, 0, auv, time)
+            board.expect(band.send(0, 0, [auv], time))
 
     env.process(pings())
     env.run()
     assert record.receptions.rows[:, OUTCOME].tolist() == [COLLIDED, COLLIDED, HEARD]
-    assert [fix.pinged_at_s for fix in record.fixes] == [2.0]
+    assert record.fixes.rows[:, PINGED_AT].tolist() == [2.0]
     assert record.rounds[0].fixes == len(record.broadcasts) == 1
+
+
+def test_overlaps_are_found_with_pings_sent_later_as_well_as_earlier() -> None:
+    """Two pings that meet at an ASV do so for both; what was sent between them meets neither."""
+    auvs = fleet(at(1500.0), at(0.0, 150.0), at(15.0), at(0.0, 30.0))
+    band, record = uplink(auvs, fleet(at(0.0)))
+    for auv, time in enumerate((0.0, 0.5, 0.995, 1.0)):
+        band.send(0, 0, [auv], time)
+    tables = PING, record.pings.rows, record.receptions.rows
+    assert tables[2][:, ARRIVED_AT] == pytest.approx([1.0, 0.6, 1.005, 1.02])
+    assert [overlapped(row, 4, *tables) for row in range(4)] == [True, False, True, False]
+    assert [overlapped(row, 2, *tables) for row in range(2)] == [
+        False,
+        False,
+    ]  # none sent later yet
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    pings=st.lists(st.tuples(st.integers(0, 400), st.integers(-200, 200)), min_size=2, max_size=30),
+    vessels=st.lists(st.integers(-200, 200), min_size=1, max_size=3),
+    reach=st.integers(5, 400),
+    everything=st.booleans(),
+)
+def test_overlaps_are_those_that_comparing_all_pairs_finds(
+    pings: list[tuple[int, int]], vessels: list[int], reach: int, everything: bool
+) -> None:
+    """In steps of half a ping and half its length, pings overlap that are less than two apart."""
+    pings.sort()
+    length = SOUND * PING / 2
+    band, record = uplink(
+        fleet(*[at(length * place) for _, place in pings]),
+        fleet(*[at(length * vessel) for vessel in vessels]),
+        Recorder(everything), hf_range=length * (reach + 0.5),
+    )  # fmt: skip
+    arrivals = []
+    for auv, (time, place) in enumerate(pings):
+        band.send(0, 0, [auv], time * PING / 2)
+        ways = [abs(place - vessel) for vessel in vessels]
+        arrivals += [
+            (asv, time + way, way <= reach)
+            for asv, way in enumerate(ways)
+            if everything or way <= reach
+        ]
+    assert record.receptions.count == len(arrivals)
+    for row, (asv, comes, heard) in enumerate(arrivals):
+        if heard:
+            expected = any(
+                other_heard and other == asv and abs(other_comes - comes) < 2
+                for k, (other, other_comes, other_heard) in enumerate(arrivals)
+                if k != row
+            )
+            assert expected == overlapped(
+                row, len(arrivals), PING, record.pings.rows, record.receptions.rows
+            )
+
+
+NOISY = Usbl(ARRAYS["oem5"], 1e-6, 1e-5, 1e-6, (0.01, 0.01, 0.02), 0.5, SOUND)
+LOSSY = Loss(np.array([getattr(LOSS_LAWS["head"], name) for name in "abcd"]), 2, 0.2, 0.9)
+
+
+def heard_by_a_busy_fleet(seed: int, instants: Callable[[float], list[float]]) -> Recorder:
+    """Return the record of 120 slots of pings that meet, decided at `instants` of each slot (s).
+
+    They are asked for by the start of the next slot; what is left is decided after the last.
+    """
+    draw = np.random.default_rng(seed)
+    auvs = fleet(*[moving(*draw.uniform((-900, -2, -90, 0), (900, 2, 90, 90))) for _ in range(6)])
+    asvs = fleet(*[moving(*draw.uniform((-900, -2), (900, 2))) for _ in range(3)])
+    band, record = uplink(
+        auvs, asvs, hf_range=1200.0, loss=LOSSY, usbl=NOISY, streams=Streams(seed)
+    )
+    decided, time = [], 0.0
+    for slot in range(120):
+        group = draw.permutation(6)[: draw.integers(1, 7)].tolist()
+        band.send(slot // 3, slot % 3, group, time, int(draw.integers(-1, 3)), 0.1)
+        time += float(draw.choice([0.005, 0.05, 0.3, 1.5]))
+        for instant in instants(time):
+            decided += band.decide_passed(instant)
+    decided += band.decide_passed(time + 2.0)
+    assert decided == list(range(record.fixes.count))
+    return record
+
+
+def test_deciding_late_equals_deciding_early() -> None:
+    """Pings of a busy mission come to the same whether decided at once, now and then or at last."""
+    for seed in range(8):
+        lot = np.random.default_rng(seed)
+        early, some, late = (
+            heard_by_a_busy_fleet(seed, instants)
+            for instants in (
+                lambda time: [time],
+                lambda time, lot=lot: [time] if lot.random() < 0.1 else [],
+                lambda time: [],
+            )
+        )
+        outcomes = early.receptions.rows[:, OUTCOME]
+        assert set(outcomes) == {HEARD, OUT_OF_RANGE, LOST, COLLIDED}
+        pairs = early.receptions.rows[outcomes != OUT_OF_RANGE][:, [OF_AUV, AT_ASV]]
+        assert np.unique(pairs, axis=0, return_counts=True)[1].max() > ROWS  # noise was refilled
+        assert early.fixes.count > 50
+        for other in (some, late):
+            for ledger in ("pings", "receptions", "fixes"):
+                rows = getattr(early, ledger).rows
+                assert np.array_equal(rows, getattr(other, ledger).rows, equal_nan=True)
+
+
+def test_a_frame_tells_whose_measurements_made_its_fixes() -> None:
+    """For each fix they are the ASVs that heard its ping, whatever others missed."""
+    record = heard_by_a_busy_fleet(0, lambda time: [time])
+    receptions, rows = record.receptions.rows, range(7, 41)
+    fused = Frame(record, rows).hearers(3)
+    assert {1, 2, 3} == set(fused.sum(axis=1).tolist())
+    for fix, asvs in zip(rows, fused, strict=True):
+        of_ping = receptions[:, OF_PING] == record.fixes.rows[fix, PING_OF_FIX]
+        heard = receptions[of_ping & (receptions[:, OUTCOME] == HEARD), AT_ASV]
+        assert np.flatnonzero(asvs).tolist() == heard.tolist()
+    assert Frame(record, range(0)).hearers(3).shape == (0, 3)
 
 
 def test_what_is_out_of_range_drowns_nobody() -> None:
     """Sound from beyond the HF range arrives together with a ping, which is heard all the same."""
-    env = simpy.Environment()
-    band, _, record = uplink(env, fleet(at(90.0), at(-101.0)), fleet(at(0.0)), hf_range=100.0)
-    band.send(0, 0, 0, 0.0)
-    band.send(0, 0, 1, 0.0)
-    env.run()
+    band, record = uplink(fleet(at(90.0), at(-101.0)), fleet(at(0.0)), hf_range=100.0)
+    assert band.send(0, 0, [0, 1], 0.0) == range(2)
+    assert band.decide_passed(1.0) == range(1)
     assert record.receptions.rows[:, OUTCOME].tolist() == [HEARD, OUT_OF_RANGE]
 
 
 def test_at_the_end_what_has_arrived_is_decided_and_the_rest_under_way() -> None:
     """A mission ends between two arrivals: one ASV has heard the ping, but there is no fix yet."""
-    env = simpy.Environment()
-    band, listening, record = uplink(env, fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
-    band.send(0, 0, 0, 0.0)
-    env.run(until=0.5)
+    band, record = uplink(fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
+    band.send(0, 0, [0], 0.0)
+    assert band.decide_passed(0.5) == range(0)
     band.close(0.5)
     assert record.receptions.rows[:, OUTCOME].tolist() == [IN_FLIGHT, HEARD]
     assert record.pings.rows[0, HEARD_BY] == 1
-    assert listening.heard == []
+    assert record.fixes.count == 0
     # a ping that ends with the mission does not end in it
-    band, _, record = uplink(simpy.Environment(), fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
-    band.send(0, 0, 0, 0.0)
+    band, record = uplink(fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
+    band.send(0, 0, [0], 0.0)
     band.close(0.1 + PING)
     assert record.receptions.rows[:, OUTCOME].tolist() == [IN_FLIGHT] * 2
 
@@ -280,10 +521,8 @@ def test_the_edge_of_the_hf_range_is_within(
 ) -> None:
     """Pings and calls reach 50 m seen from above, or 130 m in all, and not a hair further."""
     for limit, expected in ((reach, IN_FLIGHT), (math.nextafter(reach, 0.0), OUT_OF_RANGE)):
-        band, _, record = uplink(
-            simpy.Environment(), fleet(at(*place)), fleet(at(0.0)), metric=metric, hf_range=limit
-        )
-        band.send(0, 0, 0, 0.0)
+        band, record = uplink(fleet(at(*place)), fleet(at(0.0)), metric=metric, hf_range=limit)
+        band.send(0, 0, [0], 0.0)
         assert record.receptions.rows[0, OUTCOME] == expected
         assert band.in_range(Place(*place, 0.0), Place(0, 0, 0, 0)) == (expected == IN_FLIGHT)
 
@@ -372,5 +611,6 @@ def test_a_fleet_is_where_its_vehicles_are() -> None:
         found = lines(*motion, number, times)
         assert found[:, :4].tolist() == vehicle.sample(times).tolist()
         assert found[:, 4:6].tolist() == vehicle.heading_integral(times).tolist()
-        assert found[:, 6].tolist() == [vehicle.distance(time) for time in times]
+        ways = [distance_at(*motion, number, time) for time in times]
+        assert ways == [vehicle.distance(time) for time in times]
     assert track.distance(8.0) == pytest.approx(3.0 + math.hypot(4.0, 0.0))

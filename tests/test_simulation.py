@@ -1,5 +1,6 @@
 """What holds for every mission: determinism, conservation, causality, independent streams."""
 
+import math
 import os
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import pytest
 import simpy
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from worlds import scenario
+from worlds import scenario, still
 
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.protocol import serve
@@ -239,10 +240,10 @@ def test_auvs_that_steer_by_fixes_do_so_whoever_looks(compensation: str) -> None
         env.process(look())
         env.run(until=mission.duration_s)
         world.auv_fleet.reach(mission.duration_s)
-        seen.append((world.auv_fleet.motion.table.copy(), world.record.fixes))
+        seen.append((world.auv_fleet.motion.table.copy(), world.record.fixes.rows))
     assert len(seen[0][1]) > 5
     assert np.array_equal(seen[0][0], seen[1][0])
-    assert seen[0][1] == seen[1][1]
+    assert np.array_equal(seen[0][1], seen[1][1], equal_nan=True)
 
 
 def test_tracks_of_steering_auvs_go_on_to_the_end() -> None:
@@ -254,6 +255,73 @@ def test_tracks_of_steering_auvs_go_on_to_the_end() -> None:
     for _, track in result.tables["tracks"].groupby("vehicle"):
         steps = np.hypot(track.x_m.diff(), track.y_m.diff())
         assert steps.max() < 0.1 * 0.8  # m in a tenth of a second
+
+
+def test_a_frame_is_delivered_as_far_as_the_mission_goes() -> None:
+    """A fix that arrives at the mission's end is in flight; others of its frame are delivered."""
+    # two slots of 0.1 s, 40 bytes in 0.32 s, 20 m and 40 m of way
+    first, second = 0.52 + 20 / 1500, 0.52 + 40 / 1500
+
+    def fixes(end: float, *outcomes: str) -> pd.DataFrame:
+        result = simulate(still(
+            2, duration_s=end, survey={"depth_m": 0.0},
+            auvs={"route": {"positions_m": [[20.0, 0.0], [40.0, 0.0]]}},
+            asvs={"formation": {"positions_m": [[0.0, 0.0]]}},
+            protocol={"tick_rate_hz": None},
+        ))  # fmt: skip
+        fixes = result.tables["fixes"].sort_values("auv")
+        delivered = np.array(outcomes) == "delivered"
+        assert fixes.outcome.tolist() == list(outcomes)
+        assert fixes.innovation_m.notna().tolist() == delivered.tolist()
+        assert result.auvs.fixes_delivered.tolist() == delivered.astype(int).tolist()
+        assert result.auvs.fixes_in_flight.tolist() == (~delivered).astype(int).tolist()
+        return fixes
+
+    both = fixes(0.6, "delivered", "delivered")
+    assert both.broadcast_at_s.tolist() == pytest.approx([0.2, 0.2])
+    assert both.delivered_at_s.tolist() == pytest.approx([first, second])
+    arrives = float(both.delivered_at_s.iloc[1])
+    for end in (0.54, arrives):
+        cut = fixes(end, "delivered", "in_flight")
+        assert cut.delivered_at_s.iloc[0] == both.delivered_at_s.iloc[0]
+        assert cut[["delivered_at_s", "latency_s"]].iloc[1].isna().all()
+    fixes(math.nextafter(arrives, 1.0), "delivered", "delivered")
+
+
+@pytest.mark.parametrize("downlink", ["pipelined_group", "direct_reply"])
+@pytest.mark.parametrize("steers", [False, True])
+def test_a_shorter_mission_is_the_beginning_of_a_longer_one(steers: bool, downlink: str) -> None:
+    """Cut anywhere, a mission has what happened before the cut; the rest is in flight."""
+    mission = steering() if steers else busy()
+    data = mission.model_dump(mode="json")
+    schedule = "one_per_slot" if steers else "schedules_for_tests:all_at_once"
+    data["protocol"] |= {"downlink": downlink, "tick_rate_hz": None, "schedule": schedule}
+
+    def tables(duration: float) -> tuple[pd.DataFrame, pd.DataFrame]:
+        cut = Scenario.model_validate({**data, "duration_s": duration})
+        result = simulate(cut, 3)
+        return result.tables["fixes"], result.tables["receptions"]
+
+    long, heard = tables(20.0)
+    frames = long[long.outcome == "delivered"].groupby("broadcast_at_s").delivered_at_s
+    ends = [end for _, arrivals in frames for end in (arrivals.max(), arrivals.mean())]
+    ping_s = mission.acoustics.hf.ping_s
+    passes = heard[heard.outcome != "out_of_range"].groupby("ping").arrived_at_s.max() + ping_s
+    for end in (*ends[:: len(ends) // 8], *passes[2 :: len(passes) // 4], 7.77):
+        cut, heard_then = tables(float(end))
+        late = (heard.arrived_at_s + ping_s >= end) & (heard.outcome != "out_of_range")
+        expected = heard.assign(outcome=heard.outcome.mask(late, "in_flight"))[: len(heard_then)]
+        pd.testing.assert_frame_equal(heard_then, expected)
+        # what has not happened by the end
+        fixes = long[: len(cut)].copy()
+        fixes.loc[fixes.broadcast_at_s >= end, ["broadcast_at_s", "broadcast_by"]] = np.nan
+        later = (fixes.outcome == "delivered") & (fixes.delivered_at_s >= end)
+        fixes.loc[later, ["delivered_at_s", "latency_s", "innovation_m"]] = np.nan
+        fixes.loc[later | fixes.broadcast_at_s.isna(), "outcome"] = "in_flight"
+        pd.testing.assert_frame_equal(cut, fixes)
+        under_way = set(heard_then[heard_then.outcome == "in_flight"].ping)
+        if downlink != "direct_reply":
+            assert set(cut.ping) == set(heard_then[heard_then.outcome == "heard"].ping) - under_way
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, True, "1"])
