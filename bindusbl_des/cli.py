@@ -1,5 +1,6 @@
 """The command line `bindusbl-des`."""
 
+import errno
 import sys
 from typing import Any
 
@@ -33,6 +34,15 @@ class Commands(click.Group):
         except (KeyboardInterrupt, click.Abort):
             click.echo("interrupted", err=True)
             ctx.exit(INTERRUPTED)
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        try:
+            return super().main(*args, **kwargs)
+        except OSError as error:
+            if error.errno not in (errno.ENOSPC, errno.EIO) or error.filename is not None:
+                raise  # files have errors of their own: this one is the output's
+            click.echo(f"Error: the output cannot be written: {error.strerror}", err=True)
+            sys.exit(1)
 
 
 def _print_version(context: click.Context, _: click.Parameter, asked: bool) -> None:

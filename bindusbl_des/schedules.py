@@ -123,7 +123,14 @@ class OwnSchedule:
         return bool(getattr(self.schedule, "framed", False))
 
     def __call__(self, view: View) -> Groups:
-        return checked(self.schedule(view), len(view.auvs), self.name)
+        try:
+            groups = self.schedule(view)
+        except Exception as error:
+            raise ValueError(
+                f"protocol.schedule: {self.name!r} raised {type(error).__name__} in round "
+                f"{view.round}: {error}"
+            ) from error
+        return checked(groups, len(view.auvs), self.name)
 
 
 def checked(groups: Groups, auv_count: int, name: str) -> list[list[int]]:
@@ -132,7 +139,13 @@ def checked(groups: Groups, auv_count: int, name: str) -> list[list[int]]:
     Raises:
         ValueError: when there is no group, an AUV does not exist or pings twice in a round.
     """
-    plain = [[int(auv) for auv in group] for group in groups]
+    try:
+        plain = [[int(auv) for auv in group] for group in groups]
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"protocol.schedule: {name!r} returned {groups!r}; a round is a list of groups, each a "
+            "list of AUV numbers"
+        ) from None
     flat = [auv for group in plain for auv in group]
     if not plain or len(set(flat)) != len(flat) or not set(flat) <= set(range(auv_count)):
         raise ValueError(

@@ -17,3 +17,11 @@ def twice(view: View) -> list[list[int]]:
 
 def stranger(view: View) -> list[list[int]]:
     return [[0, 7]]
+
+
+def broken(view: View) -> list[list[int]]:
+    return [[view.auvs["AUV0"]]]
+
+
+def nothing(view: View) -> None:
+    return None

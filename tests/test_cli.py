@@ -414,6 +414,17 @@ def test_a_closed_pipe_is_no_traceback() -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+@pytest.mark.parametrize("command", ["schema", "--help"])
+def test_an_output_on_a_full_disk_is_told_in_one_line(command: str) -> None:
+    """What cannot be written ends with 1 and the reason, not with a traceback."""
+    words = [sys.executable, "-m", "bindusbl_des.cli", command]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 1
+    assert done.stderr == "Error: the output cannot be written: No space left on device\n"
+
+
 def test_the_first_compilation_is_told_once() -> None:
     """Why the first mission takes longer is said before it does, and not again."""
     from bindusbl_des.compiled import before_compiling, compiled

@@ -275,3 +275,16 @@ def test_a_schedule_that_breaks_the_rules_is_refused(name: str) -> None:
         simulate(still(2, protocol={"schedule": f"schedules_for_tests:{name}"}))
     with pytest.raises(ValueError, match="cannot load 'schedules_for_tests:absent'"):
         simulate(still(2, protocol={"schedule": "schedules_for_tests:absent"}))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("broken", "raised IndexError in round 0: only integers"),
+        ("nothing", "returned None; a round"),
+    ],
+)
+def test_a_schedule_that_fails_is_named(name: str, said: str) -> None:
+    """Whatever a schedule of one's own raises or returns, the error says which it was and where."""
+    with pytest.raises(ValueError, match=f"protocol.schedule: 'schedules_for_tests:{name}' {said}"):
+        simulate(still(2, protocol={"schedule": f"schedules_for_tests:{name}"}))
