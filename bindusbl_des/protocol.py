@@ -122,4 +122,5 @@ def frame_start(world: World, number: int, time: float) -> Steps:
 
 def until(world: World, instant: float) -> simpy.Timeout:
     """Return the event of an instant (s) that is not past."""
-    return world.env.timeout(max(instant - world.env.now, 0.0))
+    now = world.env.now
+    return world.env.timeout(instant - now if instant > now else 0.0)

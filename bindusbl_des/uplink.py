@@ -1,18 +1,26 @@
 """The HF band: who hears a ping, how late, and whether at all."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from .columns import ARRIVED_AT, AUV, OF_PING, OUTCOME, PASSED_AT
 from .events import IN_FLIGHT
 from .fleet import Fleet
+from .motion import Ints
 from .propagation import spread
 from .reception import NOBODY, Loss, decide, passed
 from .recorder import Recorder
 from .streams import NoiseStore, Streams
 from .usbl import NOISE_WIDTH, Usbl
 from .vehicles import Place
+
+
+@lru_cache(maxsize=4096)
+def members(group: tuple[int, ...]) -> Ints:
+    """Return a ping group as an array; small fleets have the same groups again and again."""
+    return np.array(group, dtype=np.int64)
 
 
 class Uplink:
@@ -62,9 +70,10 @@ class Uplink:
         first, count = pings.count, len(group)
         self._auvs.reach(time)
         receptions.count = spread(
-            np.array(group), round_number, slot, time, caller, call_time, pings.room_for(count),
-            first, receptions.room_for(count * self._asv_count), receptions.count, self._everything,
-            self._slant, *self._limits, *self._auvs.motion, *self._asvs.motion,
+            members(tuple(group)), round_number, slot, time, caller, call_time,
+            pings.room_for(count), first, receptions.room_for(count * self._asv_count),
+            receptions.count, self._everything, self._slant, *self._limits, *self._auvs.motion,
+            *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
         return range(first, pings.count)
