@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from .guidance import Voyage
 from .motion import Motion
 from .vehicles import Vehicle
+
+if TYPE_CHECKING:
+    from .guidance import Voyage
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,7 @@ class Fleet:
 
     vehicles: Sequence[Vehicle]
     motion: Motion
-    voyage: Voyage | None = None
+    voyage: "Voyage | None" = None
 
     def __len__(self) -> int:
         return len(self.vehicles)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from .dead_reckoning import DeadReckoning
 from .fleet import Fleet
 from .formations import formation, formation_radius
-from .guidance import Member, Voyage, smallest_turn
 from .motion import together
 from .navigation import FixedGain
 from .paths import Path
@@ -21,6 +21,9 @@ from .track_file import read_track
 from .turns import there_and_back
 from .vehicles import Legged, Place, kinematic, moored, recorded
 from .voyages import Water, afterwards_s, asv_voyage, auv_voyage
+
+if TYPE_CHECKING:
+    from .guidance import Member, Voyage
 
 Array = NDArray[np.float64]
 
@@ -75,7 +78,7 @@ def _tours(scenario: Scenario) -> list[Path]:
     return [planned_tour(scenario, index) for index in range(scenario.auvs.count)]
 
 
-def _members(voyage: Voyage, count: int) -> list[Member]:
+def _members(voyage: "Voyage", count: int) -> "list[Member]":
     return [voyage.member(index) for index in range(count)]
 
 
@@ -107,6 +110,8 @@ def turning_radius(scenario: Scenario) -> float:
     auvs = scenario.auvs
     if not auvs.vehicle.has_dynamics:
         return auvs.turning_radius_m
+    from .guidance import smallest_turn
+
     try:
         return smallest_turn(
             auvs.vehicle.model, auvs.speed_m_per_s, dict(auvs.vehicle.coefficients)

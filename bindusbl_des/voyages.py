@@ -1,18 +1,24 @@
-"""Vehicles with dynamics on their voyage: hulls, controllers and the water of a scenario."""
+"""Vehicles with dynamics on their voyage: hulls, controllers and the water of a scenario.
+
+Hulls and controllers are loaded when somebody needs them: most missions are kinematic.
+"""
 
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .currents import carried, current_series
 from .dead_reckoning import random_walk
-from .guidance import SteeringDrift, Voyage
 from .paths import Path
 from .scenario import Scenario
 from .streams import Purpose, Streams
+
+if TYPE_CHECKING:
+    from .guidance import Voyage
 
 Array = NDArray[np.float64]
 
@@ -85,8 +91,10 @@ def walks(scenario: Scenario, streams: Streams, water: Water) -> Array:
     return lost
 
 
-def auv_voyage(scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array) -> Voyage:
+def auv_voyage(scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array) -> "Voyage":
     """Return the voyage of all AUVs along their tours; they steer as `auvs.feedback` says."""
+    from .guidance import SteeringDrift, Voyage
+
     auvs, navigation = scenario.auvs, scenario.navigation
     drift = None
     if auvs.feedback == "estimate":
@@ -113,8 +121,10 @@ def auv_voyage(scenario: Scenario, tours: Sequence[Path], water: Water, walks: A
 
 def asv_voyage(
     scenario: Scenario, stations: Sequence[tuple[float, float]], streams: Streams, water: Water
-) -> Voyage:
+) -> "Voyage":
     """Return the voyage of all ASVs, which keep their stations by noisy GNSS positions."""
+    from .guidance import Voyage
+
     asvs, count = scenario.asvs, voyage_intervals(scenario)
     noise = [
         streams.of(Purpose.STATION, asv).standard_normal((count, 2)) * scenario.usbl.gnss_sd_m
