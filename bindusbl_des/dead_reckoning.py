@@ -114,11 +114,14 @@ class DeadReckoning:
 
 
 @inlined
-def reckoned(
+def reckon(
     auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
     forward: float, starboard: float, in_body: bool,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-    """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s)."""
+    """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s).
+
+    This is for loops over very many instants, as a part of them; others ask :func:`reckoned`.
+    """
     x, y, z, yaw, cosine, sine = headed(table, first, step, auv, time)
     whole = min(int(time * rate), walks.shape[1] - 2)
     share = time * rate - whole
@@ -131,6 +134,15 @@ def reckoned(
         ahead += time * forward
         aside += time * starboard
     return x, y, z, yaw, ahead, aside
+
+
+@compiled
+def reckoned(
+    auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
+    forward: float, starboard: float, in_body: bool,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s)."""
+    return reckon(auv, time, table, first, step, walks, rate, forward, starboard, in_body)
 
 
 @compiled

@@ -25,7 +25,7 @@ from .columns import (
     SENT_AT,
 )
 from .compiled import compiled
-from .dead_reckoning import reckoned
+from .dead_reckoning import reckon
 from .events import (
     COLLIDED,
     DELIVERED,
@@ -140,7 +140,7 @@ def _errors(
     total = square = largest = sideways = alone = 0.0
     last, heading, cosine, sine = 0, 0.0, 1.0, 0.0
     for k in range(times.size):
-        _, _, _, yaw, drift_x, drift_y = reckoned(
+        _, _, _, yaw, drift_x, drift_y = reckon(
             auv, times[k], table, first, step, walks, rate, forward, starboard, in_body
         )
         while last + 1 < corrected_at.size and corrected_at[last + 1] <= times[k]:

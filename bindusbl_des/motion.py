@@ -100,7 +100,7 @@ def _leg_at(table: Floats, first: int, end: int, time: float) -> int:
     return low
 
 
-@inlined
+@compiled
 def where(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> logs.Place:
     """Return x, y, z (m) and yaw (rad) of a vehicle at an instant (s)."""
     begin, end = first[vehicle], first[vehicle + 1]
