@@ -33,23 +33,26 @@ class Frame:
         return len(self.rows)
 
     @property
+    def _fixes(self) -> NDArray[np.float64]:
+        return self._record.fixes.array[self.rows.start : self.rows.stop]
+
+    @property
     def positions(self) -> NDArray[np.float64]:
         """x, y, z (m) of each fix, shape (k, 3)."""
-        return self._record.fixes.array[self.rows.start : self.rows.stop, POSITION : POSITION + 3]
+        return self._fixes[:, POSITION : POSITION + 3]
 
     def hearers(self, asvs: int) -> NDArray[np.bool_]:
         """Return whose measurements were fused for each fix, shape (k, `asvs`)."""
         fused = np.zeros((len(self.rows), asvs), dtype=np.bool_)
         if len(self.rows):
-            fixes = self._record.fixes.array[self.rows.start : self.rows.stop]
-            bounds = fixes[:, (FUSED, FUSED_END)].astype(np.intp)
+            bounds = self._fixes[:, (FUSED, FUSED_END)].astype(np.intp)
             begin = int(bounds[:, 0].min())
             receptions = self._record.receptions.array[begin : int(bounds[:, 1].max())]
             heard = np.flatnonzero(receptions[:, OUTCOME] == HEARD)
             first, end = np.searchsorted(heard, bounds - begin).T
             before = np.repeat(np.cumsum(end - first) - end, end - first)
             rows = heard[np.arange(len(before)) - before]
-            fix = np.repeat(np.arange(len(fixes)), end - first)
+            fix = np.repeat(np.arange(len(bounds)), end - first)
             fused[fix, receptions[rows, AT_ASV].astype(np.intp)] = True
         return fused
 

@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -70,6 +70,8 @@ class Path:
     start: Pose
     segments: tuple[Segment, ...]
     repeats_from: float | None = None
+    _joints: list[Pose] = field(init=False, repr=False, compare=False)
+    _distances: list[float] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         kept = tuple(s for s in self.segments if s.length > SHORTEST_SEGMENT)
@@ -85,20 +87,18 @@ class Path:
     @property
     def length(self) -> float:
         """Length of the path, once through (m)."""
-        return float(self._distances[-1])  # type: ignore[attr-defined]
+        return self._distances[-1]
 
     @property
     def end(self) -> Pose:
         """Pose at the end of the path."""
-        end: Pose = self._joints[-1]  # type: ignore[attr-defined]
-        return end
+        return self._joints[-1]
 
     @property
     def reach(self) -> float:
         """Largest |x| or |y| along the path (m): at a joint, or where an arc is along an axis."""
-        joints: list[Pose] = self._joints  # type: ignore[attr-defined]
-        places = list(joints)
-        for start, (curvature, length) in zip(joints, self.segments, strict=False):
+        places = list(self._joints)
+        for start, (curvature, length) in zip(self._joints, self.segments, strict=False):
             turns = sorted((start.yaw, start.yaw + curvature * length))
             first, last = (turn / QUARTER_TURN for turn in turns)
             for quarter in range(math.ceil(first), math.floor(last) + 1):
@@ -116,11 +116,11 @@ class Path:
             distance = (
                 self.length if first is None else first + (distance - first) % (self.length - first)
             )
-        index = min(bisect_right(self._distances, distance), len(self.segments)) - 1  # type: ignore[attr-defined]
+        index = min(bisect_right(self._distances, distance), len(self.segments)) - 1
         return _moved(
-            self._joints[index],  # type: ignore[attr-defined]
+            self._joints[index],
             self.segments[index].curvature,
-            distance - self._distances[index],  # type: ignore[attr-defined]
+            distance - self._distances[index],
         )
 
     def _wrapped(self, distances: Array) -> Array:
@@ -135,9 +135,9 @@ class Path:
         if not self.segments:
             return np.tile(np.array(self.start), (len(distances), 1))
         along = self._wrapped(distances)
-        starts = np.array(self._distances[:-1])  # type: ignore[attr-defined]
+        starts = np.array(self._distances[:-1])
         index = np.searchsorted(starts, along, side="right") - 1
-        x, y, yaw = np.array(self._joints[:-1])[index].T  # type: ignore[attr-defined]
+        x, y, yaw = np.array(self._joints[:-1])[index].T
         curvature = np.array([segment.curvature for segment in self.segments])[index]
         step = along - starts[index]
         turned = yaw + curvature * step

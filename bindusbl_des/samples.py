@@ -43,11 +43,6 @@ class Samples:
         return np.asarray(np.hypot(self.error[:, 0], self.error[:, 1]))
 
     @property
-    def imu_error(self) -> Array:
-        """Horizontal |dead reckoning - truth|, shape (n,), m."""
-        return np.asarray(np.hypot(self.drift[:, 0], self.drift[:, 1]))
-
-    @property
     def cross_track_error(self) -> Array:
         """Estimate - truth perpendicular to the heading, positive to starboard, shape (n,), m."""
         return across(self.truth[:, 3], self.error)

@@ -46,7 +46,6 @@ class Uplink:
     ) -> None:
         self.ping_duration = ping_duration
         self._auvs, self._asvs, self._record = auvs, asvs, record
-        self._asv_count, self._everything = len(asvs), record.everything
         self._range, self._slant = hf_range, metric == "slant"
         self._limits = hf_range, ping_duration, sound_speed
         self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels)
@@ -71,9 +70,9 @@ class Uplink:
         self._auvs.reach(time)
         receptions.count = spread(
             members(tuple(group)), round_number, slot, time, caller, call_time,
-            pings.room_for(count), first, receptions.room_for(count * self._asv_count),
-            receptions.count, self._everything, self._slant, *self._limits, *self._auvs.motion,
-            *self._asvs.motion,
+            pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
+            receptions.count, self._record.everything, self._slant, *self._limits,
+            *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
         return range(first, pings.count)

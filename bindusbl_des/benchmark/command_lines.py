@@ -98,7 +98,7 @@ def sweep_points() -> list[dict[str, Any]]:
 
 
 def _sweep(folder: Path, quick: bool, stride: int) -> dict[str, Any]:
-    """Return what every so manieth point of the sweep takes, and the whole of it in proportion."""
+    """Return what every `stride`-th point of the sweep takes, and all in proportion."""
     points = sweep_points()[:: stride * (6 if quick else 1)]
     seeds = 3 if quick else SEEDS
     (folder / "swept.yaml").write_text(json.dumps(SWEPT))
