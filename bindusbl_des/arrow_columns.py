@@ -22,12 +22,13 @@ Bytes = NDArray[np.uint8]
 
 def named(values: Floats, names: Sequence[str]) -> pa.Array:
     """Return the names that numbers count in, as Arrow strings; NaN becomes null."""
-    letters = np.array([name.encode() for name in names] or [b"-"])
+    encoded = [name.encode() for name in names]
+    letters = np.array(encoded or [b"-"])
     width = letters.dtype.itemsize
     ends = np.zeros(len(values) + 1, dtype=np.int32)
     text = np.empty(len(values) * width, dtype=np.uint8)
     spelt = letters.view(np.uint8).reshape(-1, width)
-    length = _spell(values, spelt, np.array(list(map(len, names)), dtype=np.int64), ends, text)
+    length = _spell(values, spelt, np.array(list(map(len, encoded)), dtype=np.int64), ends, text)
     return _string_array(np.isnan(values), ends, text[:length])
 
 

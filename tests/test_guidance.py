@@ -597,3 +597,17 @@ def test_ten_vehicles_cost_little(model: str, speed: float) -> None:
 
     sail()  # compiles
     assert sail() < 1.0
+
+
+def test_kept_path_errors_are_those_of_the_instants_asked_for() -> None:
+    """Read-only instants are known by identity: others, as many, get their own answer."""
+    path = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 20.0),))
+    fleet = {"paths": [path], "speed_m_per_s": 0.5, "depth_m": 5.0, "duration_s": 20.0}
+    member = Voyage("bluerov2", currents=[(0.0, 0.2)], **fleet).member(0)
+    early, late = np.array([1.0, 2.0]), np.array([8.0, 9.0])
+    expected = [member.path_error(times).tolist() for times in (early, late)]
+    early.setflags(write=False)
+    late.setflags(write=False)
+    assert expected[0] != expected[1]
+    for _ in range(2):
+        assert [member.path_error(times).tolist() for times in (early, late)] == expected

@@ -1,5 +1,6 @@
 """Missions with real vehicles, in currents, steering by their own estimates."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -190,3 +191,14 @@ def test_closed_loop_missions_repeat() -> None:
     mission = rov(auvs={"count": 2, **ROV, "feedback": "estimate"}, duration_s=40.0)
     one, two = simulate(mission, 3), simulate(mission, 3)
     assert all(one.arrow[name].equals(two.arrow[name]) for name in one.arrow)
+
+
+def test_each_axis_of_a_current_varies_by_itself() -> None:
+    """Row after row, an axis keeps a share of its own past and takes in its own noise."""
+    noise = np.random.default_rng(2).standard_normal((50, 2))
+    series, kept = current_series(0.0, 0.0, 1.0, 20.0, 1.0, noise), math.exp(-1.0 / 20.0)
+    for axis in range(2):
+        state = noise[0, axis]
+        for k in range(1, 50):
+            state = kept * state + math.sqrt(1.0 - kept**2) * noise[k, axis]
+            assert series[k, axis] == pytest.approx(state, rel=1e-12)

@@ -614,3 +614,11 @@ def test_a_fleet_is_where_its_vehicles_are() -> None:
         ways = [distance_at(*motion, number, time) for time in times]
         assert ways == [vehicle.distance(time) for time in times]
     assert track.distance(8.0) == pytest.approx(3.0 + math.hypot(4.0, 0.0))
+
+
+def test_a_ping_is_fixed_once_and_heard_by_all_that_hear_it() -> None:
+    """Decided one ASV after the other, a ping makes one fix, and every ASV that heard it counts."""
+    band, record = uplink(fleet(at(0.0)), fleet(at(150.0), at(300.0), at(450.0)))
+    [ping] = band.send(0, 0, [0], 0.0)
+    assert [band.decide(ping, row) for row in range(3)] == [True, False, False]
+    assert (record.pings.rows[0, HEARD_BY], record.fixes.count) == (3, 1)

@@ -16,7 +16,7 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import Result, load_result, simulate
-from bindusbl_des.arrow_columns import arrow, numpy_columns
+from bindusbl_des.arrow_columns import arrow, named, numpy_columns
 from bindusbl_des.tables import EVENT_TABLES, TABLES, data_dictionary, schema
 
 
@@ -219,3 +219,11 @@ def test_a_folder_that_lacks_a_table_is_damaged(result: Result, tmp_path: Path) 
         (folder / f"{name}.parquet").unlink()
     with pytest.raises(ValueError, match=r"damaged.*auvs\.parquet, fixes\.parquet missing"):
         load_result(folder)
+
+
+def test_names_are_spelt_from_their_numbers() -> None:
+    """Names may be of any length, none at all, beyond ASCII, or missing."""
+    names, numbers = ["AUV0", "", "AUV10", "Bo\u00eft"], [2.0, 0.0, np.nan, 3.0, 1.0, 2.0]
+    expected = [None if np.isnan(n) else names[int(n)] for n in numbers]
+    assert named(np.array(numbers), names).to_pylist() == expected
+    assert named(np.empty(0), []).to_pylist() == []

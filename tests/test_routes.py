@@ -187,3 +187,17 @@ def test_a_tour_goes_on_as_long_as_it_must() -> None:
     auv = tracks[tracks.vehicle == "AUV0"]
     steps = np.hypot(auv.x_m.diff(), auv.y_m.diff())[1:]
     assert steps.min() > 0.6  # m in a second at 0.627 m/s, in turns as well
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.tuples(*[st.floats(-50.0, 50.0)] * 2, st.floats(-7.0, 7.0)),
+    st.lists(st.tuples(st.sampled_from([-0.2, 0.0, 0.2]), st.floats(0.1, 40.0)), max_size=3),
+)
+def test_the_reach_of_a_path_is_the_farthest_it_comes(
+    start: tuple[float, float, float], pieces: list[tuple[float, float]]
+) -> None:
+    """Joints and the points where arcs turn back are enough: sampling finds nothing farther."""
+    path = Path(Pose(*start), tuple(Segment(*piece) for piece in pieces))
+    places = path.sample(np.linspace(0.0, path.length, 4001))[:, :2]
+    assert path.reach == pytest.approx(np.abs(places).max(), abs=1e-4)
