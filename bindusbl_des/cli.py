@@ -1,6 +1,7 @@
 """The command line `bindusbl-des`."""
 
 import errno
+import os
 import sys
 from typing import Any
 
@@ -42,6 +43,8 @@ class Commands(click.Group):
             if error.errno not in (errno.ENOSPC, errno.EIO) or error.filename is not None:
                 raise  # files have errors of their own: this one is the output's
             click.echo(f"Error: the output cannot be written: {error.strerror}", err=True)
+            # What is left of it would be tried again when Python ends, and fail with a code of 120.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             sys.exit(1)
 
 
