@@ -2,11 +2,12 @@
 
 numba knows a cached function to be stale only if the function's own file changed, so an edited
 hull model would leave the old physics inside the integrator that calls it. `compiled` stamps the
-cache with every source file that the function can be made of instead.
+cache with every source file that the function is made of instead, and with no other.
 """
 
 import hashlib
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -16,25 +17,60 @@ from numba.core import event
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
-
 PACKAGE = Path(__file__).resolve().parent
 
-# Files whose numbers compiled equations take in.
-NAMES = ("columns", "events")
+# What a file imports from files beside it: `from .motion import where`, `from . import logs`
+IMPORT = re.compile(rb"^from (\.*)([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+COMPILES = re.compile(rb"^from \.*compiled import|^from bindusbl_des\.compiled import", re.MULTILINE)
 
 
 @cache
-def _digest(folder: Path) -> str:
-    """Return the fingerprint of the sources that a function in a folder can be made of.
+def _text(source: Path) -> bytes:
+    return source.read_bytes()
 
-    Those are the folder's own, and the package's folders of equations; in the package's first
-    folder, where few files are compiled, only those that are and those that name what they write.
+
+@cache
+def _made_of(source: Path) -> frozenset[Path]:
+    """Return the files that a file's equations take code or numbers from, itself included.
+
+    Those are the files of equations that it imports, and so on, and the files of numbers: where a
+    name in capitals, or a module as a whole, comes from.
     """
+    found, due = {source}, [source]
+    while due:
+        for imported, names in _imports(due.pop()):
+            compiles = COMPILES.search(_text(imported)) is not None
+            if imported not in found and (compiles or any(map(str.isupper, names)) or not names):
+                found.add(imported)
+                if compiles:
+                    due.append(imported)
+    return frozenset(found)
+
+
+def _imports(source: Path) -> Iterator[tuple[Path, list[str]]]:
+    """Yield the files that a file imports relatively, and the names that it takes of each."""
+    for dots, module, listed in IMPORT.findall(_text(source)):
+        if not dots:
+            continue
+        folder = source.parents[len(dots) - 1].joinpath(*module.decode().split("."))
+        names = re.findall(r"\w+", re.sub(r"#.*| as \w+", "", listed.decode()))
+        if folder.with_suffix(".py").is_file():
+            yield folder.with_suffix(".py"), names
+        for name in names:
+            if (folder / f"{name}.py").is_file():
+                yield folder / f"{name}.py", []
+
+
+@cache
+def _digest(source: Path) -> str:
+    """Return the fingerprint of all that a file's equations are made of.
+
+    Files outside the package may import each other in any way: theirs are all of their folder.
+    """
+    outside = () if PACKAGE in source.parents else source.parent.glob("*.py")
     total = hashlib.sha256()
-    for source in sorted({*PACKAGE.rglob("*.py"), *folder.glob("*.py")}):
-        text = source.read_bytes()
-        if source.parent != PACKAGE or source.stem in NAMES or b".compiled import" in text:
-            total.update(text)
+    for file in sorted({*_made_of(source), *outside}):
+        total.update(_text(file))
     return total.hexdigest()
 
 
@@ -56,7 +92,7 @@ def compiled(function: Function, **options: Any) -> Function:
     """
     try:
         dispatcher: Any = numba.njit(cache=True, error_model="numpy", **options)(function)
-        dispatcher._cache._cache_file._source_stamp = _digest(_folder(function))
+        dispatcher._cache._cache_file._source_stamp = _digest(_file(function))
     except (RuntimeError, AttributeError, OSError):  # no place to cache, another numba, a zip file
         dispatcher = numba.njit(error_model="numpy", **options)(function)
     return cast(Function, dispatcher)
@@ -85,5 +121,5 @@ def before_compiling(tell: Callable[[], None]) -> None:
     _WATCH.tell = tell
 
 
-def _folder(function: Callable[..., object]) -> Path:
-    return Path(function.__code__.co_filename).resolve().parent
+def _file(function: Callable[..., object]) -> Path:
+    return Path(function.__code__.co_filename).resolve()

@@ -829,3 +829,14 @@ def test_an_edited_hull_is_not_answered_with_old_physics(tmp_path: Path) -> None
             cwd=tmp_path, env={"PYTHONPATH": str(Path(__file__).parent.parent)},
         )  # fmt: skip
         assert run.stdout.strip() == coefficient
+
+
+def test_a_report_page_makes_no_equation_stale() -> None:
+    """Compiled code is made of equations and their numbers: pages, commands and rows are neither."""
+    from bindusbl_des.compiled import PACKAGE, _made_of
+
+    found = {file.relative_to(PACKAGE).as_posix() for file in _made_of(PACKAGE / "reception.py")}
+    assert {"usbl.py", "fusion.py", "hydrophones.py", "columns.py", "motion.py"} <= found
+    assert not any("/" in file for file in found)
+    flight = {file.name for file in _made_of(PACKAGE / "guidance" / "flight.py")}
+    assert {"remus100_parameters.py", "otter.py", "rk4.py", "tracks.py"} <= flight
