@@ -21,7 +21,7 @@ PACKAGE = Path(__file__).resolve().parent
 
 # What a file imports from files beside it: `from .motion import where`, `from . import logs`
 IMPORT = re.compile(rb"^from (\.*)([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
-COMPILES = re.compile(rb"^from \.*compiled import|^from bindusbl_des\.compiled import", re.MULTILINE)
+COMPILES = re.compile(rb"^from (\.*|bindusbl_des\.)compiled import", re.MULTILINE)
 
 
 @cache

@@ -832,7 +832,7 @@ def test_an_edited_hull_is_not_answered_with_old_physics(tmp_path: Path) -> None
 
 
 def test_a_report_page_makes_no_equation_stale() -> None:
-    """Compiled code is made of equations and their numbers: pages, commands and rows are neither."""
+    """Compiled code is made of equations and their numbers; pages and commands are neither."""
     from bindusbl_des.compiled import PACKAGE, _made_of
 
     found = {file.relative_to(PACKAGE).as_posix() for file in _made_of(PACKAGE / "reception.py")}
