@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .compiled import compiled, inlined
 from .motion import Ints, Motion, headed
@@ -72,23 +72,24 @@ def _sum_up(walks: Array, step: float) -> None:
             walks[walk, k, 0], walks[walk, k, 1] = x, y
 
 
-# Motion of the fleet, walks (n, samples, 2), their rate, bias ahead and aside, whether in the body
-Known = tuple[Array, Ints, float, Array, float, float, float, bool]
+# Motion of the fleet, walks (n, samples, 2), their rate, biases (n, 2), whether in the body
+Known = tuple[Array, Ints, float, Array, float, Array, bool]
 
 
 class DeadReckoning:
     """What AUVs know of their way by themselves: their motion, with a bias and a random walk."""
 
     def __init__(
-        self, motion: Motion, walks: Array, rate: float, bias: tuple[float, float], frame: str
+        self, motion: Motion, walks: Array, rate: float, biases: ArrayLike, frame: str
     ) -> None:
         """Take the true motion of n AUVs, and what makes their dead reckoning wrong.
 
         `walks` (n, samples, 2), m, hold at the samples k / `rate` of the IMUs, which keep their
-        velocity between them; two samples or more.  `bias` (m/s) is constant in the `frame` "body"
-        or "world".
+        velocity between them; two samples or more.  `biases` (n, 2) or (2,), m/s, are constant in
+        the `frame` "body" (ahead, to starboard) or "world" (along x and y).
         """
-        self.known: Known = (*motion, walks, rate, *bias, frame == "body")
+        own = np.array(np.broadcast_to(biases, (len(walks), 2)), dtype=np.float64, order="C")
+        self.known: Known = (*motion, walks, rate, own, frame == "body")
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
         """Return where an AUV believes to be (m) at an instant (s) if it has had no fix."""
@@ -116,7 +117,7 @@ class DeadReckoning:
 @inlined
 def reckon(
     auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
-    forward: float, starboard: float, in_body: bool,
+    biases: Array, in_body: bool,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
     """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s).
 
@@ -127,6 +128,7 @@ def reckon(
     share = time * rate - whole
     ahead = walks[auv, whole, 0] + share * (walks[auv, whole + 1, 0] - walks[auv, whole, 0])
     aside = walks[auv, whole, 1] + share * (walks[auv, whole + 1, 1] - walks[auv, whole, 1])
+    forward, starboard = biases[auv, 0], biases[auv, 1]
     if in_body:
         ahead += cosine * forward - sine * starboard
         aside += sine * forward + cosine * starboard
@@ -139,23 +141,23 @@ def reckon(
 @compiled
 def reckoned(
     auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
-    forward: float, starboard: float, in_body: bool,
+    biases: Array, in_body: bool,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
     """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s)."""
-    return reckon(auv, time, table, first, step, walks, rate, forward, starboard, in_body)
+    return reckon(auv, time, table, first, step, walks, rate, biases, in_body)
 
 
 @compiled
 def _reckoned_all(
     auv: int, times: Array, table: Array, first: Ints, step: float, walks: Array, rate: float,
-    forward: float, starboard: float, in_body: bool, corrected_at: Array, corrections: Array,
+    biases: Array, in_body: bool, corrected_at: Array, corrections: Array,
     truth: Array, drift: Array, error: Array,
 ) -> None:  # fmt: skip
     """Write truth (n, 4), drift (n, 2) and error (n, 2) at instants (s) in rising order."""
     last = 0
     for k in range(times.size):
         x, y, z, yaw, ahead, aside = reckoned(
-            auv, times[k], table, first, step, walks, rate, forward, starboard, in_body
+            auv, times[k], table, first, step, walks, rate, biases, in_body
         )
         while last + 1 < corrected_at.size and corrected_at[last + 1] <= times[k]:
             last += 1

@@ -28,8 +28,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-def launch_auvs(scenario: Scenario, water: Water, walks: Array) -> Fleet:
-    """Return the AUVs of a scenario, in index order; `walks` are what they know of it wrongly."""
+def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -> Fleet:
+    """Return the AUVs of a scenario, in index order.
+
+    `walks` and `biases` are what makes their dead reckoning wrong, by which some of them steer.
+    """
     auvs = scenario.auvs
     if not auvs.vehicle.has_dynamics:
         if auvs.route.kind == "track":
@@ -37,7 +40,7 @@ def launch_auvs(scenario: Scenario, water: Water, walks: Array) -> Fleet:
         return _kinematic_auvs(scenario)
     if auvs.feedback == "truth":
         return _voyage_foreseen(scenario) if water.is_steady else _voyage(scenario, water)
-    voyage = auv_voyage(scenario, _tours(scenario), water, walks)
+    voyage = auv_voyage(scenario, _tours(scenario), water, walks, biases)
     return Fleet(_members(voyage, auvs.count), voyage.motion, voyage)
 
 
@@ -69,7 +72,7 @@ def _legged(vehicles: Sequence[Legged]) -> Fleet:
 
 def _voyage(scenario: Scenario, water: Water) -> Fleet:
     """Return AUVs with dynamics that know where they are: their whole way is foreseen."""
-    voyage = auv_voyage(scenario, _tours(scenario), water, np.empty(0))
+    voyage = auv_voyage(scenario, _tours(scenario), water, np.empty(0), np.empty(0))
     voyage.advance(voyage.duration_s)
     return Fleet(_members(voyage, scenario.auvs.count), voyage.motion)
 
@@ -91,14 +94,16 @@ def _kinematic(scenario: Scenario, index: int) -> Legged:
     return kinematic(planned_tour(scenario, index), scenario.auvs.speed_m_per_s, depth, lasts)
 
 
-def board_auvs(scenario: Scenario, fleet: Fleet, walks: Array) -> tuple[DeadReckoning, FixedGain]:
+def board_auvs(
+    scenario: Scenario, fleet: Fleet, walks: Array, biases: Array
+) -> tuple[DeadReckoning, FixedGain]:
     """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer."""
     navigation = scenario.navigation
     reckoning = DeadReckoning(
         fleet.motion,
         walks,
         navigation.imu_rate_hz,
-        navigation.velocity_bias_m_per_s,
+        biases,
         navigation.bias_frame,
     )
     steering = np.zeros((len(fleet), 2)) if fleet.voyage is None else fleet.voyage.corrections

@@ -129,7 +129,7 @@ def _accuracy(world: World, auv: int, times: Array, errors: Array) -> dict[str, 
 @compiled
 def _errors(
     errors: Array, auv: int, times: Array, corrected_at: Array, corrections: Array, table: Array,
-    first: Ints, step: float, walks: Array, rate: float, forward: float, starboard: float,
+    first: Ints, step: float, walks: Array, rate: float, biases: Array,
     in_body: bool,
 ) -> tuple[float, float, float, float, float]:  # fmt: skip
     """Write the horizontal errors (n,), m, of an AUV's estimate at instants (n,), s, that rise.
@@ -141,7 +141,7 @@ def _errors(
     last, heading, cosine, sine = 0, 0.0, 1.0, 0.0
     for k in range(times.size):
         _, _, _, yaw, drift_x, drift_y = reckon(
-            auv, times[k], table, first, step, walks, rate, forward, starboard, in_body
+            auv, times[k], table, first, step, walks, rate, biases, in_body
         )
         while last + 1 < corrected_at.size and corrected_at[last + 1] <= times[k]:
             last += 1

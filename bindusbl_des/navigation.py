@@ -56,15 +56,14 @@ class FixedGain:
 @compiled
 def _correct(
     fixes: Floats, due: Ints, gain: float, at_ping: bool, corrections: Floats, table: Floats,
-    first: Ints, step: float, walks: Floats, rate: float, forward: float, starboard: float,
-    in_body: bool,
+    first: Ints, step: float, walks: Floats, rate: float, biases: Floats, in_body: bool,
 ) -> None:  # fmt: skip
     for row in due:
         fix = fixes[row]
         auv = int(fix[AUV_OF_FIX])
         time = fix[PINGED_AT] if at_ping else fix[DELIVERED_AT]
         x, y, _, _, ahead, aside = reckoned(
-            auv, time, table, first, step, walks, rate, forward, starboard, in_body
+            auv, time, table, first, step, walks, rate, biases, in_body
         )
         ahead = fix[POSITION] - (x + ahead + corrections[auv, 0])
         aside = fix[POSITION + 1] - (y + aside + corrections[auv, 1])

@@ -1,52 +1,17 @@
 """A mission as its planner describes it: frozen, validated, units in the key names.
 
 A :class:`Scenario` is plain data.  It knows nothing of files, clocks or random numbers: the same
-scenario run with the same seed is the same mission.  ``PAPER`` marks defaults published in the
-BIND-USBL paper, ``THESIS`` those of the simulator behind its reference [max_phd] (M. Nitsch,
-RWTH Aachen 2024, DOI 10.18154/RWTH-2024-05964), ``OURS`` those chosen here.
+scenario run with the same seed is the same mission.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Strict,
-    Tag,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from .route_choice import Lawnmower, Route
+from .scenario_parts import PAPER, THESIS, Part, Point, Real, Text, Whole, key
 from .vehicle_choice import AsvVehicle, AuvVehicle
-
-PAPER = "BIND-USBL paper"
-THESIS = "Nitsch 2024, USBL-Simulator"
-OURS = "this package"
-
-Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
-Whole = Annotated[int, Strict()]
-Text = Annotated[str, Strict()]
-Coordinate = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
-Point = tuple[Coordinate, Coordinate]
-
-
-def key(default: Any, unit: str, meaning: str, source: str = OURS, **bounds: Any) -> Any:
-    """Describe one scenario key: its default, unit, meaning, source and allowed range."""
-    return Field(
-        default=default,
-        description=meaning,
-        json_schema_extra={"unit": unit, "source": source},
-        **bounds,
-    )
-
-
-class Part(BaseModel):
-    """A frozen part of a scenario; a key that is not listed is a mistake, never ignored."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
 
 
 class Survey(Part):
@@ -54,67 +19,6 @@ class Survey(Part):
 
     side_m: Real = key(140.0, "m", "side L of the square survey area", PAPER, gt=0, le=1e5)
     depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
-
-
-class Lawnmower(Part):
-    """Boustrophedon lanes along x in one horizontal strip per AUV, AUV0 at the lowest y."""
-
-    kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
-    lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, gt=0, le=1e5)
-    end_margin_m: Real | None = key(
-        None,
-        "m",
-        "distance from lane ends to the square's edge; null = half the spacing",
-        ge=0,
-        le=1e5,
-    )
-    start: Literal["strip_centre", "strip_corner"] = key(
-        "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"
-    )
-    turns: Literal["shortest", "bulb", "skip_lane"] = key(
-        "shortest", "", "lane order: neighbours with bulb turns, skipping lanes, or the shorter"
-    )
-
-
-class Hold(Part):
-    """Vehicles hold still at given positions, heading along +x."""
-
-    kind: Literal["hold"] = key("hold", "", "route family")
-    positions_m: tuple[Point, ...] = key((), "m", "one [x, y] per AUV")
-
-
-class Waypoints(Part):
-    """Each AUV follows its own list of waypoints along Dubins curves, there and back."""
-
-    kind: Literal["waypoints"] = key("waypoints", "", "route family")
-    points_m: tuple[tuple[Point, ...], ...] = key((), "m", "per AUV a list of [x, y]")
-
-
-class Track(Part):
-    """Each AUV repeats the recorded track of a real vehicle."""
-
-    kind: Literal["track"] = key("track", "", "route family")
-    files: tuple[Text, ...] = key(
-        (),
-        "",
-        "per AUV a CSV with columns time_s, x_m, y_m, depth_m; relative to the scenario file",
-    )
-
-
-def _kind(route: Any) -> Any:
-    """Tell the family of a route; a route that does not say is a lawnmower."""
-    if isinstance(route, dict):
-        return route.get("kind", "lawnmower")
-    return getattr(route, "kind", None)
-
-
-Route = Annotated[
-    Annotated[Lawnmower, Tag("lawnmower")]
-    | Annotated[Hold, Tag("hold")]
-    | Annotated[Waypoints, Tag("waypoints")]
-    | Annotated[Track, Tag("track")],
-    Discriminator(_kind),
-]
 
 
 class Auvs(Part):
@@ -297,6 +201,16 @@ class Navigation(Part):
     """Dead reckoning of the AUVs and how a fix corrects it."""
 
     velocity_bias_m_per_s: Point = key((0.06, 0.06), "m/s", "velocity bias b_i", PAPER)
+    velocity_bias_sd_m_per_s: Real = key(
+        0.0,
+        "m/s",
+        "standard deviation per axis of a further velocity bias, drawn for each AUV and seed",
+        ge=0,
+        le=20,
+    )
+    initial_position_sd_m: Real = key(
+        0.0, "m", "standard deviation per axis of what an AUV takes its start for", ge=0, le=1e5
+    )
     bias_frame: Literal["body", "world"] = key(
         "body", "", "frame in which the bias is constant", "eq. dead_reckoning"
     )

@@ -23,6 +23,8 @@ class Purpose(IntEnum):
     BROADCASTER = 6
     CURRENT = 7
     STATION = 8
+    VELOCITY_BIAS = 9
+    INITIAL_POSITION = 10
 
 
 class Streams:

@@ -75,14 +75,34 @@ def voyage_intervals(scenario: Scenario) -> int:
     return math.ceil((scenario.duration_s + afterwards_s(scenario)) / CONTROL_S)
 
 
+def velocity_biases(scenario: Scenario, streams: Streams) -> Array:
+    """Return the velocity bias (m/s) of each AUV's dead reckoning in this mission, (n, 2)."""
+    navigation, count = scenario.navigation, scenario.auvs.count
+    biases = np.tile(np.array(navigation.velocity_bias_m_per_s, dtype=np.float64), (count, 1))
+    return biases + _drawn(
+        streams, Purpose.VELOCITY_BIAS, count, navigation.velocity_bias_sd_m_per_s
+    )
+
+
+def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Array:
+    """Return what each of some AUVs has drawn once for the mission, along two axes, (n, 2)."""
+    if sd == 0.0:
+        return np.zeros((count, 2))
+    return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
+
+
 def walks(scenario: Scenario, streams: Streams, water: Water) -> Array:
     """Return each AUV's dead-reckoning error (m) but for its bias, at its IMU's samples (n, k, 2).
 
-    Dead reckoning through the water misses the current: it falls behind by what the water moved.
+    A walk begins with the error of the initial position.  Dead reckoning through the water misses
+    the current: it falls behind by what the water moved.
     """
     navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
     count = max(1, math.ceil(scenario.duration_s * rate))
     noise = np.zeros((scenario.auvs.count, count + 1, 2))
+    noise[:, 0] = _drawn(
+        streams, Purpose.INITIAL_POSITION, len(noise), navigation.initial_position_sd_m
+    )
     for auv, its_own in enumerate(noise):
         streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
     lost = random_walk(rate, navigation.random_walk_m_per_sqrt_s, noise)
@@ -91,7 +111,9 @@ def walks(scenario: Scenario, streams: Streams, water: Water) -> Array:
     return lost
 
 
-def auv_voyage(scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array) -> "Voyage":
+def auv_voyage(
+    scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array, biases: Array
+) -> "Voyage":
     """Return the voyage of all AUVs along their tours; they steer as `auvs.feedback` says."""
     from .guidance import SteeringDrift, Voyage
 
@@ -100,7 +122,7 @@ def auv_voyage(scenario: Scenario, tours: Sequence[Path], water: Water, walks: A
     if auvs.feedback == "estimate":
         beyond = math.ceil((afterwards_s(scenario) + 1.0) * navigation.imu_rate_hz)
         drift = SteeringDrift(
-            np.array(navigation.velocity_bias_m_per_s),
+            biases,
             navigation.bias_frame == "body",
             np.pad(walks, ((0, 0), (0, beyond), (0, 0)), mode="edge"),
             navigation.imu_rate_hz,

@@ -34,7 +34,7 @@ from .slots import (
 from .streams import Purpose, Streams
 from .uplink import Uplink
 from .usbl import Usbl
-from .voyages import Water, walks
+from .voyages import Water, velocity_biases, walks
 
 
 @dataclass
@@ -106,8 +106,10 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
     record = Recorder(everything=scenario.record.detail == "full")
     water = Water(scenario, streams)
     lost = walks(scenario, streams, water)
-    auvs, asvs = launch_auvs(scenario, water, lost), launch_asvs(scenario, streams, water)
-    reckoning, navigator = board_auvs(scenario, auvs, lost)
+    biases = velocity_biases(scenario, streams)
+    auvs = launch_auvs(scenario, water, lost, biases)
+    asvs = launch_asvs(scenario, streams, water)
+    reckoning, navigator = board_auvs(scenario, auvs, lost, biases)
     sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
     uplink = Uplink(
         auvs,

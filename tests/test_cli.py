@@ -14,9 +14,10 @@ from bindusbl_des.cli import main
 from bindusbl_des.commands import doctor as doctor_module
 from bindusbl_des.commands.missions import default_folder, models
 from bindusbl_des.plain_yaml import read_yaml
-from bindusbl_des.scenario import Part, Scenario
+from bindusbl_des.scenario import Scenario
 from bindusbl_des.scenario_file import load_scenario, parse_scenario
 from bindusbl_des.scenario_keys import json_schema, keys
+from bindusbl_des.scenario_parts import Part
 from bindusbl_des.templates import IMPORTANT, TEMPLATES, template
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"

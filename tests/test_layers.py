@@ -13,7 +13,7 @@ LAYERS = [
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation reception dead_reckoning track_file currents vehicles "
     "dynamics guidance geodesy",
-    "consistency vehicle_choice scenario",
+    "consistency scenario_parts route_choice vehicle_choice scenario",
     "navigation recorder fleet",
     "uplink downlink ranging boards broadcasters schedules",
     "voyages launch world protocol samples metrics",
@@ -34,7 +34,7 @@ HOMES = {
     "yaml": "plain_yaml yaml_syntax",
     "click": "cli commands manual",
     "numba": "compiled",
-    "pydantic": "scenario scenario_file scenario_keys campaigns",
+    "pydantic": "scenario scenario_parts route_choice scenario_file scenario_keys campaigns",
     "pydantic_core": "scenario scenario_file vehicle_choice",
     "matplotlib": "figures reproduction",
     "pandas": "result summary campaigns reproduction",

@@ -1,0 +1,68 @@
+"""Where the AUVs of a scenario go: one of a family of routes, told apart by its `kind`."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Tag
+
+from .scenario_parts import OURS, PAPER, Part, Point, Real, Text, key
+
+
+class Lawnmower(Part):
+    """Boustrophedon lanes along x in one horizontal strip per AUV, AUV0 at the lowest y."""
+
+    kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
+    lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, gt=0, le=1e5)
+    end_margin_m: Real | None = key(
+        None,
+        "m",
+        "distance from lane ends to the square's edge; null = half the spacing",
+        ge=0,
+        le=1e5,
+    )
+    start: Literal["strip_centre", "strip_corner"] = key(
+        "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"
+    )
+    turns: Literal["shortest", "bulb", "skip_lane"] = key(
+        "shortest", "", "lane order: neighbours with bulb turns, skipping lanes, or the shorter"
+    )
+
+
+class Hold(Part):
+    """Vehicles hold still at given positions, heading along +x."""
+
+    kind: Literal["hold"] = key("hold", "", "route family")
+    positions_m: tuple[Point, ...] = key((), "m", "one [x, y] per AUV")
+
+
+class Waypoints(Part):
+    """Each AUV follows its own list of waypoints along Dubins curves, there and back."""
+
+    kind: Literal["waypoints"] = key("waypoints", "", "route family")
+    points_m: tuple[tuple[Point, ...], ...] = key((), "m", "per AUV a list of [x, y]")
+
+
+class Track(Part):
+    """Each AUV repeats the recorded track of a real vehicle."""
+
+    kind: Literal["track"] = key("track", "", "route family")
+    files: tuple[Text, ...] = key(
+        (),
+        "",
+        "per AUV a CSV with columns time_s, x_m, y_m, depth_m; relative to the scenario file",
+    )
+
+
+def _kind(route: Any) -> Any:
+    """Tell the family of a route; a route that does not say is a lawnmower."""
+    if isinstance(route, dict):
+        return route.get("kind", "lawnmower")
+    return getattr(route, "kind", None)
+
+
+Route = Annotated[
+    Annotated[Lawnmower, Tag("lawnmower")]
+    | Annotated[Hold, Tag("hold")]
+    | Annotated[Waypoints, Tag("waypoints")]
+    | Annotated[Track, Tag("track")],
+    Discriminator(_kind),
+]
