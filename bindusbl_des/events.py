@@ -9,9 +9,16 @@ from dataclasses import MISSING, dataclass, field
 from typing import Any
 
 
-def column(unit: str, meaning: str, default: Any = MISSING) -> Any:
-    """Describe one column: its unit ("" for names and labels) and its meaning."""
-    return field(default=default, metadata={"unit": unit, "meaning": meaning})
+def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> Any:
+    """Describe one column: its unit ("" for names and labels) and its meaning.
+
+    `worst` says of a metric which of a fleet's values is the worst one, LARGEST or SMALLEST; empty
+    for what is neither good nor bad.
+    """
+    return field(default=default, metadata={"unit": unit, "meaning": meaning, "worst": worst})
+
+
+LARGEST, SMALLEST = "largest", "smallest"
 
 
 # What becomes of a ping at an ASV, and of a fix; a ledger holds the number of the word.
@@ -131,44 +138,88 @@ class AuvMetrics:
 
     auv: int = column("", "AUV")
     pings: int = column("1", "pings sent")
-    pings_in_range: int = column("1", "pings within HF range of at least one ASV")
-    pings_heard: int = column("1", "pings decoded by at least one ASV")
-    hf_coverage: float | None = column("1", "pings in range / pings, without those still under way")
-    fixes: int = column("1", "fixes made")
-    fixes_delivered: int = column("1", "fixes that reached the AUV")
-    fixes_out_of_range: int = column("1", "fixes broadcast beyond MF range")
-    fixes_in_flight: int = column("1", "fixes not yet delivered when the mission ended")
-    receptions_lost: int = column("1", "receptions in range lost to the channel")
-    collisions: int = column("1", "receptions destroyed by an overlapping ping")
-    fix_rate_hz: float = column("Hz", "fixes delivered / duration")
-    interval_mean_s: float | None = column("s", "mean time between deliveries")
-    interval_p95_s: float | None = column("s", "95 % quantile of the time between deliveries")
-    interval_max_s: float | None = column("s", "longest time between deliveries")
-    latency_mean_s: float | None = column("s", "mean time from ping to delivery")
-    latency_p95_s: float | None = column("s", "95 % quantile of the latency")
-    latency_max_s: float | None = column("s", "largest latency")
-    latency_from_broadcast_s: float | None = column("s", "mean time from broadcast to delivery")
-    latency_from_slot_s: float | None = column(
-        "s", "mean time from the end of the ping's slot to delivery (owtt_sync)"
+    pings_in_range: int = column("1", "pings within HF range of at least one ASV", worst=SMALLEST)
+    pings_heard: int = column("1", "pings decoded by at least one ASV", worst=SMALLEST)
+    hf_coverage: float | None = column(
+        "1", "pings in range / pings, without those still under way", worst=SMALLEST
     )
-    fix_error_rms_m: float | None = column("m", "RMS of the horizontal error of the fixes")
-    position_error_m: float = column("m", "time mean of horizontal |estimate - truth|")
-    position_error_rms_m: float = column("m", "time RMS of horizontal |estimate - truth|")
-    position_error_p95_m: float = column("m", "95 % of the time the error is below this")
-    position_error_max_m: float = column("m", "largest horizontal |estimate - truth|")
-    cross_track_error_m: float = column("m", "time mean of |estimate - truth| across the heading")
-    path_error_m: float | None = column("m", "time mean distance of the truth from the path")
-    imu_error_m: float = column("m", "time mean error of dead reckoning without any fix")
+    fixes: int = column("1", "fixes made", worst=SMALLEST)
+    fixes_delivered: int = column("1", "fixes that reached the AUV", worst=SMALLEST)
+    fixes_out_of_range: int = column("1", "fixes broadcast beyond MF range", worst=LARGEST)
+    fixes_in_flight: int = column(
+        "1", "fixes not yet delivered when the mission ended", worst=LARGEST
+    )
+    receptions_lost: int = column("1", "receptions in range lost to the channel", worst=LARGEST)
+    collisions: int = column("1", "receptions destroyed by an overlapping ping", worst=LARGEST)
+    fix_rate_hz: float = column("Hz", "fixes delivered / duration", worst=SMALLEST)
+    interval_mean_s: float | None = column("s", "mean time between deliveries", worst=LARGEST)
+    interval_p95_s: float | None = column(
+        "s", "95 % quantile of the time between deliveries", worst=LARGEST
+    )
+    interval_max_s: float | None = column("s", "longest time between deliveries", worst=LARGEST)
+    fix_age_mean_s: float = column(
+        "s",
+        "time mean of the time since the last fix took effect, or since the start",
+        worst=LARGEST,
+    )
+    fix_age_p95_s: float = column("s", "95 % of the time that age is below this", worst=LARGEST)
+    fix_age_max_s: float = column(
+        "s", "largest age, the beginning and the end included", worst=LARGEST
+    )
+    latency_mean_s: float | None = column("s", "mean time from ping to delivery", worst=LARGEST)
+    latency_p95_s: float | None = column("s", "95 % quantile of the latency", worst=LARGEST)
+    latency_max_s: float | None = column("s", "largest latency", worst=LARGEST)
+    latency_from_broadcast_s: float | None = column(
+        "s", "mean time from broadcast to delivery", worst=LARGEST
+    )
+    latency_from_slot_s: float | None = column(
+        "s", "mean time from the end of the ping's slot to delivery (owtt_sync)", worst=LARGEST
+    )
+    fix_error_rms_m: float | None = column(
+        "m", "RMS of the horizontal error of the fixes", worst=LARGEST
+    )
+    position_error_m: float = column(
+        "m", "time mean of horizontal |estimate - truth|", worst=LARGEST
+    )
+    position_error_rms_m: float = column(
+        "m", "time RMS of horizontal |estimate - truth|", worst=LARGEST
+    )
+    position_error_p95_m: float = column(
+        "m", "95 % of the time the error is below this", worst=LARGEST
+    )
+    position_error_max_m: float = column(
+        "m", "largest horizontal |estimate - truth|", worst=LARGEST
+    )
+    cross_track_error_m: float = column(
+        "m", "time mean of |estimate - truth| across the heading", worst=LARGEST
+    )
+    path_error_m: float | None = column(
+        "m", "time mean distance of the truth from the path", worst=LARGEST
+    )
+    imu_error_m: float = column(
+        "m", "time mean error of dead reckoning without any fix", worst=LARGEST
+    )
+    fix_benefit_m: float = column(
+        "m",
+        "imu_error_m - position_error_m: what fixes are worth; negative: they do harm",
+        worst=SMALLEST,
+    )
     distance_m: float = column("m", "distance travelled")
     speed_m_per_s: float = column("m/s", "mean speed over ground")
     saturated_share: float | None = column(
-        "1", "share of control instants with an actuator at its limit (vehicles with dynamics)"
+        "1",
+        "share of control instants with an actuator at its limit (vehicles with dynamics)",
+        worst=LARGEST,
     )
 
 
 @dataclass(slots=True)
 class Utilisation:
-    """What only the mission as a whole has; its other columns are fleet means of AuvMetrics."""
+    """What only the mission as a whole has.
+
+    Its other columns are the fleet means of AuvMetrics and, for each metric that can be bad, the
+    worst AUV's value, `worst_<metric>`, with that AUV's name, `worst_<metric>_auv`.
+    """
 
     rounds: int = column("1", "rounds begun")
     collisions: int = column("1", "receptions destroyed by an overlapping ping, all AUVs")

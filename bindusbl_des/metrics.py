@@ -40,6 +40,7 @@ from .navigation import corrections_of
 from .recorder import Recorder
 from .samples import instants
 from .world import World
+from .worst import worst_of
 
 Array = NDArray[np.float64]
 
@@ -104,6 +105,7 @@ def _service(fixes: Array, world: World) -> dict[str, Any]:
         "fixes_in_flight": outcomes.count(IN_FLIGHT),
         "fix_rate_hz": len(latency) / world.scenario.duration_s,
         **_spread("interval", np.diff(np.sort(delivered))),
+        **_ages(np.sort(delivered), world.scenario.duration_s),
         **_spread("latency", latency),
         "latency_from_broadcast_s": _mean(delivered - arrived[:, BROADCAST_AT]),
         "latency_from_slot_s": _mean(latency - slot) if one_way else None,
@@ -123,6 +125,7 @@ def _accuracy(world: World, auv: int, times: Array, errors: Array) -> dict[str, 
         "position_error_max_m": largest,
         "cross_track_error_m": cross_track,
         "imu_error_m": imu,
+        "fix_benefit_m": imu - mean,
     }
 
 
@@ -156,6 +159,28 @@ def _errors(
         alone += sqrt(drift_x * drift_x + drift_y * drift_y)
     n = times.size
     return total / n, square / n, largest, sideways / n, alone / n
+
+
+def _ages(delivered: Array, end: float) -> dict[str, float]:
+    """Return mean, 95 % quantile and maximum over time of the age of the last fix (s).
+
+    The age grows from 0 at the start and at each of the instants `delivered`, which rise, up to the
+    `end`: waits before the first fix and after the last count like any other.
+
+    >>> _ages(np.array([10.0]), 20.0)
+    {'fix_age_mean_s': 5.0, 'fix_age_p95_s': 9.5, 'fix_age_max_s': 10.0}
+    """
+    waits = np.diff(delivered, prepend=0.0, append=end)
+    longest = -np.sort(-waits)
+    # an age a is exceeded for sum(max(wait - a, 0)); the k longest waits exceed the quantile
+    number = np.arange(1, len(waits) + 1)
+    quantile = (np.cumsum(longest) - 0.05 * end) / number
+    enough = np.flatnonzero(quantile >= np.append(longest[1:], 0.0))
+    return {
+        "fix_age_mean_s": float(np.sum(waits**2) / (2 * end)),
+        "fix_age_p95_s": float(quantile[enough[0]]),
+        "fix_age_max_s": float(longest[0]),
+    }
 
 
 def _spread(name: str, values: Array) -> dict[str, float | None]:
@@ -208,11 +233,15 @@ def _covered(starts: Array, length: float, end: float) -> float:
     return float(np.minimum(np.diff(starts, append=end), length).sum())
 
 
-def mission_metrics(auvs: Sequence[AuvMetrics], whole: Utilisation) -> dict[str, float | None]:
-    """Return the fleet means of all AUV metrics (AUVs without a value left out) and its own."""
-    means: dict[str, float | None] = {}
+def mission_metrics(
+    auvs: Sequence[AuvMetrics], whole: Utilisation
+) -> dict[str, float | str | None]:
+    """Return the fleet means of all AUV metrics (AUVs without a value left out), the mission's own,
+    and the worst AUV's.
+    """
+    means: dict[str, float | str | None] = {}
     for column in fields(AuvMetrics)[1:]:
         known = [v for auv in auvs if (v := getattr(auv, column.name)) is not None]
         means[column.name] = math.fsum(known) / len(known) if known else None
     own = {column.name: getattr(whole, column.name) for column in fields(Utilisation)}
-    return {**means, **own}
+    return {**means, **own, **worst_of(auvs)}

@@ -19,7 +19,7 @@ from .sweep_data import (
     value_numbers,
     written,
 )
-from .tables import schema
+from .tables import mission_numbers
 
 if TYPE_CHECKING:
     from .campaigns.campaign import Campaign
@@ -37,7 +37,7 @@ SUB_METRE = 1.0
 def sweep_page(campaign: "Campaign") -> str:
     """Return the report of a campaign, finished or not, as HTML."""
     packer = Packer()
-    metrics = [*FIRST, *(name for name in schema("mission").names if name not in FIRST)]
+    metrics = [*FIRST, *(name for name in mission_numbers() if name not in FIRST)]
     found = point_statistics(campaign, metrics)
     data = {
         "keys": keys(campaign),

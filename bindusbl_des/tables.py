@@ -24,6 +24,7 @@ from .events import (
     TrackPoint,
     Utilisation,
 )
+from .worst import WORST_IS_LARGEST
 
 Floats = NDArray[np.float64]
 
@@ -69,10 +70,11 @@ def schema(table: str) -> pa.Schema:
     """Return the Arrow schema of a table, each field with unit, meaning and frame."""
     if table == "mission":
         own = {column.name: column for column in fields(Utilisation)}
-        means = [c for c in fields(AuvMetrics)[1:] if c.name not in own]
+        metrics = fields(AuvMetrics)[1:]
         return pa.schema(
-            [_described(c, pa.float64(), "fleet mean of: ") for c in means]
+            [_described(c, pa.float64(), "fleet mean of: ") for c in metrics if c.name not in own]
             + [_described(c, _arrow_type(Utilisation, c.name)) for c in own.values()]
+            + [field for c in metrics if c.name in WORST_IS_LARGEST for field in _worst(c)]
         )
     row = ROWS[table]
     return pa.schema([_described(c, _arrow_type(row, c.name)) for c in fields(row)])
@@ -80,6 +82,21 @@ def schema(table: str) -> pa.Schema:
 
 def _described(column: "Field[Any]", kind: pa.DataType, prefix: str = "") -> pa.Field:
     return _field(column.name, kind, column.metadata["unit"], prefix + column.metadata["meaning"])
+
+
+def _worst(column: "Field[Any]") -> tuple[pa.Field, pa.Field]:
+    """Return the two columns of a metric's worst AUV."""
+    name, unit, meaning = column.name, column.metadata["unit"], column.metadata["meaning"]
+    which = "null where the AUV named beside it has none"
+    return (
+        _field(f"worst_{name}", pa.float64(), unit, f"the worst AUV's: {meaning}; {which}"),
+        _field(f"worst_{name}_auv", pa.string(), "", f"AUV with the worst {name}"),
+    )
+
+
+def mission_numbers() -> list[str]:
+    """Return the metrics of a mission that are numbers: all but the names of AUVs."""
+    return [field.name for field in schema("mission") if field.type != pa.string()]
 
 
 def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:

@@ -4,10 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from worlds import still
+from hypothesis import given
+from hypothesis import strategies as st
+from worlds import scenario, still
 
 from bindusbl_des import simulate
-from bindusbl_des.metrics import _p95
+from bindusbl_des.metrics import _ages, _p95
+from bindusbl_des.worst import WORST_IS_LARGEST, worst
 
 
 def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
@@ -77,3 +80,50 @@ def test_the_quantile_is_that_of_numpy(count: int) -> None:
     values = np.random.default_rng(count).random(count)
     assert _p95(values) == pytest.approx(np.quantile(values, 0.95), abs=1e-15)
     assert _p95(np.empty(0)) is None
+
+
+@given(st.lists(st.floats(0.0, 99.0), max_size=30))
+def test_the_age_of_a_fix_is_that_of_a_fine_clock(instants: list[float]) -> None:
+    """Mean, quantile and maximum of the sawtooth are those of a hundred thousand samples of it."""
+    delivered, times = np.sort(np.array(instants)), (np.arange(100_000) + 0.5) / 1000
+    since = np.append(0.0, delivered)[np.searchsorted(delivered, times, side="right")]
+    found = _ages(delivered, 100.0)
+    assert found["fix_age_mean_s"] == pytest.approx((times - since).mean(), abs=2e-3)
+    assert found["fix_age_p95_s"] == pytest.approx(np.quantile(times - since, 0.95), abs=2e-2)
+    assert found["fix_age_max_s"] == pytest.approx((times - since).max(), abs=1e-2)
+
+
+def test_who_lost_his_fixes_early_is_the_worst() -> None:
+    """Two AUVs, one out of everybody's range: it has no interval, and the oldest fix."""
+    mission = simulate(
+        scenario(
+            duration_s=60.0,
+            auvs={"count": 2, "route": {"kind": "hold", "positions_m": [[5, 0], [500, 0]]}},
+            asvs={"count": 1},
+        )
+    ).mission.iloc[0]
+    assert mission.fix_age_max_s > 30.0
+    assert (mission.worst_fix_age_max_s, mission.worst_fix_age_max_s_auv) == (60.0, "AUV1")
+    assert mission.worst_fix_age_mean_s == pytest.approx(30.0)
+    assert math.isnan(mission.worst_interval_mean_s)
+    assert mission.worst_interval_mean_s_auv == "AUV1"
+    assert (mission.worst_fixes_delivered, mission.worst_hf_coverage) == (0.0, 0.0)
+    assert mission.worst_saturated_share_auv is None  # nobody has actuators
+    assert "worst_distance_m" not in mission
+    assert "worst_pings" not in mission
+
+
+@given(
+    st.sampled_from(sorted(WORST_IS_LARGEST)),
+    st.lists(st.one_of(st.none(), st.floats(-1e3, 1e3)), min_size=1, max_size=8),
+)
+def test_nobody_is_worse_than_the_worst(metric: str, values: list[float | None]) -> None:
+    """An AUV without a value is the worst; else none has more (or less, of what is good)."""
+    value, auv = worst(metric, values)
+    known = [it for it in values if it is not None]
+    if value is not None and auv is not None:
+        assert values[auv] == value
+        assert value == (max(known) if WORST_IS_LARGEST[metric] else min(known))
+        assert auv == values.index(value)
+    else:
+        assert len(known) < len(values)

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from worlds import scenario
 
@@ -219,3 +220,39 @@ def test_fixes_beat_dead_reckoning_in_a_mission() -> None:
     result = simulate(scenario(asvs={"count": 3}, navigation={"bias_frame": "world"}), 1)
     assert (result.auvs.imu_error_m > 10).all()
     assert (result.auvs.position_error_m < 1.5).all()
+
+
+def test_each_seed_draws_its_inertial_systems() -> None:
+    """Biases and starts have the spread asked for, and AUV1's do not depend on who else is there."""
+    sd, start = 0.02, 1.5
+
+    def tracks(seed: int, count: int) -> pd.DataFrame:
+        world = scenario(
+            duration_s=100.0,
+            auvs={
+                "count": count,
+                "route": {"kind": "hold", "positions_m": [[500.0, 0.0]] * count},
+            },
+            asvs={"count": 1},
+            navigation={
+                "velocity_bias_m_per_s": [0.06, -0.01],
+                "velocity_bias_sd_m_per_s": sd,
+                "initial_position_sd_m": start,
+                "random_walk_m_per_sqrt_s": 0.0,
+            },
+            record={"tracks_hz": 0.02},
+        )
+        own = simulate(world, seed).tables["tracks"]
+        return own[own.vehicle.str.startswith("AUV")]
+
+    two = pd.concat([tracks(seed, 2) for seed in range(200)])
+    alone = tracks(7, 1)
+    assert alone.imu_x_m.tolist() == tracks(7, 2).query("vehicle == 'AUV0'").imu_x_m.tolist()
+    begin, later = two[two.time_s == 0.0], two[two.time_s == 50.0]
+    off = np.stack([begin.imu_x_m - begin.x_m, begin.imu_y_m - begin.y_m])
+    moved = np.stack([later.imu_x_m - later.x_m, later.imu_y_m - later.y_m]) - off
+    bound = 4.0 / math.sqrt(2 * 400)  # four standard errors of a standard deviation
+    assert off.std(axis=1) == pytest.approx(start, rel=bound)
+    assert (moved / 50).std(axis=1) == pytest.approx(sd, rel=bound)
+    assert (moved / 50).mean(axis=1) == pytest.approx([0.06, -0.01], abs=4 * sd / math.sqrt(400))
+    assert abs(np.corrcoef(off[0], moved[0])[0, 1]) < 4 / math.sqrt(400)

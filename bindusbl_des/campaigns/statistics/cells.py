@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...figures.sweeps import Levels, Means
 from ...scenario_keys import keys
-from ...tables import schema
+from ...tables import mission_numbers, schema
 from ...wording import did_you_mean
 from .intervals import interval
 
@@ -42,7 +42,7 @@ def means_of(
 
 
 def _unit(metric: str) -> str:
-    columns = {field.name: field for field in schema("mission")}
+    columns = {name: schema("mission").field(name) for name in mission_numbers()}
     if metric not in columns:
         hint = did_you_mean(metric, columns) or f"; there are {', '.join(columns)}"
         raise LookupError(f"no metric {metric!r}{hint}")

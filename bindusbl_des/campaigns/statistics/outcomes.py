@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from ...tables import mission_numbers
 from ...wording import did_you_mean
 from ..storage.parts import MISSIONS, OK, metric_schema, read_table
 
@@ -63,7 +64,7 @@ def check_metrics(names: Sequence[str]) -> None:
     Raises:
         ValueError: naming the nearest one, or all.
     """
-    known = metric_schema(MISSIONS).names
+    known = mission_numbers()
     for name in names:
         if name not in known:
             hint = did_you_mean(name, known) or f"; the metrics are {', '.join(known)}"
