@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -108,7 +109,7 @@ def test_who_lost_his_fixes_early_is_the_worst() -> None:
     assert math.isnan(mission.worst_interval_mean_s)
     assert mission.worst_interval_mean_s_auv == "AUV1"
     assert (mission.worst_fixes_delivered, mission.worst_hf_coverage) == (0.0, 0.0)
-    assert mission.worst_saturated_share_auv is None  # nobody has actuators
+    assert pd.isna(mission.worst_saturated_share_auv)  # nobody has actuators
     assert "worst_distance_m" not in mission
     assert "worst_pings" not in mission
 

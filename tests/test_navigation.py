@@ -223,7 +223,7 @@ def test_fixes_beat_dead_reckoning_in_a_mission() -> None:
 
 
 def test_each_seed_draws_its_inertial_systems() -> None:
-    """Biases and starts have the spread asked for, and AUV1's do not depend on who else is there."""
+    """Biases and starts have the spread asked for and do not depend on who else is there."""
     sd, start = 0.02, 1.5
 
     def tracks(seed: int, count: int) -> pd.DataFrame:
