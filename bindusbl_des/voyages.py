@@ -126,6 +126,7 @@ def auv_voyage(
             navigation.bias_frame == "body",
             np.pad(walks, ((0, 0), (0, beyond), (0, 0)), mode="edge"),
             navigation.imu_rate_hz,
+            through_water=navigation.velocity == "through_water",
         )
     return Voyage(
         auvs.vehicle.model,

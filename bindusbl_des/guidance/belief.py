@@ -1,13 +1,22 @@
-"""Where vehicles believe to be: their dead reckoning is wrong, and they steer by it."""
+"""What vehicles know, and steer by: where they believe to be, and what their logs tell.
+
+An autopilot has its AHRS (attitude and turn rates), its depth and a velocity log, whose bias is
+that of dead reckoning. Whatever else is true stays outside.
+"""
 
 from dataclasses import dataclass
-from math import ceil, floor
+from math import ceil, cos, floor, sin
 
 import numpy as np
 
 from .. import logs
 from ..compiled import inlined
 from ..dynamics.frames import Floats
+
+# What `sensed` holds: the offset from the station (m) by estimate or GNSS, and the velocity that
+# the log measures (m/s), north and east; such a velocity ahead and to starboard; and how
+# fast the water carries the vehicle beyond what the log measures, as far as fixes show (m/s)
+OFF_N, OFF_E, LOG_N, LOG_E, AHEAD, ASIDE, SET_N, SET_E, SENSED = range(9)
 
 
 @dataclass(frozen=True)
@@ -16,12 +25,14 @@ class SteeringDrift:
 
     `bias` (2,) or (n, 2) m/s of velocity, ahead and to starboard if `in_body`, else along x and y;
     `walk` (n, samples, 2) m along x and y at the instants k / `rate` (Hz), straight in between.
+    `through_water` if the log has no bottom lock and misses the current, which is then in `walk`.
     """
 
     bias: Floats
     in_body: bool
     walk: Floats
     rate: float
+    through_water: bool = False
 
 
 def for_fleet(
@@ -43,7 +54,7 @@ def for_fleet(
     bias = np.array(np.broadcast_to(drift.bias, (count, 2)), dtype=np.float64, order="C")
     if not (np.isfinite(walk).all() and np.isfinite(bias).all()):
         raise ValueError(f"{model}: drift.bias and drift.walk must be finite numbers")
-    return SteeringDrift(bias, bool(drift.in_body), walk, float(drift.rate))
+    return SteeringDrift(bias, bool(drift.in_body), walk, float(drift.rate), drift.through_water)
 
 
 @inlined
@@ -65,3 +76,25 @@ def error(
     north += here[0] + share * (there[0] - here[0])
     east += here[1] + share * (there[1] - here[1])
     return north, east
+
+
+@inlined
+def read_log(
+    spot: Floats, own: tuple[float, float], current: Floats, missed: float, bias: Floats,
+    in_body: bool, sensed: Floats,
+) -> None:  # fmt: skip
+    """Write what a velocity log measures (m/s), bias included, north, east, ahead and to starboard.
+
+    `spot` is a line of the log of the voyage; `own` the velocity ahead and to starboard without
+    bias; `current` (2,) m/s, of which the share `missed` (0 or 1) escapes. The random walk of dead
+    reckoning is left to the position: it is faster than the loops, and as noise of this velocity
+    changes path errors by 0.02 m at most.
+    """
+    yaw = spot[logs.YAW]
+    turn = yaw if in_body else 0.0
+    c_turn, s_turn = cos(turn), sin(turn)
+    sensed[LOG_N] = spot[4] - missed * current[0] + c_turn * bias[0] - s_turn * bias[1]
+    sensed[LOG_E] = spot[5] - missed * current[1] + s_turn * bias[0] + c_turn * bias[1]
+    c_hull, s_hull = cos(turn - yaw), sin(turn - yaw)
+    sensed[AHEAD] = own[0] + c_hull * bias[0] - s_hull * bias[1]
+    sensed[ASIDE] = own[1] + s_hull * bias[0] + c_hull * bias[1]

@@ -13,6 +13,7 @@ import numpy as np
 from ..compiled import compiled
 from ..dynamics import bluerov2 as hull
 from ..dynamics.frames import Floats
+from .belief import AHEAD, ASIDE, LOG_E, LOG_N, SET_E, SET_N
 from .signals import half_turn, within
 
 # Newtons of one thruster that a newton or newton metre of each axis costs: 1 / (4 c), c = cos 45
@@ -24,6 +25,9 @@ YAW_SHARE, SWAY_SHARE, PITCH_SHARE, ROLL_SHARE = 0.5, 0.5, 0.75, 0.15
 
 ACCELERATION = 0.15  # m/s2, how the demanded speed grows from rest
 LOOKAHEAD = 1.0  # m, the distance in which a cross-track error is steered out
+# Of the speed asked for: where fixes show that less of it is made along the path over ground, it
+# pushes harder against the current
+LEAST_HEADWAY = 0.5
 STOPPING = 0.5  # 1/s: at the path's end, speed is this times what is left
 BACKING = 0.2  # m/s, fastest return to an end overshot
 SURGE_GAIN, SWAY_GAIN = 40.0, 80.0  # N per m/s
@@ -37,8 +41,14 @@ PITCH_GAIN, PITCH_RATE_GAIN = 12.0, 3.0  # N m, rad, s; the hull alone is unstab
 NORTH, EAST, TURN, SINK, SPEED = range(5)
 
 
-def begin(p: Floats, memory: Floats) -> None:
-    """Start at rest, with the thrust that holds the depth; `memory` (>= 5,)."""
+def begin(current: Floats, p: Floats, memory: Floats, state: Floats) -> None:
+    """Start carried along by a current (m/s), with the thrust that holds the depth; writes `state`.
+
+    `memory` (>= 5,).
+    """
+    c_yaw, s_yaw = cos(state[5]), sin(state[5])
+    state[6] = c_yaw * current[0] + s_yaw * current[1]
+    state[7] = c_yaw * current[1] - s_yaw * current[0]
     memory[SINK] = -p[hull.SINKING]
 
 
@@ -74,39 +84,45 @@ def share_thrust(wanted: Floats, most: float, given: Floats) -> tuple[bool, bool
 
 @compiled
 def steer(
-    state: Floats, rates: Floats, north_rate: float, east_rate: float,
-    aim: tuple[float, float, float, float], speed: float, depth: float, interval: float, p: Floats,
-    most: float, memory: Floats, work: Floats, command: Floats,
+    state: Floats, rates: Floats, sensed: Floats, aim: tuple[float, float, float, float],
+    speed: float, depth: float, interval: float, p: Floats, most: float, memory: Floats,
+    work: Floats, command: Floats,
 ) -> bool:  # fmt: skip
-    """Write the wrench that carries the vehicle along its path at `speed` over ground (m/s).
+    """Write the wrench that carries the vehicle along its path at `speed` by its log (m/s).
 
-    `state` and its `rates` (12,); the velocity it believes to have (m/s); `aim` as
-    `tracks.locate` returns it; `most` N per thruster; `work` (6,). Returns whether any axis was
-    saturated. Wanted velocity U (cos d t - sin d n), d = atan(y_e / lookahead), along the path's
-    tangent t and normal n (line of sight, Fossen 2021, section 12.4); velocity errors are fed back
-    in the heading frame and integrated in North-East, so that nothing unwinds in a turn.
+    `state` and its `rates` (12,), of which attitude, turn rates and depth are read; `sensed`
+    (belief.SENSED,) what it knows of its place and velocity; `aim` as `tracks.locate` returns it;
+    `most` N per thruster; `work` (6,). Returns whether any axis was saturated. Wanted velocity
+    U (cos d t - sin d n) - w_n n, d = atan(y_e / lookahead), along the path's tangent t and normal
+    n (line of sight, Fossen 2021, section 12.4), w the current that the log misses, as far as
+    fixes have shown; velocity errors are fed back in the heading frame and integrated in
+    North-East, so that nothing unwinds in a turn.
     """
     cross, path_yaw, bend, left = aim
+    c_path, s_path = cos(path_yaw), sin(path_yaw)
+    along = sensed[SET_N] * c_path + sensed[SET_E] * s_path
+    across = sensed[SET_E] * c_path - sensed[SET_N] * s_path
     memory[SPEED] = min(memory[SPEED] + ACCELERATION * interval, speed)
     ahead = min(memory[SPEED], max(STOPPING * left, -BACKING))
     offset = hypot(LOOKAHEAD, cross)
-    forward, aside = ahead * LOOKAHEAD / offset, -ahead * cross / offset
+    made = max(ahead + along, LEAST_HEADWAY * ahead)  # over ground along the path, when on it
+    forward, aside = (made - along) * LOOKAHEAD / offset, -ahead * cross / offset - across
     if STOPPING * left < memory[SPEED]:  # about to hover: towards the end, whatever the bearing
-        forward, aside = ahead, -within(STOPPING * cross, speed)
+        forward, aside = ahead - along, -within(STOPPING * cross, speed) - across
     c_yaw, s_yaw = cos(state[5]), sin(state[5])
     turn = path_yaw - state[5]
     wanted_u = forward * cos(turn) - aside * sin(turn)
     wanted_v = forward * sin(turn) + aside * cos(turn)
-    error_u = wanted_u - (north_rate * c_yaw + east_rate * s_yaw)
-    error_v = wanted_v - (east_rate * c_yaw - north_rate * s_yaw)
-    yaw_error = half_turn(turn)
-    turning = bend * ahead
+    error_u = wanted_u - (sensed[LOG_N] * c_yaw + sensed[LOG_E] * s_yaw)
+    error_v = wanted_v - (sensed[LOG_E] * c_yaw - sensed[LOG_N] * s_yaw)
+    u, v, yaw_error = sensed[AHEAD], sensed[ASIDE], half_turn(turn)
+    turning = bend * made
     push = SURGE_GAIN * error_u + memory[NORTH] * c_yaw + memory[EAST] * s_yaw
     push += (p[hull.L1] + p[hull.Q1] * abs(wanted_u)) * wanted_u
     side = SWAY_GAIN * error_v + memory[EAST] * c_yaw - memory[NORTH] * s_yaw
-    side += (p[hull.L2] + p[hull.Q2] * abs(wanted_v)) * wanted_v + p[hull.M1] * state[6] * turning
+    side += (p[hull.L2] + p[hull.Q2] * abs(wanted_v)) * wanted_v + p[hull.M1] * u * turning
     twist = YAW_GAIN * yaw_error + YAW_RATE_GAIN * (turning - state[11]) + memory[TURN]
-    twist += p[hull.Q6] * abs(turning) * turning + (p[hull.M2] - p[hull.M1]) * state[6] * state[7]
+    twist += p[hull.Q6] * abs(turning) * turning + (p[hull.M2] - p[hull.M1]) * u * v
     deeper = depth - state[2]
     sink = DEPTH_GAIN * deeper - DEPTH_RATE_GAIN * rates[2] + memory[SINK]
     s_roll, c_roll, s_pitch, c_pitch = sin(state[3]), cos(state[3]), sin(state[4]), cos(state[4])

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..dynamics.frames import Floats
 from ..dynamics.models import Model
 from ..paths import Path, Segment
-from . import bluerov2, cybership2, flight, otter, remus100
+from . import bluerov2, cybership2, drift, flight, otter, remus100
 
 WATCH_CIRCLES = {"otter": otter.WATCH_CIRCLE, "cybership2": cybership2.WATCH_CIRCLE}
 LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
@@ -24,7 +24,8 @@ class Vessels:
     """The vehicles of a fleet as the compiled flight moves them; arrays change in place.
 
     `hull` what the equations of motion read, `gains` what the controllers read; by vehicle:
-    `states` (n, state), `memory` (n, flight.MEMORY), `watch` (n, flight.WATCH).
+    `states` (n, state), `memory` (n, flight.MEMORY), `watch` (n, flight.WATCH), `lines`
+    (n, drift.MEMORIES).
     """
 
     hull: Floats
@@ -32,6 +33,7 @@ class Vessels:
     states: Floats
     memory: Floats
     watch: Floats
+    lines: Floats
 
 
 def begun(time: float, control: float) -> int:
@@ -100,15 +102,19 @@ def _vessels(kind: Model, body: Any, count: int) -> Vessels:
     states = np.zeros((count, len(kind.states)))
     memory, watch = np.zeros((count, flight.MEMORY)), np.zeros((count, flight.WATCH))
     watch[:, flight.PATIENCE] = PATIENCE_S
-    return Vessels(kind.pack(body), np.zeros((count, 2)), states, memory, watch)
+    lines = np.zeros((count, drift.MEMORIES))
+    return Vessels(kind.pack(body), np.zeros((count, 2)), states, memory, watch, lines)
 
 
 def on_paths(
-    kind: Model, body: Any, paths: Sequence[Path], speed: Floats, depth: Floats, current: Floats
-) -> Vessels:
+    kind: Model, body: Any, paths: Sequence[Path], speed: Floats, depth: Floats, current: Floats,
+    missed: float,
+) -> Vessels:  # fmt: skip
     """Return AUVs at the beginnings of their paths; speeds (m/s) and depths (m) (n,).
 
-    A BlueROV2 is at rest, in trim; a REMUS at its speed through the water, carried by the current.
+    A BlueROV2 is at rest, in trim: over ground, or in the water if its log sees only that (`missed`
+    is 1, the share of the current that escapes it, else 0); a REMUS at its speed through the water,
+    carried by the current.
     """
     vessels = _vessels(kind, body, len(paths))
     vessels.watch[:, flight.SPEED], vessels.watch[:, flight.DEPTH] = speed, depth
@@ -119,7 +125,7 @@ def on_paths(
         state[0], state[1], state[kind.heading] = path.start
         if kind.name == "bluerov2":
             vessels.gains[number, 0] = body.thruster_limit_n
-            bluerov2.begin(vessels.hull, vessels.memory[number])
+            bluerov2.begin(missed * current, vessels.hull, vessels.memory[number], state)
         else:
             own = float(speed[number])
             vessels.gains[number, 0] = remus100.revolutions(own, vessels.hull)

@@ -8,11 +8,11 @@ from math import cos, hypot, isfinite, nan, sin
 
 import numpy as np
 
-from ..compiled import compiled
+from ..compiled import compiled, inlined
 from ..dynamics import rk4
 from ..dynamics.frames import Floats, move_rigid_body, move_surface_craft
-from ..logs import YAW
-from . import belief, bluerov2, cybership2, logbook, otter, remus100, tracks
+from . import belief, bluerov2, cybership2, drift, logbook, otter, remus100, tracks
+from .belief import LOG_E, LOG_N, OFF_E, OFF_N, SET_E, SET_N
 from .tracks import Flags, Ints
 
 MEMORY = 8  # numbers that a controller may remember
@@ -43,6 +43,24 @@ def _observe(state: Floats, current: Floats, depth: float, rates: Floats, spot: 
     spot[0], spot[1], spot[4], spot[5] = state[0], state[1], rates[0], rates[1]
 
 
+@inlined
+def _read_log(
+    model: int, state: Floats, spot: Floats, current: Floats, missed: float, bias: Floats,
+    in_body: bool, sensed: Floats,
+) -> None:  # fmt: skip
+    """Write what a vehicle's log measures, as `belief.read_log` does, into `sensed`.
+
+    Without bottom lock it misses the current (`missed` is 1). Ahead and to starboard a REMUS
+    measures its velocity through the water in any case; surface craft do not ask for it.
+    """
+    if state.size >= rk4.PITCHING_STATE:
+        share = missed if model == rk4.BLUEROV2 else 1.0
+        own = state[6] - share * spot[AHEAD], state[7] - share * spot[ASIDE]
+    else:
+        own = 0.0, 0.0
+    belief.read_log(spot, own, current, missed, bias, in_body, sensed)
+
+
 @compiled
 def _look_out(time: float, off: float, reached: float, watch: Floats) -> int:
     """Return whether a vehicle has been off its station, or made no headway, for too long.
@@ -65,18 +83,19 @@ def _look_out(time: float, off: float, reached: float, watch: Floats) -> int:
 
 @compiled
 def _steer(
-    model: int, state: Floats, rates: Floats, spot: Floats, believed: Floats,
+    model: int, state: Floats, rates: Floats, sensed: Floats,
     aim: tuple[float, float, float, float], turning: float, watch: Floats, control: float,
     p: Floats, gains: Floats, memory: Floats, work: Floats, command: Floats,
 ) -> bool:  # fmt: skip
     """Write the command for the next interval; return whether it reached a limit.
 
-    `believed` (4,) is the offset from the station (m) and the velocity over ground (m/s).
+    `sensed` (belief.SENSED,) is what the vehicle knows of its place and velocity; of `state` and
+    `rates` it knows attitude, turn rates and depth.
     """
-    north, east, north_rate, east_rate = believed[0], believed[1], believed[2], believed[3]
+    north, east, north_rate, east_rate = sensed[OFF_N], sensed[OFF_E], sensed[LOG_N], sensed[LOG_E]
     if model == rk4.BLUEROV2:
         return bluerov2.steer(
-            state, rates, north_rate, east_rate, aim, watch[SPEED], watch[DEPTH], control, p,
+            state, rates, sensed, aim, watch[SPEED], watch[DEPTH], control, p,
             gains[0], memory, work, command,
         )  # fmt: skip
     if model == rk4.OTTER:
@@ -88,8 +107,7 @@ def _steer(
             state, north, east, north_rate, east_rate, control, p, memory, command
         )
     return remus100.steer(
-        state, state[6] - spot[AHEAD], state[7] - spot[ASIDE], north_rate, east_rate, aim, turning,
-        watch[SPEED], watch[DEPTH], control, p, gains, memory, command,
+        state, sensed, aim, turning, watch[SPEED], watch[DEPTH], control, p, gains, memory, command
     )  # fmt: skip
 
 
@@ -116,46 +134,49 @@ def fly(
     model: int, p: Floats, gains: Floats, states: Floats, memory: Floats, watch: Floats,
     rows: Floats, bounds: Ints, progress: Floats, active: Ints, currents: Floats, noise: Floats,
     bias: Floats, in_body: bool, walk: Floats, walk_rate: float, corrections: Floats,
-    logs: Floats, saturated: Flags, first: int, last: int, control: float, step: float,
-    steps: int, lost: Floats,
+    missed: float, lines: Floats, logs: Floats, saturated: Flags, first: int, last: int,
+    control: float, step: float, steps: int, lost: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
     Vehicles are the first axis of `gains` (2,), `states`, `memory` (MEMORY,), `watch` (WATCH,),
     `bounds`, `progress` (tracks.PROGRESS,), `active` (intervals,), `noise` (intervals or 1, 2),
-    `bias` (2,), `walk` (samples, 2), `corrections` (2,), `logs` (boundaries, logbook.COLUMNS),
-    `saturated` (intervals,). Of `currents` (any, 2) the last row holds. Returns -1, or the vehicle
-    lost, with `lost` holding how it fares and when (s).
+    `bias` (2,), `walk` (samples, 2), `corrections` (2,), `lines` (drift.MEMORIES,), `logs`
+    (boundaries, logbook.COLUMNS), `saturated` (intervals,). Of `currents` (any, 2) the last row
+    holds; velocity logs miss the share `missed` (0 or 1) of it. Returns -1, or the vehicle lost,
+    with `lost` holding how it fares and when (s).
     """
     size = states.shape[1]
     work, rates, spot = np.empty((5, size)), np.empty(size), np.empty(SPOT)
-    command, scratch, believed = np.empty(6), np.empty(6), np.empty(4)
+    command, scratch, sensed = np.empty(6), np.empty(6), np.zeros(belief.SENSED)
     aim, turning, reached = (0.0, 0.0, 0.0, 0.0), 0.0, nan
     for i in range(states.shape[0]):
         state, told, log, recalls = states[i], watch[i], logs[i], memory[i]
-        bound, way, gain, drift, wander = bounds[i], progress[i], gains[i], bias[i], walk[i]
+        bound, way, gain, own_bias, wander = bounds[i], progress[i], gains[i], bias[i], walk[i]
         for interval in range(first, last):
             time, line = interval * control, interval * steps
             current = currents[min(interval, currents.shape[0] - 1)]
             _observe(state, current, told[DEPTH], rates, spot)
             logbook.note(log, line, step, spot)
-            off_n, off_e = belief.error(time, log[line], drift, in_body, wander, walk_rate)
+            off_n, off_e = belief.error(time, log[line], own_bias, in_body, wander, walk_rate)
             fix = noise[i, min(interval, noise.shape[1] - 1)]
-            believed[0] = spot[0] + off_n + fix[0] + corrections[i, 0] - told[NORTH]
-            believed[1] = spot[1] + off_e + fix[1] + corrections[i, 1] - told[EAST]
-            turn = spot[YAW] if in_body else 0.0
-            believed[2] = spot[4] + cos(turn) * drift[0] - sin(turn) * drift[1]
-            believed[3] = spot[5] + sin(turn) * drift[0] + cos(turn) * drift[1]
+            sensed[OFF_N] = spot[0] + off_n + fix[0] + corrections[i, 0] - told[NORTH]
+            sensed[OFF_E] = spot[1] + off_e + fix[1] + corrections[i, 1] - told[EAST]
+            _read_log(model, state, spot, current, missed, own_bias, in_body, sensed)
+            if missed > 0.0:
+                drift.learn(time, corrections[i, 0], corrections[i, 1], lines[i])
+                sensed[SET_N], sensed[SET_E] = lines[i, drift.RATE_N], lines[i, drift.RATE_E]
             if rows.shape[0] > 0:  # there are paths, and stations are at the origin
-                aim = tracks.locate(rows, bound, way, believed[0], believed[1])
+                aim = tracks.locate(rows, bound, way, sensed[OFF_N], sensed[OFF_E])
                 active[i, interval] = int(way[tracks.ROW])
                 reached = tracks.travelled(rows, way) if aim[3] > ARRIVED else nan
-                ground = spot[4] * cos(aim[1]) + spot[5] * sin(aim[1])
+                north, east = sensed[LOG_N] + sensed[SET_N], sensed[LOG_E] + sensed[SET_E]
+                ground = north * cos(aim[1]) + east * sin(aim[1])
                 ahead = max(ground, 0.0) * remus100.LEAD
                 turning = ground * tracks.bend_ahead(rows, bound, way, ahead)
             saturated[i, interval] = _steer(
-                model, state, rates, spot, believed, aim, turning, told, control, p, gain,
-                recalls, scratch, command,
+                model, state, rates, sensed, aim, turning, told, control, p, gain, recalls, scratch,
+                command,
             )  # fmt: skip
             off = hypot(spot[0] - told[NORTH], spot[1] - told[EAST])
             fares = _look_out(time, off, reached, told)

@@ -20,8 +20,11 @@ class VoyageError(RuntimeError):
     """A vehicle cannot go where it is told to: `vehicle` (its name), `time_s` and `reason`."""
 
     def __init__(self, vehicle: str, time_s: float, reason: str) -> None:
-        super().__init__(f"{vehicle} at {time_s:.6g} s: {reason}")
+        super().__init__(vehicle, time_s, reason)  # all of it: SimPy and pickle make it anew
         self.vehicle, self.time_s, self.reason = vehicle, time_s, reason
+
+    def __str__(self) -> str:
+        return f"{self.vehicle} at {self.time_s:.6g} s: {self.reason}"
 
 
 def _frozen(overrides: Mapping[str, float] | None) -> tuple[tuple[str, float], ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from ..compiled import compiled
 from ..dynamics import remus100_parameters as hull
 from ..dynamics.frames import Floats, cross_flow
+from .belief import AHEAD, ASIDE, LOG_E, LOG_N, SET_E, SET_N
 from .signals import half_turn, within
 
 LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: three or more)
@@ -112,25 +113,28 @@ def _planes(
 
 @compiled
 def steer(
-    state: Floats, ahead: float, aside: float, course_north: float, course_east: float,
-    aim: tuple[float, float, float, float], turning: float, speed: float, depth: float,
-    interval: float, p: Floats, gains: Floats, memory: Floats, command: Floats,
+    state: Floats, sensed: Floats, aim: tuple[float, float, float, float], turning: float,
+    speed: float, depth: float, interval: float, p: Floats, gains: Floats, memory: Floats,
+    command: Floats,
 ) -> bool:  # fmt: skip
     """Write rudder, stern planes (rad) and rpm that carry the vehicle along its path.
 
-    `state` (15,); `ahead` and `aside` the velocity through the water (m/s), which the vehicle
-    measures; the course it believes to make good (m/s);
-    `aim` as `tracks.locate` returns it; `turning` the path's yaw rate (rad/s) LEAD ahead; `speed`
-    through the water (m/s); `gains` (1,) the propeller's revolutions in trim (1/s). Returns whether
-    rudder, planes or propeller was saturated.
+    `state` (15,), of which attitude, turn rates and depth are read; `sensed` (belief.SENSED,) what
+    it knows of its velocity: the course that it believes to make good is what its log measures and
+    the current that the log misses, as far as fixes have shown; `aim` as `tracks.locate` returns
+    it; `turning` the path's yaw rate (rad/s) LEAD ahead; `speed` through the water (m/s); `gains`
+    (1,) the propeller's revolutions in trim (1/s). Returns whether rudder, planes or propeller was
+    saturated.
     """
+    ahead, aside = sensed[AHEAD], sensed[ASIDE]
     scheduled = max(ahead, SLOWEST)
     most = p[hull.FIN_LIMIT]
     rudder_authority = p[hull.STERN] * p[hull.RUDDER] * (scheduled * scheduled + aside * aside)
     # line of sight learns nothing from an error that the rudder could not mend
     heading = _heading(
-        state, course_north, course_east, aim, speed, interval, abs(memory[RUDDER]) <= most, memory
-    )
+        state, sensed[LOG_N] + sensed[SET_N], sensed[LOG_E] + sensed[SET_E], aim, speed, interval,
+        abs(memory[RUDDER]) <= most, memory,
+    )  # fmt: skip
     _, twist = cross_flow(aside, turning, p[hull.LENGTH])
     acceleration = YAW_FREQUENCY**2 * half_turn(heading - state[5])
     acceleration += 2.0 * YAW_DAMPING * YAW_FREQUENCY * (turning - state[11])

@@ -32,8 +32,9 @@ STEPS_S = {"otter": 0.02, "remus100": 0.1, "remus100_pvs": 0.1}
 class Voyage:
     """Vehicles of one model on their way, moved only as far as somebody looks.
 
-    AUVs follow `paths` at `speed_m_per_s` (BlueROV2 over ground, from rest; REMUS through the
-    water, at that speed from the start) and `depth_m`, either one number or one for each; a REMUS
+    AUVs follow `paths` at `speed_m_per_s` (BlueROV2 over ground, or through the water if its log
+    misses the current, from rest; REMUS through the water, at that speed from the start) and
+    `depth_m`, either one number or one for each; a REMUS
     that has come to a path's end circles there to starboard, a BlueROV2 hovers. ASVs keep
     `stations` (n, 2), starting at rest with the bow against the first current. `currents` (k, 2)
     m/s along x and y, and `position_noise` (n, intervals, 2) m, hold for one control interval each,
@@ -42,7 +43,8 @@ class Voyage:
     Control begins anew each `control_s`, a whole number of steps `step_s` (0.05 s, Otter 0.02 s,
     REMUS 0.1 s).
     What a vehicle believes is truth + drift + noise + its row of `corrections` (n, 2), which anyone
-    may write to. Without drift it does not matter when and how often the fleet is advanced.
+    may write to: the sum of what fixes have put right. A log through the water gives it no other
+    word of the current. Without drift it does not matter when and how often the fleet is advanced.
 
     Raises ValueError for arguments that do not fit, VoyageError for what cannot be flown.
     """
@@ -79,6 +81,7 @@ class Voyage:
         noise = np.zeros((count, 1, 2)) if position_noise is None else position_noise
         length = 1 if position_noise is None else self._intervals
         self._noise = departure.rows(model, "position_noise", noise, (count, length, 2))
+        self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
         self._drift = belief.for_fleet(model, drift, count, self.duration_s)
         self.corrections = np.zeros((count, 2))
         self.tracks, self._vessels = self._set_out(
@@ -113,7 +116,9 @@ class Voyage:
             return tracks.nowhere(len(self.stations)), departure.at_stations(
                 model, body, self.stations, depth, self._currents[0]
             )
-        vessels = departure.on_paths(model, body, paths, speed, depth, self._currents[0])
+        vessels = departure.on_paths(
+            model, body, paths, speed, depth, self._currents[0], float(self._drift.through_water)
+        )
         if model.name != "bluerov2":
             paths = [
                 departure.circled(path, smallest_turn(model.name, own, overrides))
@@ -143,8 +148,8 @@ class Voyage:
             self.model.equations, vessels.hull, vessels.gains, vessels.states, vessels.memory,
             vessels.watch, self.tracks.rows, self.tracks.bounds, self._progress, self.active,
             self._currents, self._noise, drift.bias, drift.in_body, drift.walk, drift.rate,
-            self.corrections, self.logs, self.at_limit, self._flown, wanted, self.control_s,
-            self.step_s, self._steps, self._lost,
+            self.corrections, float(drift.through_water), vessels.lines, self.logs, self.at_limit,
+            self._flown, wanted, self.control_s, self.step_s, self._steps, self._lost,
         )  # fmt: skip
         if lost >= 0:
             raise VoyageError(self.names[lost], float(self._lost[1]), self._reason(lost))
@@ -160,8 +165,13 @@ class Voyage:
                 "stronger than its thrust, or the station was never reached"
             )
         if fares == flight.STUCK:
-            spent = flight.PATIENT_FOR * PATIENCE_S
-            return f"no headway along its path for {spent:g} s; the current is too strong"
+            spent, current = flight.PATIENT_FOR * PATIENCE_S, self._currents.mean(axis=0)
+            return (
+                f"no headway along its path for {spent:g} s: asked for "
+                f"{self._vessels.watch[vehicle, flight.SPEED]:g} m/s in a current of "
+                f"{np.hypot(*current):.3g} m/s, it is held up by that{self._or_by_fixes}; ask for "
+                "more speed"
+            )
         if not np.isfinite(state).all():
             return "its state became infinite or NaN; take a shorter step_s or other overrides"
         return (
