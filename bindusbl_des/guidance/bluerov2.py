@@ -13,7 +13,7 @@ import numpy as np
 from ..compiled import compiled
 from ..dynamics import bluerov2 as hull
 from ..dynamics.frames import Floats
-from .belief import AHEAD, ASIDE, LOG_E, LOG_N, SET_E, SET_N
+from .belief import LOG_AHEAD, LOG_ASIDE, LOG_E, LOG_N, SET_E, SET_N
 from .signals import half_turn, within
 
 # Newtons of one thruster that a newton or newton metre of each axis costs: 1 / (4 c), c = cos 45
@@ -115,7 +115,7 @@ def steer(
     wanted_v = forward * sin(turn) + aside * cos(turn)
     error_u = wanted_u - (sensed[LOG_N] * c_yaw + sensed[LOG_E] * s_yaw)
     error_v = wanted_v - (sensed[LOG_E] * c_yaw - sensed[LOG_N] * s_yaw)
-    u, v, yaw_error = sensed[AHEAD], sensed[ASIDE], half_turn(turn)
+    u, v, yaw_error = sensed[LOG_AHEAD], sensed[LOG_ASIDE], half_turn(turn)
     turning = bend * made
     push = SURGE_GAIN * error_u + memory[NORTH] * c_yaw + memory[EAST] * s_yaw
     push += (p[hull.L1] + p[hull.Q1] * abs(wanted_u)) * wanted_u

@@ -31,8 +31,8 @@ def learn(time: float, north: float, east: float, line: Floats) -> None:
 
     `line` (MEMORIES,) is zero at first, and begins with the first fix, which may put right a wrong
     initial position. With k = exp(-T / memory) after T without a fix, its end takes 1 - k^2 of what
-    it is off, its slope (1 - k)^2 / T: least squares with fading weights (g-h filter with fading
-    memory, Brookner 1998, section 1.2.6).
+    it is off, its slope (1 - k)^2 / T: at equal intervals that is least squares with fading weights
+    (critically damped g-h filter, Brookner 1998, Tracking and Kalman Filtering Made Easy).
     """
     if north == line[SUM_N] and east == line[SUM_E]:
         return

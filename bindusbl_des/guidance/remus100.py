@@ -11,7 +11,7 @@ import numpy as np
 from ..compiled import compiled
 from ..dynamics import remus100_parameters as hull
 from ..dynamics.frames import Floats, cross_flow
-from .belief import AHEAD, ASIDE, LOG_E, LOG_N, SET_E, SET_N
+from .belief import LOG_AHEAD, LOG_ASIDE, LOG_E, LOG_N, SET_E, SET_N
 from .signals import half_turn, within
 
 LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: three or more)
@@ -126,7 +126,7 @@ def steer(
     (1,) the propeller's revolutions in trim (1/s). Returns whether rudder, planes or propeller was
     saturated.
     """
-    ahead, aside = sensed[AHEAD], sensed[ASIDE]
+    ahead, aside = sensed[LOG_AHEAD], sensed[LOG_ASIDE]
     scheduled = max(ahead, SLOWEST)
     most = p[hull.FIN_LIMIT]
     rudder_authority = p[hull.STERN] * p[hull.RUDDER] * (scheduled * scheduled + aside * aside)
