@@ -19,11 +19,11 @@ OF_PING, OF_AUV, AT_ASV, ARRIVED_AT, SLANT_RANGE, TRAVEL_TIME, OUTCOME = range(7
 # ASVs' names, FUSED is the first of the receptions that it may be made of
 FIX, PING_OF_FIX, ROUND_OF_FIX, AUV_OF_FIX, FUSED, PINGED_AT = range(6)
 POSITION, SD, COVARIANCE, ERROR = 6, 9, 12, 15
-BROADCAST_AT, BROADCAST_BY, DELIVERED_AT, LATENCY, INNOVATION, OUTCOME_OF_FIX = range(16, 22)
+BROADCAST_AT, BROADCAST_BY, DELIVERED_AT, LATENCY, INNOVATION, MOVED, OUTCOME_OF_FIX = range(16, 23)
 # Where those receptions end; when it reaches the AUV (s); the sum of the AUV's corrections (m)
 # from then on, along x and y.
-FUSED_END, ARRIVES_AT, CORRECTION = 22, 23, 24
-FIX_COLUMNS = 26
+FUSED_END, ARRIVES_AT, CORRECTION = 23, 24, 25
+FIX_COLUMNS = 27
 
 # events.TrackPoint
 TIME, VEHICLE, TRUTH, YAW, ESTIMATE, DEPTH, IMU = 0, 1, 2, 5, 6, 8, 9

@@ -105,6 +105,9 @@ class Fix:
     delivered_at_s: float | None = column("s", "instant at which the AUV has it", None)
     latency_s: float | None = column("s", "from ping to delivery", None)
     innovation_m: float | None = column("m", "horizontal length of the innovation", None)
+    correction_m: float | None = column(
+        "m", "how far it moved the AUV's estimate, horizontally, at its delivery", None
+    )
     outcome: str = column("", "delivered, out_of_range or in_flight", "in_flight")
 
 

@@ -10,6 +10,7 @@ from .columns import (
     CORRECTION,
     DELIVERED_AT,
     INNOVATION,
+    MOVED,
     OUTCOME_OF_FIX,
     PINGED_AT,
     POSITION,
@@ -49,7 +50,7 @@ class FixedGain:
         return x + float(self.corrections[auv, 0]), y + float(self.corrections[auv, 1])
 
     def correct(self, fixes: Floats, due: Ints) -> None:
-        """Apply the fixes whose rows are `due`; note their innovations and the sums (m)."""
+        """Apply the fixes whose rows are `due`; note their innovations, corrections and sums (m)."""
         _correct(fixes, due, self._gain, self._at_ping, self.corrections, *self._reckoning.known)
 
 
@@ -68,6 +69,7 @@ def _correct(
         ahead = fix[POSITION] - (x + ahead + corrections[auv, 0])
         aside = fix[POSITION + 1] - (y + aside + corrections[auv, 1])
         fix[INNOVATION] = hypot(ahead, aside)
+        fix[MOVED] = gain * fix[INNOVATION]
         corrections[auv, 0] += gain * ahead
         corrections[auv, 1] += gain * aside
         fix[CORRECTION], fix[CORRECTION + 1] = corrections[auv, 0], corrections[auv, 1]

@@ -25,7 +25,7 @@ FIX = {
     "cov_xy_m2": at.COVARIANCE, "cov_xz_m2": at.COVARIANCE + 1, "cov_yz_m2": at.COVARIANCE + 2,
     "error_m": at.ERROR, "broadcast_at_s": at.BROADCAST_AT, "broadcast_by": at.BROADCAST_BY,
     "delivered_at_s": at.DELIVERED_AT, "latency_s": at.LATENCY, "innovation_m": at.INNOVATION,
-    "outcome": at.OUTCOME_OF_FIX,
+    "correction_m": at.MOVED, "outcome": at.OUTCOME_OF_FIX,
 }  # fmt: skip
 TRACK_POINT = {
     "time_s": at.TIME, "vehicle": at.VEHICLE,

@@ -16,6 +16,7 @@ from bindusbl_des.columns import (
     DELIVERED_AT,
     FIX_COLUMNS,
     INNOVATION,
+    MOVED,
     PINGED_AT,
     POSITION,
 )
@@ -212,7 +213,8 @@ def test_a_fix_corrects_only_the_auv_that_it_locates() -> None:
     navigator.correct(fixes, np.array([2, 0]))
     assert wanted.tolist() == [[-5.0, 0.0], [0.0, 0.0], [-15.0, -3.5]]
     assert [navigator.estimate(auv, 3.0) for auv in range(3)] == [(5, 0), (20, 5), (15, 3.5)]
-    assert np.isnan(fixes[1, INNOVATION])
+    assert fixes[[0, 2], MOVED] == pytest.approx([5.0, np.hypot(15.0, 3.5)])
+    assert np.isnan(fixes[1, [INNOVATION, MOVED]]).all()
 
 
 def test_fixes_beat_dead_reckoning_in_a_mission() -> None:

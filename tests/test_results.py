@@ -67,7 +67,7 @@ def test_agreed_columns_are_there() -> None:
         "receptions": "ping auv asv arrived_at_s slant_range_m travel_time_s outcome",
         "broadcasts": "round asv sent_at_s airtime_s payload_bytes fixes",
         "fixes": "fix ping round auv asvs pinged_at_s broadcast_at_s broadcast_by delivered_at_s "
-        "latency_s x_m y_m z_m sd_x_m sd_y_m error_m innovation_m outcome",
+        "latency_s x_m y_m z_m sd_x_m sd_y_m error_m innovation_m correction_m outcome",
         "tracks": "time_s vehicle x_m y_m z_m yaw_rad estimate_x_m estimate_y_m estimate_z_m "
         "imu_x_m imu_y_m position_error_m cross_track_error_m path_error_m",
         "auvs": "auv pings pings_in_range pings_heard hf_coverage fixes fixes_delivered "
