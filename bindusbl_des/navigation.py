@@ -50,7 +50,7 @@ class FixedGain:
         return x + float(self.corrections[auv, 0]), y + float(self.corrections[auv, 1])
 
     def correct(self, fixes: Floats, due: Ints) -> None:
-        """Apply the fixes whose rows are `due`; note their innovations, corrections and sums (m)."""
+        """Apply the fixes whose rows are `due`; note innovations, corrections, sums (m)."""
         _correct(fixes, due, self._gain, self._at_ping, self.corrections, *self._reckoning.known)
 
 

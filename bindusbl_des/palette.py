@@ -1,6 +1,37 @@
-"""The colours in which results are drawn, in figures and in exported scenes."""
+"""The colours in which results are drawn, in figures, pages and exported scenes: one meaning each.
 
-# Okabe-Ito colours: distinguishable with every kind of colour vision
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
-PLANNED, HF, MF = "#9a9a9a", "#0072B2", "#E69F00"
-INK, FAINT, ALARM = "#333333", "#d8d8d8", "#e00000"
+Hues belong to AUVs, amber to the MF downlink, red to collisions, greys to all that is about them.
+The names of AUVs are written in their colours, which therefore have a contrast of at least 4.5 : 1
+on their ground (WCAG 2.2, 1.4.3); the first of them differ by lightness too, for eyes that do not
+tell all hues apart.
+"""
+
+# AUV0, AUV1, ... on white
+COLOURS = (
+    "#0b57b0", "#9a3b00", "#00785a", "#8a0a5c", "#8038c8", "#1f6480", "#5a3613", "#2f4b00",
+)  # fmt: skip
+INK, FAINT, PLANNED, HF = "#333333", "#d8d8d8", "#9aa5af", "#6f7d8a"
+MF, ALARM = "#b97f00", "#d01030"
+
+# The same on a dark ground, as pages and viewers have it
+COLOURS_ON_DARK = (
+    "#4b9cff", "#ff9b78", "#2fe0a2", "#ffaaec", "#a57cd2", "#3cd6f5", "#d6963b", "#d6fc07",
+)  # fmt: skip
+PLANNED_ON_DARK, HF_ON_DARK, MF_ON_DARK, ALARM_ON_DARK = "#5f7080", "#8796a5", "#f2c230", "#ff4d5a"
+
+
+def variables() -> str:
+    """Return the colours as variables of a style sheet: `--c0` and so on, for either theme."""
+    light = {"plan": PLANNED, "hf": HF, "mf": MF, "collided": ALARM}
+    dark = {
+        "plan": PLANNED_ON_DARK, "hf": HF_ON_DARK, "mf": MF_ON_DARK, "collided": ALARM_ON_DARK,
+    }  # fmt: skip
+    themes = ((":root", light, COLOURS), (":root[data-theme=dark]", dark, COLOURS_ON_DARK))
+    return "\n".join(
+        f"{where} {{ "
+        + " ".join(f"--{name}: {code};" for name, code in meanings.items())
+        + " "
+        + " ".join(f"--c{number}: {code};" for number, code in enumerate(colours))
+        + " }"
+        for where, meanings, colours in themes
+    )

@@ -1,10 +1,14 @@
-"""Words for people who mistyped: the nearest right spelling, and values as they were written."""
+"""Words and numbers for people: the nearest right spelling, values as written, few digits."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from math import floor, isfinite, log10
 
 # Longer values are cut in messages, which stay one readable line.
 LONGEST_VALUE = 60
+
+# Nothing that is measured here is told more finely: what is left of rounding is not.
+MOST_DECIMALS = 6
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -81,3 +85,17 @@ def described(value: object) -> str:
 def shortened(text: str) -> str:
     """Return a text cut to a length that a message can carry."""
     return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 4]}...{text[-1]}"
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """Return a number with so many digits that count, never with an exponent; "-" for none.
+
+    >>> significant(231.4, 2), significant(0.05349), significant(5.3e-15), significant(float("nan"))
+    ('231', '0.0535', '0', '-')
+    """
+    if not isfinite(value):
+        return "-"
+    if abs(value) < 0.5 * 10**-MOST_DECIMALS:
+        return "0"
+    whole = floor(log10(abs(value))) + 1
+    return f"{value:.{min(max(digits - whole, 0), MOST_DECIMALS)}f}"

@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled wording events worst columns streams progress palette",
+    "compiled wording events worst columns streams progress palette quantities",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation reception dead_reckoning track_file currents vehicles "
     "dynamics guidance geodesy",

@@ -47,6 +47,7 @@ WIDTHS = {"1": 3.5, "2": 7.16}
 @click.option("--metric", help="Metric of a campaign's figures (default position_error_m).")
 @click.option("--x", metavar="KEY", help="Varied key along x (curves, heatmap).")
 @click.option("--series", metavar="KEY", help="Varied key of the curves, or along y (heatmap).")
+@click.option("--no-title", is_flag=True, help="Leave the titles out, for a figure with a caption.")
 @click.option("--force", is_flag=True, help="Replace figures that exist.")
 def plot(
     folder: str,
@@ -54,6 +55,7 @@ def plot(
     out: str | None,
     suffix: str,
     columns: str | None,
+    no_title: bool,
     force: bool,
     **options: Any,
 ) -> None:
@@ -80,7 +82,7 @@ def plot(
         if path.exists() and not force:
             refuse(f"{path}: exists; use --force to replace it, or name another --out")
     for name, path in paths.items():
-        _save(chosen[name], WIDTHS.get(columns or "", usual[name]), path)
+        _save(chosen[name], WIDTHS.get(columns or "", usual[name]), path, no_title)
         click.echo(path)
 
 
@@ -162,12 +164,13 @@ def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":
     }
 
 
-def _save(draw: "Callable[[float], Any]", width: float, path: Path) -> None:
-    from ..figures.style import save, styled
+def _save(draw: "Callable[[float], Any]", width: float, path: Path, untitled: bool) -> None:
+    from ..figures.style import save, styled, without_titles
 
     try:
         path.parent.mkdir(exist_ok=True)
         with styled():
-            save(draw(width), path)
+            figure = draw(width)
+            save(without_titles(figure) if untitled else figure, path)
     except OSError as error:
         raise RunFailed(f"{path}: cannot be written: {error.strerror or error}") from error

@@ -18,20 +18,18 @@ from foxglove.messages import (
 from numpy.typing import ArrayLike
 
 from ..geodesy import Floats, enu_from_ned
-from ..palette import COLOURS
+from ..palette import COLOURS_ON_DARK
 from .messages import colour
 
 # Sides of the polygon that stands for a circle or an ellipse
 CIRCLE_POINTS = 72
 ELLIPSE_POINTS = 32
 
-# A viewer's background is dark.
-AUV_COLOURS = tuple(code for code in COLOURS if code != "#000000")
-
 
 def auv_colour(name: str, opacity: float = 1.0) -> Color:
-    """Return the colour of an AUV, the same as in the figures for the first six."""
-    return colour(AUV_COLOURS[int(name.removeprefix("AUV")) % len(AUV_COLOURS)], opacity)
+    """Return the colour of an AUV, as a report has it on its dark ground: so is a viewer's."""
+    number = int(name.removeprefix("AUV")) % len(COLOURS_ON_DARK)
+    return colour(COLOURS_ON_DARK[number], opacity)
 
 
 def points(places: ArrayLike) -> list[Point3]:

@@ -7,7 +7,7 @@ import numpy as np
 from foxglove.messages import ArrowPrimitive, Color, SpherePrimitive, TextPrimitive, Vector3
 
 from ..launch import planned_path
-from ..palette import HF, MF, PLANNED
+from ..palette import HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
 from .drawing import auv_colour, line, ring, update, upright
 from .messages import MAP, Message, Messages, colour, timestamp
 
@@ -62,7 +62,7 @@ def _planned(scenario: "Scenario") -> Iterator[dict[str, Any]]:
         path = planned_path(scenario, number)
         places = path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]
         depth = np.full(len(places), scenario.survey.depth_m)
-        plan = line(np.column_stack([places, depth]), colour(PLANNED), width=1.0)
+        plan = line(np.column_stack([places, depth]), colour(PLANNED_ON_DARK), width=1.0)
         yield _entity(f"AUV{number}", lines=[plan])
 
 
@@ -119,5 +119,5 @@ def _ranges(scenario: "Scenario") -> Iterator[dict[str, Any]]:
     hf, mf = scenario.acoustics.hf.range_m, scenario.acoustics.mf.range_m
     for number in range(scenario.asvs.count):
         name = f"ASV{number}"
-        circles = [ring(hf, colour(HF)), ring(mf, colour(MF, 0.6))]
+        circles = [ring(hf, colour(HF_ON_DARK)), ring(mf, colour(MF_ON_DARK, 0.6))]
         yield _entity(name, name, lines=circles)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from foxglove.messages import Duration, SpherePrimitive, Vector3
 
-from ..palette import MF
+from ..palette import MF_ON_DARK
 from .drawing import auv_colour, ellipse, line, rays, ring, update, upright
 from .locations import fix_covariance
 from .messages import MAP, Message, Messages, colour, timestamp
@@ -23,7 +23,7 @@ PING_LASTS, FIX_LASTS = 0.5, 5.0
 # 95 % of a normal distribution in the plane: sqrt(-2 ln 0.05) standard deviations
 ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
 
-# What became of a ping at an ASV, and at all: Okabe-Ito colours as in the figures
+# What became of a ping at an ASV, and at all: Okabe-Ito colours
 OUTCOMES = {"heard": "#009E73", "lost": "#D55E00", "collided": "#CC79A7", "in_flight": "#F0E442"}
 UNHEARD = "#808080"
 
@@ -59,7 +59,7 @@ def _pings(result: "Result") -> Messages:
 
 def _broadcasts(result: "Result") -> Messages:
     """Yield each broadcast: the circle that it reaches, for as long as it is on the air."""
-    circle = ring(result.scenario.acoustics.mf.range_m, colour(MF), width=3.0)
+    circle = ring(result.scenario.acoustics.mf.range_m, colour(MF_ON_DARK), width=3.0)
     rows = result.arrow["broadcasts"].to_pylist()
     for row in sorted(rows, key=itemgetter("sent_at_s")):
         at_s, name, lasts = row["sent_at_s"], row["asv"], row["airtime_s"]

@@ -119,7 +119,7 @@ def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
     uplinks, downlinks = uplink_slots(result, number), downlink_slots(result, number)
     axes.set_xlim(uplinks[0].start, max(span.end for span in (*uplinks, *downlinks)))
     for index, span in enumerate(uplinks):
-        axes.axvspan(span.start, span.end, color="#cfe2f0", alpha=0.5 if index % 2 else 1, lw=0,
+        axes.axvspan(span.start, span.end, color="#dfe5ea", alpha=0.5 if index % 2 else 1, lw=0,
                      zorder=0)  # fmt: skip
         _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms")
     for span, frame in zip(downlinks, broadcasts_of(result, number).itertuples(), strict=False):

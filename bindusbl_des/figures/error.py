@@ -139,16 +139,17 @@ def _fleet(result: "Result", width: float) -> Figure:
     figure = new_figure(width, 0.62 * width)
     axes = figure.add_subplot()
     handles: list[Artist] = []
-    for errors, colour, what in (
-        (np.array([imu_errors(track) for track in auvs]), "#D55E00", "dead reckoning only"),
-        (np.array([track.position_error_m for track in auvs]), "#0072B2", "fused estimate"),
+    for errors, style, what in (
+        (np.array([imu_errors(track) for track in auvs]), ":", "dead reckoning only"),
+        (np.array([track.position_error_m for track in auvs]), "-", "fused estimate"),
     ):
         low, middle, high = np.quantile(errors, (0.05, 0.5, 0.95), axis=0)
-        axes.fill_between(times, low, high, color=colour, alpha=0.2, lw=0)
-        handles += axes.plot(times, middle, color=colour, label=what)
+        axes.fill_between(times, low, high, color=INK, alpha=0.15, lw=0)
+        handles += axes.plot(times, middle, style, color=INK, label=what)
     axes.set(xlabel="time (s)", ylabel="horizontal position error (m)")
     axes.set(xlim=(0, result.scenario.duration_s))
     axes.set_ylim(bottom=0)
     axes.set_title(shortened(f"{result.scenario.name}: {len(auvs)} AUVs", figure, 0.9))
-    legend_below(figure, [*handles, Patch(color=FAINT, label="5 to 95 % of the AUVs")])
+    handles.append(Patch(color=INK, alpha=0.15, lw=0, label="5 to 95 % of the AUVs"))
+    legend_below(figure, handles)
     return figure

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..palette import INK
+from ..wording import significant
 from .fixes import deliveries
 from .style import (
     LARGEST_LEGEND,
@@ -34,17 +35,17 @@ def latency(result: "Result", width: float) -> Figure:
     side_by_side = width > 5
     figure = new_figure(width, 2.7 if side_by_side else 4.4)
     left, right = figure.subplots(1, 2) if side_by_side else figure.subplots(2, 1)
-    _draw_histogram(left, ages, "latency, ping to delivery (s)")
-    _draw_histogram(right, waits, "interval between deliveries (s)")
+    _draw_histogram(left, ages, "latency, ping to delivery (s)", "fixes (count)")
+    _draw_histogram(right, waits, "interval between deliveries (s)", "intervals (count)")
     figure.suptitle(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.9))
     legend_below(figure, vehicle_handles(auvs))
     return figure
 
 
-def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str) -> None:
+def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str, counted: str) -> None:
     """Draw a histogram stacked over AUVs, with the mean and the 95 % quantile of all."""
     together = np.concatenate(values)
-    axes.set(xlabel=label, ylabel="fixes (count)")
+    axes.set(xlabel=label, ylabel=counted)
     if not len(together):
         axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center")
         axes.set(xlim=(0, 1), ylim=(0, 1))
@@ -52,15 +53,32 @@ def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str) -> None:
     if len(values) <= LARGEST_LEGEND:
         colours = [colour_of(name) for name in names("AUV", len(values))]
     else:
-        values, colours = [together], [colour_of("AUV0")]
+        values, colours = [together], [INK]
     # From zero: what matters of a delay is how far it is from none.
-    edges = np.linspace(0.0, float(together.max()) * 1.02, BINS + 1)
-    axes.hist(values, bins=list(edges), stacked=True, color=colours, ec="white", lw=0.2)
+    edges = np.linspace(0.0, shown_until(together) * 1.02, BINS + 1)
+    beyond = int(np.sum(together > edges[-1]))
+    held = [np.minimum(own, edges[-1]) for own in values]
+    axes.hist(held, bins=list(edges), stacked=True, color=colours, ec="white", lw=0.2)
     for value, style, what in (
         (float(together.mean()), "-", "mean"),
         (float(np.quantile(together, 0.95)), "--", "95 %"),
     ):
-        axes.axvline(value, color=INK, ls=style, lw=0.9, label=f"{what} {value:.3g} s")
-    axes.set_xlim(left=0)
-    count_from_zero(axes, max(np.histogram(together, edges)[0]))
-    axes.legend(loc="best")
+        label = f"{what} {significant(value)} s"
+        axes.axvline(value, color=INK, ls=style, lw=0.9, label=label)
+    if beyond:
+        label = f"last bar: {beyond} beyond, up to {significant(float(together.max()))} s"
+        axes.plot([], [], " ", label=label)
+    axes.set_xlim(0.0, edges[-1])
+    count_from_zero(axes, max(np.histogram(np.concatenate(held), edges)[0]))
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, borderaxespad=0.2)
+
+
+def shown_until(values: np.ndarray) -> float:
+    """Return where a histogram (s) ends: a few values far beyond all others leave room for these.
+
+    >>> shown_until(np.array([0.8] * 19 + [230.0])), shown_until(np.array([0.8, 0.9, 1.1]))
+    (1.6, 1.1)
+    """
+    largest = float(values.max())
+    most = 2.0 * float(np.sort(values)[int(0.95 * (len(values) - 1))])
+    return min(largest, most) if most > 0.0 else largest or 1.0

@@ -47,6 +47,7 @@ STYLE: Any = {
     "legend.handlelength": 1.8,
     "savefig.dpi": 300,
     "pdf.fonttype": 42,  # journals want type that can be searched
+    "svg.fonttype": "none",  # text stays text: searched, edited, in the type of the paper
     "svg.hashsalt": "bindusbl-des",  # the same figure, the same bytes
 }
 
@@ -87,6 +88,14 @@ def save(figure: Figure, path: Path, **options: Any) -> None:
     except BaseException:
         os.unlink(draft)
         raise
+
+
+def without_titles(figure: Figure) -> Figure:
+    """Return a figure whose titles are gone: where it stands it has a caption."""
+    for axes in figure.axes:
+        axes.set_title("")
+    figure.suptitle("").remove()
+    return figure
 
 
 def colour_of(vehicle: str) -> str:

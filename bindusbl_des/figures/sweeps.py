@@ -8,9 +8,12 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
 from ..palette import COLOURS
+from ..quantities import quantity
+from ..wording import significant
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 
 # More columns or rows than this leave no room for numbers in the cells of a heatmap.
@@ -20,6 +23,9 @@ MOST_WRITTEN = 12
 BESIDE = 0.06
 
 MARKERS = "osD^vP*X"
+
+# Luminance of red, green and blue, and from which on black differs more than white (WCAG 2.2)
+LUMINANCE, HALF_LIGHT = (0.2126, 0.7152, 0.0722), 0.179
 
 
 @dataclass(frozen=True)
@@ -32,8 +38,10 @@ class Levels:
 
     @property
     def label(self) -> str:
-        """The label of an axis."""
-        return labelled(self.key, self.unit)
+        """The label of an axis: the key without its unit, and that beside it."""
+        if self.unit in ("", "1"):
+            return self.key
+        return f"{self.key.removesuffix('_' + self.unit.replace('/', '_per_'))} ({self.unit})"
 
     @property
     def is_numeric(self) -> bool:
@@ -56,7 +64,6 @@ class Means:
     """
 
     metric: str
-    unit: str
     x: Levels
     series: Levels | None
     cells: Mapping[tuple[int, int], tuple[float, float, int]]
@@ -65,18 +72,7 @@ class Means:
     @property
     def label(self) -> str:
         """The label of the metric's axis."""
-        return labelled(self.metric, self.unit)
-
-
-def labelled(name: str, unit: str) -> str:
-    """Return a name with its unit.
-
-    >>> labelled("latency_mean_s", "s"), labelled("protocol.downlink", "")
-    ('latency_mean (s)', 'protocol.downlink')
-    """
-    for suffix in (f"_{unit}", f"_{unit.replace('/', '_per_')}"):
-        name = name.removesuffix(suffix) if unit else name
-    return f"{name} ({unit})" if unit else name
+        return quantity(self.metric)
 
 
 def curves(means: Means, width: float) -> Figure:
@@ -131,16 +127,17 @@ def heatmap(means: Means, width: float) -> Figure:
     axes.set_yticks(range(shape[0]), means.series.written())
     axes.set(xlabel=means.x.label, ylabel=means.series.label)
     axes.set_title(shortened(means.title, figure, 0.9))
-    figure.colorbar(image, label=f"mean of {means.label}")
+    figure.colorbar(image, label=means.label)
     if max(shape) <= MOST_WRITTEN:
-        _write_cells(axes, means, grid)
+        _write_cells(axes, means, image)
     return figure
 
 
-def _write_cells(axes: Axes, means: Means, grid: "np.ndarray") -> None:
-    middle = (np.nanmin(grid) + np.nanmax(grid)) / 2 if np.isfinite(grid).any() else 0.0
-    size = 7 if max(grid.shape) <= 6 else 4.5
+def _write_cells(axes: Axes, means: Means, image: AxesImage) -> None:
+    """Write means and intervals in black or white, whichever differs more from the ground."""
+    size = 7 if max(image.get_size()) <= 6 else 4.5
     for (column, row), (mean, half, _) in means.cells.items():
-        text = f"{mean:.3g}" if np.isnan(half) else f"{mean:.3g}\n±{half:.2g}"
-        colour = "black" if mean > middle else "white"
+        text = significant(mean) + ("" if np.isnan(half) else f"\n±{significant(half, 2)}")
+        light = np.dot(np.power(image.to_rgba(np.array([mean]))[0, :3], 2.2), LUMINANCE)
+        colour = "black" if light > HALF_LIGHT else "white"
         axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=size)

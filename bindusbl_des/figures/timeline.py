@@ -76,7 +76,7 @@ def _draw_bands(axes: Axes, result: "Result", numbers: range) -> tuple[float, fl
         starts.append(slots[0].start)
         ends += [span.end for span in (*slots, *own)]
         axes.axvline(slots[0].start, color=INK, lw=0.6)
-    _boxes(axes, uplinks, fc="#cfe2f0", ec=HF)
+    _boxes(axes, uplinks, fc="#dfe5ea", ec=HF)
     _boxes(axes, guards, fc="#fbefd0", ec="none")
     _boxes(axes, frames, fc=MF, ec="none")
     axes.set_xlim(min(starts), max(ends))
@@ -137,7 +137,7 @@ def _draw_fixes(
     )  # fmt: skip
     missed = fixes[(fixes.outcome == "out_of_range") & fixes.broadcast_at_s.between(*window)]
     axes.scatter(
-        missed.broadcast_at_s, missed.auv.map(place), c=ALARM, marker="x", s=22, lw=1.0,
+        missed.broadcast_at_s, missed.auv.map(place), c=MF, marker="x", s=22, lw=1.0,
         zorder=3, label="beyond MF range",
     )  # fmt: skip
 
@@ -152,17 +152,17 @@ def _boxes(axes: Axes, boxes: Boxes, **looks: Any) -> None:
 
 def _handles() -> list[Artist]:
     handles: list[Artist] = [
-        Patch(fc="#cfe2f0", ec=HF, lw=0.5, label="HF slot (AUVs)"),
+        Patch(fc="#dfe5ea", ec=HF, lw=0.5, label="HF slot (AUVs)"),
         Patch(fc=MF, label="MF frame (ASV: fixes)"),
         Patch(fc="#fbefd0", label="rest of MF slot"),
     ]
     handles += [
-        Line2D([], [], ls="", marker=marker, color=colour or INK, ms=6 if marker == "|" else 4,
+        Line2D([], [], ls="", marker=marker, color=colour or INK, ms=4 if marker == "o" else 6,
                mfc="none" if marker == "o" else None, label=meaning)
         for _, marker, colour, meaning in MARKS
     ]  # fmt: skip
     return [
         *handles,
         Line2D([], [], ls="", marker="v", color=INK, ms=4, label="fix delivered"),
-        Line2D([], [], ls="", marker="x", color=ALARM, ms=4, label="fix for AUV beyond MF range"),
+        Line2D([], [], ls="", marker="x", color=MF, ms=4, label="fix for AUV beyond MF range"),
     ]

@@ -2,11 +2,15 @@
 
 import html
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from string import Template
 from typing import Any
+
+from ..palette import variables
+
+MARK = ' class="worst"'
 
 
 @cache
@@ -23,7 +27,7 @@ def assembled(
     code = "\n".join(f"<script>\n{asset(name)}</script>" for name in names)
     return Template(asset("page.html")).substitute(
         title=html.escape(title),
-        styles=asset("uPlot.min.css") + asset("page.css"),
+        styles="\n".join((asset("uPlot.min.css"), variables(), asset("page.css"))),
         library=asset("uPlot.iife.min.js"),
         licence=asset("uPlot-LICENSE"),
         body=body,
@@ -39,17 +43,28 @@ def as_script(data: Mapping[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
-def table(headings: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], caption: str) -> str:
-    """Return an HTML table: headings with their units, then rows whose first cell names them."""
+def table(
+    headings: Sequence[tuple[str, str]],
+    rows: Sequence[Sequence[str]],
+    caption: str,
+    worst: Container[tuple[int, int]] = (),
+) -> str:
+    """Return an HTML table: headings with their units, then rows whose first cell names them.
+
+    The cells (row, column) in `worst` stand out.
+    """
     top = "".join(
         f'<th scope="col">{html.escape(name)}<span class="unit">{html.escape(unit)}</span></th>'
         for name, unit in headings
     )
     lines = [
         f'<tr><th scope="row">{html.escape(row[0])}</th>'
-        + "".join(f"<td>{html.escape(cell)}</td>" for cell in row[1:])
+        + "".join(
+            f"<td{MARK * ((place, column) in worst)}>{html.escape(cell)}</td>"
+            for column, cell in enumerate(row[1:], 1)
+        )
         + "</tr>"
-        for row in rows
+        for place, row in enumerate(rows)
     ]
     return (
         f'<div class="scroll" tabindex="0" role="region" aria-label="{html.escape(caption)}">'

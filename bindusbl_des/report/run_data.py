@@ -147,8 +147,9 @@ def _receptions(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> 
 def _fixes(mission: Recording, packer: Packer) -> dict[str, Any]:
     fixes = mission.fixes
     codes = np.select([fixes["outcome"] == it for it in FIX_OUTCOMES], range(len(FIX_OUTCOMES)))
-    lengths = ("x_m", "y_m", "sd_x_m", "sd_y_m", "error_m", "innovation_m")
+    lengths = ("x_m", "y_m", "sd_x_m", "sd_y_m", "correction_m")
     return {
+        "ping": packer.add(fixes["ping"]),
         "auv": packer.add(fixes["auv"]),
         "by": packer.add(fixes["broadcast_by"]),
         "outcome": packer.add(codes),

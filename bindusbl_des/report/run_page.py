@@ -2,6 +2,7 @@
 
 import html
 import json
+from collections.abc import Sequence
 from importlib.metadata import version
 from string import Template
 from typing import TYPE_CHECKING, Any
@@ -15,29 +16,45 @@ from .story import Story, story
 if TYPE_CHECKING:
     from ..result import Result
 
+Row = dict[str, Any]
+
 MAP = ("mission.js", "seamap.js", "closeup.js", "playback.js")
 SCRIPTS = (*MAP, "plots.js", "timeline.js", "run.js")
 
 # heading, unit, metric, digits, factor
-AUV_COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
-    ("pings", "", "pings", 0, 1),
-    ("in HF range", "%", "hf_coverage", 1, 100),
-    ("decoded", "", "pings_heard", 0, 1),
-    ("lost", "receptions", "receptions_lost", 0, 1),
-    ("collided", "receptions", "collisions", 0, 1),
-    ("fixes made", "", "fixes", 0, 1),
-    ("delivered", "", "fixes_delivered", 0, 1),
-    ("beyond MF", "", "fixes_out_of_range", 0, 1),
-    ("mean interval", "s", "interval_mean_s", 2, 1),
-    ("longest interval", "s", "interval_max_s", 1, 1),
-    ("latency", "s", "latency_mean_s", 3, 1),
-    ("error, mean", "m", "position_error_m", 2, 1),
-    ("95 %", "m", "position_error_p95_m", 2, 1),
-    ("largest", "m", "position_error_max_m", 2, 1),
-    ("without fixes", "m", "imu_error_m", 2, 1),
-    ("cross-track", "m", "cross_track_error_m", 2, 1),
-    ("distance", "m", "distance_m", 0, 1),
-)
+Column = tuple[str, str, str, int, float]
+# Narrow tables, which fit a phone and a sheet of paper.
+AUV_TABLES: tuple[tuple[str, tuple[Column, ...]], ...] = (
+    ("Position error", (
+        ("mean", "m", "position_error_m", 2, 1),
+        ("95 %", "m", "position_error_p95_m", 2, 1),
+        ("largest", "m", "position_error_max_m", 2, 1),
+        ("cross-track", "m", "cross_track_error_m", 2, 1),
+        ("without fixes", "m", "imu_error_m", 2, 1),
+    )),
+    ("Waiting for fixes", (
+        ("mean interval", "s", "interval_mean_s", 2, 1),
+        ("longest", "s", "interval_max_s", 1, 1),
+        ("mean age", "s", "fix_age_mean_s", 2, 1),
+        ("95 %", "s", "fix_age_p95_s", 1, 1),
+        ("largest", "s", "fix_age_max_s", 1, 1),
+    )),
+    ("Pings", (
+        ("sent", "", "pings", 0, 1),
+        ("in HF range", "%", "hf_coverage", 1, 100),
+        ("decoded", "", "pings_heard", 0, 1),
+        ("lost", "", "receptions_lost", 0, 1),
+        ("collided", "", "collisions", 0, 1),
+    )),
+    ("Fixes", (
+        ("made", "", "fixes", 0, 1),
+        ("beyond MF", "", "fixes_out_of_range", 0, 1),
+        ("delivered", "", "fixes_delivered", 0, 1),
+        ("mean latency", "s", "latency_mean_s", 3, 1),
+        ("distance", "m", "distance_m", 0, 1),
+    )),
+)  # fmt: skip
+AUV_COLUMNS: tuple[Column, ...] = tuple(it for _, columns in AUV_TABLES for it in columns)
 TILES: tuple[tuple[str, str, str, int, float], ...] = (
     ("mean position error", "m", "position_error_m", 2, 1),
     ("without any fix", "m", "imu_error_m", 2, 1),
@@ -67,7 +84,7 @@ def run_page(result: "Result") -> str:
         )
     else:
         middle = asset("summary.html")
-    body = _head(result) + _tiles(result) + middle + auv_table(result) + origin(result)
+    body = _head(result) + _tiles(result) + middle + auv_tables(result) + origin(result)
     title = f"{result.scenario.name}, seed {result.seed}"
     return assembled(title, body, scripts, data, packer.text())
 
@@ -104,16 +121,24 @@ def _sentences(said: list[str]) -> str:
 
 
 def _tiles(result: "Result") -> str:
+    """Return the mission in numbers: fleet means, and below each the worst AUV's value."""
     row = mission_row(result)
-    tiles = "".join(
-        f"<div><dt>{html.escape(name)}</dt><dd>{number(row[metric], digits, factor)}"
-        f'<span class="unit">{unit}</span></dd></div>'
-        for name, unit, metric, digits, factor in TILES
-    )
+    tiles = []
+    for name, unit, metric, digits, factor in TILES:
+        worst = row.get(f"worst_{metric}_auv") if result.scenario.auvs.count > 1 else None
+        own = number(row.get(f"worst_{metric}"), digits, factor)
+        told = (
+            f"<dd><small>worst {own if own != '-' else 'none'}, {worst}</small></dd>"
+            if worst
+            else ""
+        )
+        value = number(row[metric], digits, factor)
+        unit = f'<span class="unit">{unit}</span>' if unit else ""
+        tiles.append(f"<div><dt>{html.escape(name)}</dt><dd>{value}{unit}</dd>{told}</div>")
     counts = f"{row['rounds']:.0f} rounds, {row['collisions']:.0f} collisions"
     return (
-        f'<dl class="tiles" aria-label="The mission in numbers">{tiles}</dl>'
-        f'<p class="note">Means over the AUVs; {counts}.</p>'
+        f'<dl class="tiles" aria-label="The mission in numbers">{"".join(tiles)}</dl>'
+        f'<p class="note">Means over the AUVs, below them the worst AUV; {counts}.</p>'
     )
 
 
@@ -123,22 +148,39 @@ def mission_row(result: "Result") -> dict[str, Any]:
     return row
 
 
-def auv_table(result: "Result") -> str:
-    """Return the table with a row per AUV and the fleet's means."""
-    rows = [(str(row["auv"]), row) for row in result.arrow["auvs"].to_pylist()]
-    rows.append(("mean", mission_row(result)))
-    cells = [[name, *(number(row[c[2]], c[3], c[4]) for c in AUV_COLUMNS)] for name, row in rows]
-    headings = [("AUV", ""), *((name, unit) for name, unit, *_ in AUV_COLUMNS)]
-    # The mission counts collisions of the whole fleet; a mean beside its AUVs would be another.
-    cells[-1][5] = "-"
-    return (
-        '<section id="auvs"><h2>Each AUV</h2>'
-        + table(headings, cells, "Metrics of each AUV")
-        + '<p class="note">Errors are horizontal |estimate &minus; truth|, means over time; '
-        "“without fixes” is dead reckoning alone; intervals are between delivered fixes, the "
-        "waits before the first and after the last not counted.</p>"
-        "</section>"
+def auv_tables(result: "Result") -> str:
+    """Return the tables with a row per AUV and the fleet's means; the worst AUV's cells stand out.
+
+    Each is narrow enough for a phone and for a sheet of paper.
+    """
+    auvs, mission = result.arrow["auvs"].to_pylist(), mission_row(result)
+    shown = "".join(
+        f"<figure><h3>{title}</h3>{_auv_table(title, columns, auvs, mission)}</figure>"
+        for title, columns in AUV_TABLES
     )
+    return (
+        f'<section id="auvs"><h2>Each AUV</h2><div class="pair">{shown}</div>'
+        '<p class="note">Bold: the worst AUV. Errors are horizontal |estimate &minus; truth|, '
+        "means over time; “without fixes” is dead reckoning alone. Intervals are between delivered "
+        "fixes; the age of the last fix also counts the waits before the first and after the last. "
+        "“lost” and “collided” count receptions, one ping at one ASV each.</p></section>"
+    )
+
+
+def _auv_table(title: str, columns: Sequence[Column], auvs: Sequence[Row], mission: Row) -> str:
+    # The mission counts collisions of the whole fleet; a mean beside its AUVs would be another.
+    rows = [(str(row["auv"]), row) for row in auvs]
+    rows.append(("mean", {**mission, "collisions": None}))
+    cells = [[name, *(number(row[c[2]], c[3], c[4]) for c in columns)] for name, row in rows]
+    worst = {
+        (place, column)
+        for column, (_, _, metric, *_) in enumerate(columns, 1)
+        for place, row in enumerate(auvs)
+        if mission.get(f"worst_{metric}_auv") == row["auv"]
+        and any(row[metric] != other[metric] for other in auvs)
+    }
+    headings = [("AUV", ""), *((name, unit) for name, unit, *_ in columns)]
+    return table(headings, cells, f"{title} of each AUV", worst)
 
 
 def origin(result: "Result") -> str:

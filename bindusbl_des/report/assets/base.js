@@ -48,8 +48,8 @@ function unpackAll(node, unpack) {
 const colours = {};
 function readColours() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["paper", "sheet", "ink", "soft", "line", "grid", "accent", "alarm", "shade",
-    "sea", "hf", "mf", "heard", "lost", "collided", "beyond", "plan"]) {
+  for (const name of ["paper", "sheet", "ink", "soft", "line", "grid", "accent", "shade", "sea",
+    "hf", "mf", "collided", "plan"]) {
     colours[name] = style.getPropertyValue("--" + name).trim();
   }
   colours.series = Array.from({ length: 8 }, (_, i) => style.getPropertyValue("--c" + i).trim());
@@ -68,10 +68,35 @@ function setTheme(theme) {
 function startTheme() {
   readColours();
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
-  byId("theme").addEventListener("click", () =>
-    setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+  let chosen = false;
+  dark.addEventListener("change", () => chosen || onPaper() || setTheme(dark.matches ? "dark" : "light"));
+  byId("theme").addEventListener("click", () => {
+    chosen = true;
+    setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
+  });
+  startPrinting();
 }
+
+// On paper all is light, as wide as the sheet and finely drawn, whatever the window shows.
+const PAPER_RATIO = 3;
+const onPaper = () => document.documentElement.classList.contains("paper");
+const pixelRatio = () => (onPaper() ? PAPER_RATIO : window.devicePixelRatio || 1);
+function startPrinting() {
+  const root = document.documentElement, printing = matchMedia("print");
+  let before = root.dataset.theme;
+  const print = (on) => {
+    if (on === onPaper()) return;
+    if (on) before = root.dataset.theme;
+    root.classList.toggle("paper", on);
+    setTheme(on ? "light" : before);
+  };
+  window.addEventListener("beforeprint", () => print(true));
+  window.addEventListener("afterprint", () => print(false));
+  printing.addEventListener("change", () => print(printing.matches));
+}
+
+// Tells those who listen to the page what they did; nothing speaks while time plays on.
+function announce(text) { byId("said").textContent = text; }
 
 // A canvas whose coordinates are CSS pixels; `draw(context, width, height)` paints it.
 class Sheet {
@@ -84,7 +109,7 @@ class Sheet {
   paint() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = pixelRatio();
     const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
     if (this.canvas.width !== w || this.canvas.height !== h) {
       this.canvas.width = w;
@@ -119,6 +144,11 @@ function quantile(values, share) {
   const place = share * (sorted.length - 1), whole = Math.floor(place);
   return sorted[whole] + (place - whole) * ((sorted[whole + 1] ?? sorted[whole]) - sorted[whole]);
 }
-function escapeHtml(text) {
-  return text.replace(/[&<>"]/g, (it) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[it]);
+
+// A number with so many digits that count, never with an exponent; wording.py has the same.
+function significant(value, digits = 3) {
+  if (!Number.isFinite(value)) return "–";
+  if (Math.abs(value) < 0.5e-6) return "0";
+  const whole = Math.floor(Math.log10(Math.abs(value))) + 1;
+  return value.toFixed(Math.min(Math.max(digits - whole, 0), 6));
 }

@@ -70,7 +70,7 @@ class Closeup {
     context.stroke();
     context.restore();
     map.cross(context, fixes.x[row], fixes.y[row], colours.mf, 1);
-    map.label(context, "last fix", px + 8, py + 4, colours.mf);
+    map.label(context, "last fix", px + 8, py + 4, colours.ink);
     if (state.jumpFrom && state.sinceFix < 1) {
       const [jx, jy] = map.at(...state.jumpFrom), [ex, ey] = map.at(state.estimateX, state.estimateY);
       map.stroke(context, colours.mf, jx, jy, ex, ey, 2.5, [4, 3]);

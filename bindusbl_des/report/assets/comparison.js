@@ -27,6 +27,10 @@ function errorOf(mission, number) {
   return mission.time.map((_, k) => mean(mission.auvs.map((auv) => auv.error[k])));
 }
 
+// Runs are told apart by greys and dashes: hues belong to AUVs.
+const RUN_DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
+const runLook = (i) => ({ stroke: i % 2 ? colours.hf : colours.ink, dash: RUN_DASHES[Math.floor(i / 2) % RUN_DASHES.length], width: i % 2 ? 2.5 : 1.8 });
+
 function seconds(u, v) { return v === null ? "–" : `${v.toFixed(1)} s`; }
 
 function overTime(name, host, missions, table, unit, playback, stepped) {
@@ -35,7 +39,7 @@ function overTime(name, host, missions, table, unit, playback, stepped) {
     height: 280, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
     axes: [axis("time (s)"), axis(unit ? `error (${unit})` : "fixes, all AUVs", { size: 52 })],
     series: [{ label: "time", value: seconds }, ...missions.map((mission, i) => ({
-      label: mission.name, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true, points: { show: false },
+      label: mission.name, ...runLook(i), spanGaps: true, points: { show: false },
       paths: stepped ? uPlot.paths.stepped({ align: 1 }) : undefined, value: (u, v) => (v === null || v === undefined ? "–" : `${v.toFixed(digits)} ${unit}`),
     }))],
     hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },

@@ -9,11 +9,10 @@ function cividis(share) {
   return CIVIDIS[k].map((value, i) => Math.round(value + (at - k) * (CIVIDIS[k + 1][i] - value)));
 }
 
-function significant(value, digits = 3) {
-  if (!Number.isFinite(value)) return "–";
-  if (value === 0) return "0";
-  const whole = Math.floor(Math.log10(Math.abs(value))) + 1;
-  return whole > digits ? value.toFixed(0) : value.toFixed(Math.min(Math.max(digits - whole, 0), 6));
+// How light a colour is, as WCAG counts it; black and white differ as much from 0.179.
+function luminance(rgb) {
+  const [red, green, blue] = rgb.map((it) => (it / 255 <= 0.04045 ? it / 255 / 12.92 : ((it / 255 + 0.055) / 1.055) ** 2.4));
+  return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
 }
 
 // `cells[row][column]` is {mean, half, count} or nothing.
@@ -23,9 +22,8 @@ function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit 
   const top = make("tr", {}, make("th", {}, rowName ? `${rowName} ↓  ${columnName} →` : `${columnName} →`), ...columns.map((label) => make("th", { scope: "col" }, label)));
   const body = cells.map((line, r) => make("tr", {}, make("th", { scope: "row" }, rows[r]), ...line.map((cell) => {
     if (!cell || !Number.isFinite(cell.mean)) return make("td", {}, "–");
-    const [red, green, blue] = cividis(high > low ? (cell.mean - low) / (high - low) : 0.5);
-    const dark = 0.299 * red + 0.587 * green + 0.114 * blue < 130;
-    const text = make("td", { style: `background:rgb(${red},${green},${blue});color:${dark ? "#fff" : "#000"}`, title: `${cell.count} missions` }, significant(cell.mean));
+    const ground = cividis(high > low ? (cell.mean - low) / (high - low) : 0.5);
+    const text = make("td", { style: `background:rgb(${ground});color:${luminance(ground) < 0.179 ? "#fff" : "#000"}`, title: `${cell.count} missions` }, significant(cell.mean));
     text.append(make("small", {}, Number.isFinite(cell.half) ? `± ${significant(cell.half, 2)}` : "one seed"));
     return text;
   })));

@@ -7,13 +7,12 @@ class Mission {
     this.rate = this.time.length > 1 ? 1 / (this.time[1] - this.time[0]) : 1;
     this.delivered = this.auvs.map((_, auv) => this.rowsOf(auv));
     this.landed = this.delivered.map((rows) => Float64Array.from(rows, (row) => this.fixes.delivered[row]));
-    this.fixByPing = null;
     this.longestArrival = 2 * this.hf.range / this.soundSpeed;
     this.receptionsOf = Array.from({ length: this.pings.at.length }, () => []);
     this.receptions.ping.forEach((ping, row) => this.receptionsOf[ping].push(row));
     this.deliveredOrder = this.sortedFixes();
-    this.lostTimes = Float64Array.from(this.pings.at).filter((_, i) => this.isLost(i));
-    this.broadcastOrder = this.broadcasts.at;
+    this.decided = Float64Array.from(this.pings.at, (_, ping) => this.decidedAt(ping));
+    this.lostTimes = this.decided.filter((_, ping) => this.isLost(ping)).sort();
   }
   rowsOf(auv) {
     const rows = [];
@@ -29,6 +28,18 @@ class Mission {
   isLost(ping) {
     const fate = this.fates[this.pings.fate[ping]];
     return fate !== "delivered" && fate !== "in_flight";
+  }
+  // When it is known what became of a ping: not before its sound, or its fix, has passed everybody.
+  decidedAt(ping) {
+    const { pings, receptions, fixes, broadcasts } = this, fate = this.fates[pings.fate[ping]];
+    if (fate === "out_of_hf") return pings.at[ping] + this.hf.range / this.soundSpeed;
+    if (fate === "lost" || fate === "collided") return Math.max(...this.receptionsOf[ping].map((row) => receptions.at[row])) + this.pingLength;
+    this.fixOf ??= new Map(Array.from(fixes.ping, (id, row) => [id, row]));
+    const fix = this.fixOf.get(pings.id[ping]);
+    if (fate === "delivered") return fixes.delivered[fix];
+    if (fate !== "out_of_mf") return NaN;
+    const airtime = broadcasts.airtime[above(broadcasts.at, fixes.broadcast[fix] + 1e-6) - 1];
+    return fixes.broadcast[fix] + airtime + this.mf.range / this.soundSpeed;
   }
   // The sample at or before t, and the share of the way to the next one.
   place(t) {

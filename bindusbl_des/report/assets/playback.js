@@ -17,16 +17,19 @@ class Playback {
   seek(time) {
     this.now = Math.min(Math.max(time, 0), this.mission.duration);
     byId("slider").value = this.now;
-    byId("slider").setAttribute("aria-valuetext", `${this.now.toFixed(1)} seconds`);
+    if (!this.playing) this.tell();
     byId("clock").textContent = `${this.now.toFixed(this.speed < 1 ? 3 : 1)} s`;
     this.listeners.forEach((listener) => listener(this.now));
   }
+  tell() { byId("slider").setAttribute("aria-valuetext", `${this.now.toFixed(1)} seconds`); }
   // How long (s of mission time) something that happens in an instant stays on the map.
   linger() { return Math.max(Math.min(0.8 * this.speed, 1.2 * this.mission.round), 0.05 * this.speed); }
   step() { return this.speed < 1 ? this.speed : Math.max(this.mission.duration / 300, 0.1); }
   play(on) {
     if (on && this.now >= this.mission.duration) this.seek(0);
+    if (this.playing && !on) announce(`Paused at ${this.now.toFixed(1)} seconds`);
     this.playing = on;
+    if (!on) this.tell();
     byId("play").textContent = on ? "❚❚" : "▶";
     byId("play").setAttribute("aria-label", on ? "Pause" : "Play");
     if (!on) return;
@@ -43,13 +46,12 @@ class Playback {
   leap(times) {
     const next = above(times, this.now + 1e-6);
     this.play(false);
-    if (next < times.length) this.seek(times[next] + 1e-4);
+    if (next === times.length) return announce("None after this");
+    this.seek(times[next] + 1e-4);
+    announce(`At ${this.now.toFixed(1)} seconds`);
   }
   nextFix() { this.leap(this.mission.deliveredTimes ??= Float64Array.from(this.mission.deliveredOrder, (row) => this.mission.fixes.delivered[row])); }
-  nextLost() {
-    const crossing = this.mission.hf.range / this.mission.soundSpeed;
-    this.leap(this.mission.lostTimes.map((time) => time + Math.max(crossing, 0.5 * this.linger())));
-  }
+  nextLost() { this.leap(this.mission.lostTimes); }
   controls() {
     const slider = byId("slider"), speed = byId("speed");
     slider.max = this.mission.duration;
@@ -63,44 +65,44 @@ class Playback {
     byId("next-fix")?.addEventListener("click", () => this.nextFix());
     byId("next-lost")?.addEventListener("click", () => this.nextLost());
   }
+  // Keys play only where the reader is: after a click or with the focus in the playback.
   keyboard() {
-    const acts = {
-      " ": () => this.play(!this.playing),
-      ArrowLeft: () => this.seek(this.now - this.step()), ArrowRight: () => this.seek(this.now + this.step()),
-      PageDown: () => this.seek(this.now + this.mission.duration / 20), PageUp: () => this.seek(this.now - this.mission.duration / 20),
-      Home: () => this.seek(0), End: () => this.seek(this.mission.duration),
-      f: () => this.nextFix(), l: () => this.nextLost(),
+    const { duration } = this.mission, by = (step) => () => this.seek(this.now + step());
+    const keys = {
+      " ": () => this.play(!this.playing), f: () => this.nextFix(), l: () => this.nextLost(),
+      ArrowLeft: by(() => -this.step()), ArrowRight: by(() => this.step()),
     };
-    // Only where no other element wants the key: a page must still scroll, a button be pressed.
+    const ofSlider = { PageUp: by(() => -duration / 20), PageDown: by(() => duration / 20), Home: () => this.seek(0), End: () => this.seek(duration) };
+    let here = false;
+    for (const kind of ["pointerdown", "focusin"]) {
+      document.addEventListener(kind, (event) => { here = byId("playback").contains(event.target); }, true);
+    }
     document.addEventListener("keydown", (event) => {
-      const at = event.target, inside = at === document.body || at.closest("#playback") !== null;
-      if (event.ctrlKey || event.metaKey || event.altKey || !inside || !acts[event.key]) return;
-      if (["SELECT", "BUTTON", "SUMMARY", "A"].includes(at.tagName) && event.key !== "f" && event.key !== "l") return;
-      if (at.type === "checkbox") return;
-      if (at === document.body && ["PageDown", "PageUp", "Home", "End"].includes(event.key)) return;
-      acts[event.key]();
+      const at = event.target, act = keys[event.key] ?? (at.id === "slider" ? ofSlider[event.key] : null);
+      if (!here || !act || event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
+      if (at.matches("a, summary, select, textarea, input:not(#slider), [contenteditable]")) return;
+      if (at.matches("button") && event.key === " ") return; // presses it
+      act();
       event.preventDefault();
     });
   }
 }
 
-// What went on in the last moments, in words.
+// What is known at an instant of what went on before it, in words; the latest first.
 class Log {
   constructor(list, mission) {
     this.list = list;
-    this.mission = mission;
-    const name = (auv) => mission.auvs[auv].name, { pings, fixes } = mission;
+    const { auvs, pings, fixes, fates, decided, deliveredOrder } = mission;
     const words = {
       out_of_hf: "out of range of every ASV", lost: "lost to the channel", collided: "collided at the ASVs",
-      out_of_mf: "heard, but its fix went beyond MF range",
+      out_of_mf: "its fix was sent beyond MF range",
     };
-    this.events = [];
-    pings.at.forEach((at, i) => {
-      const why = words[mission.fates[pings.fate[i]]];
-      if (why) this.events.push([at, `${name(pings.auv[i])} ping ${pings.id[i]}: ${why}`, true]);
-    });
-    mission.deliveredOrder.forEach((row) => this.events.push([fixes.delivered[row],
-      `${name(fixes.auv[row])} gets a fix, ${fixes.latency[row].toFixed(2)} s old, corrects ${fixes.innovation[row].toFixed(2)} m`, false]));
+    this.events = Array.from(pings.id, (id, i) => [decided[i], `${auvs[pings.auv[i]].name} ping ${id}: ${words[fates[pings.fate[i]]]}`, fates[pings.fate[i]]])
+      .filter(([at, , fate]) => words[fate] && Number.isFinite(at));
+    for (const row of deliveredOrder) {
+      const by = Number.isFinite(fixes.correction[row]) ? `, corrects by ${fixes.correction[row].toFixed(2)} m` : "";
+      this.events.push([fixes.delivered[row], `${auvs[fixes.auv[row]].name} gets a fix, ${fixes.latency[row].toFixed(2)} s old${by}`, "delivered"]);
+    }
     this.events.sort((a, b) => a[0] - b[0]);
     this.times = Float64Array.from(this.events, (event) => event[0]);
   }
@@ -108,7 +110,8 @@ class Log {
     const end = above(this.times, now);
     if (end === this.end) return;
     this.end = end;
-    this.list.replaceChildren(...this.events.slice(Math.max(end - 6, 0), end).reverse().map(([at, text, bad]) =>
-      make("li", bad ? { class: "bad" } : {}, `${at.toFixed(2)} s  ${bad ? "✕ " : "● "}${text}`)));
+    const signs = { delivered: "●", out_of_hf: "×", lost: "○", collided: "✕", out_of_mf: "◌" };
+    this.list.replaceChildren(...this.events.slice(Math.max(end - 6, 0), end).reverse().map(([at, text, fate]) =>
+      make("li", { class: fate }, `${at.toFixed(2)} s  ${signs[fate]} ${text}`)));
   }
 }

@@ -2,7 +2,7 @@
 // Line plots by uPlot, in the colours of the theme; each is made anew when the theme changes.
 
 const axis = (label, more = {}) => ({
-  stroke: colours.soft, font: "12px system-ui, sans-serif",
+  size: 34, stroke: colours.soft, font: "12px system-ui, sans-serif",
   ...(label ? { label, labelSize: 20, labelGap: 2, labelFont: "12px system-ui, sans-serif" } : {}),
   grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.grid, width: 1 }, ...more,
 });
@@ -34,7 +34,7 @@ class Plot {
 }
 
 const drawTicks = (times, colour) => (u) => {
-  const { ctx } = u, { left, width, top, height } = u.bbox, ratio = window.devicePixelRatio || 1;
+  const { ctx } = u, { left, width, top, height } = u.bbox, ratio = uPlot.pxRatio;
   ctx.save();
   ctx.strokeStyle = colour();
   ctx.lineWidth = ratio;
@@ -144,22 +144,29 @@ function fixesPlot(mission, playback) {
   playback.onChange((now) => nowLine(plot.plot, now));
 }
 
+// Where a histogram ends: what lies far beyond nearly all else would leave no room for it.
+function histogramEnd(values) {
+  const sorted = Float64Array.from(values).sort(), last = sorted.length - 1;
+  const most = 2 * sorted[Math.floor(0.95 * last)];
+  return most > 0 ? Math.min(sorted[last], most) : sorted[last];
+}
+
+// Draws how often values (s) occur; returns how many lie beyond the last bar's end and are counted in it.
 function histogram(name, host, values, unit) {
-  const top = values.length ? quantile(values, 0.995) : 1, low = values.length ? Math.min(...values.slice(0, 1), ...[quantile(values, 0)]) : 0;
+  const top = values.length ? histogramEnd(values) : 1, low = Math.min(top, ...values.slice(0, 1), values.length ? quantile(values, 0) : 0);
   const width = roundStep(Math.max((top - low) / 40, 0.005 * top, 1e-3)), start = Math.floor(low / width) * width;
-  const count = Math.max(Math.ceil((top - start) / width) + 1, 2);
+  const count = Math.max(Math.floor((top - start) / width) + 1, 2), end = start + count * width;
   const bins = Array.from({ length: count }, (_, i) => start + (i + 0.5) * width), heights = new Array(count).fill(0);
   for (const value of values) heights[Math.min(Math.max(Math.floor((value - start) / width), 0), count - 1)]++;
-  const beyond = values.filter((value) => value >= start + count * width).length;
   const options = () => ({
-    height: 220, cursor: { y: false, drag: { x: false } }, scales: { x: { time: false, range: [start, start + count * width] } },
-    axes: [axis(`s, in steps of ${+width.toPrecision(2)} s`), axis(unit, { size: 50 })],
+    height: 220, cursor: { y: false, drag: { x: false } }, scales: { x: { time: false, range: [start, end] } },
+    axes: [axis(`time (s), in steps of ${significant(width, 1)} s`), axis(unit, { size: 50 })],
     series: [{ label: "from–to", value: (u, v) => (v === null ? "–" : `${(v - width / 2).toFixed(3)}–${(v + width / 2).toFixed(3)} s`) },
       { label: unit, value: (u, v) => (v === null ? "–" : `${v}`), stroke: colours.accent, fill: colours.accent + "99", paths: uPlot.paths.bars({ size: [0.9, 100] }), points: { show: false } }],
   });
   host.setAttribute("aria-label", `Histogram: ${name}`);
   new Plot(name, host, options, [bins, heights]);
-  return beyond;
+  return values.filter((value) => value >= end).length;
 }
 
 function histograms(mission) {
@@ -172,38 +179,36 @@ function histograms(mission) {
   byId("interval-caption").textContent += told(waits, histogram("interval", byId("interval-plot"), waits, "intervals"));
 }
 
-// What became of the pings, a bar for each AUV.
+// What became of the pings, a bar for each AUV: words, and how the part of the bar is drawn.
 const FATE_LOOKS = {
-  delivered: ["fix delivered", "heard"], out_of_mf: ["fix beyond MF range", "beyond"], lost: ["lost", "lost"],
-  collided: ["collided", "collided"], out_of_hf: ["out of HF range", "plan"], in_flight: ["in flight at the end", "hf"],
+  delivered: ["fix delivered", "var(--accent)"],
+  out_of_mf: ["fix beyond MF range", "repeating-linear-gradient(90deg, var(--mf) 0 4px, var(--sheet) 4px 6px)"],
+  lost: ["lost", "radial-gradient(circle, var(--accent) 28%, var(--sheet) 32%) 0 0 / 7px 7px"],
+  collided: ["collided", "var(--collided)"],
+  out_of_hf: ["out of HF range", "repeating-linear-gradient(45deg, var(--hf) 0 2px, var(--sheet) 2px 6px)"],
+  in_flight: ["in flight at the end", "var(--line)"],
 };
 function fateBars(mission) {
-  const host = byId("fates-plot"), totals = mission.auvs.map(() => ({}));
+  const bars = make("div", { class: "bars" }), key = make("div", { class: "key" }), told = [], used = new Set();
+  const totals = mission.auvs.map(() => ({}));
   mission.pings.auv.forEach((auv, i) => {
     const fate = mission.fates[mission.pings.fate[i]];
     totals[auv][fate] = (totals[auv][fate] || 0) + 1;
   });
-  const paint = () => {
-    const bars = make("div", { class: "bars" }), used = new Set();
-    totals.forEach((total, i) => {
-      const all = Object.values(total).reduce((a, b) => a + b, 0), bar = make("div", { class: "bar" });
-      for (const [fate, [words, look]] of Object.entries(FATE_LOOKS)) {
-        if (!total[fate]) continue;
-        used.add(fate);
-        const share = 100 * total[fate] / all;
-        const part = make("span", { title: `${mission.auvs[i].name}: ${total[fate]} of ${all} pings (${share.toFixed(1)} %) ${words}`, style: `width:${share}%;background:${colours[look]}` });
-        if (fate === "out_of_hf") part.style.backgroundImage = "repeating-linear-gradient(45deg, transparent 0 5px, var(--paper) 5px 6px)";
-        if (fate === "lost") part.style.backgroundImage = "radial-gradient(var(--paper) 20%, transparent 22%)", part.style.backgroundSize = "7px 7px";
-        bar.append(part);
-      }
-      bars.append(make("span", {}, mission.auvs[i].name), bar);
-    });
-    const key = make("div", { class: "key" });
-    for (const fate of used) key.append(make("span", {}, make("span", { class: "swatch", style: `background:${colours[FATE_LOOKS[fate][1]]}` }), FATE_LOOKS[fate][0]));
-    const words = totals.map((total, i) => `${mission.auvs[i].name}: ${Object.entries(total).map(([fate, n]) => `${n} ${FATE_LOOKS[fate][0]}`).join(", ")}`).join("; ");
-    host.replaceChildren(bars, key, make("p", { class: "hidden" }, words));
-    bindusbl.plots.fates = mission.pings.at.length;
-  };
-  onTheme(paint);
-  paint();
+  totals.forEach((total, i) => {
+    const { name } = mission.auvs[i], all = Object.values(total).reduce((a, b) => a + b, 0), bar = make("div", { class: "bar" });
+    for (const [fate, [words, look]] of Object.entries(FATE_LOOKS)) {
+      if (!total[fate]) continue;
+      used.add(fate);
+      const share = 100 * total[fate] / all;
+      bar.append(make("span", { title: `${name}: ${total[fate]} of ${all} pings (${share.toFixed(1)} %) ${words}`, style: `width:${share}%;background:${look}` }));
+    }
+    told.push(`${name}: ${Object.entries(total).map(([fate, n]) => `${n} ${FATE_LOOKS[fate][0]}`).join(", ")}`);
+    bars.append(make("span", {}, name), bar);
+  });
+  for (const [fate, [words, look]] of Object.entries(FATE_LOOKS)) {
+    if (used.has(fate)) key.append(make("span", {}, make("span", { class: "swatch", style: `background:${look}` }), words));
+  }
+  byId("fates-plot").replaceChildren(bars, key, make("p", { class: "hidden" }, told.join("; ")));
+  bindusbl.plots.fates = mission.pings.at.length;
 }

@@ -1,22 +1,37 @@
 "use strict";
 // The page of one run: data in, map and plots out.
 
-function stateTable(mission) {
-  const host = byId("now"), rows = mission.auvs.map((auv, i) => {
-    const cells = ["", "", ""].map(() => make("td"));
-    const dot = make("span", { class: "swatch" });
-    const paint = () => { dot.style.background = seriesColour(i); };
-    onTheme(paint);
-    paint();
-    return [make("tr", {}, make("th", { scope: "row" }, dot, auv.name), ...cells), cells];
-  });
-  const head = make("thead");
-  head.innerHTML = '<tr><th scope="col">now</th><th scope="col">error, m</th><th scope="col">last fix, s ago</th><th scope="col">fixes</th></tr>';
-  host.append(make("table", {}, head, make("tbody", {}, ...rows.slice(0, 12).map(([row]) => row))));
-  return (now) => rows.slice(0, 12).forEach(([, cells], i) => {
-    const state = mission.auvAt(i, now);
-    [state.error.toFixed(2), state.fixes ? state.sinceFix.toFixed(1) : "none yet", `${state.fixes}`].forEach((text, k) => { cells[k].textContent = text; });
-  });
+// Each AUV now; a click on one follows it.
+class StateTable {
+  constructor(mission, follow) {
+    this.mission = mission;
+    this.rows = mission.auvs.map((auv, i) => {
+      const cells = ["", "", ""].map(() => make("td")), dot = make("span", { class: "swatch" });
+      const name = make("button", { type: "button", class: "plain", "aria-pressed": "false", title: `Follow ${auv.name}` }, dot, auv.name);
+      name.addEventListener("click", () => follow(i));
+      const paint = () => { dot.style.background = seriesColour(i); };
+      onTheme(paint);
+      paint();
+      return { row: make("tr", {}, make("th", { scope: "row" }, name), ...cells), name, cells };
+    });
+    const heads = ["now", "error, m", "last fix, s ago", "fixes"].map((text) => make("th", { scope: "col" }, text));
+    byId("now").append(make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...this.rows.map(({ row }) => row))));
+  }
+  show(now) {
+    this.rows.forEach(({ cells }, i) => {
+      const state = this.mission.auvAt(i, now);
+      [state.error.toFixed(2), state.fixes ? state.sinceFix.toFixed(1) : "none yet", `${state.fixes}`].forEach((text, k) => { cells[k].textContent = text; });
+    });
+  }
+  follow(number) {
+    this.rows.forEach(({ row, name }, i) => {
+      row.classList.toggle("followed", i === number);
+      name.setAttribute("aria-pressed", i === number);
+    });
+    const host = byId("now"), { row } = this.rows[number];
+    const above = row.offsetTop - row.parentElement.parentElement.tHead.offsetHeight - host.scrollTop;
+    if (above < 0 || row.offsetTop + row.offsetHeight > host.scrollTop + host.clientHeight) host.scrollTop += above;
+  }
 }
 
 // Above the slider: when each AUV was without fixes, a line for each.
@@ -43,7 +58,7 @@ function legend(mission, map) {
     host.append(make("label", {}, box, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, layer, width, height));
   }
-  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded"], ["lost", "lost"], ["collided", "collided"], ["cross", "no ASV in range"], ["ring", "fix delivered"], ["gap", "bar over the slider: time without fixes"]]) {
+  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", "no ASV in range"], ["ring", "fix delivered"], ["gap", "bar over the slider: time without fixes"]]) {
     const sample = make("canvas", { "aria-hidden": "true" });
     host.append(make("label", {}, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, mark, width, height));
@@ -59,8 +74,8 @@ function legendMark(context, mark, width, height) {
     hf: () => line(colours.hf, 1.5, [7, 4]), mf: () => line(colours.mf, 1.5, [2, 4]), pings: () => ring(colour, 6), downlink: () => ring(colours.mf, 6, [2, 2]),
     star: () => map.star(context, x, y), hull: () => map.hull(context, x, y, 0, colour),
     plus: () => { map.stroke(context, colour, x - 5, y, x + 5, y, 2); map.stroke(context, colour, x, y - 5, x, y + 5, 2); },
-    heard: () => line(colours.heard, 2), lost: () => { line(colours.lost, 2.5, [5, 4]); map.sign(context, "lost", x, y); },
-    collided: () => { line(colours.collided, 2.5, [5, 4]); map.sign(context, "collided", x, y); },
+    heard: () => line(colour, 2), lost: () => { line(colour, 2.5, [5, 4]); map.sign(context, "lost", x, y, colour); },
+    collided: () => { line(colours.collided, 2.5, [5, 4]); map.sign(context, "collided", x, y, colours.collided); },
     cross: () => { for (const way of [-1, 1]) map.stroke(context, colours.soft, x - 4, y - 4 * way, x + 4, y + 4 * way, 1.5); },
     ring: () => ring(colours.mf, 6), gap: () => { context.fillStyle = colour; context.fillRect(4, y - 3, width - 8, 6); },
   };
@@ -74,18 +89,23 @@ function followed(mission, closeup, playback) {
   const follow = (number) => {
     closeup.auv = number;
     select.value = number;
+    states.follow(number);
     byId("closeup-caption").textContent = `Close-up of ${mission.auvs[number].name}: hull truth, + estimate, ✕ last fix with its 3σ ellipse, dashed circle 3σ envelope.`;
     closeup.paint(playback.now);
   };
+  const chosen = (number) => { follow(number); announce(`Following ${mission.auvs[number].name}`); };
+  const states = new StateTable(mission, chosen);
   follow(starved.indexOf(Math.max(...starved)));
-  select.addEventListener("change", () => follow(+select.value));
+  select.addEventListener("change", () => chosen(+select.value));
   document.querySelectorAll("[data-seek]").forEach((link) => link.addEventListener("click", (event) => {
     event.preventDefault();
     follow(+link.dataset.auv);
     playback.play(false);
     playback.seek(+link.dataset.seek);
     byId("playback").scrollIntoView({ behavior: calm() ? "auto" : "smooth" });
+    byId("slider").focus({ preventScroll: true });
   }));
+  return states;
 }
 
 async function start() {
@@ -95,13 +115,12 @@ async function start() {
   playback.seek = playback.seek.bind(playback);
   const map = new SeaMap(byId("map"), mission), closeup = new Closeup(byId("closeup"), mission);
   map.linger = () => playback.linger();
-  const showState = stateTable(mission), log = new Log(byId("log"), mission);
-  playback.onChange((now) => { map.now = now; map.sheet.paint(); closeup.paint(now); showState(now); log.show(now); });
+  const log = new Log(byId("log"), mission), states = followed(mission, closeup, playback);
+  playback.onChange((now) => { map.now = now; map.sheet.paint(); closeup.paint(now); states.show(now); log.show(now); });
   byId("all").addEventListener("click", () => { map.touched = false; map.seeAll(); });
   byId("speed").addEventListener("change", () => slowed(playback));
   gapStrip(mission);
   legend(mission, map);
-  followed(mission, closeup, playback);
   errorPlots(mission, playback);
   fixesPlot(mission, playback);
   fateBars(mission);
@@ -110,7 +129,7 @@ async function start() {
   slowed(playback);
   playback.seek(0);
   Object.assign(bindusbl, {
-    ready: true, mission, playback, map, closeup,
+    ready: true, mission, playback, map, closeup, log,
     vehicles: () => mission.auvs.map((auv, i) => ({ name: auv.name, ...mission.auvAt(i, playback.now) })),
   });
 }

@@ -49,10 +49,14 @@ class SeaMap {
   listen(canvas) {
     const pointers = new Map();
     canvas.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey && document.activeElement !== canvas && !this.touched) return; // the page scrolls
+      if (!event.ctrlKey && document.activeElement !== canvas) return; // the page scrolls
       event.preventDefault();
       this.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
     }, { passive: false });
+    // One finger scrolls the page, two move and zoom the map.
+    for (const kind of ["touchstart", "touchmove"]) {
+      canvas.addEventListener(kind, (event) => { if (event.touches.length > 1) event.preventDefault(); }, { passive: false });
+    }
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
@@ -65,7 +69,7 @@ class SeaMap {
       if (other) {
         const [, [ox, oy]] = other;
         this.zoom(Math.hypot(now[0] - ox, now[1] - oy) / Math.max(Math.hypot(before[0] - ox, before[1] - oy), 1), ox, oy);
-      } else this.move(now[0] - before[0], now[1] - before[1]);
+      } else if (event.pointerType !== "touch") this.move(now[0] - before[0], now[1] - before[1]);
       pointers.set(event.pointerId, now);
     });
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
@@ -87,7 +91,7 @@ class SeaMap {
   }
   // What does not move is drawn once for each view.
   drawPaths() {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = pixelRatio();
     const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper].join();
     if (key === this.drawn) return;
     this.drawn = key;
@@ -235,7 +239,7 @@ class SeaMap {
   }
   // A ping's front takes milliseconds; it is shown for `linger` seconds of mission time at least.
   drawPings(context) {
-    const { pings, hf, soundSpeed, receptions } = this.mission;
+    const { pings, hf, soundSpeed, pingLength, receptions } = this.mission;
     const linger = this.linger(), crossing = hf.range / soundSpeed;
     const growing = Math.max(crossing, linger * 0.5), shown = Math.max(2.5 * growing, linger);
     const latest = above(pings.at, this.now) - 1, first = growing > crossing ? Math.max(latest - MOST_RINGS, -1) : -1;
@@ -245,9 +249,9 @@ class SeaMap {
       const colour = seriesColour(pings.auv[i]);
       this.ring(context, pings.x[i], pings.y[i], share * hf.reach, colour, { width: 2, alpha: fade });
       if (this.mission.fates[pings.fate[i]] === "out_of_hf" && share === 1) this.cross(context, pings.x[i], pings.y[i], colours.soft, fade);
-      for (const row of this.mission.receptionsOf[i]) {
-        const travelled = (receptions.at[row] - pings.at[i]) * growing / crossing;
-        if (age >= travelled) this.reception(context, i, row, fade);
+      for (const row of this.mission.receptionsOf[i]) { // decided when all of the ping has arrived
+        const passed = receptions.at[row] - pings.at[i] + pingLength;
+        if (age >= passed * growing / crossing) this.reception(context, i, row, fade);
       }
     }
   }
@@ -255,25 +259,26 @@ class SeaMap {
     const { pings, receptions, outcomes } = this.mission;
     const outcome = outcomes[receptions.outcome[row]];
     if (outcome === "in_flight") return;
+    const colour = outcome === "collided" ? colours.collided : seriesColour(pings.auv[ping]);
     const asv = this.mission.asvAt(receptions.asv[row], receptions.at[row]);
     const [x1, y1] = this.at(pings.x[ping], pings.y[ping]), [x2, y2] = this.at(asv.x, asv.y);
     context.save();
     context.globalAlpha = fade;
-    this.stroke(context, colours[outcome], x1, y1, x2, y2, outcome === "heard" ? 2 : 2.5, outcome === "heard" ? [] : [5, 4]);
-    if (outcome !== "heard") this.sign(context, outcome, x1 + 0.8 * (x2 - x1), y1 + 0.8 * (y2 - y1));
+    this.stroke(context, colour, x1, y1, x2, y2, outcome === "heard" ? 2 : 2.5, outcome === "heard" ? [] : [5, 4]);
+    if (outcome !== "heard") this.sign(context, outcome, x1 + 0.8 * (x2 - x1), y1 + 0.8 * (y2 - y1), colour);
     context.restore();
   }
-  sign(context, outcome, px, py) {
+  sign(context, outcome, px, py, colour) {
     if (outcome === "collided") {
-      this.stroke(context, colours.collided, px - 6, py - 6, px + 6, py + 6, 3);
-      this.stroke(context, colours.collided, px - 6, py + 6, px + 6, py - 6, 3);
+      this.stroke(context, colour, px - 6, py - 6, px + 6, py + 6, 3);
+      this.stroke(context, colour, px - 6, py + 6, px + 6, py - 6, 3);
       return;
     }
     context.beginPath();
     context.arc(px, py, 5, 0, 2 * Math.PI);
     context.fillStyle = colours.sea;
     context.fill();
-    context.strokeStyle = colours[outcome];
+    context.strokeStyle = colour;
     context.lineWidth = 2;
     context.stroke();
   }

@@ -127,7 +127,7 @@ class View {
 }
 
 function errorBars(u, halves) {
-  const { ctx } = u, ratio = window.devicePixelRatio || 1;
+  const { ctx } = u, ratio = uPlot.pxRatio;
   ctx.save();
   ctx.lineWidth = 1.4 * ratio;
   halves.forEach((line, i) => {

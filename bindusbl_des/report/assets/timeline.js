@@ -12,14 +12,14 @@ class Timeline {
     this.choices();
     this.listen();
     playback.onChange(() => this.sheet.paint());
-    byId("timeline-legend").textContent = "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, grey where no ASV was in HF range. "
-      + "ASV lanes: dots above are pings arriving (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts. The line is the time of the playback; drag to move in time.";
+    byId("timeline-legend").textContent = "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, half as high where no ASV was in HF range. "
+      + "ASV lanes: dots above are pings arriving, in the colour of their AUV (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts. The upright line is the time of the playback; drag to move in time.";
     bindusbl.plots.timeline = mission.pings.at.length + mission.broadcasts.at.length;
   }
   choices() {
     const select = byId("window"), { duration, round } = this.mission;
     const lengths = [...new Set([2 * round, 8 * round, 30 * round, duration].map((it) => Math.min(it, duration)))];
-    lengths.forEach((length) => select.append(make("option", { value: length }, length === duration ? "whole mission" : `${length.toPrecision(2)} s`)));
+    lengths.forEach((length) => select.append(make("option", { value: length }, length === duration ? "whole mission" : `${significant(length, 2)} s`)));
     select.value = lengths[Math.min(1, lengths.length - 1)];
     this.length = +select.value;
     select.addEventListener("change", () => { this.length = +select.value; this.sheet.paint(); });
@@ -72,7 +72,7 @@ class Timeline {
       context.fillStyle = colours.mf;
       context.fillRect(x, y + this.height * 0.55, width, this.height * 0.38);
       if (width > 60 && this.height > 18) {
-        context.fillStyle = colours.paper;
+        context.fillStyle = "#000";
         context.font = "10px system-ui, sans-serif";
         context.fillText(`${broadcasts.fixes[i]} fixes`, x + 4, y + this.height * 0.87);
       }
@@ -83,11 +83,13 @@ class Timeline {
     for (let i = above(pings.at, start - late); i < pings.at.length && pings.at[i] < end; i++) {
       const fate = fates[pings.fate[i]], y = pings.auv[i] * this.height, x = this.x(pings.at[i]), middle = y + this.height / 2;
       const width = Math.max(this.x(pings.at[i] + this.mission.pingLength) - x, 2);
-      context.fillStyle = fate === "out_of_hf" ? colours.plan : fate === "collided" ? colours.collided : seriesColour(pings.auv[i]);
-      context.fillRect(x, y + 2, width, this.height - 4);
+      const colour = fate === "collided" ? colours.collided : seriesColour(pings.auv[i]);
+      const unheard = fate === "out_of_hf"; // half as high: nobody was there to hear it
+      context.fillStyle = colour;
+      context.fillRect(x, unheard ? middle : y + 2, width, unheard ? this.height / 2 - 2 : this.height - 4);
       if (this.length < 40 * this.mission.round && this.height > 12) {
         if (fate === "collided") this.cross(context, x + width + 6, middle);
-        if (fate === "lost") this.dot(context, x + width + 6, middle, colours.lost, false);
+        if (fate === "lost") this.dot(context, x + width + 6, middle, colour, false);
       }
       for (const row of this.mission.receptionsOf[i]) this.arrival(context, row);
     }
@@ -97,7 +99,7 @@ class Timeline {
     if (outcome === "in_flight") return;
     const x = this.x(receptions.at[row]), y = (auvs.length + receptions.asv[row]) * this.height + this.height * 0.28;
     if (outcome === "collided") this.cross(context, x, y);
-    else this.dot(context, x, y, colours[outcome], outcome === "heard");
+    else this.dot(context, x, y, seriesColour(this.mission.pings.auv[this.mission.receptions.ping[row]]), outcome === "heard");
   }
   dot(context, x, y, colour, filled) {
     context.beginPath();
