@@ -3,12 +3,15 @@
 import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import click.testing
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
@@ -19,8 +22,10 @@ from bindusbl_des.cli import main
 from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
 from bindusbl_des.figures.anatomy import busiest
 from bindusbl_des.figures.kinds import KINDS, TABLES
+from bindusbl_des.figures.latency import BINS, latency, shown_until
 from bindusbl_des.figures.style import save, styled
-from bindusbl_des.figures.sweeps import curves, heatmap
+from bindusbl_des.figures.sweeps import Levels, Means, curves, heatmap
+from bindusbl_des.palette import ALARM
 from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.recording import recording
 from bindusbl_des.rounds import downlink_slots, uplink_slots
@@ -181,7 +186,7 @@ def test_collisions_are_red() -> None:
     red = next(c for c in axes.collections if c.get_label() == "collided")
     shown = run.tables["receptions"].query("outcome == 'collided'")
     assert len(red.get_offsets()) == len(shown[shown.arrived_at_s <= axes.get_xlim()[1]])
-    assert red.get_facecolor()[0].tolist()[:3] == pytest.approx([224 / 255, 0, 0])
+    assert red.get_facecolor()[0].tolist()[:3] == pytest.approx(to_rgb(ALARM))
 
 
 def test_the_anatomy_has_the_ways_of_its_pings(result: Result) -> None:
@@ -208,6 +213,27 @@ def test_histograms_hold_every_fix(result: Result) -> None:
     got = fixes[fixes.outcome == "delivered"]
     for axes, count in ((left, len(got)), (right, len(got) - got.auv.nunique())):
         assert sum(bar.get_height() for bar in axes.patches) == count
+
+
+def test_a_histogram_survives_an_outlier(result: Result) -> None:
+    """One fix that is 200 s late leaves the others their room; the last bar holds it."""
+    fixes = result.tables["fixes"].copy()
+    late = fixes.index[fixes.outcome == "delivered"][0]
+    fixes.loc[late, "latency_s"] = 200.0
+    spoilt = SimpleNamespace(scenario=result.scenario, seed=0, tables={"fixes": fixes})
+    with styled():
+        figure = latency(spoilt, 7.16)
+        figure.draw_without_rendering()
+    axes = figure.axes[0]
+    got = fixes.latency_s[fixes.outcome == "delivered"]
+    assert sum(bar.get_height() for bar in axes.patches) == len(got)
+    edges = np.linspace(*axes.get_xlim(), BINS + 1)
+    held = np.histogram(got.clip(upper=edges[-1]), edges)[0]
+    assert np.count_nonzero(held) > 2
+    assert held[-1] == 1
+    told = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "last bar: 1 beyond, up to 200 s" in told
+    assert shown_until(np.zeros(3)) > 0.0
 
 
 @pytest.mark.parametrize(
@@ -293,6 +319,36 @@ def test_plot_draws_all_that_a_run_supports(result: Result, tmp_path: Path) -> N
     assert call("plot", str(folder), "fixes", "--format", "svg", "--force").exit_code == 0
     assert call("plot", str(folder), "round", "--from", "2", "--out", str(tmp_path / "r.pdf"))
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_figures_keep_text_and_leave_titles_out(result: Result, tmp_path: Path) -> None:
+    """Words of an SVG can be searched and edited; with --no-title it has all but its title."""
+    folder = result.write(tmp_path / "run")
+    for kind in ("error", "latency", "round"):
+        texts = []
+        for options in ((), ("--no-title",)):
+            out = tmp_path / f"{kind}{len(options)}.svg"
+            assert call("plot", str(folder), kind, "--out", str(out), *options).exit_code == 0
+            parts = ElementTree.parse(out).iter("{http://www.w3.org/2000/svg}text")
+            texts.append(["".join(part.itertext()) for part in parts])
+        assert any(text.startswith("time (s)") or "(s)" in text for text in texts[0])
+        titles = [text for text in texts[0] if text.startswith(result.scenario.name)]
+        assert len(titles) == 1
+        assert sorted(texts[1]) == sorted(text for text in texts[0] if text not in titles)
+
+
+def test_numbers_of_a_heatmap_can_be_read() -> None:
+    """No powers of ten in its cells, and black or white as the ground asks for."""
+    keys = Levels("asvs.count", "1", (1, 2)), Levels("acoustics.hf.range_m", "m", (40.0, 60.0))
+    cells = {(0, 0): (1234.5, 5.3e-15, 2), (1, 0): (0.5, 0.0123, 2), (1, 1): (700.0, 99.9, 2)}
+    means = Means("worst_position_error_m", "m", *keys, cells, "a title")
+    with styled():
+        axes = heatmap(means, 4.5).axes
+    texts = {text.get_text(): text.get_color() for text in axes[0].texts}
+    assert list(texts) == ["1234\n±0", "0.500\n±0.012", "700\n±100"]
+    assert (texts["1234\n±0"], texts["0.500\n±0.012"]) == ("black", "white")
+    assert axes[1].get_ylabel() == "worst AUV's mean position error (m)"
+    assert keys[1].label == "acoustics.hf.range (m)"
 
 
 def test_plot_of_a_summary_says_what_is_missing(tmp_path: Path) -> None:
@@ -383,16 +439,16 @@ def test_figures_of_campaigns_show_the_means(draw: Callable[..., Figure], campai
     axes = figure.axes[0]
     assert axes.get_xlabel() == "acoustics.hf.range (m)"
     if draw is curves:
-        assert axes.get_ylabel() == "latency_mean (s)"
+        assert axes.get_ylabel() == "mean latency (s)"
         for series, bars in enumerate(axes.containers):
             shown = bars.lines[0].get_ydata()
             assert shown.tolist() == [means.cells[x, series][0] for x in (0, 1)]
     else:
-        assert axes.get_ylabel() == "asvs.count (1)"
+        assert axes.get_ylabel() == "asvs.count"
         grid = axes.images[0].get_array()
         assert grid is not None
         assert {(x, y): grid[y, x] for x in (0, 1) for y in (0, 1)} == {
             cell: mean for cell, (mean, _, _) in means.cells.items()
         }
         assert len(axes.texts) == 4
-        assert figure.axes[1].get_ylabel() == "mean of latency_mean (s)"
+        assert figure.axes[1].get_ylabel() == "mean latency (s)"

@@ -103,14 +103,31 @@ class Cells(HTMLParser):
 
 
 def test_the_table_of_a_page_is_the_table_of_the_run(recovery: Result) -> None:
-    """Each AUV's row holds its metrics, in the units that the headings name."""
+    """Each AUV's rows hold its metrics, in the units that the headings name."""
     cells = Cells()
     cells.feed(run_page(recovery))
-    rows = {row[0]: row[1:] for row in cells.rows}
+    rows: dict[str, list[str]] = {}
+    for row in cells.rows:
+        rows.setdefault(row[0], []).extend(row[1:])
     for auv in recovery.auvs.itertuples():
         for shown, (_, _, metric, digits, factor) in zip(rows[auv.auv], AUV_COLUMNS, strict=True):
             assert float(shown) == pytest.approx(getattr(auv, metric) * factor, abs=10**-digits)
-    assert rows["AUV0"][3] == str(recovery.auvs.receptions_lost[0])
+    lost = [metric for _, _, metric, *_ in AUV_COLUMNS].index("receptions_lost")
+    assert rows["AUV0"][lost] == str(recovery.auvs.receptions_lost[0])
+
+
+def test_the_worst_auv_stands_out(recovery: Result) -> None:
+    """In a column whose AUVs differ the worst one's cell is marked; a tile names it."""
+    page, mission = run_page(recovery), recovery.arrow["mission"].to_pylist()[0]
+    marked = re.findall(r'<td class="worst">([^<]*)</td>', page)
+    expected = [
+        f"{mission['worst_' + metric] * factor:.{digits}f}"
+        for _, _, metric, digits, factor in AUV_COLUMNS
+        if f"worst_{metric}" in mission and recovery.auvs[metric].nunique() > 1
+    ]
+    assert marked == expected
+    worst = mission["worst_position_error_m"], mission["worst_position_error_m_auv"]
+    assert "worst {:.2f}, {}".format(*worst) in page
 
 
 def test_the_tracks_of_a_page_are_those_of_the_run(recovery: Result) -> None:

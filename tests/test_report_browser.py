@@ -5,13 +5,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from test_report_sweep import BASE, EXPERIMENT
 
 from bindusbl_des import load_scenario, simulate, sweep
+from bindusbl_des.figures.latency import shown_until
+from bindusbl_des.palette import COLOURS
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.sweep_report import sweep_page
+from bindusbl_des.wording import significant
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -51,6 +55,14 @@ class Opened:
     def ask(self, expression: str) -> Any:
         """Return the value of an expression in the page."""
         return self.page.evaluate(expression)
+
+    def until(self, condition: str) -> None:
+        """Wait until something holds in the page, whose policy forbids to wait there."""
+        for _ in range(200):
+            if self.ask(condition):
+                return
+            self.page.wait_for_timeout(20)
+        raise AssertionError(f"{condition}: not in four seconds")
 
     def painted(self, canvas: str) -> int:
         """Return how many different colours a canvas shows."""
@@ -165,9 +177,238 @@ def test_a_fix_makes_the_estimate_jump(opened: Open, recovery: Path) -> None:
         """(() => { const m = bindusbl.mission, t = m.landed[0][60];
         const before = m.auvAt(0, t - 1e-3), after = m.auvAt(0, t + 1e-3);
         return [Math.hypot(after.estimateX - before.estimateX, after.estimateY - before.estimateY),
-                m.fixes.innovation[m.delivered[0][60]]]; })()"""
+                m.fixes.correction[m.delivered[0][60]]]; })()"""
     )
-    assert gap[0] == pytest.approx(0.9 * gap[1], abs=0.1)
+    assert gap[0] == pytest.approx(gap[1], abs=0.1)
+
+
+def test_keys_are_the_pages_until_the_playback_has_them(opened: Open, recovery: Path) -> None:
+    """Space scrolls the page before a click on the playback and after one elsewhere."""
+    it = opened(recovery)
+    keys = it.page.keyboard
+
+    def state() -> list[Any]:
+        return list(it.ask("[bindusbl.playback.playing, bindusbl.playback.now]"))
+
+    keys.press("ArrowRight")
+    keys.press("f")
+    assert state() == [False, 0]
+    keys.press(" ")
+    it.until("scrollY > 0")
+    assert state() == [False, 0]
+    it.page.click("#map", position={"x": 5, "y": 200})
+    keys.press("f")
+    first = it.ask("bindusbl.playback.now")
+    assert first > 0
+    keys.press("Control+ArrowRight")
+    keys.press("Shift+ArrowRight")
+    assert it.ask("bindusbl.playback.now") == first
+    it.page.click("#errors-title")
+    for key in ("ArrowRight", "f", " "):
+        keys.press(key)
+    assert state() == [False, first]
+
+
+def test_keys_go_on_after_a_click_on_a_button(opened: Open, recovery: Path) -> None:
+    """Arrows step after a click on the controls; space presses the button, opens the legend."""
+    it = opened(recovery)
+    keys = it.page.keyboard
+    it.page.click("#next")
+    first = it.ask("bindusbl.playback.now")
+    keys.press("ArrowRight")
+    assert it.ask("bindusbl.playback.now") == pytest.approx(2 * first)
+    keys.press(" ")  # presses "step forward", and nothing more
+    assert it.ask("bindusbl.playback.now") == pytest.approx(3 * first)
+    it.page.focus("#legend summary")
+    keys.press(" ")
+    assert it.ask("[byId('legend').open, bindusbl.playback.playing]") == [False, False]
+    it.page.focus("#speed")
+    keys.press("ArrowRight")  # the next speed, not the next moment
+    assert it.ask("bindusbl.playback.now") == pytest.approx(3 * first)
+    it.page.focus("#map")
+    before = it.ask("scrollY")
+    keys.press("End")
+    it.until(f"scrollY > {before}")
+    assert it.ask("bindusbl.playback.now") == pytest.approx(3 * first)
+
+
+def test_the_log_tells_only_what_has_happened(opened: Open, recovery: Path) -> None:
+    """What became of a ping is told when it is decided, and a fix by how far it corrects."""
+    tables = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml"), seed=0).tables
+    pings, fixes = tables["pings"].set_index("ping"), tables["fixes"]
+    arrived = tables["receptions"].query("outcome == 'lost'").groupby("ping").arrived_at_s.max()
+    airtime = tables["broadcasts"].set_index("sent_at_s").airtime_s
+    known = {f"ping {ping}: lost": at + 0.010 for ping, at in arrived.items()}
+    for fix in fixes[fixes.outcome == "out_of_range"].itertuples():
+        at = fix.broadcast_at_s + airtime[fix.broadcast_at_s]
+        known[f"ping {fix.ping}: its fix was sent beyond"] = at
+    for ping, at in pings.sent_at_s[pings.in_range_of == 0].items():
+        known[f"ping {ping}: out of range"] = at
+    it = opened(recovery)
+    told = [[time, text] for time, text, _ in it.ask("bindusbl.log.events")]
+    kinds = set()
+    for time, text in told:
+        words = next((words for words in known if f"{words} " in text), None)
+        if words:
+            assert time >= known[words] - 1e-3, text
+            kinds.add(words.split(": ")[1])
+    assert len(kinds) == 3
+    first = fixes[fixes.outcome == "delivered"].sort_values("delivered_at_s").iloc[0]
+    said = next(text for _, text in told if text.startswith(f"{first.auv} gets a fix"))
+    assert said.startswith(f"{first.auv} gets a fix, {first.latency_s:.2f} s old, corrects by")
+    assert float(said.split()[-2]) == pytest.approx(first.correction_m, abs=0.006)
+    for time, text in told[20:30]:
+        slide(it, time - 1e-3)
+        assert text not in it.ask("byId('log').textContent")
+        slide(it, time + 1e-3)
+        assert text in it.ask("byId('log').textContent")
+
+
+def test_nothing_speaks_while_time_plays_on(opened: Open, recovery: Path) -> None:
+    """The one live region is silent in play and tells a pause, a leap, a vehicle to follow."""
+    it = opened(recovery)
+    live = "output, [aria-live], [role=status], [role=alert], [role=log]"
+    assert it.ask(f"[...document.querySelectorAll('{live}')].map((it) => it.id)") == ["said"]
+    it.ask(
+        """(() => { window.spoken = 0; new MutationObserver((all) => { spoken += all.length; })
+        .observe(byId('slider'), { attributeFilter: ['aria-valuetext'] }); })()"""
+    )
+    it.page.click("#play")
+    it.ask("new Promise((seen) => bindusbl.playback.onChange((now) => now > 3 && seen()))")
+    assert it.ask("[byId('said').textContent, spoken]") == ["", 0]
+    it.page.click("#play")
+    assert "Paused at" in it.ask("byId('said').textContent")
+    assert it.ask("byId('slider').getAttribute('aria-valuetext')").endswith(" seconds")
+    it.page.select_option("#follow", "2")
+    assert it.ask("byId('said').textContent") == "Following AUV2"
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of twenty AUVs."""
+    path = tmp_path_factory.mktemp("report") / "fleet.html"
+    changes = ["name=fleet", "auvs.count=20", "survey.side_m=300", "duration_s=30"]
+    scenario = load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=changes)
+    path.write_text(run_page(simulate(scenario, seed=1)), encoding="utf-8")
+    return path
+
+
+def test_the_table_of_now_shows_whom_one_follows(opened: Open, fleet: Path) -> None:
+    """The row of the AUV in the close-up is marked and in sight; a click on another follows it."""
+    it = opened(fleet)
+    rows = "[...document.querySelectorAll('#now .followed')].map((row) => row.cells[0].innerText)"
+    box = "byId('now').getBoundingClientRect()"
+    row = "document.querySelector('#now .followed').getBoundingClientRect()"
+    for number in (19, 0, 13):
+        it.page.select_option("#follow", str(number))
+        assert it.ask(rows) == [f"AUV{number}"]
+        assert it.ask(f"{row}.top >= {box}.top && {row}.bottom <= {box}.bottom + 1")
+    it.page.click("#now button >> nth=12")
+    assert it.ask(rows) == ["AUV12"]
+    assert it.ask("[bindusbl.closeup.auv, byId('follow').value]") == [12, "12"]
+    pressed = it.page.locator("#now [aria-pressed=true]")
+    assert pressed.all_inner_texts() == ["AUV12"]
+
+
+OVERFULL = """[...document.querySelectorAll('#auvs .scroll')]
+    .filter((it) => it.scrollWidth > it.clientWidth).length"""
+
+
+@pytest.mark.parametrize("width", [320, 360, 768, 1280, 1920])
+def test_the_table_of_auvs_fits(opened: Open, fleet: Path, width: int) -> None:
+    """At every width no column of any AUV is out of sight."""
+    it = opened(fleet, width=width)
+    assert it.ask(OVERFULL) == 0
+    assert it.ask("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_pages_print_light_and_whole(opened: Open, fleet: Path, scheme: str) -> None:
+    """On paper a page is light, not wider than A4, its bars keep their colours; then as before."""
+    it = opened(fleet, scheme)
+    it.page.emulate_media(media="print")
+    it.until("onPaper()")
+    assert it.ask("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert it.ask("[colours.paper, colours.series[0]]") == ["#ffffff", COLOURS[0]]
+    a4 = 186 / 25.4 * 96  # what its margins leave, in CSS pixels
+    widest = "Math.max(...[...document.querySelectorAll('main *')].map((it) => it.scrollWidth))"
+    assert it.ask(widest) <= a4
+    assert it.ask(OVERFULL) == 0
+    assert it.ask("byId('map').width / byId('map').clientWidth") == pytest.approx(3, abs=0.01)
+    adjust = "getComputedStyle(document.querySelector('.bar span')).printColorAdjust"
+    assert it.ask(adjust) == "exact"
+    for hidden in (".strip", "#play", "#theme", "#marks input"):
+        assert not it.page.locator(hidden).first.is_visible()
+    for shown in ("#map", "#closeup", "#now table", "#clock", "#fates-plot"):
+        assert it.page.is_visible(shown)
+    it.page.emulate_media(media="screen")
+    it.until("!onPaper()")
+    assert it.ask("document.documentElement.dataset.theme") == scheme
+    assert it.page.is_visible("#play")
+
+
+def test_a_phone_scrolls_past_the_map(browser: Any, recovery: Path) -> None:
+    """One finger on the map scrolls the page; two zoom the map and leave the page where it is."""
+    page = browser.new_page(viewport={"width": 400, "height": 800}, has_touch=True, is_mobile=True)
+    page.goto(recovery.as_uri())
+    page.evaluate("bindusbl.opened")
+    page.evaluate("byId('map').scrollIntoView({ block: 'center' })")
+    box, touch = page.locator("#map").bounding_box(), page.context.new_cdp_session(page)
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    before, view = page.evaluate("scrollY"), page.evaluate("bindusbl.map.view")
+
+    def drag(paths: list[list[tuple[float, float]]]) -> None:
+        for step, places in enumerate(zip(*paths, strict=True)):
+            fingers = [{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(places)]
+            kind = "touchMove" if step else "touchStart"
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
+            page.wait_for_timeout(16)
+        touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        page.wait_for_timeout(200)
+
+    drag([[(x, y - 15 * step) for step in range(10)]])
+    assert page.evaluate("scrollY") > before + 50
+    assert page.evaluate("bindusbl.map.view") == view
+    page.evaluate("byId('map').scrollIntoView({ block: 'center' })")
+    before = page.evaluate("scrollY")
+    drag([[(x + side * (30 + 10 * step), y) for step in range(6)] for side in (-1, 1)])
+    assert page.evaluate("bindusbl.map.view.scale") > 1.5 * view["scale"]
+    assert page.evaluate("scrollY") == before
+    page.close()
+
+
+def test_the_wheel_is_the_pages(opened: Open, recovery: Path) -> None:
+    """Over the map the wheel scrolls the page, also once ctrl and wheel have zoomed the map."""
+    it = opened(recovery)
+    it.ask("byId('map').scrollIntoView({ block: 'center' })")
+    it.page.hover("#map")
+    before, scale = it.ask("[scrollY, bindusbl.map.view.scale]")
+    it.page.keyboard.down("Control")
+    it.page.mouse.wheel(0, -200)
+    it.page.keyboard.up("Control")
+    it.until(f"bindusbl.map.view.scale > 1.2 * {scale}")
+    it.page.mouse.wheel(0, 200)
+    it.until(f"scrollY > {before}")
+
+
+def test_numbers_of_pages_have_no_exponents(opened: Open, recovery: Path) -> None:
+    """Lengths of the timeline are plain numbers, and the page writes numbers as figures do."""
+    it = opened(recovery)
+    for value in (231.4, 5.3e-15, 0.05349, 12345.6, 2.6e-6, -1.26, 0.0):
+        assert it.ask(f"significant({value}, 2)") == significant(value, 2)
+    options = it.ask(
+        """(() => { byId("window").replaceChildren(); Timeline.prototype.choices.call({
+            mission: { duration: 4000, round: 29 }, sheet: { paint() {} } });
+            return [...byId("window").options].map((it) => it.text); })()"""
+    )
+    assert options == ["58 s", "232 s", "870 s", "whole mission"]
+
+
+def test_histograms_survive_an_outlier(opened: Open, recovery: Path) -> None:
+    """They end where nearly all values do, as the figure does."""
+    it = opened(recovery)
+    for values in ([0.8] * 19 + [230.0], [0.8, 0.9, 1.1], [0.0] * 20 + [5.0], [3.0]):
+        assert it.ask(f"histogramEnd({values})") == shown_until(np.array(values))
 
 
 def test_theme_and_layers_can_be_switched(opened: Open, recovery: Path) -> None:
@@ -217,6 +458,13 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     campaign = sweep(folder / "experiment.yaml", folder / "out", workers=1)
     (folder / "sweep.html").write_text(sweep_page(campaign), encoding="utf-8")
     return folder / "sweep.html"
+
+
+def test_heatmaps_can_be_read(opened: Open, swept: Path) -> None:
+    """Whatever a cell's colour, black or white on it reaches 4.5 : 1."""
+    lights = opened(swept).ask("Array.from({ length: 101 }, (_, i) => luminance(cividis(i / 100)))")
+    for light in lights:
+        assert (1.05 / (light + 0.05) if light < 0.179 else (light + 0.05) / 0.05) >= 4.5
 
 
 @pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 400)])

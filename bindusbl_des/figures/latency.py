@@ -70,7 +70,7 @@ def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str, counted: s
         axes.plot([], [], " ", label=label)
     axes.set_xlim(0.0, edges[-1])
     count_from_zero(axes, max(np.histogram(np.concatenate(held), edges)[0]))
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, borderaxespad=0.2)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, borderaxespad=0.2)
 
 
 def shown_until(values: np.ndarray) -> float:

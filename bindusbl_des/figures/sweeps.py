@@ -64,6 +64,7 @@ class Means:
     """
 
     metric: str
+    unit: str
     x: Levels
     series: Levels | None
     cells: Mapping[tuple[int, int], tuple[float, float, int]]

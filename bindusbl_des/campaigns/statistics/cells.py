@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...figures.sweeps import Levels, Means
 from ...scenario_keys import keys
-from ...tables import mission_numbers
+from ...tables import mission_numbers, schema
 from ...wording import did_you_mean
 from .intervals import interval
 
@@ -23,7 +23,7 @@ def means_of(
     Raises:
         LookupError: when there is no such metric or key, or nothing varies or was run.
     """
-    _check(metric)
+    unit = _unit(metric)
     varied = _varying(campaign)
     if not varied:
         raise LookupError(f"{campaign.folder}: no key varies, so there is nothing to draw over")
@@ -38,14 +38,15 @@ def means_of(
     cells = _cells(campaign, metric, across, lines)
     if not cells:
         raise LookupError(f"{campaign.folder} holds no mission with a {metric} yet")
-    return Means(metric, across, lines, cells, _title(campaign, varied, across, lines))
+    return Means(metric, unit, across, lines, cells, _title(campaign, varied, across, lines))
 
 
-def _check(metric: str) -> None:
-    known = mission_numbers()
-    if metric not in known:
-        hint = did_you_mean(metric, known) or f"; there are {', '.join(known)}"
+def _unit(metric: str) -> str:
+    columns = {name: schema("mission").field(name) for name in mission_numbers()}
+    if metric not in columns:
+        hint = did_you_mean(metric, columns) or f"; there are {', '.join(columns)}"
         raise LookupError(f"no metric {metric!r}{hint}")
+    return str(columns[metric].metadata[b"unit"].decode())
 
 
 def _varying(campaign: "Campaign") -> list[str]:
