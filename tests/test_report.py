@@ -127,7 +127,7 @@ def test_the_worst_auv_stands_out(recovery: Result) -> None:
     ]
     assert marked == expected
     worst = mission["worst_position_error_m"], mission["worst_position_error_m_auv"]
-    assert "worst {:.2f}, {}".format(*worst) in page
+    assert "<small>{1}: {0:.2f}</small>".format(*worst) in page
 
 
 def test_the_tracks_of_a_page_are_those_of_the_run(recovery: Result) -> None:

@@ -24,10 +24,10 @@ def assembled(
 ) -> str:
     """Return a whole page: HTML in `body`, the scripts named, JSON `data`, columns `packed`."""
     names = ("base.js", *scripts)
-    code = "\n".join(f"<script>\n{asset(name)}</script>" for name in names)
+    code = "\n".join(f"<script>\n{_bare(asset(name))}</script>" for name in names)
     return Template(asset("page.html")).substitute(
         title=html.escape(title),
-        styles="\n".join((asset("uPlot.min.css"), variables(), asset("page.css"))),
+        styles="\n".join((asset("uPlot.min.css"), variables(), _bare(asset("page.css")))),
         library=asset("uPlot.iife.min.js"),
         licence=asset("uPlot-LICENSE"),
         body=body,
@@ -35,6 +35,16 @@ def assembled(
         packed=packed,
         code=code,
     )
+
+
+def _bare(code: str) -> str:
+    """Return code without indentation and the comments that have a line of their own.
+
+    >>> _bare("// Why.\\n  f();  // here\\n")
+    'f();  // here\\n'
+    """
+    lines = (line.strip() for line in code.splitlines())
+    return "".join(f"{line}\n" for line in lines if line and not line.startswith("//"))
 
 
 def as_script(data: Mapping[str, Any]) -> str:

@@ -125,13 +125,9 @@ def _tiles(result: "Result") -> str:
     row = mission_row(result)
     tiles = []
     for name, unit, metric, digits, factor in TILES:
-        worst = row.get(f"worst_{metric}_auv") if result.scenario.auvs.count > 1 else None
-        own = number(row.get(f"worst_{metric}"), digits, factor)
-        told = (
-            f"<dd><small>worst {own if own != '-' else 'none'}, {worst}</small></dd>"
-            if worst
-            else ""
-        )
+        auv = row.get(f"worst_{metric}_auv") if result.scenario.auvs.count > 1 else None
+        worst = f"{auv}: {number(row.get(f'worst_{metric}'), digits, factor)}" if auv else ""
+        told = f"<dd><small>{worst}</small></dd>" if worst else ""
         value = number(row[metric], digits, factor)
         unit = f'<span class="unit">{unit}</span>' if unit else ""
         tiles.append(f"<div><dt>{html.escape(name)}</dt><dd>{value}{unit}</dd>{told}</div>")

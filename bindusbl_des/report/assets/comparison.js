@@ -15,7 +15,7 @@ function maps(missions, playback) {
     const canvas = make("canvas", { class: "map", tabindex: "0", role: "img", "aria-label": `Map of ${mission.name}` });
     host.append(make("figure", {}, make("figcaption", {}, mission.name), canvas));
     const map = new SeaMap(canvas, mission);
-    map.linger = () => playback.linger();
+    map.linger = () => playback.linger(mission);
     playback.onChange((now) => { map.now = Math.min(now, mission.duration); map.sheet.paint(); });
     return map;
   });
@@ -36,7 +36,7 @@ function seconds(u, v) { return v === null ? "–" : `${v.toFixed(1)} s`; }
 function overTime(name, host, missions, table, unit, playback, stepped) {
   const digits = unit ? 2 : 0;
   const options = () => ({
-    height: 280, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
+    height: 280, legend: { markers: { width: 2, dash: (u, i) => ["solid", "dashed", "dotted"][Math.floor((i - 1) / 2)] ?? "double" } }, cursor: { y: false, sync: { key: "time" } }, scales: { x: { time: false } },
     axes: [axis("time (s)"), axis(unit ? `error (${unit})` : "fixes, all AUVs", { size: 52 })],
     series: [{ label: "time", value: seconds }, ...missions.map((mission, i) => ({
       label: mission.name, ...runLook(i), spanGaps: true, points: { show: false },

@@ -23,7 +23,7 @@ class Playback {
   }
   tell() { byId("slider").setAttribute("aria-valuetext", `${this.now.toFixed(1)} seconds`); }
   // How long (s of mission time) something that happens in an instant stays on the map.
-  linger() { return Math.max(Math.min(0.8 * this.speed, 1.2 * this.mission.round), 0.05 * this.speed); }
+  linger({ round } = this.mission) { return Math.max(Math.min(0.8 * this.speed, 1.2 * round), 0.05 * this.speed); }
   step() { return this.speed < 1 ? this.speed : Math.max(this.mission.duration / 300, 0.1); }
   play(on) {
     if (on && this.now >= this.mission.duration) this.seek(0);

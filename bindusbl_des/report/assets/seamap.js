@@ -293,14 +293,16 @@ class SeaMap {
   drawBroadcasts(context) {
     const { broadcasts, fixes, mf } = this.mission;
     const linger = this.linger();
-    for (let i = above(broadcasts.at, this.now) - 1; i >= 0; i--) {
+    const latest = above(broadcasts.at, this.now) - 1;
+    for (let i = latest; i >= 0 && i > latest - MOST_RINGS; i--) {
       const age = this.now - broadcasts.at[i], shown = Math.max(broadcasts.airtime[i], linger);
       if (age > shown) break;
       const { x, y } = this.mission.asvAt(broadcasts.asv[i], this.now);
       this.ring(context, x, y, mf.range, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown), fill: 0.06 * (1 - age / shown) });
     }
     const order = this.mission.deliveredOrder, times = this.mission.deliveredTimes ??= Float64Array.from(order, (row) => fixes.delivered[row]);
-    for (let i = above(times, this.now) - 1; i >= 0 && this.now - times[i] < linger; i--) {
+    const last = above(times, this.now) - 1, most = MOST_RINGS * this.mission.auvs.length;
+    for (let i = last; i >= 0 && i > last - most && this.now - times[i] < linger; i--) {
       const row = order[i], fade = 1 - (this.now - times[i]) / linger;
       const from = this.mission.asvAt(fixes.by[row], times[i]);
       const auv = this.mission.auvAt(fixes.auv[row], times[i]);
