@@ -121,13 +121,15 @@ def _sentences(said: list[str]) -> str:
 
 
 def _tiles(result: "Result") -> str:
-    """Return the mission in numbers: fleet means, and below each the worst AUV's value."""
-    row = mission_row(result)
+    """Return the mission in numbers: fleet means, below them the worst AUV where AUVs differ."""
+    row, auvs = mission_row(result), result.arrow["auvs"].to_pylist()
     tiles = []
     for name, unit, metric, digits, factor in TILES:
-        auv = row.get(f"worst_{metric}_auv") if result.scenario.auvs.count > 1 else None
-        worst = f"{auv}: {number(row.get(f'worst_{metric}'), digits, factor)}" if auv else ""
-        told = f"<dd><small>{worst}</small></dd>" if worst else ""
+        told = ""
+        if f"worst_{metric}_auv" in row and _differ(auvs, metric):
+            worst = number(row[f"worst_{metric}"], digits, factor)
+            auv = html.escape(row[f"worst_{metric}_auv"])
+            told = f"<dd><small>{auv}: {'none' if worst == '-' else worst}</small></dd>"
         value = number(row[metric], digits, factor)
         unit = f'<span class="unit">{unit}</span>' if unit else ""
         tiles.append(f"<div><dt>{html.escape(name)}</dt><dd>{value}{unit}</dd>{told}</div>")
@@ -136,6 +138,10 @@ def _tiles(result: "Result") -> str:
         f'<dl class="tiles" aria-label="The mission in numbers">{"".join(tiles)}</dl>'
         f'<p class="note">Means over the AUVs, below them the worst AUV; {counts}.</p>'
     )
+
+
+def _differ(auvs: Sequence[Row], metric: str) -> bool:
+    return any(row[metric] != auvs[0][metric] for row in auvs)
 
 
 def mission_row(result: "Result") -> dict[str, Any]:
@@ -172,8 +178,7 @@ def _auv_table(title: str, columns: Sequence[Column], auvs: Sequence[Row], missi
         (place, column)
         for column, (_, _, metric, *_) in enumerate(columns, 1)
         for place, row in enumerate(auvs)
-        if mission.get(f"worst_{metric}_auv") == row["auv"]
-        and any(row[metric] != other[metric] for other in auvs)
+        if mission.get(f"worst_{metric}_auv") == row["auv"] and _differ(auvs, metric)
     }
     headings = [("AUV", ""), *((name, unit) for name, unit, *_ in columns)]
     return table(headings, cells, f"{title} of each AUV", worst)

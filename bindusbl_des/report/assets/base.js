@@ -54,7 +54,9 @@ function readColours() {
   }
   colours.series = Array.from({ length: 8 }, (_, i) => style.getPropertyValue("--c" + i).trim());
 }
-const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
+// Dashes of plots, which count in dots.
+const dashed = (...lengths) => lengths.map((it) => it * uPlot.pxRatio);
+const DASHES = [dashed(), dashed(8, 4), dashed(2, 3), dashed(10, 3, 2, 3)];
 const seriesColour = (i) => colours.series[i % colours.series.length];
 const seriesDash = (i) => DASHES[(i + Math.floor(i / 8)) % DASHES.length];
 

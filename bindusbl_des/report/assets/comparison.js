@@ -28,8 +28,7 @@ function errorOf(mission, number) {
 }
 
 // Runs are told apart by greys and dashes: hues belong to AUVs.
-const RUN_DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
-const runLook = (i) => ({ stroke: i % 2 ? colours.hf : colours.ink, dash: RUN_DASHES[Math.floor(i / 2) % RUN_DASHES.length], width: i % 2 ? 2.5 : 1.8 });
+const runLook = (i) => ({ stroke: i % 2 ? colours.hf : colours.ink, dash: DASHES[Math.floor(i / 2) % DASHES.length], width: i % 2 ? 2.5 : 1.8 });
 
 function seconds(u, v) { return v === null ? "–" : `${v.toFixed(1)} s`; }
 

@@ -7,6 +7,9 @@ const axis = (label, more = {}) => ({
   grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.grid, width: 1 }, ...more,
 });
 
+// Steps of an axis that counts.
+const COUNTS = [1, 2, 5].flatMap((it) => [it, 10 * it, 100 * it, 1e3 * it, 1e4 * it, 1e5 * it]).sort((a, b) => a - b);
+
 class Plot {
   // `options(width)` and `data` as for uPlot; `name` is how tests find it.
   constructor(name, host, options, data) {
@@ -92,7 +95,7 @@ function errorPlot(host, mission, number, playback, highest) {
       series: [
         { label: "time", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} s`) },
         { label: `${auv.name} error`, stroke: colour, width: 1.5, value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
-        { label: "3σ envelope", stroke: colour, width: 0.8, dash: [4, 3], fill: colour + "22", value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
+        { label: "3σ envelope", stroke: colour, width: 0.8, dash: dashed(4, 3), fill: colour + "22", value: (u, v) => (v === null ? "–" : `${v.toFixed(2)} m`) },
       ],
       hooks: { drawClear: [drawGaps(auv.gaps)], draw: [drawTicks(mission.landed[number], () => colour)], ready: [(u) => clickToSeek(u, playback.seek)] },
     };
@@ -132,7 +135,7 @@ function fixesPlot(mission, playback) {
   const options = () => ({
     height: 260, cursor: { sync: { key: "time" } }, legend: { show: mission.auvs.length <= 12 },
     scales: { x: { time: false } },
-    axes: [axis("time (s)"), axis("fixes", { size: 46 })],
+    axes: [axis("time (s)"), axis("fixes", { size: 46, incrs: COUNTS })],
     series: [{ label: "time", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} s`) }, ...mission.auvs.map((auv, i) => ({
       label: auv.name, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }),
       value: (u, v, s, at) => { for (let k = at ?? -1; k >= 0; k--) if (Number.isFinite(u.data[s][k])) return u.data[s][k]; return "–"; },
@@ -160,7 +163,7 @@ function histogram(name, host, values, unit) {
   for (const value of values) heights[Math.min(Math.max(Math.floor((value - start) / width), 0), count - 1)]++;
   const options = () => ({
     height: 220, cursor: { y: false, drag: { x: false } }, scales: { x: { time: false, range: [start, end] } },
-    axes: [axis(`time (s), in steps of ${significant(width, 1)} s`), axis(unit, { size: 50 })],
+    axes: [axis(`time (s), in steps of ${significant(width, 1)} s`), axis(unit, { size: 50, incrs: COUNTS })],
     series: [{ label: "from–to", value: (u, v) => (v === null ? "–" : `${(v - width / 2).toFixed(3)}–${(v + width / 2).toFixed(3)} s`) },
       { label: unit, value: (u, v) => (v === null ? "–" : `${v}`), stroke: colours.accent, fill: colours.accent + "99", paths: uPlot.paths.bars({ size: [0.9, 100] }), points: { show: false } }],
   });
