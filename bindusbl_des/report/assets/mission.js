@@ -12,7 +12,7 @@ class Mission {
     this.receptions.ping.forEach((ping, row) => this.receptionsOf[ping].push(row));
     this.deliveredOrder = this.sortedFixes();
     this.decided = Float64Array.from(this.pings.at, (_, ping) => this.decidedAt(ping));
-    this.lostTimes = this.decided.filter((_, ping) => this.isLost(ping)).sort();
+    this.lost = Array.from(this.decided.keys()).filter((ping) => this.isLost(ping));
   }
   rowsOf(auv) {
     const rows = [];

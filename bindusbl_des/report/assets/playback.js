@@ -51,7 +51,12 @@ class Playback {
     announce(`At ${this.now.toFixed(1)} seconds`);
   }
   nextFix() { this.leap(this.mission.deliveredTimes ??= Float64Array.from(this.mission.deliveredOrder, (row) => this.mission.fixes.delivered[row])); }
-  nextLost() { this.leap(this.mission.lostTimes); }
+  // To when a loss is known, and its ring on the map has grown to the ASVs.
+  nextLost() {
+    const { pings, hf, soundSpeed, pingLength, decided, lost } = this.mission, crossing = hf.range / soundSpeed;
+    const grown = (1 + pingLength / crossing) * Math.max(crossing, 0.5 * this.linger());
+    this.leap(Float64Array.from(lost, (ping) => Math.max(decided[ping], pings.at[ping] + grown)).sort());
+  }
   controls() {
     const slider = byId("slider"), speed = byId("speed");
     slider.max = this.mission.duration;

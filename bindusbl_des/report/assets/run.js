@@ -29,8 +29,8 @@ class StateTable {
       name.setAttribute("aria-pressed", i === number);
     });
     const host = byId("now"), { row } = this.rows[number];
-    const above = row.offsetTop - row.parentElement.parentElement.tHead.offsetHeight - host.scrollTop;
-    if (above < 0 || row.offsetTop + row.offsetHeight > host.scrollTop + host.clientHeight) host.scrollTop += above;
+    const below = row.offsetTop - row.closest("table").tHead.offsetHeight - host.scrollTop; // its head stays
+    if (below < 0 || row.offsetTop + row.offsetHeight > host.scrollTop + host.clientHeight) host.scrollTop += below;
   }
 }
 
