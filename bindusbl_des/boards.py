@@ -72,12 +72,22 @@ class Board:
 
 
 class ReplyBoard:
-    """No waiting: the first ASV that decodes a ping answers it with a fix of its own."""
+    """No waiting: the first ASV that decodes a ping answers it with a fix of its own.
+
+    The answer sets out `after` (s) the ping's front has arrived.  0 is what the paper's latencies
+    need, although nobody can have decoded the ping by then; its duration is the earliest in truth.
+    """
 
     def __init__(
-        self, env: simpy.Environment, uplink: Uplink, downlink: MfDownlink, record: Recorder
+        self,
+        env: simpy.Environment,
+        uplink: Uplink,
+        downlink: MfDownlink,
+        record: Recorder,
+        after: float,
     ) -> None:
         self._env, self._uplink, self._downlink, self._record = env, uplink, downlink, record
+        self._after = after
 
     def expect(self, pings: range) -> None:
         """Wait for each ping at each ASV in range by itself."""
@@ -93,7 +103,7 @@ class ReplyBoard:
         """Answer a ping when it has just been heard for the first time."""
         if self._uplink.decide(ping, row):
             fix, reception = self._record.fixes.count - 1, self._record.receptions.array[row]
-            asv, time = int(reception[AT_ASV]), float(reception[ARRIVED_AT])
+            asv, time = int(reception[AT_ASV]), float(reception[ARRIVED_AT]) + self._after
             number = int(self._record.pings.array[ping, ROUND])
             self._record.broadcasts.append(Broadcast(number, asv, time, 0.0, 0, 1))
             self._record.rounds[number].fixes += 1

@@ -16,6 +16,9 @@ FRAMED_SCHEDULES = ("round_robin", "random")
 LARGEST_SAMPLES = 5e8
 MOST_LANES = 100_000
 
+# The greatest distance (m) between two hydrophones of each of hydrophones.ARRAYS
+ARRAY_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
+
 
 class Problem(NamedTuple):
     """A contradiction: the key it is told at, what is wrong, and the other keys that lead to it."""
@@ -33,6 +36,7 @@ def problems(scenario: "Scenario") -> list[Problem]:
         *_route(scenario),
         *_formation(scenario),
         *_protocol(scenario),
+        *_usbl(scenario),
         *_sizes(scenario),
     ]
 
@@ -165,6 +169,20 @@ def _protocol(scenario: "Scenario") -> Iterator[Problem]:
         yield Problem(
             "protocol.ranging", "'passive' is not available yet; use 'owtt_sync' or 'twtt'"
         )
+
+
+def _usbl(scenario: "Scenario") -> Iterator[Problem]:
+    size, speed = ARRAY_SIZES_M[scenario.usbl.array], scenario.environment.sound_speed_m_per_s
+    for name, meant in (("tdoa_sd_s", "noise"), ("quantum_s", "a quantum")):
+        time = getattr(scenario.usbl, name)
+        if time * speed > size:
+            yield Problem(
+                f"usbl.{name}",
+                f"{meant} of {time:g} s is {time * speed:.3g} m of sound, more than the "
+                f"{1e3 * size:.0f} mm of the array {scenario.usbl.array}: no direction could be "
+                f"told; use {0.9 * size / speed:.1e} at most",
+                ("usbl.array", "environment.sound_speed_m_per_s"),
+            )
 
 
 def _sizes(scenario: "Scenario") -> Iterator[Problem]:

@@ -41,18 +41,27 @@ class Round:
 
 @dataclass(slots=True)
 class Ping:
-    """One ping of one AUV on the HF uplink."""
+    """One ping of one AUV on the HF uplink; with twtt its turn, be it that no call reached it.
+
+    A turn without an answer has all but a ping: nothing arrives anywhere.
+    """
 
     ping: int = column("1", "number of the ping")
     round: int = column("1", "round in which it was sent")
     slot: int = column("1", "uplink slot (ping group) within the round")
     auv: int = column("", "AUV that pinged")
-    sent_at_s: float = column("s", "instant at which the ping began")
+    sent_at_s: float = column("s", "instant at which the ping began, or of a call without answer")
     x_m: float = column("m", "true position of the AUV at that instant, along the lanes")
     y_m: float = column("m", "true position of the AUV at that instant, across the lanes")
     z_m: float = column("m", "true depth of the AUV at that instant")
     in_range_of: int = column("1", "ASVs within HF range at that instant", 0)
     heard_by: int = column("1", "ASVs that decoded the ping", 0)
+    called_at_s: float | None = column("s", "instant at which it was called (twtt)", None)
+    called_by: int | None = column("", "ASV that called it (twtt)", None)
+    call: str | None = column(
+        "", "what became of the call: heard (it answers), out_of_range, lost, collided, in_flight",
+        None,
+    )  # fmt: skip
 
 
 @dataclass(slots=True)
@@ -62,10 +71,15 @@ class Reception:
     ping: int = column("1", "number of the ping")
     auv: int = column("", "AUV that pinged")
     asv: int = column("", "ASV at which it arrives")
-    arrived_at_s: float = column("s", "instant at which the ping's front reaches the ASV")
-    slant_range_m: float = column("m", "distance that the sound has travelled")
+    arrived_at_s: float | None = column(
+        "s", "instant at which the ping's front reaches the ASV; null if no call made it ping"
+    )
+    slant_range_m: float = column("m", "distance of that way")
     travel_time_s: float = column("s", "one-way travel time")
-    outcome: str = column("", "heard, out_of_range, lost, collided or in_flight", "in_flight")
+    outcome: str = column(
+        "", "heard, out_of_range, lost, collided or in_flight; without a ping, its call's",
+        "in_flight",
+    )  # fmt: skip
 
 
 @dataclass(slots=True)
@@ -89,7 +103,8 @@ class Fix:
     round: int = column("1", "round of that ping")
     auv: int = column("", "AUV that it locates")
     asvs: str = column("", "ASVs whose measurements were fused")
-    pinged_at_s: float = column("s", "instant to which the fix belongs")
+    pinged_at_s: float = column("s", "instant at which that ping was sent")
+    valid_at_s: float = column("s", "instant at which the fix holds")
     x_m: float = column("m", "position along the lanes")
     y_m: float = column("m", "position across the lanes")
     z_m: float = column("m", "depth")
@@ -99,7 +114,7 @@ class Fix:
     cov_xy_m2: float = column("m2", "covariance of x_m and y_m")
     cov_xz_m2: float = column("m2", "covariance of x_m and z_m")
     cov_yz_m2: float = column("m2", "covariance of y_m and z_m")
-    error_m: float = column("m", "horizontal distance to the AUV's true position at the ping")
+    error_m: float = column("m", "horizontal distance to the AUV's true position at valid_at_s")
     broadcast_at_s: float | None = column("s", "start of the frame that carries it", None)
     broadcast_by: int | None = column("", "ASV that broadcast it", None)
     delivered_at_s: float | None = column("s", "instant at which the AUV has it", None)
@@ -140,7 +155,7 @@ class AuvMetrics:
     """One AUV over the whole mission; time means are over samples at record.metrics_hz."""
 
     auv: int = column("", "AUV")
-    pings: int = column("1", "pings sent")
+    pings: int = column("1", "pings sent, and turns whose call got no answer (twtt)")
     pings_in_range: int = column("1", "pings within HF range of at least one ASV", worst=SMALLEST)
     pings_heard: int = column("1", "pings decoded by at least one ASV", worst=SMALLEST)
     hf_coverage: float | None = column(
@@ -152,8 +167,12 @@ class AuvMetrics:
     fixes_in_flight: int = column(
         "1", "fixes not yet delivered when the mission ended", worst=LARGEST
     )
-    receptions_lost: int = column("1", "receptions in range lost to the channel", worst=LARGEST)
-    collisions: int = column("1", "receptions destroyed by an overlapping ping", worst=LARGEST)
+    receptions_lost: int = column(
+        "1", "receptions in range lost to the channel, or their call", worst=LARGEST
+    )
+    collisions: int = column(
+        "1", "receptions destroyed by an overlapping ping or call, or their call", worst=LARGEST
+    )
     fix_rate_hz: float = column("Hz", "fixes delivered / duration", worst=SMALLEST)
     interval_mean_s: float | None = column("s", "mean time between deliveries", worst=LARGEST)
     interval_p95_s: float | None = column(
@@ -176,7 +195,10 @@ class AuvMetrics:
         "s", "mean time from broadcast to delivery", worst=LARGEST
     )
     latency_from_slot_s: float | None = column(
-        "s", "mean time from the end of the ping's slot to delivery (owtt_sync)", worst=LARGEST
+        "s",
+        "mean time from the end of the ping's slot to delivery; null where pings do not begin "
+        "with slots (twtt) or answers do not wait for their end (direct_reply)",
+        worst=LARGEST,
     )
     fix_error_rms_m: float | None = column(
         "m", "RMS of the horizontal error of the fixes", worst=LARGEST
@@ -225,6 +247,10 @@ class Utilisation:
     """
 
     rounds: int = column("1", "rounds begun")
-    collisions: int = column("1", "receptions destroyed by an overlapping ping, all AUVs")
-    hf_utilisation: float = column("1", "share of the time in which some ping is being sent")
+    collisions: int = column(
+        "1", "receptions destroyed by an overlapping ping or call, or their call, all AUVs"
+    )
+    hf_utilisation: float = column(
+        "1", "share of the time in which some ping or call is being sent"
+    )
     mf_utilisation: float = column("1", "share of the time in which a broadcast is on the air")

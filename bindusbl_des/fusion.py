@@ -58,6 +58,38 @@ def fuse_pair(
 
 
 @compiled
+def fuse_shared(
+    estimate: Vector, covariance: Vector, fix: Vector, other: Vector, unit: Vector
+) -> tuple[Vector, Vector]:
+    """Fuse a fix into an estimate whose own error it shares; return both anew.
+
+    `estimate` (4,) and `covariance` (4, 4) are those of a place (m) and of a length (m); `fix` (3,)
+    with the covariance `other` (3, 3) was made with that length, and errs by as much against its
+    `unit` vector as the length does.  Source: Kalman update, z = p - u b + noise.
+    """
+    shared, spread = np.empty((4, 3)), np.empty((3, 3))
+    for i in range(4):
+        for j in range(3):
+            shared[i, j] = covariance[i, j] - covariance[i, 3] * unit[j]
+    for i in range(3):
+        for j in range(3):
+            spread[i, j] = shared[i, j] - unit[i] * shared[3, j] + other[i, j]
+    inverse = _pseudo_inverse(spread)
+    gain = np.zeros((4, 3))
+    for i in range(4):
+        for j in range(3):
+            for k in range(3):
+                gain[i, j] += shared[i, k] * inverse[k, j]
+    fused, left = estimate.copy(), covariance.copy()
+    for i in range(4):
+        for j in range(3):
+            fused[i] += gain[i, j] * (fix[j] - estimate[j] + unit[j] * estimate[3])
+            for k in range(4):
+                left[i, k] -= (gain[i, j] * shared[k, j] + gain[k, j] * shared[i, j]) / 2
+    return fused, left
+
+
+@compiled
 def _times(a: Vector, b: Vector) -> Vector:
     """Return the product of two small square matrices (numba's own needs scipy)."""
     size = len(a)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import fields
 from math import cos, sin, sqrt
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ from .columns import (
     AUV,
     AUV_OF_FIX,
     BROADCAST_AT,
+    CALL,
+    CALLED_AT,
     DELIVERED_AT,
     ERROR,
     HEARD_BY,
@@ -29,6 +31,7 @@ from .dead_reckoning import reckon
 from .events import (
     COLLIDED,
     DELIVERED,
+    HEARD,
     IN_FLIGHT,
     LOST,
     OUT_OF_RANGE,
@@ -65,7 +68,19 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
                 saturated_share=vehicle.saturated(duration),
             )
         )
+        for column in fields(AuvMetrics):
+            value = getattr(metrics[-1], column.name)
+            if value is not None and math.isnan(value):
+                _refuse(auv, f"{column.name} is no number")
     return metrics
+
+
+def _refuse(auv: int, trouble: str) -> NoReturn:
+    """End the run: a NaN in a table would pass for a missing value, and be left out of means."""
+    raise ArithmeticError(
+        f"AUV{auv}'s {trouble}; this is a mistake of the program, not of the scenario: please "
+        "report it with scenario and seed"
+    )
 
 
 def _reach(record: Recorder, auvs: int) -> dict[str, list[Any]]:
@@ -96,7 +111,8 @@ def _service(fixes: Array, world: World) -> dict[str, Any]:
     arrived = fixes[fixes[:, OUTCOME_OF_FIX] == DELIVERED]
     delivered, latency = arrived[:, DELIVERED_AT], arrived[:, LATENCY]
     outcomes = fixes[:, OUTCOME_OF_FIX].astype(int).tolist()
-    one_way = world.scenario.protocol.ranging == "owtt_sync"
+    protocol = world.scenario.protocol
+    in_slots = protocol.ranging == "owtt_sync" and protocol.downlink != "direct_reply"
     slot = world.slots.clock.after(0.0, world.slots.uplink_slot)  # pings begin with their slots
     return {
         "fixes": len(fixes),
@@ -108,7 +124,7 @@ def _service(fixes: Array, world: World) -> dict[str, Any]:
         **_ages(np.sort(delivered), world.scenario.duration_s),
         **_spread("latency", latency),
         "latency_from_broadcast_s": _mean(delivered - arrived[:, BROADCAST_AT]),
-        "latency_from_slot_s": _mean(latency - slot) if one_way else None,
+        "latency_from_slot_s": _mean(latency - slot) if in_slots else None,
         "fix_error_rms_m": _rms(fixes[:, ERROR]),
     }
 
@@ -118,6 +134,9 @@ def _accuracy(world: World, auv: int, times: Array, errors: Array) -> dict[str, 
     mean, square, largest, cross_track, imu = _errors(
         errors, auv, times, corrected_at, corrections, *world.reckoning.known
     )
+    if not math.isfinite(mean):
+        lost_at = times[np.flatnonzero(~np.isfinite(errors))[0]]
+        _refuse(auv, f"estimate is no number from {lost_at:g} s on")
     return {
         "position_error_m": mean,
         "position_error_rms_m": math.sqrt(square),
@@ -216,10 +235,17 @@ def utilisation(world: World) -> Utilisation:
     return Utilisation(
         rounds=len(record.rounds),
         collisions=int(np.sum(record.receptions.rows[:, OUTCOME] == COLLIDED)),
-        hf_utilisation=_covered(record.pings.rows[:, SENT_AT], world.slots.ping_duration, duration)
-        / duration,
+        hf_utilisation=_covered(_sounds(record), world.slots.ping_duration, duration) / duration,
         mf_utilisation=sum(on_air) / duration,
     )
+
+
+def _sounds(record: Recorder) -> Array:
+    """Return the instants (s) at which a ping or a call begins on HF, in rising order."""
+    pings = record.pings.rows
+    called = ~np.isnan(pings[:, CALLED_AT])
+    answered = ~called | (pings[:, CALL] == HEARD)
+    return np.sort(np.concatenate((pings[called, CALLED_AT], pings[answered, SENT_AT])))
 
 
 def _covered(starts: Array, length: float, end: float) -> float:

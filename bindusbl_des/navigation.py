@@ -12,8 +12,8 @@ from .columns import (
     INNOVATION,
     MOVED,
     OUTCOME_OF_FIX,
-    PINGED_AT,
     POSITION,
+    VALID_AT,
 )
 from .compiled import compiled
 from .dead_reckoning import DeadReckoning, reckoned
@@ -37,12 +37,13 @@ class FixedGain:
         """Take dead reckoning, the gain, and where the sums of corrections are to be written.
 
         A fix is compared with the estimate at its delivery, as the paper does
-        (`delay_compensation` "none"), or with that at its ping, shifted by every correction since
-        ("shift"), so that it is not charged with an error that an earlier fix has removed.
+        (`delay_compensation` "none"), or with that at the instant at which it holds, shifted by
+        every correction since ("shift"), so that it is not charged with an error that an earlier
+        fix has removed.
         """
         self.corrections = corrections
         self._reckoning, self._gain = reckoning, gain
-        self._at_ping = delay_compensation == "shift"
+        self._shifts = delay_compensation == "shift"
 
     def estimate(self, auv: int, time: float) -> tuple[float, float]:
         """Return where an AUV believes to be (m) at an instant (s), by all corrections so far."""
@@ -51,18 +52,18 @@ class FixedGain:
 
     def correct(self, fixes: Floats, due: Ints) -> None:
         """Apply the fixes whose rows are `due`; note innovations, corrections, sums (m)."""
-        _correct(fixes, due, self._gain, self._at_ping, self.corrections, *self._reckoning.known)
+        _correct(fixes, due, self._gain, self._shifts, self.corrections, *self._reckoning.known)
 
 
 @compiled
 def _correct(
-    fixes: Floats, due: Ints, gain: float, at_ping: bool, corrections: Floats, table: Floats,
+    fixes: Floats, due: Ints, gain: float, shifts: bool, corrections: Floats, table: Floats,
     first: Ints, step: float, walks: Floats, rate: float, biases: Floats, in_body: bool,
 ) -> None:  # fmt: skip
     for row in due:
         fix = fixes[row]
         auv = int(fix[AUV_OF_FIX])
-        time = fix[PINGED_AT] if at_ping else fix[DELIVERED_AT]
+        time = fix[VALID_AT] if shifts else fix[DELIVERED_AT]
         x, y, _, _, ahead, aside = reckoned(
             auv, time, table, first, step, walks, rate, biases, in_body
         )

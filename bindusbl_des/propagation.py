@@ -4,7 +4,7 @@ These are the compiled inner loops of the bands.  Motions come as the fields of 
 :class:`.motion.Motion`.
 """
 
-from math import inf, nan
+from math import inf, isnan, nan
 
 from .columns import (
     ARRIVED_AT,
@@ -14,8 +14,10 @@ from .columns import (
     AUV_OF_FIX,
     BROADCAST_AT,
     BROADCAST_BY,
+    CALL,
     CALL_TIME,
-    CALLER,
+    CALLED_AT,
+    CALLS,
     END,
     FIRST,
     HEARD_BY,
@@ -37,14 +39,23 @@ from .columns import (
     TRAVEL_TIME,
 )
 from .compiled import compiled
-from .events import IN_FLIGHT, OUT_OF_RANGE
+from .events import HEARD, IN_FLIGHT, OUT_OF_RANGE
 from .motion import Floats, Ints, light_time, where
 from .slots import after
+
+# Arrivals that overlap by less (s) only touch: rounding of the instants is far smaller.
+TOUCH = 1e-9
+
+
+@compiled
+def overlap(one: float, other: float, duration: float) -> bool:
+    """Tell whether two sounds of one length (s) that begin at two instants (s) overlap."""
+    return bool(other < one + duration - TOUCH and other + duration > one + TOUCH)
 
 
 @compiled
 def spread(
-    group: Ints, round_number: int, slot: int, time: float, caller: int, call_time: float,
+    group: Ints, round_number: int, slot: int, time: float, call: Floats, calls: int,
     pings: Floats, ping: int, receptions: Floats, row: int, everything: bool, slant: bool,
     hf_range: float, duration: float, sound_speed: float, auv_table: Floats, auv_first: Ints,
     auv_step: float, asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -53,18 +64,18 @@ def spread(
 
     Return the row that comes after the last reception.  Pings last `duration` (s).  The edge of the
     HF range (m) counts as within; it is compared with the slant range if `slant`, else with the
-    horizontal one.  Without `everything` ASVs out of range get no row.  If an ASV `caller` has
-    called the AUV, its call was under way for `call_time` (s).
+    horizontal one.  Without `everything` ASVs out of range get no row.  `call` is the last row of
+    the ping from CALLED_AT to CALL_TIME: AUVs that were called in vain do not ping.  `calls` are on
+    record by now.
     """
     longest_so_far = pings[ping - 1, LONGEST] if ping else 0.0
+    silent = not (isnan(call[CALL - CALLED_AT]) or call[CALL - CALLED_AT] == HEARD)
     for auv in group:
         x, y, z, _ = where(auv_table, auv_first, auv_step, auv, time)
         first, in_range, longest = row, 0, 0.0
         for asv in range(asv_first.size - 1):
             vessel = where(asv_table, asv_first, asv_step, asv, time)
-            rise = z - vessel[2] if slant else 0.0
-            square = (x - vessel[0]) ** 2 + (y - vessel[1]) ** 2 + rise**2
-            heard = square <= hf_range**2
+            heard = within(x, y, z, vessel[0], vessel[1], vessel[2], hf_range, slant)
             if heard or everything:
                 travel = light_time(x, y, z, asv_table, asv_first, asv_step, asv, time, sound_speed)
                 line = receptions[row]
@@ -76,15 +87,30 @@ def spread(
                 if heard:
                     in_range += 1
                     longest = max(longest, travel)
+                if silent:
+                    line[ARRIVED_AT] = nan
+                    if heard:
+                        line[OUTCOME] = call[CALL - CALLED_AT]
         longest_so_far = max(longest_so_far, longest)
         line = pings[ping]
         line[PING], line[ROUND], line[SLOT], line[AUV] = ping, round_number, slot, auv
         line[SENT_AT], line[PING_X], line[PING_Y], line[PING_Z] = time, x, y, z
         line[IN_RANGE_OF], line[HEARD_BY], line[FIRST], line[END] = in_range, 0, first, row
-        line[PASSED_AT] = time + longest + duration if in_range else inf
-        line[LONGEST], line[CALLER], line[CALL_TIME] = longest_so_far, caller, call_time
+        line[CALLED_AT : CALL_TIME + 1] = call
+        line[PASSED_AT] = inf if silent or not in_range else time + longest + duration
+        line[LONGEST], line[CALLS] = longest_so_far, calls
         ping += 1
     return row
+
+
+@compiled
+def within(
+    x: float, y: float, z: float, other_x: float, other_y: float, other_z: float, reach: float,
+    slant: bool,
+) -> bool:  # fmt: skip
+    """Tell whether two places (m) are within a reach (m), seen from above unless `slant`."""
+    rise = z - other_z if slant else 0.0
+    return bool((x - other_x) ** 2 + (y - other_y) ** 2 + rise**2 <= reach**2)
 
 
 @compiled

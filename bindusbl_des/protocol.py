@@ -12,7 +12,7 @@ import simpy
 
 from .conflicts import conflict_count
 from .events import Broadcast, Round
-from .schedules import Groups
+from .schedules import Groups, View
 from .world import World
 
 Steps = Generator[simpy.Event, None, float]
@@ -20,10 +20,13 @@ Steps = Generator[simpy.Event, None, float]
 
 @dataclass(slots=True)
 class Turn:
-    """A round under way: its row in the record and its ping groups, one for each slot."""
+    """A round under way: its row in the record, its ping groups, one for each slot, and what the
+    fleet knew when it began.
+    """
 
     row: Round
     groups: Groups
+    view: View
 
 
 def serve(world: World) -> Generator[simpy.Event, None, None]:
@@ -35,7 +38,7 @@ def serve(world: World) -> Generator[simpy.Event, None, None]:
         # Positions have changed since the last downlink, and with them the conflict graph.
         view = world.view(number, time)
         groups = world.schedule(view)
-        turn = Turn(Round(number, time, len(groups), conflict_count(view.conflicts)), groups)
+        turn = Turn(Round(number, time, len(groups), conflict_count(view.conflicts)), groups, view)
         world.record.rounds.append(turn.row)
         time = yield from DOWNLINKS[world.policy](world, turn, time)
 
@@ -82,7 +85,7 @@ DOWNLINKS: dict[str, Callable[[World, Turn, float], Steps]] = {
 
 def uplink_slot(world: World, turn: Turn, slot: int, time: float) -> Steps:
     """Let one ping group ping and wait for the end of its slot (eq. UL_slot, UL_tick)."""
-    world.ranging.ping(turn.row.round, slot, turn.groups[slot], time)
+    world.ranging.ping(turn.row.round, slot, turn.groups[slot], time, turn.view)
     ends = world.slots.clock.after(time, world.slots.uplink_slot)
     yield until(world, ends)
     turn.row.uplink_s = ends - turn.row.started_at_s

@@ -1,4 +1,4 @@
-"""What becomes of a ping at the ASVs in range, and the fix they make of it together."""
+"""What becomes of a ping at the ASVs in range: who hears it, and who does not."""
 
 from math import erfc, hypot, inf, nan, sqrt
 from typing import NamedTuple
@@ -6,14 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from .acoustics import loss_probability
+from .calling import drowned
 from .columns import (
     ARRIVED_AT,
     AT_ASV,
     AUV,
     AUV_OF_FIX,
     BROADCAST_AT,
-    CALL_TIME,
-    CALLER,
     COVARIANCE,
     END,
     ERROR,
@@ -31,7 +30,6 @@ from .columns import (
     PING,
     PING_OF_FIX,
     PING_X,
-    PING_Z,
     PINGED_AT,
     POSITION,
     ROUND,
@@ -39,16 +37,14 @@ from .columns import (
     SD,
     SENT_AT,
     SLANT_RANGE,
-    TRAVEL_TIME,
+    VALID_AT,
 )
 from .compiled import compiled
 from .events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from .fusion import fuse_pair
-from .motion import Floats, Ints, where
-from .usbl import NOISE_WIDTH, locate
-
-# Arrivals that overlap by less (s) only touch: rounding of the instants is far smaller.
-TOUCH = 1e-9
+from .measurement import measured
+from .motion import Floats, Ints
+from .propagation import overlap
+from .usbl import NOISE_WIDTH
 
 NOBODY = -1
 
@@ -86,21 +82,21 @@ def overlapped(row: int, count: int, duration: float, pings: Floats, receptions:
 
 @compiled
 def _meet(row: int, other: int, duration: float, receptions: Floats) -> bool:
-    """Tell whether another ping is at the same ASV while this one lasts."""
+    """Tell whether another ping is at the same ASV while this one lasts; one not sent is not."""
     if receptions[other, AT_ASV] != receptions[row, AT_ASV]:
         return False
     if receptions[other, OUTCOME] == OUT_OF_RANGE:
         return False
-    starts, begins = receptions[row, ARRIVED_AT], receptions[other, ARRIVED_AT]
-    return bool(begins < starts + duration - TOUCH and begins + duration > starts + TOUCH)
+    return overlap(receptions[row, ARRIVED_AT], receptions[other, ARRIVED_AT], duration)
 
 
 @compiled
 def passed(
     time: float, first: int, pings: Floats, ping_count: int, receptions: Floats, count: int,
-    fixes: Floats, fix: int, duration: float, shelf: Ints, taken: Ints, blocks: Floats,
-    coefficients: Floats, combine: int, contention: float, cap: float, asv_table: Floats,
-    asv_first: Ints, asv_step: float, array: Floats, metric: Floats, levels: Floats,
+    fixes: Floats, fix: int, calls: Floats, duration: float, shelf: Ints, taken: Ints,
+    blocks: Floats, coefficients: Floats, combine: int, contention: float, cap: float,
+    asv_table: Floats, asv_first: Ints, asv_step: float, array: Floats, metric: Floats,
+    levels: Floats, strayed: Floats,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did.
 
@@ -120,8 +116,8 @@ def passed(
     for ping in due[:size]:
         made, dry = decide(
             ping, int(pings[ping, FIRST]), int(pings[ping, END]), pings, receptions, count, fixes,
-            fix, duration, shelf, taken, blocks, coefficients, combine, contention, cap, asv_table,
-            asv_first, asv_step, array, metric, levels,
+            fix, calls, duration, shelf, taken, blocks, coefficients, combine, contention, cap,
+            asv_table, asv_first, asv_step, array, metric, levels, strayed,
         )  # fmt: skip
         if dry != NOBODY:
             return fix, int(pings[ping, AUV]), dry
@@ -133,15 +129,17 @@ def passed(
 @compiled
 def decide(
     ping: int, first: int, end: int, pings: Floats, receptions: Floats, count: int, fixes: Floats,
-    fix: int, duration: float, shelf: Ints, taken: Ints, blocks: Floats, coefficients: Floats,
-    combine: int, contention: float, cap: float, asv_table: Floats, asv_first: Ints,
-    asv_step: float, array: Floats, metric: Floats, levels: Floats,
+    fix: int, calls: Floats, duration: float, shelf: Ints, taken: Ints, blocks: Floats,
+    coefficients: Floats, combine: int, contention: float, cap: float, asv_table: Floats,
+    asv_first: Ints, asv_step: float, array: Floats, metric: Floats, levels: Floats,
+    strayed: Floats,
 ) -> tuple[int, int]:  # fmt: skip
     """Decide the receptions first..end of a ping; fuse what was heard, if nobody heard it before.
 
     Return 1 if that made a fix, which is then row `fix`, else 0; and NOBODY.  `count` receptions
-    are on record.  An ASV that called the AUV ranges by the round trip (eq. rtt; the turnaround is
-    known and removed).  Where an ASV's noise is used up, nothing is done and its number returned.
+    are on record, and all `calls`.  `strayed` is how far AUVs may have gone between a call and the
+    answer (variance along their course, m2).  Where an ASV's noise is used up, nothing is done and
+    its number returned.
     """
     line = pings[ping]
     auv = int(line[AUV])
@@ -149,39 +147,34 @@ def decide(
         asv = int(receptions[row, AT_ASV])
         if receptions[row, OUTCOME] == IN_FLIGHT and taken[auv, asv] == blocks.shape[1]:
             return 0, asv
-    heard = 0
-    source = line[PING_X : PING_Z + 1]
-    estimate, covariance = np.zeros(3), np.zeros((3, 3))
+    heard, noise = np.empty(end - first, dtype=np.int64), np.zeros((end - first, NOISE_WIDTH))
+    hearers = 0
     for row in range(first, end):
         it = receptions[row]
         if it[OUTCOME] != IN_FLIGHT:
             continue
         asv = int(it[AT_ASV])
-        noise = blocks[shelf[auv, asv], taken[auv, asv]]
+        drawn = blocks[shelf[auv, asv], taken[auv, asv]]
         taken[auv, asv] += 1  # whatever comes of it, so that worlds that differ share their noise
-        chance = 0.5 * erfc(-noise[NOISE_WIDTH] / sqrt(2.0))  # uniform, of a standard normal
-        if overlapped(row, count, duration, pings, receptions):
+        noise[row - first] = drawn[:NOISE_WIDTH]
+        chance = 0.5 * erfc(-drawn[NOISE_WIDTH] / sqrt(2.0))  # uniform, of a standard normal
+        if overlapped(row, count, duration, pings, receptions) or drowned(
+            row, duration, pings, receptions, calls
+        ):
             it[OUTCOME] = COLLIDED
         elif chance < loss_probability(it[SLANT_RANGE], coefficients, combine, contention, cap):
             it[OUTCOME] = LOST
         else:
             it[OUTCOME] = HEARD
-            x, y, z, yaw = where(asv_table, asv_first, asv_step, asv, it[ARRIVED_AT])
-            travelled = it[TRAVEL_TIME]
-            if asv == line[CALLER]:
-                travelled = (line[CALL_TIME] + travelled) / 2
-            measured, spread = locate(
-                source, np.array((x, y, z)), yaw, travelled, noise[:NOISE_WIDTH], array, metric,
-                levels,
-            )  # fmt: skip
-            if heard == 0:
-                estimate, covariance = measured, spread
-            else:
-                estimate, covariance = fuse_pair(estimate, covariance, measured, spread)
-            heard += 1
-    makes = heard > 0 and line[HEARD_BY] == 0
-    line[HEARD_BY] += heard
+            heard[hearers] = row
+            hearers += 1
+    makes = hearers > 0 and line[HEARD_BY] == 0
+    line[HEARD_BY] += hearers
     if makes:
+        estimate, covariance = measured(
+            line, heard[:hearers], receptions, first, noise, asv_table, asv_first, asv_step, array,
+            metric, levels, strayed[auv],
+        )  # fmt: skip
         _note(fixes[fix], fix, line, first, end, estimate, covariance)
     return int(makes), NOBODY
 
@@ -192,7 +185,7 @@ def _note(
 ) -> None:
     """Write the row of a fix that has been made of the receptions first..end of a ping."""
     row[FIX], row[PING_OF_FIX], row[ROUND_OF_FIX] = fix, ping[PING], ping[ROUND]
-    row[AUV_OF_FIX], row[PINGED_AT] = ping[AUV], ping[SENT_AT]
+    row[AUV_OF_FIX], row[PINGED_AT], row[VALID_AT] = ping[AUV], ping[SENT_AT], ping[SENT_AT]
     row[FUSED], row[FUSED_END] = first, end
     for axis in range(3):
         row[POSITION + axis] = estimate[axis]

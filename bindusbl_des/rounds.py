@@ -47,6 +47,14 @@ def downlink_slots(result: "Result", number: int) -> list[Span]:
     ]
 
 
+def pings_sent(result: "Result") -> Any:
+    """Return the pings that were sent: all, but for turns whose call got no answer (twtt)."""
+    pings = result.tables["pings"]
+    if "call" not in pings:  # of an older version
+        return pings
+    return pings[pings.call.isna() | (pings.call == "heard")]
+
+
 def broadcasts_of(result: "Result", number: int) -> Any:
     """Return the frames of a round, in order."""
     frames = result.tables["broadcasts"]

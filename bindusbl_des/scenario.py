@@ -182,6 +182,11 @@ class Protocol(Part):
         le=1e6,
     )
     turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt)", ge=0, le=60)
+    reply_at: Literal["ping_front", "ping_end"] = key(
+        "ping_end",
+        "",
+        "when a direct reply sets out: as the ping's front arrives, or once it is decoded",
+    )
 
 
 class Usbl(Part):

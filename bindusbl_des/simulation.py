@@ -59,6 +59,7 @@ def run(scenario: Scenario, seed: int, progress: Callable[[float], None] | None 
     before_the_end = math.nextafter(scenario.duration_s, 0.0)
     world.board.take(before_the_end)  # pings that were heard but not broadcast any more
     world.uplink.close(scenario.duration_s)
+    world.ranging.close()
     world.downlink.deliver(before_the_end)
     world.auv_fleet.reach(scenario.duration_s)
     return world

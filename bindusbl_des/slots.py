@@ -27,6 +27,17 @@ def crossing_time(side: float, sound_speed: float = 1500.0) -> float:
     return side / sound_speed
 
 
+def longest_way(hf_range: float, depth: float, metric: str) -> float:
+    """Return the longest way (m) of a ping that is heard, from a depth (m) to the surface.
+
+    A horizontal range says nothing of the depth: sound takes the slant way.
+
+    >>> longest_way(40.0, 30.0, "horizontal"), longest_way(40.0, 30.0, "slant")
+    (50.0, 40.0)
+    """
+    return math.hypot(hf_range, depth) if metric == "horizontal" else hf_range
+
+
 def uplink_slot(ping_duration: float, longest_travel_time: float, crossing: float) -> float:
     """Return the slot T_UL (s) that holds a ping, its way and its echoes (eq. UL_slot).
 

@@ -25,6 +25,7 @@ class Purpose(IntEnum):
     STATION = 8
     VELOCITY_BIAS = 9
     INITIAL_POSITION = 10
+    CALL = 11
 
 
 class Streams:

@@ -41,7 +41,7 @@ EVENT_TABLES = ("rounds", "pings", "receptions", "broadcasts", "fixes", "tracks"
 TABLES = (*ROWS, "mission")
 
 # Columns that hold a vehicle's number in the record and its name in the table.
-VEHICLES = {"auv": "AUV", "asv": "ASV", "broadcast_by": "ASV"}
+VEHICLES = {"auv": "AUV", "asv": "ASV", "broadcast_by": "ASV", "called_by": "ASV"}
 
 SURVEY_FRAME = "survey: x along the lanes, y across, z down, origin at the centre of the surface"
 SCHEMA_VERSION = 1

@@ -1,20 +1,27 @@
 """The HF band: who hears a ping, how late, and whether at all."""
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache, partial
+from math import hypot
 
 import numpy as np
 
-from .columns import ARRIVED_AT, AUV, OF_PING, OUTCOME, PASSED_AT
+from .calling import Call, interrogate
+from .columns import ARRIVED_AT, AUV, CALL_TIME, CALLED_AT, OF_PING, OUTCOME, PASSED_AT
 from .events import IN_FLIGHT
 from .fleet import Fleet
-from .motion import Ints
+from .motion import Floats, Ints
 from .propagation import spread
 from .reception import NOBODY, Loss, decide, passed
-from .recorder import Recorder
-from .streams import NoiseStore, Streams
+from .recorder import Ledger, Recorder
+from .streams import NoiseStore, Purpose, Streams
 from .usbl import NOISE_WIDTH, Usbl
-from .vehicles import Place
+
+# Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
+PASSED = 1.05
+
+# What a ping that nobody called has from CALLED_AT to CALL_TIME
+NO_CALL = np.full(CALL_TIME + 1 - CALLED_AT, np.nan)
 
 
 @lru_cache(maxsize=4096)
@@ -42,15 +49,44 @@ class Uplink:
         loss: Loss,
         usbl: Usbl,
         streams: Streams,
+        strayed: Floats,
         record: Recorder,
     ) -> None:
+        """Put a band together; `strayed` (n,), m2, as of :func:`.reception.decide` for each AUV."""
         self.ping_duration = ping_duration
-        self._auvs, self._asvs, self._record = auvs, asvs, record
-        self._range, self._slant = hf_range, metric == "slant"
-        self._limits = hf_range, ping_duration, sound_speed
-        self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels)
+        self._auvs, self._asvs, self._record, self._loss = auvs, asvs, record, loss
+        self._limits = metric == "slant", hf_range, ping_duration, sound_speed
+        self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels, strayed)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
+        self._luck = cache(partial(streams.of, Purpose.CALL))
+        self._calls = Ledger(Call)
         self._undecided = 0  # pings before this one are decided
+
+    def call(self, group: Sequence[int], callers: Ints, time: float) -> Floats:
+        """Let ASVs call AUVs at an instant (s), one for each, who may name several in its call.
+
+        Return for each AUV what a ping has from CALLED_AT to CALL_TIME, shape (n, 4).
+        """
+        calls, luck = self._calls, self._luck
+        chances = [
+            luck(auv, asv).random() for auv, asv in zip(group, callers.tolist(), strict=True)
+        ]
+        self._foresee(group, time)
+        answers, sounds = np.empty((len(group), 2)), len(set(callers.tolist())) * len(self._asvs)
+        calls.count = interrogate(
+            members(tuple(group)), callers, np.array(chances), time, answers,
+            calls.room_for(sounds), calls.count, *self._loss, *self._limits,
+            *self._auvs.motion, *self._asvs.motion,
+        )  # fmt: skip
+        return np.column_stack((np.full(len(group), time), callers, answers))
+
+    def _foresee(self, group: Sequence[int], time: float) -> None:
+        """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
+        self._auvs.reach(time)
+        if not self._auvs.foreseen:
+            _, hf_range, _, sound_speed = self._limits
+            deepest = max(self._auvs.vehicles[auv].at(time).z for auv in group)
+            self._auvs.reach(time + PASSED * hypot(hf_range, deepest) / sound_speed)
 
     def send(
         self,
@@ -58,20 +94,19 @@ class Uplink:
         slot: int,
         group: Sequence[int],
         time: float,
-        caller: int = -1,
-        call_time: float = 0.0,
+        call: Floats = NO_CALL,
     ) -> range:
         """Let AUVs ping now, at `time` (s); return their pings.
 
-        When they answer the interrogation of an ASV, `call_time` (s) is how long that took.
+        Those who answer a `call`, or should have, are told of it as :meth:`call` does.
         """
         pings, receptions = self._record.pings, self._record.receptions
         first, count = pings.count, len(group)
         self._auvs.reach(time)
         receptions.count = spread(
-            members(tuple(group)), round_number, slot, time, caller, call_time,
+            members(tuple(group)), round_number, slot, time, call, self._calls.count,
             pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
-            receptions.count, self._record.everything, self._slant, *self._limits,
+            receptions.count, self._record.everything, *self._limits,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
@@ -85,7 +120,8 @@ class Uplink:
             fixes.count, auv, asv = passed(
                 time, self._undecided, pings.array, pings.count, receptions.array,
                 receptions.count, fixes.room_for(pings.count - self._undecided), fixes.count,
-                self.ping_duration, noise.shelf, noise.taken, noise.blocks, *self._instruments,
+                self._calls.rows, self.ping_duration, noise.shelf, noise.taken, noise.blocks,
+                *self._instruments,
             )  # fmt: skip
             if asv == NOBODY:
                 break
@@ -101,8 +137,8 @@ class Uplink:
         while True:
             made, dry = decide(
                 ping, row, row + 1, pings.array, receptions.array, receptions.count,
-                fixes.room_for(1), fixes.count, self.ping_duration, noise.shelf, noise.taken,
-                noise.blocks, *self._instruments,
+                fixes.room_for(1), fixes.count, self._calls.rows, self.ping_duration, noise.shelf,
+                noise.taken, noise.blocks, *self._instruments,
             )  # fmt: skip
             if dry == NOBODY:
                 fixes.count += made
@@ -117,9 +153,3 @@ class Uplink:
         for row in np.flatnonzero((receptions[:, OUTCOME] == IN_FLIGHT) & arrived).tolist():
             self.decide(int(receptions[row, OF_PING]), row)
         fixes.count = count  # nobody waits for what others hear of them any more
-
-    def in_range(self, place: Place, vessel: Place) -> bool:
-        """Tell whether an AUV and an ASV are within HF range; the edge counts."""
-        rise = place.z - vessel.z if self._slant else 0.0
-        square = (place.x - vessel.x) ** 2 + (place.y - vessel.y) ** 2 + rise**2
-        return square <= self._range**2

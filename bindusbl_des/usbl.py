@@ -61,7 +61,9 @@ def fix_covariance(
     Source: physics of the first-order terms of eq. usbl_fix,
     sr^2 s s^T + r^2 T (T^T M T)^-1 T^T sd^2 + [r s]x Sigma_att [r s]x^T + sg^2 I.
     """
-    reach = max(math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2), SHORTEST_RANGE)
+    reach = math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2)
+    if reach < SHORTEST_RANGE:  # no direction; any will do
+        offset, reach = np.array([0.0, 0.0, SHORTEST_RANGE]), SHORTEST_RANGE
     unit = offset / reach
     east, down = tangents(unit)
     a = b = d = 0.0
@@ -112,9 +114,25 @@ def locate(
     `source` is where the ping was sent and `vessel` where the array is when it arrives (survey
     frame, m); `noise` are NOISE_WIDTH standard normal numbers; `levels` as in :class:`Usbl`.
     """
-    sound_speed, sigma_element, sigma_effective, sigma_time, quantum, sigma_range, sigma_gnss = (
-        levels[0], levels[1], levels[2], levels[3], levels[4], levels[5], levels[6],
-    )  # fmt: skip
+    unit, believed = sighted(source, vessel, yaw, noise, array, metric, levels)
+    reach = levels[0] * clocked(travel_time, noise, levels)
+    return placed(vessel, unit, believed, reach, levels[5], noise, metric, levels)
+
+
+@compiled
+def sighted(
+    source: Vector,
+    vessel: Vector,
+    yaw: float,
+    noise: Vector,
+    array: Vector,
+    metric: Vector,
+    levels: Vector,
+) -> tuple[Vector, Vector]:
+    """Return the unit vector to a source that an ASV believes in, and the attitude that it believes
+    to have: the rotation (3, 3) from array to survey frame.  Arguments as of :func:`locate`.
+    """
+    sound_speed, sigma_element, quantum = levels[0], levels[1], levels[4]
     attitude_sd = levels[7:10]
     truth = rotation(0.0, 0.0, yaw)
     offset = source - vessel
@@ -122,27 +140,51 @@ def locate(
     for k in range(3):
         seen[k] = truth[0, k] * offset[0] + truth[1, k] * offset[1] + truth[2, k] * offset[2]
     differences = arrival_differences(array, seen, sound_speed, sigma_element * noise[:5], quantum)
-    unit = direction(array, differences, sound_speed, metric)
-    measured_time = travel_time + sigma_time * noise[5]
-    if quantum > 0.0:
-        measured_time = round(measured_time / quantum) * quantum
+    within = direction(array, differences, sound_speed, metric)
     believed = rotation(
         attitude_sd[0] * noise[6], attitude_sd[1] * noise[7], yaw + attitude_sd[2] * noise[8]
     )
-    reach = sound_speed * measured_time
-    ahead = np.empty(3)
+    unit = np.empty(3)
     for k in range(3):
-        ahead[k] = reach * (
-            believed[k, 0] * unit[0] + believed[k, 1] * unit[1] + believed[k, 2] * unit[2]
+        unit[k] = (
+            believed[k, 0] * within[0] + believed[k, 1] * within[1] + believed[k, 2] * within[2]
         )
+    return unit, believed
+
+
+@compiled
+def clocked(travel_time: float, noise: Vector, levels: Vector) -> float:
+    """Return a travel time (s) as it is measured; none is negative, whatever the noise."""
+    measured, quantum = travel_time + levels[3] * noise[5], levels[4]
+    if quantum > 0.0:
+        measured = round(measured / quantum) * quantum
+    return float(max(measured, 0.0))
+
+
+@compiled
+def placed(
+    vessel: Vector,
+    unit: Vector,
+    believed: Vector,
+    reach: float,
+    ranging_sd: float,
+    noise: Vector,
+    metric: Vector,
+    levels: Vector,
+) -> tuple[Vector, Vector]:
+    """Return the fix (3,), m, at a range `reach` (m) in a direction, and its covariance (3, 3), m2.
+
+    `ranging_sd` (m) is that of the range; direction and attitude as of :func:`sighted`.
+    """
+    ahead = reach * unit
     covariance = fix_covariance(
-        ahead, believed, metric, sound_speed * sigma_effective, sigma_range, attitude_sd, 0.0
+        ahead, believed, metric, levels[0] * levels[2], ranging_sd, levels[7:10], 0.0
     )
-    shrinkage = debias(ahead, covariance, sigma_range)
+    shrinkage = debias(ahead, covariance, ranging_sd)
     fix = np.empty(3)
     for k in range(3):
-        fix[k] = vessel[k] + sigma_gnss * noise[9 + k] + shrinkage * ahead[k]
-        covariance[k, k] += sigma_gnss**2
+        fix[k] = vessel[k] + levels[6] * noise[9 + k] + shrinkage * ahead[k]
+        covariance[k, k] += levels[6] ** 2
     return fix, covariance
 
 
@@ -153,8 +195,11 @@ def debias(ahead: Vector, covariance: Vector, ranging_sd: float) -> float:
     Given a measured direction with error covariance A, the source lies anywhere on a cap of the
     sphere around it: on average r tr(A) / 2 nearer to the array than the cap's top, with a radial
     variance of r^2 tr(A^2) / 2 that the first-order `covariance` (m2, changed in place) lacks.
-    Source: measurement conversion of Lerro and Bar-Shalom, IEEE Trans. AES 29(3), 1993,
-    conditioned on the measurement.
+    Where the cap would be the whole sphere, a measurement says no more than that the source lies
+    somewhere on it: its centre, with a variance of r^2 / 3 along each axis.
+    Source: measurement conversion conditioned on the measurement, Duan, Han and Li, IEEE Trans. AES
+    40(4), 2004, to second order.  (Conversions that are unbiased over measurements of one place,
+    as that of Lerro and Bar-Shalom, 1993, lengthen the offset instead.)
     """
     square = max(ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2, SHORTEST_RANGE**2)
     trace = trace_of_square = 0.0
@@ -164,6 +209,11 @@ def debias(ahead: Vector, covariance: Vector, ranging_sd: float) -> float:
             trace_of_square += across * across
             if i == j:
                 trace += across
+    if trace >= 2.0 * square:
+        for i in range(3):
+            for j in range(3):
+                covariance[i, j] = (square + ranging_sd**2) / 3.0 if i == j else 0.0
+        return 0.0
     for i in range(3):
         for j in range(3):
             covariance[i, j] += 0.5 * trace_of_square / square * ahead[i] * ahead[j] / square
@@ -181,17 +231,16 @@ class Usbl:
     attitude_sd: tuple[float, float, float]
     gnss_sd: float
     sound_speed: float
-    ways: int = 1
     levels: Vector = field(init=False, repr=False)
     metric: Vector = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        ranging = range_sd(self.travel_time_sd, self.quantum, self.sound_speed, self.ways)
+        ranging = range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1)
         levels = (
             self.sound_speed,
             element_sd(self.tdoa_sd),
             element_sd(self.tdoa_sd, self.quantum),
-            self.travel_time_sd / self.ways,
+            self.travel_time_sd,
             self.quantum,
             ranging,
             self.gnss_sd,

@@ -17,7 +17,7 @@ from .fleet import Fleet
 from .hydrophones import ARRAYS
 from .launch import board_auvs, launch_asvs, launch_auvs
 from .motion import places
-from .ranging import OneWay, TwoWay
+from .ranging import OneWay, TwoWay, strayed
 from .reception import Loss
 from .recorder import Recorder
 from .scenario import Scenario
@@ -28,6 +28,7 @@ from .slots import (
     Slots,
     TickClock,
     crossing_time,
+    longest_way,
     two_way_uplink_slot,
     uplink_slot,
 )
@@ -120,6 +121,7 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
         sound_speed=sound_speed,
         loss=loss_of(scenario),
         usbl=usbl_of(scenario),
+        strayed=strayed(scenario, auvs),
         streams=streams,
         record=record,
     )
@@ -134,22 +136,14 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
         clock=slots.clock,
     )
     board = (
-        ReplyBoard(env, uplink, downlink, record)
+        ReplyBoard(env, uplink, downlink, record, reply_delay_of(scenario))
         if scenario.protocol.downlink == "direct_reply"
         else Board(uplink, record)
     )
     ranging = (
         OneWay(uplink, board)
         if scenario.protocol.ranging == "owtt_sync"
-        else TwoWay(
-            env,
-            uplink,
-            board,
-            auvs,
-            asvs,
-            turnaround=scenario.protocol.turnaround_s,
-            sound_speed=sound_speed,
-        )
+        else TwoWay(env, uplink, board, turnaround=scenario.protocol.turnaround_s)
     )
     schedule = schedule_named(scenario.protocol.schedule)
     framed = is_framed(scenario.protocol.schedule, schedule)
@@ -171,7 +165,7 @@ def slots_of(scenario: Scenario) -> Slots:
     sound_speed = scenario.environment.sound_speed_m_per_s
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
     crossing = crossing_time(scenario.survey.side_m, sound_speed)
-    longest = hf.range_m / sound_speed
+    longest = longest_way(hf.range_m, scenario.survey.depth_m, hf.range_metric) / sound_speed
     slot = (
         uplink_slot(hf.ping_s, longest, crossing)
         if scenario.protocol.ranging == "owtt_sync"
@@ -195,8 +189,12 @@ def usbl_of(scenario: Scenario) -> Usbl:
         (float(roll), float(pitch), float(heading)),
         usbl.gnss_sd_m,
         scenario.environment.sound_speed_m_per_s,
-        ways=1 if scenario.protocol.ranging == "owtt_sync" else 2,
     )
+
+
+def reply_delay_of(scenario: Scenario) -> float:
+    """Return how long after a ping's front an ASV answers it (s)."""
+    return scenario.acoustics.hf.ping_s if scenario.protocol.reply_at == "ping_end" else 0.0
 
 
 def loss_of(scenario: Scenario) -> Loss:

@@ -143,6 +143,19 @@ def test_the_parts_of_every_latency_add_up(
         assert "clock" not in chain.text().partition("Latency ")[2]
 
 
+@pytest.mark.parametrize(("reply_at", "decoding"), [("ping_front", 0.0), ("ping_end", 0.01)])
+def test_a_direct_reply_sets_out_when_it_is_said_to(reply_at: str, decoding: float) -> None:
+    """At the front of the ping, 14.9 ms after it began, or at its end: the chain names which."""
+    protocol = {"downlink": "direct_reply", "tick_rate_hz": None, "reply_at": reply_at}
+    chain = chain_of_fix(simulate(around((0.0, 0.0), protocol=protocol)), 0)
+    way = np.hypot(20.0, 10.0) / 1500.0
+    assert f"reply_at {reply_at}" in chain.text()
+    parts = {part.name: part.duration_s for part in chain.parts}
+    assert parts["way up: the ping is heard by the first ASV"] == pytest.approx(way + decoding)
+    assert parts["wait for the broadcast"] == pytest.approx(0.0, abs=1e-12)
+    assert parts["way down"] == pytest.approx(way)
+
+
 def test_the_way_down_is_the_distance() -> None:
     """On the exact clock, 22.36 m take 14.9 ms after the end of the frame."""
     run = simulate(around((0.0, 0.0), protocol={"tick_rate_hz": None}))
@@ -200,11 +213,57 @@ def test_the_broadcaster_is_chosen_by_its_rule(broadcaster: str, told: str) -> N
 
 
 def test_a_call_precedes_the_ping_of_two_way_ranging() -> None:
-    """The AUV answers a ping and the turnaround after it has heard the first call."""
-    run = simulate(around((0.0, 0.0), protocol={"ranging": "twtt"}))
-    call = step(chain_of_ping(run, 0), "The ASVs")
+    """The AUV answers a ping and the turnaround after it has heard the call."""
+    run = simulate(around((0.0, 0.0), protocol={"ranging": "twtt", "turnaround_s": 0.04}))
+    call, ping = (step(chain_of_ping(run, 0), who) for who in ("ASV0", "AUV0"))
     assert call.time_s == 0.0
+    assert call.what == "calls AUV0"
     assert call.facts["call_travel_time_s"] == pytest.approx(np.hypot(20.0, 10.0) / 1500.0)
+    assert call.facts["reply_delay_s"] == pytest.approx(0.05)
+    assert ping.time_s == pytest.approx(np.hypot(20.0, 10.0) / 1500.0 + 0.05)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "changes", "told"),
+    [
+        ("out_of_range", {"at": 60.0}, "AUV0 is 60.0 m away, out of HF range (50 m)"),
+        ("lost", {"acoustics": {"loss": {"law": "none", "combine": "clamp_first",
+                                          "contention_per_auv": 0.9}}, "auvs": 2},
+         "AUV0, 20.0 m away, loses the call by chance"),
+        ("in_flight", {"protocol": {"turnaround_s": 5.0}}, "the mission ends before AUV0 answers"),
+    ],
+)  # fmt: skip
+def test_a_call_without_an_answer_is_told(outcome: str, changes: dict[str, Any], told: str) -> None:
+    """No ping, no reception: the chain ends with the call and what became of it."""
+    protocol = {"ranging": "twtt", "schedule": "one_per_slot", **changes.pop("protocol", {})}
+    run = simulate(around((0.0, 0.0), protocol=protocol, **changes))
+    pings = run.tables["pings"]
+    chain = chain_of_ping(
+        run, int(pings.ping[(pings.call == outcome) & (pings.auv == "AUV0")].iloc[0])
+    )
+    assert (chain.outcome, chain.fix) == (outcome, None)
+    assert chain.told == f"no ping: {told}"
+    assert [it.who for it in chain.steps] == ["Round " + str(chain.steps[0].facts["round"]), "ASV0"]
+    assert told in " ".join(chain.text().split())
+
+
+def test_calls_that_collide_are_told() -> None:
+    """A call drowns another one at an AUV, and a ping at another ASV."""
+    stations = {"positions_m": [[0.0, 0.0], [40.0, 0.0]]}
+    route = {"kind": "hold", "positions_m": [[18.0, 0.0], [22.0, 0.0]]}
+    everybody = {"schedule": "schedules_for_tests:all_at_once", "ranging": "twtt"}
+    run = simulate(scenario(
+        duration_s=2.0, auvs={"count": 2, "route": route}, protocol=everybody,
+        asvs={"count": 2, "formation": stations},
+    ))  # fmt: skip
+    assert "no ping: another ASV's call overlaps it at AUV0" in chain_of_ping(run, 0).text()
+    route["positions_m"], stations["positions_m"] = [[-20.0, 0.0], [70.0, 0.0]], [[0, 0], [50, 0]]
+    run = simulate(scenario(
+        duration_s=2.0, survey={"depth_m": 0.0}, auvs={"count": 2, "route": route},
+        asvs={"count": 2, "formation": stations}, protocol=everybody,
+    ))  # fmt: skip
+    text = " ".join(chain_of_ping(run, 0).text().split())
+    assert "overlaps the call of ASV1 at 0.0333 s (overlap 6.7 of 10.0 ms)" in text
 
 
 @pytest.mark.parametrize(

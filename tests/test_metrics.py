@@ -34,7 +34,7 @@ def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
 
 
 def test_overlapping_pings_use_the_channel_once() -> None:
-    """Two AUVs that answer a call 1 m apart occupy HF for a ping and 1 m of sound."""
+    """Two AUVs that answer one call 1 m apart occupy HF for call, ping and 1 m of sound."""
     world = still(
         2,
         survey={"depth_m": 0.0},
@@ -42,7 +42,7 @@ def test_overlapping_pings_use_the_channel_once() -> None:
         protocol={"schedule": "schedules_for_tests:all_at_once", "ranging": "twtt"},
     )
     result = simulate(world)
-    once = 0.010 + 1.0 / 1500
+    once = 0.010 + 0.010 + 1.0 / 1500
     assert result.mission.hf_utilisation[0] == pytest.approx(
         result.mission.rounds[0] * once / 300, rel=2e-3
     )
@@ -128,3 +128,18 @@ def test_nobody_is_worse_than_the_worst(metric: str, values: list[float | None])
         assert auv == values.index(value)
     else:
         assert len(known) < len(values)
+
+
+def test_an_estimate_that_is_no_number_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rather than to pass for a missing value in every mean, it ends the run: whose, and when."""
+
+    def lost(fixes: np.ndarray, auv: int) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([0.0, 12.5]), np.array([[0.0, 0.0], [math.nan if auv == 1 else 0.0, 0.0]])
+
+    monkeypatch.setattr("bindusbl_des.metrics.corrections_of", lost)
+    with pytest.raises(ArithmeticError, match=r"AUV1's estimate is no number from 12\.5 s on"):
+        simulate(still(2, duration_s=20.0, record={"detail": "summary"}))
+    monkeypatch.undo()
+    monkeypatch.setattr("bindusbl_des.metrics._rms", lambda values: math.nan)
+    with pytest.raises(ArithmeticError, match="AUV0's fix_error_rms_m is no number"):
+        simulate(still(2, duration_s=20.0, record={"detail": "summary"}))

@@ -17,8 +17,8 @@ from bindusbl_des.columns import (
     FIX_COLUMNS,
     INNOVATION,
     MOVED,
-    PINGED_AT,
     POSITION,
+    VALID_AT,
 )
 from bindusbl_des.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
 from bindusbl_des.motion import together
@@ -141,11 +141,11 @@ def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> No
     assert reckoning.at(0, 45.0) == pytest.approx(truth[2, :2] + expected[2])
 
 
-def fixes_of(auvs: int, pinged_at: float, delivered_at: float) -> np.ndarray:
+def fixes_of(auvs: int, valid_at: float, delivered_at: float) -> np.ndarray:
     """Return the rows of one fix for each AUV, at (0, 0) and of the same instants (s)."""
     fixes = np.full((auvs, FIX_COLUMNS), np.nan)
     fixes[:, AUV_OF_FIX] = np.arange(auvs)
-    fixes[:, PINGED_AT], fixes[:, DELIVERED_AT] = pinged_at, delivered_at
+    fixes[:, VALID_AT], fixes[:, DELIVERED_AT] = valid_at, delivered_at
     fixes[:, POSITION : POSITION + 2] = 0.0
     return fixes
 

@@ -1,12 +1,13 @@
 """Timelines of tiny worlds, worked by hand."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from worlds import scenario, still
 
-from bindusbl_des import simulate
+from bindusbl_des import load_scenario, simulate
 from bindusbl_des.slots import (
     ExactClock,
     TickClock,
@@ -126,19 +127,22 @@ def test_pipelined_groups_broadcast_one_fix_at_a_time() -> None:
     assert delivered.latency_s.min() == pytest.approx((3 + 7) * TICK)  # slot, then T_tx(1) + d/c
 
 
-def test_direct_reply_takes_two_ways_only() -> None:
-    """A ping answered at once: latency is twice the travel time, rounded up to a tick."""
-    world = still(2, at=40.0, protocol={"downlink": "direct_reply", "schedule": "round_robin"})
-    fixes = simulate(world).tables["fixes"]
-    two_way = 2 * math.hypot(40, 10) / 1500
+@pytest.mark.parametrize(("reply_at", "decoding"), [("ping_front", 0.0), ("ping_end", 0.01)])
+def test_direct_reply_takes_two_ways_only(reply_at: str, decoding: float) -> None:
+    """A ping answered at once: two travel times, and the ping itself if it is decoded first."""
+    protocol = {"downlink": "direct_reply", "schedule": "round_robin", "reply_at": reply_at}
+    fixes = simulate(still(2, at=40.0, protocol=protocol)).tables["fixes"]
+    two_way = 2 * math.hypot(40, 10) / 1500 + decoding
     assert set(fixes.latency_s.round(9)) == {round(math.ceil(two_way * 30) * TICK, 9)}
     assert len(fixes) == 300
     assert fixes.pinged_at_s.tolist() == list(range(300))
-    exact = simulate(still(
-        2, at=40.0,
-        protocol={"downlink": "direct_reply", "schedule": "round_robin", "tick_rate_hz": None},
-    )).tables["fixes"]  # fmt: skip
-    assert exact.latency_s.to_numpy() == pytest.approx(two_way, abs=1e-12)
+    exact = simulate(still(2, at=40.0, protocol={**protocol, "tick_rate_hz": None}))
+    fixes = exact.tables["fixes"]
+    assert fixes.latency_s.to_numpy() == pytest.approx(two_way, abs=1e-12)
+    arrived = exact.tables["receptions"].arrived_at_s
+    assert fixes.broadcast_at_s.to_numpy() == pytest.approx(arrived + decoding, abs=1e-12)
+    # the answers come before their slots end: no latency counts from there
+    assert exact.arrow["auvs"]["latency_from_slot_s"].null_count == 2
 
 
 def test_two_pings_at_once_destroy_each_other() -> None:
@@ -208,6 +212,35 @@ def test_slant_metric_counts_the_depth() -> None:
     assert simulate(still(1, at=48.9, acoustics={"hf": hf})).auvs.pings_in_range[0] > 0
 
 
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_slots_hold_the_slant_way_at_depth(ranging: str) -> None:
+    """Near 100 m seen from above and 400 m down, pings arrive within their slots."""
+    world = still(
+        2, at=99.0, survey={"depth_m": 400.0}, acoustics={"hf": {"range_m": 100.0}},
+        protocol={"ranging": ranging, "tick_rate_hz": None},
+    )  # fmt: skip
+    slots, way = slots_of(world), math.hypot(100.0, 400.0) / 1500
+    assert slots.longest_travel_time == pytest.approx(way)
+    calls = 1 if ranging == "owtt_sync" else 2
+    assert slots.uplink_slot == pytest.approx(calls * (0.010 + way) + 0.02)
+    result = simulate(world)
+    slot = result.tables["pings"].slot.to_numpy()[result.tables["receptions"].ping]
+    rounds = result.tables["rounds"].started_at_s.to_numpy()
+    begins = rounds[result.tables["pings"]["round"].to_numpy()[result.tables["receptions"].ping]]
+    ends = begins + (slot + 1) * slots.uplink_slot
+    assert (result.tables["receptions"].arrived_at_s + 0.010 <= ends + 1e-9).all()
+    assert set(result.tables["receptions"].outcome) <= {"heard", "in_flight"}
+
+
+@pytest.mark.parametrize("name", ["recovery_140m", "failure_140m", "baseline_60m_tdma"])
+def test_the_depth_changes_no_slot_of_the_paper(name: str) -> None:
+    """There the floor of 2.5 t_C is longer than the slant way, as it is longer than R_HF."""
+    world = load_scenario(f"{Path(__file__).parents[1]}/scenarios/{name}.yaml")
+    crossing = world.survey.side_m / 1500
+    assert slots_of(world).uplink_slot == 2.5 * crossing
+    assert slots_of(world).longest_travel_time > world.acoustics.hf.range_m / 1500
+
+
 def test_two_way_ranging_waits_for_the_call() -> None:
     """In twtt the AUV pings when the call has reached it, and the slot holds both ways."""
     result = simulate(still(2, protocol={"ranging": "twtt", "turnaround_s": 0.05}))
@@ -215,7 +248,8 @@ def test_two_way_ranging_waits_for_the_call() -> None:
     pings = result.tables["pings"]
     assert pings.sent_at_s[0] == pytest.approx(one_way + 0.01 + 0.05)
     first = result.tables["rounds"].uplink_s[0]
-    assert first == pytest.approx(2 * math.ceil((0.02 + 0.05 + 0.1 / 1.5 + 0.02) * 30) / 30)
+    ways = 2 * math.hypot(50, 10) / 1500
+    assert first == pytest.approx(2 * math.ceil((0.02 + 0.05 + ways + 0.02) * 30) / 30)
     assert set(result.tables["receptions"].outcome) <= {"heard", "in_flight"}
 
 

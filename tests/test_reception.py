@@ -15,11 +15,13 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import simulate
 from bindusbl_des.acoustics import LOSS_LAWS, range_loss, travel_time
-from bindusbl_des.boards import Board, Frame, ReplyBoard
+from bindusbl_des.boards import Frame, ReplyBoard
 from bindusbl_des.columns import (
     ARRIVED_AT,
     AT_ASV,
     AUV_OF_FIX,
+    CALL,
+    CALLED_AT,
     CORRECTION,
     DELIVERED_AT,
     ERROR,
@@ -33,9 +35,9 @@ from bindusbl_des.columns import (
     PING_OF_FIX,
     PINGED_AT,
     POSITION,
-    SENT_AT,
     SLANT_RANGE,
     TRAVEL_TIME,
+    VALID_AT,
 )
 from bindusbl_des.dead_reckoning import DeadReckoning, random_walk
 from bindusbl_des.downlink import MfDownlink
@@ -54,12 +56,11 @@ from bindusbl_des.fleet import Fleet
 from bindusbl_des.hydrophones import ARRAYS
 from bindusbl_des.motion import distance_at, light_time, lines, places, together
 from bindusbl_des.navigation import FixedGain, corrections_of
-from bindusbl_des.ranging import TwoWay
 from bindusbl_des.reception import Loss, overlapped
 from bindusbl_des.recorder import ROOM, Ledger, Recorder
 from bindusbl_des.slots import Clock, ExactClock, TickClock
 from bindusbl_des.streams import ROWS, NoiseStore, Purpose, Streams
-from bindusbl_des.uplink import Uplink
+from bindusbl_des.uplink import NO_CALL, Uplink
 from bindusbl_des.usbl import NOISE_WIDTH, Usbl
 from bindusbl_des.vehicles import Legged, Place, moored, recorded
 
@@ -91,7 +92,8 @@ def uplink(
     record = record or Recorder()
     band = Uplink(auvs, asvs, **{
         "hf_range": 3000.0, "metric": "slant", "ping_duration": PING, "sound_speed": SOUND,
-        "loss": QUIET, "usbl": PERFECT, "streams": Streams(1), "record": record, **changes,
+        "loss": QUIET, "usbl": PERFECT, "streams": Streams(1), "strayed": np.zeros(len(auvs)),
+        "record": record, **changes,
     })  # fmt: skip
     return band, record
 
@@ -117,28 +119,6 @@ def test_a_turning_vessel_measures_by_its_heading_at_the_arrival() -> None:
     assert band.decide_passed(1.0) == range(1)
     found = record.fixes.rows[0, POSITION : POSITION + 3]
     assert found == pytest.approx([600.0, 300.0, 50.0], abs=0.1)
-
-
-def test_who_called_ranges_by_half_the_round_trip() -> None:
-    """The caller takes half of both ways for its range; another ASV takes its one way."""
-    # called from x = 0 in 0.4 s, answered at 0.6 s; met at 30 (0.6 + t) = 600 - 1500 t
-    back = (600 - 18) / 1530
-    vessel, half = 30 * (0.6 + back), SOUND * (0.4 + back) / 2
-    for asv, expected in enumerate((vessel + half, 600.0)):
-        env = simpy.Environment()
-        auvs, asvs = fleet(at(600.0)), fleet(moving(0.0, 30.0), at(2000.0))
-        band, record = uplink(auvs, asvs)
-        TwoWay(env, band, Board(band, record), auvs, asvs, turnaround=0.19, sound_speed=SOUND).ping(
-            0, 0, [0], 0.0
-        )
-        env.run()
-        assert record.pings.rows[0, SENT_AT] == pytest.approx(0.6)
-        assert record.receptions.rows[:, TRAVEL_TIME] == pytest.approx([back, 1400 / 1500])
-        assert band.decide(0, asv)  # the first to hear it makes the fix, by itself
-        assert not band.decide(0, 1 - asv)
-        assert record.receptions.rows[:, OUTCOME].tolist() == [HEARD, HEARD]
-        assert Frame(record, range(1)).hearers(2).tolist() == [[asv == 0, asv == 1]]
-        assert record.fixes.rows[0, POSITION] == pytest.approx(expected, abs=1e-6)
 
 
 @dataclass
@@ -173,7 +153,8 @@ def made(record: Recorder, auv: int, pinged_at: float, x: float, y: float = 0.0)
     fixes = record.fixes
     row = fixes.room_for(1)[fixes.count]
     row[:] = np.nan
-    row[AUV_OF_FIX], row[PINGED_AT], row[OUTCOME_OF_FIX] = auv, pinged_at, IN_FLIGHT
+    row[AUV_OF_FIX], row[OUTCOME_OF_FIX] = auv, IN_FLIGHT
+    row[PINGED_AT] = row[VALID_AT] = pinged_at
     row[POSITION], row[POSITION + 1] = x, y
     fixes.count += 1
     return range(fixes.count - 1, fixes.count)
@@ -356,7 +337,7 @@ def test_nobody_answers_before_a_ping_is_over() -> None:
     env, record = simpy.Environment(), Recorder(rounds=[Round(0, 0.0, 1, 0)])
     auvs, asvs = fleet(at(1500.0), at(3.0)), fleet(at(0.0))
     band, _ = uplink(auvs, asvs, record)
-    board = ReplyBoard(env, band, downlink(env, auvs, asvs, record, mf_range=1.0), record)
+    board = ReplyBoard(env, band, downlink(env, auvs, asvs, record, mf_range=1.0), record, PING)
 
     def pings() -> Any:
         for auv, time in ((0, 0.0), (1, 1.005), (1, 2.0)):
@@ -443,7 +424,9 @@ def heard_by_a_busy_fleet(seed: int, instants: Callable[[float], list[float]]) -
     decided, time = [], 0.0
     for slot in range(120):
         group = draw.permutation(6)[: draw.integers(1, 7)].tolist()
-        band.send(slot // 3, slot % 3, group, time, int(draw.integers(-1, 3)), 0.1)
+        caller = int(draw.integers(-1, 3))
+        call = np.array([time - 0.11, caller, HEARD, 0.1])
+        band.send(slot // 3, slot % 3, group, time, NO_CALL if caller < 0 else call)
         time += float(draw.choice([0.005, 0.05, 0.3, 1.5]))
         for instant in instants(time):
             decided += band.decide_passed(instant)
@@ -524,7 +507,8 @@ def test_the_edge_of_the_hf_range_is_within(
         band, record = uplink(fleet(at(*place)), fleet(at(0.0)), metric=metric, hf_range=limit)
         band.send(0, 0, [0], 0.0)
         assert record.receptions.rows[0, OUTCOME] == expected
-        assert band.in_range(Place(*place, 0.0), Place(0, 0, 0, 0)) == (expected == IN_FLIGHT)
+        [call] = band.call([0], np.array([0]), 1.0)
+        assert call[CALL - CALLED_AT] == (HEARD if expected == IN_FLIGHT else OUT_OF_RANGE)
 
 
 def test_pings_are_lost_by_their_slant_range() -> None:
@@ -581,7 +565,7 @@ def test_a_ledger_keeps_its_rows_when_it_grows() -> None:
         ledger.count += 1
         assert len(ledger.array) >= ledger.count
     assert ledger.rows[:, 0].tolist() == list(range(2 * ROOM + 1))
-    assert ledger.rows.shape[1] == 10
+    assert ledger.rows.shape[1] == 13
     assert len(ledger.room_for(9 * ROOM)) >= 11 * ROOM  # one ping at thousands of ASVs
 
 

@@ -15,10 +15,13 @@ if TYPE_CHECKING:
 
 
 def known_at(result: "Result", fix: Any) -> float:
-    """Return when the fleet knows a fix (s): once its ping has passed every ASV in range."""
-    met = rows_where(result.tables["receptions"], ping=fix.ping)
+    """Return when the fleet knows a fix (s): once its ping has passed every ASV in range.
+
+    Who replies directly knows it when the reply sets out.
+    """
     if result.scenario.protocol.downlink == "direct_reply":
-        return float(met.arrived_at_s[met.asv == fix.asvs].iloc[0])
+        return float(fix.broadcast_at_s)
+    met = rows_where(result.tables["receptions"], ping=fix.ping)
     reached = met[met.outcome != "out_of_range"]
     return float(reached.arrived_at_s.max()) + result.scenario.acoustics.hf.ping_s
 
@@ -52,7 +55,11 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         "limit_m": limit,
     }
     if result.scenario.protocol.downlink == "direct_reply":
-        why = "direct_reply: the first ASV to decode a ping answers it at once"
+        why = "direct_reply: the first ASV to decode a ping answers it at once; " + (
+            "as the ping's front arrives (reply_at ping_front)"
+            if result.scenario.protocol.reply_at == "ping_front"
+            else "when the ping has arrived in full (reply_at ping_end)"
+        )
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
     mf = result.scenario.acoustics.mf
     within = (away > limit) == (fix.outcome == "out_of_range")
@@ -160,7 +167,9 @@ def latency(result: "Result", fix: Any) -> Iterator[Part]:
     frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
     known = known_at(result, fix)
     on_air = fix.broadcast_at_s + float(frame.airtime_s)
-    yield Part("way up: the ping has passed every ASV in range", known - fix.pinged_at_s)
+    replies = result.scenario.protocol.downlink == "direct_reply"
+    until = "is heard by the first ASV" if replies else "has passed every ASV in range"
+    yield Part(f"way up: the ping {until}", known - fix.pinged_at_s)
     yield Part("wait for the broadcast", fix.broadcast_at_s - known)
     yield Part("frame on the air", float(frame.airtime_s))
     if result.scenario.protocol.tick_rate_hz is None:

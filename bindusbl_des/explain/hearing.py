@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..acoustics import COMBINERS, LOSS_LAWS, contention_loss, range_loss
-from ..rounds import Span, uplink_slots
+from ..rounds import uplink_slots
 from .chain import Step
-from .numbers import compared, row_of, rows_where
+from .numbers import compared, place, row_of, rows_where
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -25,7 +25,9 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
         facts={"round": ping["round"], "colours": row.colours, "conflicts": row.conflicts},
     )
     slot = uplink_slots(result, ping["round"])[ping.slot]
-    yield from _call(result, ping, slot)
+    yield from _call(result, ping)
+    if not is_sent(ping):
+        return
     yield Step(
         ping.sent_at_s,
         ping.auv,
@@ -39,20 +41,46 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
     )  # fmt: skip
 
 
-def _call(result: "Result", ping: Any, slot: Span) -> Iterator[Step]:
-    """Yield the interrogation that the ping answers (ranging twtt)."""
-    protocol = result.scenario.protocol
-    if protocol.ranging == "owtt_sync" or not ping.in_range_of:
+def is_sent(ping: Any) -> bool:
+    """Tell whether an AUV pinged in its turn: always, but where no call reached it (twtt)."""
+    return ping.get("call") in (None, "heard")
+
+
+def _call(result: "Result", ping: Any) -> Iterator[Step]:
+    """Yield the call that the ping answers, or should have (ranging twtt)."""
+    if ping.get("call") is None:
         return
+    protocol, outcome = result.scenario.protocol, ping.call
     delay = result.scenario.acoustics.hf.ping_s + protocol.turnaround_s
-    travelled = ping.sent_at_s - slot.start - delay
+    facts = {"outcome": outcome, "reply_delay_s": delay}
+    if outcome == "heard":
+        facts["call_travel_time_s"] = ping.sent_at_s - ping.called_at_s - delay
+        told = (
+            f"the call is under way for {1e3 * facts['call_travel_time_s']:.1f} ms; "
+            f"the answer follows {1e3 * delay:.1f} ms later, a ping and the turnaround"
+        )
+    else:
+        told = why_unanswered(result, ping)
     yield Step(
-        slot.start,
-        "The ASVs",
-        f"call {ping.auv}; the first call reaches it after {1e3 * travelled:.1f} ms",
-        f"twtt: it answers {1e3 * delay:.1f} ms later, a ping and the turnaround",
-        {"call_travel_time_s": travelled, "reply_delay_s": delay},
+        ping.called_at_s,
+        ping.called_by,
+        f"calls {ping.auv}",
+        f"twtt: no other ASV is nearer, as far as the fleet knows; {told}",
+        facts,
     )
+
+
+def why_unanswered(result: "Result", ping: Any) -> str:
+    """Tell why an AUV has not answered a call."""
+    vessel, hf = place(result, ping.called_by, ping.called_at_s), result.scenario.acoustics.hf
+    axes = 3 if hf.range_metric == "slant" else 2
+    away, reach = math.dist(vessel[:axes], (ping.x_m, ping.y_m, ping.z_m)[:axes]), hf.range_m
+    return {
+        "out_of_range": f"{ping.auv} is {away:.1f} m away, out of HF range ({reach:g} m)",
+        "lost": f"{ping.auv}, {away:.1f} m away, loses the call by chance",
+        "collided": f"another ASV's call overlaps it at {ping.auv}",
+        "in_flight": f"the mission ends before {ping.auv} answers",
+    }[ping.call]
 
 
 def _companions(result: "Result", ping: Any) -> str:
@@ -75,7 +103,9 @@ def _in_range(result: "Result", ping: int) -> set[str]:
 
 
 def receptions(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield what each ASV makes of a ping, and by which rule."""
+    """Yield what each ASV makes of a ping, and by which rule; nothing of one that was not sent."""
+    if not is_sent(ping):
+        return
     met = rows_where(result.tables["receptions"], ping=ping.ping).sort_values("arrived_at_s")
     for reception in met.itertuples():
         what, why = _decided(result, reception, ping.z_m)
@@ -141,18 +171,36 @@ def _loss(result: "Result", slant_range: float) -> tuple[float, str]:
 
 
 def _overlapping(result: "Result", reception: Any) -> str:
-    """Name the pings that overlap one at its ASV, and by how much."""
+    """Name the pings and calls that overlap a ping at its ASV, and by how much."""
     duration = result.scenario.acoustics.hf.ping_s
     met = rows_where(result.tables["receptions"], asv=reception.asv)
     gap = (met.arrived_at_s - reception.arrived_at_s).abs()
     others = met[(met.ping != reception.ping) & (met.outcome != "out_of_range") & (gap < duration)]
+    sounds = [(f"ping {it.ping} of {it.auv}", it.arrived_at_s) for it in others.itertuples()]
+    sounds += _calls_beside(result, reception)
     told = [
-        f"ping {other.ping} of {other.auv} at {other.arrived_at_s:.4f} s (overlap "
-        f"{1e3 * (duration - abs(other.arrived_at_s - reception.arrived_at_s)):.1f} of "
-        f"{1e3 * duration:.1f} ms)"
-        for other in others.itertuples()
+        f"{what} at {time:.4f} s (overlap "
+        f"{1e3 * (duration - abs(time - reception.arrived_at_s)):.1f} of {1e3 * duration:.1f} ms)"
+        for what, time in sounds
     ]
     return f"overlaps {', '.join(told)}"
+
+
+def _calls_beside(result: "Result", reception: Any) -> list[tuple[str, float]]:
+    """Return the calls that overlap a ping at its ASV, and when they began to be heard there."""
+    pings, speed = result.tables["pings"], result.scenario.environment.sound_speed_m_per_s
+    if "called_by" not in pings:
+        return []
+    reach, duration = result.scenario.acoustics.hf.range_m, result.scenario.acoustics.hf.ping_s
+    near = (pings.called_at_s - reception.arrived_at_s).abs() < duration + reach / speed
+    found = []
+    for call in pings[near].drop_duplicates(["called_at_s", "called_by"]).itertuples():
+        ends = (place(result, name, call.called_at_s) for name in (call.called_by, reception.asv))
+        away = math.dist(*ends)
+        heard_at = call.called_at_s + away / speed
+        if away <= reach and abs(heard_at - reception.arrived_at_s) < duration:
+            found.append((f"the call of {call.called_by}", heard_at))
+    return found
 
 
 def _counted(count: int, noun: str) -> str:

@@ -46,7 +46,8 @@ def row_of(result: "Result", table: str, key: str, number: int) -> Any:
     if not len(found):
         last = f"it has 0..{len(rows) - 1}" if len(rows) else "it has none"
         raise LookupError(f"the run has no {key} {number}; {last}")
-    return found.astype(object).iloc[0]  # whole numbers stay whole
+    # whole numbers stay whole, and what is missing is None
+    return found.astype(object).where(found.notna(), None).iloc[0]
 
 
 def place(result: "Result", vehicle: str, time: float) -> NDArray[np.float64]:

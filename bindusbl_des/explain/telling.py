@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 from .chain import Chain, Part, Step
 from .delivering import arriving, broadcasting, fixing, latency
-from .hearing import receptions, sending
+from .hearing import is_sent, receptions, sending, why_unanswered
 from .numbers import row_of, rows_where
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
     steps = [*sending(result, ping), *receptions(result, ping)]
     found = rows_where(result.tables["fixes"], ping=number)
     if not len(found):
-        outcome, told = _without_fix(result, number)
+        outcome, told = _without_fix(result, ping)
         return Chain(number, ping.auv, None, outcome, told, _in_order(steps))
     fix: Any = found.astype(object).where(found.notna(), None).iloc[0]
     parts: tuple[Part, ...] = ()
@@ -71,9 +71,11 @@ def _never_delivered(result: "Result", fix: Any) -> str:
     )
 
 
-def _without_fix(result: "Result", number: int) -> tuple[str, str]:
+def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
     """Return why a ping led to no fix, as a word and in words."""
-    outcomes = list(rows_where(result.tables["receptions"], ping=number).outcome)
+    if not is_sent(ping):
+        return ping.call, f"no ping: {why_unanswered(result, ping)}"
+    outcomes = list(rows_where(result.tables["receptions"], ping=ping.ping).outcome)
     reach = result.scenario.acoustics.hf.range_m
     if "heard" in outcomes or "in_flight" in outcomes:
         return "in_flight", "no fix: the mission ends while the ping is under way"

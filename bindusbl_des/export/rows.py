@@ -33,7 +33,8 @@ JSON_TYPES = {"int64": "integer", "double": "number", "string": "string"}
 def row_streams(result: "Result") -> Iterator[Messages]:
     """Yield a stream of messages for each table, each in the order of time.
 
-    The metrics of the mission and its AUVs come at its end.
+    Receptions of what was never sent (twtt) have no instant and are left out.  The metrics of the
+    mission and its AUVs come at its end.
     """
     yield from (_events(result, table) for table in INSTANT)
     yield from (_metrics(result, table) for table in ("auvs", "mission"))
@@ -41,7 +42,8 @@ def row_streams(result: "Result") -> Iterator[Messages]:
 
 def _events(result: "Result", table: str) -> Messages:
     instant = INSTANT[table]
-    for row in sorted(result.arrow[table].to_pylist(), key=itemgetter(instant)):
+    known = (row for row in result.arrow[table].to_pylist() if row[instant] is not None)
+    for row in sorted(known, key=itemgetter(instant)):
         yield Message(row[instant], topic(table, row), _known(row))
 
 

@@ -40,7 +40,7 @@ def _pings(result: "Result") -> Messages:
     where = _asvs(result)
     arrivals: dict[int, list[dict[str, Any]]] = defaultdict(list)
     for row in result.arrow["receptions"].to_pylist():
-        if row["outcome"] in OUTCOMES:
+        if row["outcome"] in OUTCOMES and row["arrived_at_s"] is not None:
             arrivals[row["ping"]].append(row)
     size = Vector3(x=1.5, y=1.5, z=1.5)
     for row in sorted(result.arrow["pings"].to_pylist(), key=itemgetter("sent_at_s")):

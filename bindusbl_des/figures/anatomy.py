@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ..palette import ALARM, INK, MF
-from ..rounds import Span, broadcasts_of, downlink_slots, uplink_slots
+from ..rounds import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
 from ..slots import DOWNLINK_GUARD, UPLINK_GUARD
 from ..world import slots_of
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
@@ -66,7 +66,7 @@ def busiest(result: "Result") -> int:
 def _draw_ways(axes: Axes, result: "Result", number: int, place: dict[str, int]) -> None:
     """Draw pings and frames as bars as long as they last, and the ways between as slanted lines."""
     duration = result.scenario.acoustics.hf.ping_s
-    pings: Any = result.tables["pings"]
+    pings: Any = pings_sent(result)
     receptions = result.tables["receptions"]
     pings = pings[(pings["round"] == number) & pings.auv.isin(place)]
     sent = dict(zip(pings.ping, pings.sent_at_s, strict=True))

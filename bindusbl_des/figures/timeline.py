@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..palette import ALARM, HF, INK, MF
-from ..rounds import Span, broadcasts_of, downlink_slots, uplink_slots
+from ..rounds import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def _name_owner(axes: Axes, span: Span, row: int, text: str) -> None:
 def _draw_pings(
     axes: Axes, result: "Result", numbers: tuple[int, int], place: dict[str, int]
 ) -> None:
-    pings, receptions = result.tables["pings"], result.tables["receptions"]
+    pings, receptions = pings_sent(result), result.tables["receptions"]
     pings = pings[pings["round"].between(*numbers)]
     axes.scatter(
         pings.sent_at_s, pings.auv.map(place), c=pings.auv.map(colour_of), marker="|", s=50,

@@ -134,6 +134,7 @@ def _receptions(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> 
     """Pack the receptions in range of pings that are kept; `ping` counts the kept ones."""
     receptions = mission.receptions
     shown = kept[receptions["ping"]] & (receptions["outcome"] != "out_of_range")
+    shown &= np.isfinite(receptions["arrived_at_s"])  # nothing arrives of pings not sent (twtt)
     number = np.cumsum(kept) - 1
     codes = np.select([receptions["outcome"][shown] == it for it in OUTCOMES], range(len(OUTCOMES)))
     return {
