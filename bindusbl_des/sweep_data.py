@@ -1,12 +1,15 @@
 """A campaign as data of a page: its varied keys, and each point's metrics with their intervals."""
 
-import json
-import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .campaigns.statistics.intervals import student_95
+from .campaigns.statistics.intervals import intervals
+from .campaigns.statistics.judging import WORST
+from .campaigns.statistics.naming import written
+from .campaigns.statistics.outcomes import Outcomes
+from .report.packing import Packer
 from .tables import schema
 
 if TYPE_CHECKING:
@@ -15,34 +18,31 @@ if TYPE_CHECKING:
 # Steps of a column, as a share of its largest value: more than anybody reads.
 PRECISION = 1e-6
 
-Statistics = dict[str, dict[str, np.ndarray]]
 
+def packed_statistics(found: Outcomes, metric: str, points: int, packer: Packer) -> dict[str, Any]:
+    """Return mean and half the 95 % interval of a metric at each point, packed for a page.
 
-def point_statistics(campaign: "Campaign", metrics: list[str]) -> Statistics:
-    """Return of each metric, at each point: mean, half the 95 % interval, and how many missions.
-
-    As :func:`.campaigns.statistics.intervals.interval` says, for all points at once: nan where
-    there is no mission that went well, and no interval of a single one.
+    As :func:`.campaigns.statistics.intervals.interval` says: nan where no mission that went well
+    has a value, and no interval of a single one.  Where some AUV has no value, `whole` tells in how
+    many missions all have one.
     """
-    points = len(campaign.plan.points)
-    missions = campaign.missions
-    if not len(missions):
-        nothing = np.full(points, np.nan)
-        return {
-            name: {"mean": nothing, "half": nothing, "count": np.zeros(points)} for name in metrics
-        }
-    groups = missions[missions.status == "ok"].groupby("point")[metrics]
-    found_in = (groups.mean(), groups.std(), groups.count())
-    mean, sd, count = (it.reindex(range(points)) for it in found_in)
-    most = int(np.nan_to_num(count.to_numpy()).max(initial=0))
-    freedom = np.array([math.nan, *(student_95(n) for n in range(1, max(most, 2)))])
-    found = {}
-    for name in metrics:
-        known = count[name].fillna(0).to_numpy(dtype=int)
-        factor = np.where(known > 1, freedom[np.maximum(known - 1, 0)], np.nan)
-        half = factor * sd[name].to_numpy() / np.sqrt(np.maximum(known, 1))
-        found[name] = {"mean": mean[name].to_numpy(), "half": half, "count": known}
-    return found
+    known, whole = intervals(found.by_seed(metric, points)), found.whole(metric, points)
+    columns = {
+        "mean": packer.add(known.mean, quantum=quantum(known.mean)),
+        "half": packer.add(known.half_width, quantum=quantum(known.half_width)),
+    }
+    if (whole < found.well(points)).any():
+        columns["whole"] = packer.add(whole)
+    return columns
+
+
+def packed_names(found: Outcomes, metric: str, points: int, packer: Packer) -> dict[str, Any]:
+    """Return the AUV that is most often the worst at each point, and in how many missions it is."""
+    first = [next(iter(found.who(point, metric).items()), None) for point in range(points)]
+    return {
+        "auv": packer.add([np.nan if it is None else int(it[0][3:]) for it in first]),
+        "times": packer.add([0 if it is None else it[1] for it in first]),
+    }
 
 
 def quantum(column: np.ndarray) -> float:
@@ -75,17 +75,6 @@ def labels(campaign: "Campaign", key: str) -> list[str]:
     return list(dict.fromkeys(written(point.varied[key]) for point in campaign.plan.points))
 
 
-def written(value: Any) -> str:
-    """Return one value of a key as text, numbers to six digits.
-
-    >>> written(70.0), written(99.55962284528422), written("dsatur"), written([0, None])
-    ('70', '99.5596', 'dsatur', '[0, null]')
-    """
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return f"{value:.6g}"
-    return value if isinstance(value, str) else json.dumps(value)
-
-
 def value_numbers(campaign: "Campaign") -> list[list[int]]:
     """Return of each key, at each point, the number of its value in the list of values."""
     columns = []
@@ -95,11 +84,22 @@ def value_numbers(campaign: "Campaign") -> list[list[int]]:
     return columns
 
 
-def described(names: list[str]) -> list[dict[str, str]]:
-    """Return name, unit and meaning of metrics."""
+def described(names: Sequence[str]) -> list[dict[str, str]]:
+    """Return name, unit and meaning of metrics, and whose they are: worst, fleet or mission."""
     columns = schema("mission")
     texts = {name: columns.field(name).metadata for name in names}
     return [
-        {"name": name, "unit": text[b"unit"].decode(), "meaning": text[b"meaning"].decode()}
+        {
+            "name": name,
+            "unit": text[b"unit"].decode(),
+            "meaning": text[b"meaning"].decode().partition("; null where")[0],
+            "of": _whose(name, text[b"meaning"].decode()),
+        }
         for name, text in texts.items()
     ]
+
+
+def _whose(name: str, meaning: str) -> str:
+    if name.startswith(WORST):
+        return "worst"
+    return "fleet" if meaning.startswith("fleet mean of: ") else "mission"

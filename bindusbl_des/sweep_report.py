@@ -2,23 +2,21 @@
 
 import html
 import json
+from collections.abc import Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .campaigns.statistics.contents import in_intervals
+from .campaigns.statistics.effects import key_effects
+from .campaigns.statistics.findings import findings
+from .campaigns.statistics.judging import JUDGED, MEANS
+from .campaigns.statistics.naming import written
+from .campaigns.statistics.outcomes import Outcomes, outcomes
 from .report.packing import Packer
 from .report.page import assembled, asset, table
-from .sweep_data import (
-    Statistics,
-    described,
-    keys,
-    labels,
-    point_statistics,
-    quantum,
-    value_numbers,
-    written,
-)
+from .sweep_data import described, keys, packed_names, packed_statistics, value_numbers
 from .tables import mission_numbers
 
 if TYPE_CHECKING:
@@ -26,32 +24,29 @@ if TYPE_CHECKING:
 
 SCRIPTS = ("plots.js", "heatmap.js", "lookup.js", "sweep.js")
 
-# Metrics of a mission that a reader asks for first.
-FIRST = ("position_error_m", "position_error_p95_m", "hf_coverage", "fixes_delivered")
+# Metrics of a mission that a reader asks for first
+FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)
+# Those of which the page names the worst AUV at each point
+NAMED = (*JUDGED, "worst_fix_benefit_m")
 # More failures than this are counted, and found in the folder.
 MOST_FAILURES = 200
-# A point counts as accurate when it is surely below this (m).
-SUB_METRE = 1.0
 
 
 def sweep_page(campaign: "Campaign") -> str:
     """Return the report of a campaign, finished or not, as HTML."""
-    packer = Packer()
+    packer, points = Packer(), len(campaign.plan.points)
     metrics = [*FIRST, *(name for name in mission_numbers() if name not in FIRST)]
-    found = point_statistics(campaign, metrics)
+    found = outcomes(campaign.folder, metrics)
+    well, ran = found.well(points), np.bincount(found.point, minlength=points)
     data = {
         "keys": keys(campaign),
         "metrics": described(metrics),
         "points": [packer.add(column) for column in value_numbers(campaign)],
         "seeds": len(campaign.plan.experiment.seeds),
-        "statistics": {
-            name: {
-                "mean": packer.add(found[name]["mean"], quantum=quantum(found[name]["mean"])),
-                "half": packer.add(found[name]["half"], quantum=quantum(found[name]["half"])),
-            }
-            for name in metrics
-        },
-        "count": packer.add(found[FIRST[0]]["count"]),
+        "statistics": {name: packed_statistics(found, name, points, packer) for name in metrics},
+        "worst": {name: packed_names(found, name, points, packer) for name in NAMED},
+        "count": packer.add(well),
+        "failed": packer.add(ran - well),
     }
     failures = _failures(campaign)
     body = (
@@ -74,46 +69,26 @@ def _head(campaign: "Campaign") -> str:
     )
 
 
-def _story(campaign: "Campaign", found: Statistics) -> str:
-    error = found[FIRST[0]]
-    if not np.isfinite(error["mean"]).any():
-        return '<p class="verdict">No mission has gone well yet.</p>'
-    best = int(np.nanargmin(error["mean"]))
-    sure = int(np.sum(error["mean"] + error["half"] < SUB_METRE))
-    settings = ", ".join(f"{k} {written(v)}" for k, v in campaign.plan.points[best].varied.items())
-    said = (
-        f"Smallest mean position error: {_interval(error, best)} m, at "
-        f"{html.escape(settings) or 'the only point'} (point {best}). {sure} of "
-        f"{len(campaign.plan.points)} points are surely below {SUB_METRE:g} m "
-        "(upper end of their 95 % intervals)."
-    )
-    effects = sorted(_effects(campaign, error["mean"]), reverse=True)
-    items = "".join(f"<li>{html.escape(text)}</li>" for _, text in effects)
-    heading = "<p>Mean position error by one key, averaged over the others:</p>"
-    return f'<p class="verdict">{said}</p>' + (f"{heading}<ul>{items}</ul>" if items else "")
+def _story(campaign: "Campaign", found: Outcomes) -> str:
+    """Return what was found: the best point, harm and want of fixes, the effect of each key."""
+    said = findings(campaign.folder, campaign.plan)
+    story = f'<p class="verdict">{_text(said.best)} {_text(said.sure)}</p>'
+    story += _items("alarms", [*said.harm, *said.starved])
+    effects = key_effects(campaign.plan, found)
+    if effects:
+        story += "<p>Mean error of the worst AUV by one key, averaged over the others:</p>"
+        story += _items("effects", effects)
+    contents = in_intervals(campaign.plan, range(len(campaign.plan.points)))
+    return story + f'<p class="note">{_text(contents)}</p>'
 
 
-def _interval(found: dict[str, np.ndarray], point: int) -> str:
-    half = found["half"][point]
-    return f"{found['mean'][point]:.3f}" + (f" &plusmn; {half:.3f}" if np.isfinite(half) else "")
+def _items(kind: str, texts: Sequence[str]) -> str:
+    items = "".join(f"<li>{_text(text)}</li>" for text in texts)
+    return f'<ul class="{kind}">{items}</ul>' if items else ""
 
 
-def _effects(campaign: "Campaign", error: np.ndarray) -> list[tuple[float, str]]:
-    """Return of each key how much the error differs between its values, and that in words."""
-    effects = []
-    for key, numbers in zip(campaign.plan.columns, value_numbers(campaign), strict=True):
-        shown, places = labels(campaign, key), np.array(numbers)
-        known = [n for n in range(len(shown)) if np.isfinite(error[places == n]).any()]
-        if len(known) < 2 or len(shown) > len(places) / 2:  # sampled: no value comes twice
-            continue
-        means = [float(np.nanmean(error[places == n])) for n in known]
-        low, high = int(np.argmin(means)), int(np.argmax(means))
-        text = (
-            f"{key}: {means[low]:.2f} m at {shown[known[low]]}, "
-            f"{means[high]:.2f} m at {shown[known[high]]}"
-        )
-        effects.append((means[high] - means[low], text))
-    return effects
+def _text(said: str) -> str:
+    return html.escape(said).replace("+-", "&plusmn;")
 
 
 def _failures(campaign: "Campaign") -> list[dict[str, Any]]:

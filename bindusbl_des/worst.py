@@ -17,7 +17,7 @@ WORST_IS_LARGEST = {
     if column.metadata["worst"]
 }
 
-# What some missions have not at all: an AUV without it is not worse for it.
+# What some missions have not at all: where no AUV has it, none is worse for it.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
 
 Worst = tuple[float | None, int | None]
@@ -32,12 +32,11 @@ def worst(metric: str, values: Sequence[float | None]) -> Worst:
     ((None, 1), (0.8, 0))
     """
     missing = [auv for auv, value in enumerate(values) if value is None]
-    if missing and metric not in UNDEFINED:
-        return None, missing[0]
+    if missing:
+        is_undefined = metric in UNDEFINED and len(missing) == len(values)
+        return None, None if is_undefined else missing[0]
     sign = 1.0 if WORST_IS_LARGEST[metric] else -1.0
     known = [(sign * value, auv) for auv, value in enumerate(values) if value is not None]
-    if not known:
-        return None, None
     value, auv = max(known, key=lambda it: it[0])
     return sign * value, auv
 

@@ -1,13 +1,23 @@
 """What tests of campaigns share: commands, campaigns without workers, tables that are equal."""
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from types import SimpleNamespace
+from typing import Any
 
 import pandas as pd
+import pytest
 from click.testing import CliRunner, Result
 
+from bindusbl_des import Scenario
+from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign
+from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
+from bindusbl_des.events import AuvMetrics, Utilisation
+from bindusbl_des.metrics import mission_metrics
+from bindusbl_des.tables import from_columns, from_rows
 
 
 class OneThread:
@@ -46,3 +56,46 @@ def same(one: Campaign, other: Campaign) -> None:
             getattr(it, name).drop(columns="wall_time_s", errors="ignore") for it in (one, other)
         ]
         pd.testing.assert_frame_equal(*frames)
+
+
+def auv(error: float, **metrics: float | None) -> dict[str, float | None]:
+    """Return metrics of an AUV with an error (m); its p95 is twice that unless given."""
+    return {"position_error_m": error, "position_error_p95_m": 2 * error, **metrics}
+
+
+# What an AUV is that got no fix in a mission of 100 s
+UNSERVED: dict[str, float | None] = {
+    "fixes": 0, "fixes_delivered": 0, "fix_rate_hz": 0.0, "hf_coverage": 0.0,
+    "fix_age_mean_s": 50.0, "fix_age_p95_s": 95.0, "fix_age_max_s": 100.0,
+    **{f"{name}_s": None for name in (
+        "interval_mean", "interval_p95", "interval_max", "latency_mean", "latency_p95",
+        "latency_max", "latency_from_broadcast", "latency_from_slot",
+    )},
+}  # fmt: skip
+
+
+def hand_made(
+    monkeypatch: pytest.MonkeyPatch,
+    fleet: Callable[[Scenario, int], Sequence[dict[str, float | None]]],
+) -> None:
+    """Let missions come to what `fleet` says of a scenario and a seed: some metrics of each AUV.
+
+    The others have the values of an AUV that is served well; the mission's follow from them.
+    """
+
+    def simulate(scenario: Scenario, seed: int) -> Any:
+        rows = []
+        for number, given in enumerate(fleet(scenario, seed)):
+            metrics: dict[str, Any] = dict.fromkeys(AuvMetrics.__dataclass_fields__, 1.0)
+            metrics |= {"auv": number, "imu_error_m": 9.0, "path_error_m": None, **given}
+            metrics["fix_benefit_m"] = metrics["imu_error_m"] - metrics["position_error_m"]
+            rows.append(AuvMetrics(**metrics))
+        mission = mission_metrics(rows, Utilisation(10, 0, 0.5, 0.5))
+        columns = {name: [value] for name, value in mission.items()}
+        return SimpleNamespace(
+            arrow={"auvs": from_rows("auvs", rows), "mission": from_columns("mission", columns)}
+        )
+
+    monkeypatch.setattr(running, "crew_for", OneThread)
+    monkeypatch.setattr(running, "compile_kernels", lambda plan: None)
+    monkeypatch.setattr(batches, "simulate", simulate)

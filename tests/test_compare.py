@@ -41,7 +41,7 @@ def paired(metric: str, one: list[float], other: list[float]) -> Difference:
     ok = ~(values == -1)
     metrics = {metric: values}
     outcomes = Outcomes(np.arange(count), point, seed, ok, metrics)
-    return difference(pair, metric, {Path("c"): outcomes})
+    return difference(pair, metric, {Path("c"): outcomes}, {})
 
 
 def test_differences_are_paired_by_seed() -> None:
@@ -49,7 +49,8 @@ def test_differences_are_paired_by_seed() -> None:
     found = paired("position_error_m", [9, 1, 2, 3, nan, 5], [2, 4, 6, 1, -1, 7])
     # Pairs: seeds 1, 2, 3 with differences 1, 2, 3; t(2) = 4.303.
     assert found.found.count == 3
-    assert (found.baseline, found.other, found.found.mean) == (2.0, 4.0, 2.0)
+    assert (found.baseline.mean, found.other.mean, found.found.mean) == (2.0, 4.0, 2.0)
+    assert (found.missions, found.baseline.whole) == (4, 3)
     assert found.found.half_width == pytest.approx(4.303 / 3**0.5)
     assert found.relative == 1.0
     assert found.verdict == "not shown"
@@ -92,6 +93,13 @@ def test_intervals_are_those_of_scipy() -> None:
             "No difference in latency_mean_s shown between B and A: "
             "+0 s [-16, +16] over 2 paired seeds.",
         ),
+        (
+            "worst_fix_age_p95_s",
+            [0, 9.0, 9.2],
+            [7.0, 7.2],
+            "B is better than A: the worst AUV's fix_age_p95_s -2.00 s [-2.00, -2.00] over 2 "
+            "paired seeds.",
+        ),
         ("rounds", [0, 9, 7], [9, 7], "rounds: equal in all 2 paired seeds."),
         (
             "rounds",
@@ -108,27 +116,28 @@ def test_findings_are_said_in_words(
     """Better or worse where one knows; never more sure than the interval is."""
     found = paired(metric, one, other)
     assert sentence(found) == said
-    assert said in comparison_table([found])
+    assert said in " ".join(comparison_table([found]).split())
 
 
 def test_two_commands_answer_a_question() -> None:
     """From a scenario alone: sweep an angle, compare; the numbers are those of the missions."""
-    swept = call("sweep", "short.yaml", "--vary", f"{ANGLE}=0,60", "--seeds", 4, "--out", "angle")
+    swept = call("sweep", "short.yaml", "--vary", f"{ANGLE}=0,60", "--seeds", 8, "--out", "angle")
     assert swept.exit_code == 0, swept.stderr
     told = call("compare", "angle", "--by", ANGLE)
     assert told.exit_code == 0, told.stderr
-    assert f"{ANGLE}: 60 compared with 0; 4 paired seeds" in told.stdout
-    assert "60 is worse than 0: position_error_m +" in told.stdout
+    assert f"{ANGLE}: 60 compared with 0; 8 paired seeds" in told.stdout
+    assert "60 is worse than 0: the worst AUV's position_error_m +" in told.stdout
     assert max(map(len, told.stdout.splitlines())) <= 80
     rows = json.loads(call("compare", "angle", "--json").stdout)["differences"]
-    missions = load_campaign("angle").missions.set_index(["seed", ANGLE]).position_error_m.unstack()
+    missions = load_campaign("angle").missions.set_index(["seed", ANGLE])
+    missions = missions.worst_position_error_m.unstack()
     gaps = missions[60] - missions[0]
     assert rows[0]["difference"] == pytest.approx(gaps.mean())
-    half = 3.182 * gaps.std() / 2  # t(3)
+    half = 2.365 * gaps.std() / 8**0.5  # t(7)
     assert (rows[0]["low"], rows[0]["high"]) == pytest.approx(
         (gaps.mean() - half, gaps.mean() + half)
     )
-    assert rows[0]["pairs"] == 4
+    assert rows[0]["pairs"] == 8
 
 
 def test_points_of_a_grid_are_compared_where_all_else_is_equal() -> None:
@@ -166,7 +175,9 @@ def test_campaigns_are_compared_point_by_point(monkeypatch: pytest.MonkeyPatch) 
     told = call("compare", "one", "other", "--metric", "rounds")
     assert told.exit_code == 0, told.stderr
     assert "other compared with one, asvs.count=3; 2 paired seeds" in told.stdout
-    assert told.stdout.splitlines()[-3:] == [
+    lines = told.stdout.splitlines()
+    first = lines.index("failed missions are left out (2), and those they would be paired with")
+    assert lines[first : first + 3] == [
         "failed missions are left out (2), and those they would be paired with",
         "the points of 2 of 2 pairs have different seeds; those that both have count",
         "one and other differ in protocol.schedule",
@@ -197,6 +208,7 @@ def test_what_cannot_be_compared_is_refused() -> None:
         ): "one: --by asvs.cuont: not a varied key; did you mean 'asvs.",
         ("one", "--baseline", "4"): "one: --baseline 4: not a value of asvs.count; it has 2, 3",
         ("one", "--metric", "positon_error_m"): "no metric 'positon_error_m'; did you mean 'positi",
+        ("one", "--metric", "rounds", "--mean"): "--metric says what to compare; leave out --mean",
         ("one", "--out", "x.txt"): "x.txt: a table's name ends in one of .csv, .parquet",
         ("one", "--out", "no/x.csv"): "no/x.csv: the folder no does not exist",
     }.items():

@@ -114,6 +114,13 @@ def test_who_lost_his_fixes_early_is_the_worst() -> None:
     assert "worst_pings" not in mission
 
 
+@pytest.mark.parametrize("metric", ["latency_from_slot_s", "path_error_m", "latency_mean_s"])
+def test_who_lacks_what_others_have_is_the_worst(metric: str) -> None:
+    """What no AUV of a mission can have makes none the worst; else who lacks it is."""
+    assert worst(metric, [1.0, None]) == (None, 1)
+    assert worst(metric, [None, None]) == (None, 0 if metric == "latency_mean_s" else None)
+
+
 @given(
     st.sampled_from(sorted(WORST_IS_LARGEST)),
     st.lists(st.one_of(st.none(), st.floats(-1e3, 1e3)), min_size=1, max_size=8),

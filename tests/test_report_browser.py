@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaigns_for_tests import UNSERVED, auv, hand_made
 from test_report_sweep import BASE, EXPERIMENT
 
-from bindusbl_des import load_scenario, simulate, sweep
+from bindusbl_des import Scenario, load_scenario, simulate, sweep
 from bindusbl_des.figures.latency import shown_until
 from bindusbl_des.palette import COLOURS
 from bindusbl_des.report.comparison import comparison_page
@@ -490,8 +491,56 @@ def test_the_lookup_table_follows_its_threshold(opened: Open, swept: Path) -> No
     assert sorted(answers) == ["1", "1", "none of these", "none of these"]
     it.page.fill("#threshold", "0")
     assert set(it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")) == {"none of these"}
-    cell = it.ask("bindusbl.sweep.at('position_error_m', 0)")  # one ASV, the first combination
-    assert cell["half"] > 0
-    for share, fewest in ((0.5, False), (1.01, True)):  # the mean alone is not sure enough
-        it.page.fill("#threshold", str(cell["mean"] + share * cell["half"]))
-        assert (it.ask("bindusbl.lookup.answers[0].fewest") == "1") is fewest
+    for metric in ("worst_position_error_p95_m", "position_error_m"):  # the first unless asked
+        if metric == "position_error_m":
+            it.page.select_option("#lookup-metric", metric)
+        cell = it.ask(f"bindusbl.sweep.at('{metric}', 0)")  # one ASV, the first combination
+        assert cell["half"] > 0
+        for share, fewest in ((0.5, False), (1.01, True)):  # the mean alone is not sure enough
+            it.page.fill("#threshold", str(cell["mean"] + share * cell["half"]))
+            assert (it.ask("bindusbl.lookup.answers[0].fewest") == "1") is fewest
+
+
+def test_a_sweep_shows_whom_it_leaves_alone(
+    opened: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mean of 0.8 m does not tick a fleet in which AUV0 has 1.5 m; missing values are counted."""
+
+    def fleet(scenario: Scenario, seed: int) -> list[dict[str, float | None]]:
+        if scenario.asvs.count == 2:
+            return [auv(1.5 + 0.01 * seed), auv(0.45), auv(0.45)]
+        return [auv(0.4) | UNSERVED if seed else auv(0.4), auv(0.3 + 0.01 * seed), auv(0.3)]
+
+    hand_made(monkeypatch, fleet)
+    (tmp_path / "base.yaml").write_text(BASE)
+    campaign = sweep(tmp_path / "base.yaml", tmp_path / "c", vary={"asvs.count": [2, 3]}, seeds=4)
+    page = tmp_path / "sweep.html"
+    page.write_text(sweep_page(campaign), encoding="utf-8")
+    it = opened(page)
+    fewest = "bindusbl.lookup.answers[0].fewest"
+    assert it.ask(fewest) == "3"
+    it.page.select_option("#lookup-metric", "worst_position_error_m")
+    assert it.ask(fewest) == "3"
+    it.page.select_option("#lookup-metric", "position_error_m")
+    assert it.ask(fewest) == "2"
+    assert "an AUV without a fix in 3/4" in it.page.inner_text("#lookup")
+    assert it.ask("bindusbl.sweep.whose('worst_position_error_m', 0)") == "AUV0"
+    it.page.select_option("#metric", "latency_mean_s")
+    assert it.ask("bindusbl.sweep.at('latency_mean_s', 1)")["whole"] == 1
+    assert "1/4" in it.page.inner_text("#heat")
+    assert "n of m missions have a value for every AUV" in it.page.inner_text("#meaning")
+    assert "No fix at point 1 (asvs.count=3): AUV0 in 3 of 4 seeds." in it.page.inner_text("#story")
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "shown"),
+    [
+        (5.3e-15, 1e-16, "0 ± 0"), (230.4, 2.3e2, "230 ± 230"), (1234.5, "NaN", "1235"),
+        (0.9224, 0.0351, "0.922 ± 0.035"), (1.66, 5.3e-15, "1.66 ± 0"),
+    ],
+)  # fmt: skip
+def test_numbers_are_no_powers_of_ten(
+    opened: Open, swept: Path, value: float, half: float | str, shown: str
+) -> None:
+    """Round-off is nothing, and large numbers are written out."""
+    assert opened(swept).ask(f"plusMinus({value}, {half})") == shown

@@ -111,11 +111,44 @@ def test_runs_beside_each_other(tmp_path: Path) -> None:
     assert rows["mean position error (m)"] == [
         f"{first:.2f}", f"{second:.2f} ({second - first:+.2f})"
     ]  # fmt: skip
+    worst, other = (run.mission.iloc[0] for _, run in runs)
+    difference = other.worst_position_error_m - worst.worst_position_error_m
+    assert rows["position error, mean over time (m)"] == [
+        f"{worst.worst_position_error_m:.2f}, {worst.worst_position_error_m_auv}",
+        f"{other.worst_position_error_m:.2f} ({difference:+.2f}), "
+        f"{other.worst_position_error_m_auv}",
+    ]
     out = tmp_path / "both.html"
     outcome = call("report", *(folder for folder, _ in runs), "--out", str(out))
     assert outcome.exit_code == 0
     assert out.read_text() == page
     assert call("report", *(folder for folder, _ in runs), "--out", str(out)).exit_code == 2
+
+
+def test_runs_beside_each_other_say_who_got_no_fix() -> None:
+    """A latency that leaves an AUV out says so, and is not set against one that does not."""
+    runs = []
+    for asvs, where in (("one", "[[0, 0]]"), ("more", "[[0, 0], [0, 47], [0, -47]]")):
+        changes = [
+            "duration_s=40",
+            f"name={asvs}",
+            "record.detail=summary",
+            "acoustics.hf.range_m=20",
+        ]
+        changes += [
+            f"asvs.formation.positions_m={where}",
+            f"asvs.count={where.count(',') // 2 + 1}",
+        ]
+        runs.append(
+            (asvs, simulate(load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=changes)))
+        )
+    assert runs[0][1].mission.worst_latency_mean_s.isna()[0]
+    cells = Cells()
+    cells.feed(comparison_page(runs))
+    told = [row[1:] for row in cells.rows if row[0] == "latency (s)"]
+    assert told[0][0] == "none, AUV0"
+    assert told[1][0].endswith(", without AUV0")
+    assert "(" not in "".join(told[0] + told[1])
 
 
 def test_the_same_run_twice_differs_in_nothing() -> None:

@@ -7,22 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
+from .statistics.comparison_table import sentence, unserved
+from .statistics.contents import in_intervals
 from .statistics.differences import Difference, difference, left_out
-from .statistics.outcomes import check_metrics, outcomes, unit
+from .statistics.findings import harm_said, starved_said
+from .statistics.fleets import Fleets, fleets, starved
+from .statistics.harm import NEEDED, harmed
+from .statistics.judging import JUDGED, of_an_auv
+from .statistics.outcomes import Outcomes, check_metrics, outcomes, unit
 from .statistics.pairing import Pair, pairs_between, pairs_within
 from .storage.folder import CampaignError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-# What a mission is for, first; what the network did for it, after.
-METRICS = (
-    "position_error_m",
-    "cross_track_error_m",
-    "fix_rate_hz",
-    "hf_coverage",
-    "latency_mean_s",
-)
 MOST_KEYS_NAMED = 4
 
 
@@ -48,13 +46,14 @@ def compare(
     campaign: str | Path,
     *others: str | Path,
     by: str | None = None,
-    metrics: Sequence[str] = METRICS,
+    metrics: Sequence[str] = JUDGED,
     baseline: str | None = None,
 ) -> "pd.DataFrame":
     """Compare campaigns with the first one, or the points of one campaign along the key `by`.
 
     A row per pair of points and metric: means of both over the seeds that both have, the mean
-    difference, its 95 % interval (Student's t over paired differences), and what that shows.
+    difference, its 95 % interval (Student's t over paired differences), and what that shows.  Each
+    mission counts by its worst AUV unless other metrics are asked for.
 
     Raises:
         CampaignError: when a folder is no campaign's, or nothing in them can be compared.
@@ -67,7 +66,7 @@ def compared(
     folders: Sequence[str | Path],
     *,
     by: str | None = None,
-    metrics: Sequence[str] = METRICS,
+    metrics: Sequence[str] = JUDGED,
     baseline: str | None = None,
 ) -> Comparison:
     """Return what `compare` tabulates, with notes on what was left out."""
@@ -85,10 +84,62 @@ def compared(
     else:
         pairs = [pair for other in campaigns[1:] for pair in pairs_between(campaigns[0], other)]
     found = {campaign.folder: outcomes(campaign.folder, metrics) for campaign in campaigns}
-    differences = tuple(difference(pair, metric, found) for pair in pairs for metric in metrics)
-    if all(it.found.count == 0 for it in differences):
+    served = {folder: _unserved(folder, it) for folder, it in found.items()}
+    differences = tuple(
+        difference(pair, metric, found, served) for pair in pairs for metric in metrics
+    )
+    if not any(it.missions for it in differences):
         raise CampaignError("nothing to compare: no seed has a result at both points of a pair")
-    return Comparison(differences, (*left_out(pairs, found), *_differing(campaigns, pairs)))
+    notes = (
+        *left_out(pairs, found), *_differing(campaigns, pairs), *_waits(metrics),
+        *_harms(campaigns, pairs, any(it.verdict == "unserved" for it in differences)),
+        *_contents(campaigns, pairs),
+    )  # fmt: skip
+    return Comparison(differences, notes)
+
+
+def _unserved(folder: Path, found: Outcomes) -> Fleets:
+    """Return the AUVs of a campaign where some have no value, with what they lack."""
+    lacked = [name for name, without in found.unserved.items() if (without & found.ok).any()]
+    return fleets(folder, list(dict.fromkeys(map(of_an_auv, lacked))))
+
+
+def _waits(metrics: Sequence[str]) -> Iterator[str]:
+    """Yield what the paper's intervals leave out, where they are compared."""
+    named = [name for name in metrics if of_an_auv(name).startswith("interval_")]
+    if named:
+        ages = named[0].replace("interval_", "fix_age_")
+        yield (
+            f"{named[0]} counts the waits between fixes alone, not that before the first nor that "
+            f"after the last; {ages} counts all"
+        )
+
+
+def _harms(
+    campaigns: Sequence[Campaign], pairs: Sequence[Pair], is_starved_said: bool
+) -> Iterator[str]:
+    """Yield at which of the points fixes make AUVs worse, and at which AUVs get none."""
+    for campaign in campaigns:
+        points, plan = _points(campaign, pairs), campaign.plan
+        found = fleets(campaign.folder, NEEDED)
+        said = list(harm_said(harmed(found, plan), plan, points))
+        if not is_starved_said:
+            said += starved_said(starved(found), plan, points)
+        yield from (f"{campaign.folder}: {text}" if len(campaigns) > 1 else text for text in said)
+
+
+def _contents(campaigns: Sequence[Campaign], pairs: Sequence[Pair]) -> Iterator[str]:
+    """Yield what the intervals contain, once where that is the same of all campaigns."""
+    said = {it.folder: in_intervals(it.plan, _points(it, pairs)) for it in campaigns}
+    if len(set(said.values())) == 1:
+        yield said[campaigns[0].folder]
+    else:
+        yield from (f"{folder}: {text}" for folder, text in said.items())
+
+
+def _points(campaign: Campaign, pairs: Sequence[Pair]) -> list[int]:
+    sides = [side for pair in pairs for side in (pair.baseline, pair.other)]
+    return sorted({side.point for side in sides if side.campaign is campaign})
 
 
 def _campaign(folder: Path) -> Campaign:
@@ -141,14 +192,20 @@ def _record(it: Difference) -> dict[str, Any]:
         "other": it.pair.other.name,
         "metric": it.metric,
         "unit": unit(it.metric),
+        "missions": it.missions,
         "pairs": it.found.count,
-        "baseline_mean": _known(it.baseline),
-        "other_mean": _known(it.other),
+        "baseline_mean": _known(it.baseline.mean),
+        "baseline_whole": it.baseline.whole,
+        "baseline_worst_auv": next(iter(it.baseline.who), None),
+        "other_mean": _known(it.other.mean),
+        "other_whole": it.other.whole,
+        "other_worst_auv": next(iter(it.other.who), None),
         "difference": _known(it.found.mean),
         "low": _known(it.low),
         "high": _known(it.high),
         "relative": _known(it.relative),
         "verdict": it.verdict,
+        "said": " ".join((sentence(it), *unserved(it))),
     }
 
 

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import click
@@ -20,6 +21,9 @@ TABLES = (".csv", ".parquet")
 @click.option("--by", metavar="KEY", help="Compare the points of one campaign along this key.")
 @click.option("--baseline", metavar="VALUE", help="Compare with this value of KEY, not the first.")
 @click.option("--metric", "metrics", multiple=True, help="Metric to compare; repeatable.")
+@click.option(
+    "--mean", "by_mean", is_flag=True, help="Judge by the fleet's means, not each worst AUV."
+)
 @click.option("--out", metavar="FILE", help="Also write all rows to a .csv or .parquet file.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print all rows as JSON.")
@@ -28,27 +32,36 @@ def compare(
     by: str | None,
     baseline: str | None,
     metrics: tuple[str, ...],
+    by_mean: bool,
     out: str | None,
     force: bool,
     as_json: bool,
 ) -> None:
     """Compare campaigns with the first, or points of one campaign.
 
-    Missions with equal seeds are paired, so that the noise they share cancels.
+    Missions with equal seeds are paired, so that the noise they share cancels; each is judged by
+    its worst AUV.
     """
+    if by_mean and metrics:
+        refuse("--metric says what to compare; leave out --mean")
     if out:
         _check_table(Path(out), force)
     with mistakes_told():
-        from ..campaigns.compare import METRICS, compared
-        from ..campaigns.statistics.comparison_table import comparison_table
+        from ..campaigns.compare import compared
+        from ..campaigns.statistics.comparison_table import WIDEST, comparison_table
+        from ..campaigns.statistics.judging import JUDGED, MEANS
 
-        found = compared(folders, by=by, metrics=metrics or METRICS, baseline=baseline)
+        judged = metrics or (MEANS if by_mean else JUDGED)
+        found = compared(folders, by=by, metrics=judged, baseline=baseline)
         if out:
             _write_table(found, Path(out))
     if as_json:
         print_json({"differences": found.records(), "notes": found.notes})
     else:
-        click.echo("\n".join([comparison_table(found.differences), *found.notes]))
+        notes = (
+            fill(it, WIDEST, break_long_words=False, break_on_hyphens=False) for it in found.notes
+        )
+        click.echo("\n".join([comparison_table(found.differences), *notes]))
     if out:
         talk(f"Table: {out}")
 

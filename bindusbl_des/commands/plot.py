@@ -44,7 +44,7 @@ WIDTHS = {"1": 3.5, "2": 7.16}
 @click.option("--columns", type=click.Choice(list(WIDTHS)), help="As wide as columns of a paper.")
 @click.option("--from", "first", type=click.IntRange(min=0), help="First round (timeline, round).")
 @click.option("--to", "last", type=click.IntRange(min=0), help="Last round (timeline).")
-@click.option("--metric", help="Metric of a campaign's figures (default position_error_m).")
+@click.option("--metric", help="Metric of a campaign's figures (default worst_position_error_m).")
 @click.option("--x", metavar="KEY", help="Varied key along x (curves, heatmap).")
 @click.option("--series", metavar="KEY", help="Varied key of the curves, or along y (heatmap).")
 @click.option("--no-title", is_flag=True, help="Leave the titles out, for a figure with a caption.")
@@ -149,10 +149,11 @@ def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":
             refuse(f"{option} is for runs; {folder} holds a campaign")
     from ..campaigns.campaign import load_campaign
     from ..campaigns.statistics.cells import means_of
+    from ..campaigns.statistics.judging import JUDGED
     from ..figures.sweeps import curves, heatmap
 
     try:
-        metric = options["metric"] or "position_error_m"
+        metric = options["metric"] or JUDGED[0]
         means = means_of(load_campaign(folder), metric, options["x"], options["series"])
     except LookupError as error:
         refuse(str(error.args[0]))

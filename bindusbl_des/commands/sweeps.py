@@ -266,11 +266,13 @@ def _summary(campaign: "Campaign") -> dict[str, Any]:
 
 def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> None:
     """Print what a campaign found; end with 3 or 130 where that is how it went."""
+    from ..campaigns.statistics.findings import findings
     from ..campaigns.statistics.points_table import points_table
 
     state = campaign.state()
     if as_json:
-        print_json(_summary(campaign))
+        said = findings(campaign.folder, campaign.plan).sentences()
+        print_json({**_summary(campaign), "findings": said})
     else:
         click.echo(points_table(campaign.folder, campaign.plan))
         click.echo(f"Results: {campaign.folder}")

@@ -1,7 +1,7 @@
 """Figures of campaigns: a metric over one varied key, or over two."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from ..palette import COLOURS
 from ..quantities import quantity
@@ -26,6 +27,9 @@ MARKERS = "osD^vP*X"
 
 # Luminance of red, green and blue, and from which on black differs more than white (WCAG 2.2)
 LUMINANCE, HALF_LIGHT = (0.2126, 0.7152, 0.0722), 0.179
+
+NOTHING = (np.nan, np.nan, 0)
+GAPS = "n/m: n of m missions have a value for every AUV"
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,8 @@ class Means:
     """The mean of a metric and half its 95 % confidence interval wherever keys have some values.
 
     `cells` maps the numbers of the values of x and series (0 where there is no series) to mean,
-    half width (nan where one mission alone was run) and count of missions.
+    half width (nan where one mission alone was run) and count of missions.  `gaps` has those in
+    which some AUV has no value: in how many missions all have one, of how many.
     """
 
     metric: str
@@ -69,6 +74,7 @@ class Means:
     series: Levels | None
     cells: Mapping[tuple[int, int], tuple[float, float, int]]
     title: str
+    gaps: Mapping[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
@@ -85,9 +91,10 @@ def curves(means: Means, width: float) -> Figure:
     handles: list[Artist] = []
     names = means.series.written() if means.series else [""]
     for number, name in enumerate(names):
-        known = [i for i in range(len(places)) if (i, number) in means.cells]
-        at = sorted(known, key=lambda i: places[i])
-        mean, half, _ = np.array([means.cells[i, number] for i in at]).reshape(-1, 3).T
+        seen = [i for i in range(len(places)) if (i, number) in {**means.cells, **means.gaps}]
+        at = sorted(seen, key=lambda i: places[i])  # a line has a gap where no AUV had a value
+        cells = [means.cells.get((i, number), NOTHING) for i in at]
+        mean, half, _ = np.array(cells).reshape(-1, 3).T
         bars = axes.errorbar(
             [places[i] + aside * (number - (len(names) - 1) / 2) for i in at], mean,
             yerr=np.nan_to_num(half), label=name, capsize=2.5,
@@ -96,20 +103,52 @@ def curves(means: Means, width: float) -> Figure:
         )  # fmt: skip
         handles.append(Line2D([], [], color=bars[0].get_color(), marker=bars[0].get_marker(),
                               ms=3.5, label=name))  # fmt: skip
+        beside = aside * (number - (len(names) - 1) / 2)
+        _mark_gaps(axes, means, number, [place + beside for place in places])
+    if means.gaps:
+        handles.append(Line2D([], [], ls="", marker="o", mfc="white", mec="black", ms=3.5,
+                              label=GAPS))  # fmt: skip
     if not x.is_numeric:
         axes.set(xlim=(-0.5, len(places) - 0.5))
     if len(places) <= MOST_WRITTEN:
         axes.set_xticks(places, x.written())
     axes.set(xlabel=x.label, ylabel=means.label)
     axes.set_title(shortened(means.title, figure, 0.9))
+    if means.series or means.gaps:
+        lines = handles[: len(names)] if means.series else []
+        legend_below(figure, [*lines[: 2 * LARGEST_LEGEND], *handles[len(names) :]])
     if means.series:
-        legend_below(figure, handles[: 2 * LARGEST_LEGEND])
         figure.legends[0].set_title(means.series.label)
     return figure
 
 
+def _mark_gaps(axes: Axes, means: Means, number: int, places: list[float]) -> None:
+    """Mark where some AUV has no value: hollow, with how many missions have a value for all."""
+    for (column, line), (whole, missions) in means.gaps.items():
+        if line != number:
+            continue
+        text, colour = f"{whole}/{missions}", COLOURS[number % len(COLOURS)]
+        cell = means.cells.get((column, line))
+        if cell is None:  # nothing to draw a point at: on the axis
+            axes.annotate(
+                text, (places[column], 0.02), xycoords=axes.get_xaxis_transform(),
+                ha="center", color=colour, fontsize=6,
+            )  # fmt: skip
+            continue
+        marker = MARKERS[number % len(MARKERS)]
+        axes.plot(
+            places[column], cell[0], marker=marker, ms=3.5, mfc="white", mec=colour, zorder=5,
+        )  # fmt: skip
+        axes.annotate(
+            text, (places[column], cell[0]), xytext=(4, 4), textcoords="offset points",
+            color=colour, fontsize=6,
+        )  # fmt: skip
+
+
 def heatmap(means: Means, width: float) -> Figure:
     """Draw a metric over two varied keys: colour for the mean, mean +- 95 % interval written.
+
+    Hatched cells are of missions in which some AUV has no value.
 
     Raises:
         ValueError: when only one key varies.
@@ -129,6 +168,12 @@ def heatmap(means: Means, width: float) -> Figure:
     axes.set(xlabel=means.x.label, ylabel=means.series.label)
     axes.set_title(shortened(means.title, figure, 0.9))
     figure.colorbar(image, label=means.label)
+    if means.gaps:
+        figure.supxlabel(f"hatched, {GAPS}", fontsize=6)
+    for column, row in means.gaps:
+        axes.add_patch(
+            Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, ec="#ffffff80", hatch="//", lw=0)
+        )
     if max(shape) <= MOST_WRITTEN:
         _write_cells(axes, means, image)
     return figure
@@ -137,8 +182,11 @@ def heatmap(means: Means, width: float) -> Figure:
 def _write_cells(axes: Axes, means: Means, image: AxesImage) -> None:
     """Write means and intervals in black or white, whichever differs more from the ground."""
     size = 7 if max(image.get_size()) <= 6 else 4.5
-    for (column, row), (mean, half, _) in means.cells.items():
+    for cell in dict.fromkeys((*means.cells, *means.gaps)):
+        mean, half, _ = means.cells.get(cell, NOTHING)
         text = significant(mean) + ("" if np.isnan(half) else f"\n±{significant(half, 2)}")
+        if cell in means.gaps:
+            text += "\n{}/{}".format(*means.gaps[cell])
         light = np.dot(np.power(image.to_rgba(np.array([mean]))[0, :3], 2.2), LUMINANCE)
-        colour = "black" if light > HALF_LIGHT else "white"
-        axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=size)
+        colour = "black" if np.isnan(mean) or light > HALF_LIGHT else "white"
+        axes.text(*cell, text, ha="center", va="center", color=colour, fontsize=size)

@@ -22,12 +22,24 @@ SCRIPTS = (*MAP, "plots.js", "comparison.js")
 AUV_METRICS = (
     "hf_coverage",
     "fixes_delivered",
+    "fix_age_max_s",
     "latency_mean_s",
     "position_error_m",
     "position_error_p95_m",
+    "imu_error_m",
+)
+# What the worst AUV of each run got: words, unit, metric, digits, factor
+WORST: tuple[tuple[str, str, str, int, float], ...] = (
+    ("position error, mean over time", "m", "position_error_m", 2, 1),
+    ("position error, 95 % of the time below", "m", "position_error_p95_m", 2, 1),
+    ("error saved by fixes (negative: they harm)", "m", "fix_benefit_m", 2, 1),
+    ("longest time without a fix", "s", "fix_age_max_s", 1, 1),
+    ("pings in HF range", "%", "hf_coverage", 1, 100),
+    ("latency", "s", "latency_mean_s", 3, 1),
 )
 
 Named = tuple[str, "Result"]
+Row = Mapping[str, Any]
 
 
 def comparison_page(runs: Sequence[Named]) -> str:
@@ -112,19 +124,54 @@ def _flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
 
 
 def _missions(names: Sequence[str], runs: Sequence[Named]) -> str:
-    """Return the table of mission metrics, each with its difference from the first run."""
+    """Return the tables of what the worst AUV got and of the fleet's means, beside the first run's.
+
+    What an AUV has not, because it got no fix, has no difference.
+    """
     missions = [mission_row(result) for _, result in runs]
-    rows = [
-        [f"{words} ({unit})" if unit else words, *_beside([it[metric] for it in missions], d, f)]
-        for words, unit, metric, d, f in TILES
+    headings = [("", ""), *((name, "") for name in names)]
+    worst = [
+        [_labelled(words, unit), *_worst_beside(metric, missions, digits, factor)]
+        for words, unit, metric, digits, factor in WORST
     ]
-    shown = table([("", ""), *((name, "") for name in names)], rows, "Metrics of the missions")
+    means = [
+        [_labelled(words, unit), *_means_beside(metric, missions, digits, factor)]
+        for words, unit, metric, digits, factor in TILES
+    ]
     return (
-        f'<section id="missions"><h2>The missions in numbers</h2>{shown}<p class="note">Means over '
-        "the AUVs; in brackets the difference from the first run. One seed each: differences may "
-        "be chance; <code>bindusbl-des sweep</code> and <code>compare</code> tell."
+        '<section id="missions"><h2>The missions in numbers</h2><h3>The worst AUV of each</h3>'
+        + table(headings, worst, "What the worst AUV got")
+        + "<h3>Means over the AUVs</h3>"
+        + table(headings, means, "Metrics of the missions")
+        + '<p class="note">In brackets the difference from the first run. One seed each: '
+        "differences may be chance; <code>bindusbl-des sweep</code> and <code>compare</code> tell."
         "</p></section>"
     )
+
+
+def _labelled(words: str, unit: str) -> str:
+    return f"{words} ({unit})" if unit else words
+
+
+def _worst_beside(metric: str, missions: Sequence[Row], digits: int, factor: float) -> list[str]:
+    """Return the worst AUV's values of a metric, each with the AUV and its difference."""
+    values = [row[f"worst_{metric}"] for row in missions]
+    auvs = [row[f"worst_{metric}_auv"] for row in missions]
+    told = ("none" if it == "-" else it for it in _beside(values, digits, factor))
+    return [f"{it}, {auv}" if auv else "-" for it, auv in zip(told, auvs, strict=True)]
+
+
+def _means_beside(metric: str, missions: Sequence[Row], digits: int, factor: float) -> list[str]:
+    """Return the fleet's means of a metric with their differences, and whom they leave out."""
+    values = [row[metric] for row in missions]
+    lost = [
+        row.get(f"worst_{metric}_auv") if row.get(f"worst_{metric}") is None else None
+        for row in missions
+    ]
+    if any(lost):
+        shown = [number(value, digits, factor) for value in values]
+        return [f"{it}, without {auv}" if auv else it for it, auv in zip(shown, lost, strict=True)]
+    return list(_beside(values, digits, factor))
 
 
 def _beside(values: Sequence[float | None], digits: int, factor: float) -> Iterator[str]:

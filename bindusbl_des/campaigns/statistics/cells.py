@@ -3,14 +3,20 @@
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...figures.sweeps import Levels, Means
 from ...scenario_keys import keys
 from ...tables import mission_numbers, schema
 from ...wording import did_you_mean
 from .intervals import interval
+from .outcomes import outcomes
 
 if TYPE_CHECKING:
     from ..campaign import Campaign
+
+Cells = dict[tuple[int, int], tuple[float, float, int]]
 
 
 def means_of(
@@ -35,10 +41,11 @@ def means_of(
     rest = [key for key in varied if key != across.key]
     other = series or (rest[0] if rest else None)
     lines = _levels(campaign, other) if other and other != across.key else None
-    cells = _cells(campaign, metric, across, lines)
+    cells, gaps = _cells(campaign, metric, across, lines)
     if not cells:
         raise LookupError(f"{campaign.folder} holds no mission with a {metric} yet")
-    return Means(metric, unit, across, lines, cells, _title(campaign, varied, across, lines))
+    title = _title(campaign, varied, across, lines)
+    return Means(metric, unit, across, lines, cells, title, gaps)
 
 
 def _unit(metric: str) -> str:
@@ -68,17 +75,22 @@ def _levels(campaign: "Campaign", key: str) -> Levels:
 
 def _cells(
     campaign: "Campaign", metric: str, x: Levels, series: Levels | None
-) -> dict[tuple[int, int], tuple[float, float, int]]:
-    missions, found = campaign.missions, defaultdict(list)
-    if not len(missions):
-        return {}
-    going = missions[missions.status == "ok"]
-    for point, value in zip(going.point.tolist(), going[metric].tolist(), strict=True):
-        varied = campaign.plan.points[point].varied
-        line = series.values.index(varied[series.key]) if series else 0
-        found[x.values.index(varied[x.key]), line].append(value)
+) -> tuple[Cells, dict[tuple[int, int], tuple[int, int]]]:
+    """Return the means, and where an AUV has no value, in how many of how many missions all do."""
+    rows = outcomes(campaign.folder, [metric])
+    points = campaign.plan.points
+    whole, well = rows.whole(metric, len(points)), rows.well(len(points))
+    found: dict[tuple[int, int], list[float]] = defaultdict(list)
+    served: dict[tuple[int, int], NDArray[np.int64]] = defaultdict(lambda: np.zeros(2, np.int64))
+    for number, point in enumerate(points):
+        line = series.values.index(point.varied[series.key]) if series else 0
+        cell = (x.values.index(point.varied[x.key]), line)
+        found[cell] += rows.at(number, metric)[1].tolist()
+        served[cell] += (whole[number], well[number])
     bars = {cell: interval(values) for cell, values in found.items()}
-    return {cell: (bar.mean, bar.half_width, bar.count) for cell, bar in bars.items() if bar.count}
+    cells = {cell: (bar.mean, bar.half_width, bar.count) for cell, bar in bars.items() if bar.count}
+    gaps = {cell: (int(all_), int(of)) for cell, (all_, of) in served.items() if all_ < of}
+    return cells, gaps
 
 
 def _title(campaign: "Campaign", varied: list[str], x: Levels, series: Levels | None) -> str:

@@ -1,86 +1,143 @@
 """Differences between two points, paired by seed: with equal seeds both had the same noise."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import nan
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from .intervals import Interval, interval
-from .outcomes import Floats, Outcomes, Whole
+from .fleets import Fleets
+from .intervals import ROUND_OFF, Floats, Interval, interval
+from .judging import lower_is_better, of_an_auv
+from .outcomes import Flags, Outcomes, Whole
 from .pairing import Pair, Side
 
-# The outcomes of each campaign, by its folder.
+# The outcomes of each campaign, and of its AUVs, by its folder.
 Found = Mapping[Path, Outcomes]
+Served = Mapping[Path, Fleets]
 
-Verdict = Literal["better", "worse", "higher", "lower", "same", "not shown", "no pairs", "one pair"]
+Verdict = Literal[
+    "better", "worse", "higher", "lower", "same", "not shown",
+    "unserved", "no pairs", "no value", "one pair",
+]  # fmt: skip
 
-# Metrics of which one knows which way is better; the rest are higher or lower.
-LOWER_IS_BETTER = ("error", "latency", "interval", "collisions", "lost", "saturated")
-HIGHER_IS_BETTER = ("fix_rate_hz", "fixes_delivered", "hf_coverage", "pings_heard")
+
+@dataclass(frozen=True)
+class End:
+    """One of two points: the mean of a metric over the missions that have it.
+
+    Of `missions` in pairs, `whole` have a value for every AUV; `without` counts those in which an
+    AUV has none, `who` those in which an AUV was the worst.
+    """
+
+    mean: float
+    missions: int
+    whole: int
+    without: Mapping[str, int] = field(default_factory=dict)
+    who: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Difference:
-    """How one metric differs between two points: means over the seeds that both have."""
+    """How one metric differs between two points, over the seeds at which both have a value.
+
+    Where an AUV of either has no value, means compare different AUVs, and nothing is said of them.
+    """
 
     pair: Pair
     metric: str
-    baseline: float
-    other: float
+    baseline: End
+    other: End
     found: Interval
 
     @property
     def low(self) -> float:
         """Lower end of the 95 % interval of the mean difference."""
-        return self.found.mean - self.found.half_width
+        return self.found.low
 
     @property
     def high(self) -> float:
         """Upper end of the 95 % interval of the mean difference."""
-        return self.found.mean + self.found.half_width
+        return self.found.high
 
     @property
     def relative(self) -> float:
         """The mean difference as a share of the baseline's mean, nan where that is zero."""
-        return self.found.mean / abs(self.baseline) if self.baseline else nan
+        return self.found.mean / abs(self.baseline.mean) if self.baseline.mean else nan
+
+    @property
+    def missions(self) -> int:
+        """How many seeds both points have missions of that went well."""
+        return self.baseline.missions
 
     @property
     def verdict(self) -> Verdict:
         """What the interval shows: `better`, `worse`, or that no difference was shown."""
+        if not self.missions:
+            return "no pairs"
+        if self.baseline.without or self.other.without:
+            return "unserved"
         if self.found.count < 2:
-            return "one pair" if self.found.count else "no pairs"
+            return "one pair" if self.found.count else "no value"
         if self.found.mean == 0 and self.found.half_width == 0:
             return "same"
         if self.low <= 0 <= self.high:
             return "not shown"
-        more = self.found.mean > 0
-        if any(word in self.metric for word in LOWER_IS_BETTER):
-            return "worse" if more else "better"
-        if self.metric in HIGHER_IS_BETTER:
-            return "better" if more else "worse"
-        return "higher" if more else "lower"
+        more, lower = self.found.mean > 0, lower_is_better(self.metric)
+        if lower is None:
+            return "higher" if more else "lower"
+        return "worse" if more == lower else "better"
 
 
-def difference(pair: Pair, metric: str, found: Found) -> Difference:
+def difference(pair: Pair, metric: str, found: Found, served: Served) -> Difference:
     """Return how a metric differs over the seeds at which both points have a value."""
-    seeds, values = _known(pair.baseline, metric, found)
-    others, their_values = _known(pair.other, metric, found)
-    _, mine, theirs = np.intersect1d(seeds, others, assume_unique=True, return_indices=True)
-    one, two = values[mine], their_values[theirs]
-    return Difference(pair, metric, _mean(one), _mean(two), interval((two - one).tolist()))
+    (mine, one), (theirs, two) = (_values(side, metric, found) for side in _sides(pair))
+    seeds, here, there = np.intersect1d(mine, theirs, assume_unique=True, return_indices=True)
+    one, two = one[here], two[there]
+    lack, their_lack = (_lack(side, metric, seeds, found, served) for side in _sides(pair))
+    gaps = two - one
+    gaps[np.abs(gaps) <= ROUND_OFF * np.maximum(np.abs(one), np.abs(two))] = 0.0
+    known, their_known = ~np.isnan(one), ~np.isnan(two)
+    if lack.missions.any() or their_lack.missions.any():
+        gaps[:] = nan
+    else:
+        known = their_known = known & their_known
+    names, their_names = (found[s.campaign.folder].who(s.point, metric) for s in _sides(pair))
+    baseline = _end(one, known, lack, names)
+    other = _end(two, their_known, their_lack, their_names)
+    return Difference(pair, metric, baseline, other, interval(gaps.tolist()))
 
 
-def _mean(values: Floats) -> float:
-    return float(values.mean()) if len(values) else nan
+def _sides(pair: Pair) -> tuple[Side, Side]:
+    return pair.baseline, pair.other
 
 
-def _known(side: Side, metric: str, found: Found) -> tuple[Whole, Floats]:
-    seeds, values = found[side.campaign.folder].at(side.point, metric)
-    there = ~np.isnan(values)
-    return seeds[there], values[there]
+def _values(side: Side, metric: str, found: Found) -> tuple[Whole, Floats]:
+    return found[side.campaign.folder].at(side.point, metric)
+
+
+@dataclass(frozen=True)
+class _Lack:
+    """In which missions an AUV has no value, and in how many each AUV has none."""
+
+    missions: Flags
+    auvs: Mapping[str, int]
+
+
+def _lack(side: Side, metric: str, seeds: Whole, found: Found, served: Served) -> _Lack:
+    own = found[side.campaign.folder]
+    missions = own.unserved_at(side.point, metric)[np.isin(own.at(side.point, metric)[0], seeds)]
+    if not missions.any():
+        return _Lack(missions, {})
+    fleet = served[side.campaign.folder]
+    return _Lack(missions, fleet.without(side.point, of_an_auv(metric), seeds))
+
+
+def _end(values: Floats, known: Flags, lack: _Lack, who: Mapping[str, int]) -> End:
+    mean = float(values[known].mean()) if known.any() else nan
+    return End(mean, len(values), int((known & ~lack.missions).sum()), lack.auvs, who)
 
 
 def left_out(pairs: Sequence[Pair], found: Found) -> Iterator[str]:

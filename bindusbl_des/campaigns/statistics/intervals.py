@@ -2,8 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import nan, sqrt
+from math import atan, cos, inf, nan, pi, sin, sqrt
 from statistics import NormalDist, fmean, stdev
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 # Student's t for 95 % confidence (two-sided) by degrees of freedom 1, 2, ...; standard tables.
 STUDENT_95 = (
@@ -14,6 +19,9 @@ STUDENT_95 = (
 CONFIDENCE = 0.95
 NORMAL_95 = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
 
+# Numbers that differ by less than this share of their size differ by how they were rounded.
+ROUND_OFF = 1e-9
+
 
 @dataclass(frozen=True)
 class Interval:
@@ -22,6 +30,31 @@ class Interval:
     mean: float
     half_width: float
     count: int
+
+    @property
+    def low(self) -> float:
+        """Lower end, nan where one value tells of no spread."""
+        return self.mean - self.half_width
+
+    @property
+    def high(self) -> float:
+        """Upper end, nan where one value tells of no spread."""
+        return self.mean + self.half_width
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Means of many points, half their 95 % intervals (nan for one value), and the counts."""
+
+    mean: Floats
+    half_width: Floats
+    count: NDArray[np.int64]
+
+    def at(self, point: int) -> Interval:
+        """Return the interval of one point."""
+        return Interval(
+            float(self.mean[point]), float(self.half_width[point]), int(self.count[point])
+        )
 
 
 def student_95(freedom: int) -> float:
@@ -38,14 +71,85 @@ def student_95(freedom: int) -> float:
 
 
 def interval(values: Sequence[float | None]) -> Interval:
-    """Return the mean of the values that are known and how sure it is.
+    """Return the mean of the values that are known and how sure it is; round-off is no spread.
 
     >>> found = interval([1.0, 2.0, 3.0])
     >>> found.mean, round(found.half_width, 3)
     (2.0, 2.484)
+    >>> interval([0.1 + 0.2, 0.3]).half_width
+    0.0
     """
     known = [value for value in values if value is not None and value == value]
     if len(known) < 2:
         return Interval(known[0] if known else nan, nan, len(known))
     half = student_95(len(known) - 1) * stdev(known) / sqrt(len(known))
-    return Interval(fmean(known), half, len(known))
+    is_round_off = half <= ROUND_OFF * max(map(abs, known))
+    return Interval(fmean(known), 0.0 if is_round_off else half, len(known))
+
+
+def intervals(values: Floats) -> Intervals:
+    """Return the same of each row (n, k); nan is not known, and not counted.
+
+    >>> intervals(np.array([[1.0, 2.0, 3.0, np.nan]])).at(0).count
+    3
+    """
+    known = ~np.isnan(values)
+    count, filled = known.sum(axis=1), np.where(known, values, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = filled.sum(axis=1) / count
+        square = np.where(known, (filled - mean[:, None]) ** 2, 0.0).sum(axis=1)
+        half = _student(count) * np.sqrt(square / (count - 1) / count)
+    largest = np.abs(filled).max(axis=1, initial=0.0)
+    return Intervals(mean, np.where(half <= ROUND_OFF * largest, 0.0, half), count)
+
+
+def _student(count: NDArray[np.int64]) -> Floats:
+    """Return Student's t for means of so many values each, nan for fewer than two."""
+    most = int(count.max(initial=2))
+    table = np.array([nan, nan, *(student_95(number) for number in range(1, most))])
+    return table[count]
+
+
+def chance(it: Interval) -> float:
+    """Return how probable a mean as far above zero as this would be by chance alone (one-sided).
+
+    nan for fewer than two values.
+
+    >>> round(chance(interval([1.0, 2.0, 3.0])), 3), chance(interval([-1.0, 1.0]))
+    (0.037, 0.5)
+    """
+    if it.count < 2:
+        return nan
+    freedom = it.count - 1
+    error = it.half_width / student_95(freedom)
+    t = it.mean / error if error else inf * it.mean if it.mean else 0.0
+    within = _within(abs(atan(t / sqrt(freedom))), freedom)
+    return (1 - within) / 2 if t > 0 else (1 + within) / 2
+
+
+def _within(angle: float, freedom: int) -> float:
+    """Return the probability of Student's t within +-sqrt(freedom) tan(angle).
+
+    It is a finite sum of powers of the cosine (Abramowitz and Stegun 26.7.3, 26.7.4).
+    """
+    odd = freedom % 2
+    term = total = 0.0 if freedom == 1 else (cos(angle) if odd else 1.0)
+    for k in range(2 + odd, freedom, 2):
+        term *= cos(angle) ** 2 * (k - 1) / k
+        total += term
+    return 2 / pi * (angle + sin(angle) * total) if odd else sin(angle) * total
+
+
+def discoveries(chances: Floats) -> NDArray[np.bool_]:
+    """Tell which of many findings to believe, so that one in twenty of them is wrong at most.
+
+    `chances` (n,) is how probable each would be by chance alone; nan was not tested.  Benjamini and
+    Hochberg (1995): of the k smallest the largest must be below 5 % k / n.
+
+    >>> discoveries(np.array([0.001, 0.03, 0.04, 0.9, nan])).tolist()
+    [True, False, False, False, False]
+    """
+    known = np.sort(chances[~np.isnan(chances)])
+    allowed = (1 - CONFIDENCE) * np.arange(1, len(known) + 1) / max(len(known), 1)
+    passing = known[known <= allowed]
+    return chances <= passing[-1] if len(passing) else np.zeros(len(chances), bool)

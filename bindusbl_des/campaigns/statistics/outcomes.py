@@ -1,7 +1,8 @@
 """What the missions of a campaign came to: metrics by point and seed."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,27 +11,68 @@ from numpy.typing import NDArray
 
 from ...tables import mission_numbers
 from ...wording import did_you_mean
+from ..storage.folder import CampaignError
 from ..storage.parts import MISSIONS, OK, metric_schema, read_table
+from .intervals import Floats
+from .judging import WORST, may_be_missing, of_an_auv
 
-Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Outcomes:
-    """Missions that have a row, in the order of the plan; a metric that has no value is nan."""
+    """Missions that have a row, in the order of the plan; a metric that has no value is nan.
+
+    `unserved` tells of metrics in which missions some AUV has none: the worst AUV's metric is nan
+    there, the fleet's mean leaves that AUV out.  `worst` names the worst AUV of each mission, None
+    where none is, by the metrics that are the worst AUV's.
+    """
 
     mission: Whole
     point: Whole
     seed: Whole
-    ok: NDArray[np.bool_]
+    ok: Flags
     metrics: Mapping[str, Floats]
+    unserved: Mapping[str, Flags] = field(default_factory=dict)
+    worst: Mapping[str, Sequence[str | None]] = field(default_factory=dict)
 
     def at(self, point: int, metric: str) -> tuple[Whole, Floats]:
         """Return the seeds of the missions of a point that went well, and their metric."""
         rows = self._rows(point)
         well = self.ok[rows]
         return self.seed[rows][well], self.metrics[metric][rows][well]
+
+    def unserved_at(self, point: int, metric: str) -> Flags:
+        """Tell of the missions of a point that went well in which some AUV has no value."""
+        rows = self._rows(point)
+        well = self.ok[rows]
+        without = self.unserved.get(metric)
+        return np.zeros(int(well.sum()), bool) if without is None else without[rows][well]
+
+    def who(self, point: int, metric: str) -> Counter[str]:
+        """Return in how many missions of a point each AUV was the worst by a metric, most first."""
+        rows = self._rows(point)
+        names = zip(self.worst.get(metric, ())[rows], self.ok[rows].tolist(), strict=False)
+        found = Counter(name for name, is_ok in names if is_ok and name is not None)
+        return Counter(dict(sorted(found.items(), key=lambda it: (-it[1], int(it[0][3:])))))
+
+    def by_seed(self, metric: str, points: int) -> Floats:
+        """Return a metric (points, seeds) over all seeds that occur, nan where it has no value."""
+        seeds, column = np.unique(self.seed, return_inverse=True)
+        table = np.full((points, max(len(seeds), 1)), np.nan)
+        table[self.point[self.ok], column[self.ok]] = self.metrics[metric][self.ok]
+        return table
+
+    def whole(self, metric: str, points: int) -> Whole:
+        """Return in how many missions (points,) every AUV has a value."""
+        without = self.unserved.get(metric, False)
+        known = self.ok & ~np.isnan(self.metrics[metric]) & ~np.asarray(without)
+        return np.bincount(self.point[known], minlength=points)
+
+    def well(self, points: int) -> Whole:
+        """Return how many missions (points,) went well."""
+        return np.bincount(self.point[self.ok], minlength=points)
 
     def seeds(self, point: int) -> set[int]:
         """Return the seeds of a point that have a row."""
@@ -46,16 +88,52 @@ class Outcomes:
 
 
 def outcomes(folder: Path, metrics: Sequence[str]) -> Outcomes:
-    """Read metrics of all missions of a campaign that have a row."""
+    """Read metrics of all missions of a campaign that have a row.
+
+    Raises:
+        CampaignError: when an older version ran it, which did not record one of them.
+    """
     metrics = list(dict.fromkeys(metrics))
-    rows = read_table(folder, MISSIONS, ("point", "seed", "status", *metrics))
+    lacking = [name for name in metrics if may_be_missing(name)]
+    worst = [name for name in metrics if name.startswith(WORST)]
+    served = [f"{WORST}{of_an_auv(name)}" for name in lacking]
+    named = [f"{name}_auv" for name in (*worst, *served)]
+    wanted = list(dict.fromkeys([*metrics, *served, *named]))
+    rows = read_table(folder, MISSIONS, ("point", "seed", "status", *wanted))
     if rows is None:
         none = np.zeros(0, np.int64)
         return Outcomes(none, none, none, none == 0, {name: np.zeros(0) for name in metrics})
+    check_recorded(folder, rows, wanted)
     whole = {name: rows[name].to_numpy() for name in ("mission", "point", "seed")}
-    values = {name: rows[name].cast(pa.float64()).to_numpy() for name in metrics}
-    ok = np.array(rows["status"].to_pylist()) == OK
-    return Outcomes(**whole, ok=ok, metrics=values)
+    return Outcomes(
+        **whole,
+        ok=np.array(rows["status"].to_pylist()) == OK,
+        metrics={name: rows[name].cast(pa.float64()).to_numpy() for name in metrics},
+        unserved={name: _unserved(rows, name) for name in lacking},
+        worst={name: rows[f"{name}_auv"].to_pylist() for name in worst},
+    )
+
+
+def _unserved(rows: pa.Table, metric: str) -> Flags:
+    """Tell of each mission whether an AUV has no value; it is named if it could have one."""
+    worst = f"{WORST}{of_an_auv(metric)}"
+    missing: Flags = np.isnan(rows[worst].to_numpy())
+    named: Flags = rows[f"{worst}_auv"].is_valid().to_numpy()
+    return missing & named
+
+
+def check_recorded(folder: Path, rows: pa.Table, names: Sequence[str]) -> None:
+    """Refuse rows that lack columns.
+
+    Raises:
+        CampaignError: saying which, and what to do.
+    """
+    absent = [name for name in names if name not in rows.schema.names]
+    if absent:
+        raise CampaignError(
+            f"{folder}: was run by an older version, which did not record {absent[0]}; sweep it "
+            "again into another folder (--out)"
+        )
 
 
 def check_metrics(names: Sequence[str]) -> None:

@@ -21,8 +21,16 @@ function maps(missions, playback) {
   });
 }
 
-// Mean over the AUVs (number -1), or one AUV's own.
+// The AUV that is the worst of a run: with the largest error, mean over time.
+const WORST = -2;
+function worstOf(mission) {
+  const errors = mission.auvs.map((auv) => mean(Array.from(auv.error).filter(Number.isFinite)));
+  return errors.reduce((worst, error, i) => (error > errors[worst] ? i : worst), 0);
+}
+
+// One AUV's own error, the worst one's, or the mean over the AUVs (number -1).
 function errorOf(mission, number) {
+  if (number === WORST) return mission.auvs[worstOf(mission)].error;
   if (number >= 0) return mission.auvs[number].error;
   return mission.time.map((_, k) => mean(mission.auvs.map((auv) => auv.error[k])));
 }
@@ -53,7 +61,8 @@ async function start() {
   const missions = unpackAll(readData(), await unpacker()).runs.map((run) => new Mission(run));
   const playback = sharedClock(missions), shown = maps(missions, playback), whose = byId("whose");
   const most = missions.reduce((a, b) => (b.auvs.length > a.auvs.length ? b : a));
-  whose.append(make("option", { value: -1 }, "all AUVs (mean)"));
+  const worst = missions.map((mission) => mission.auvs[worstOf(mission)].name).join(", ");
+  whose.append(make("option", { value: WORST }, `the worst AUV of each run (${worst})`), make("option", { value: -1 }, "all AUVs (mean)"));
   most.auvs.forEach((auv, i) => whose.append(make("option", { value: i }, auv.name)));
   const errors = overTime("errors", byId("error-plot"), missions, () => missions.map((mission) => {
     const number = +whose.value;

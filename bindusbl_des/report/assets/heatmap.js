@@ -15,16 +15,30 @@ function luminance(rgb) {
   return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
 }
 
-// `cells[row][column]` is {mean, half, count} or nothing.
+// A mean with half its interval, as many digits as that bears.
+function plusMinus(mean, half) {
+  if (!Number.isFinite(mean)) return "–";
+  if (!Number.isFinite(half)) return significant(mean);
+  if (half < 1e-7) return `${significant(mean)} ± 0`;
+  const digits = Math.min(Math.max(1 - Math.floor(Math.log10(half)), 0), 4);
+  return `${mean.toFixed(digits)} ± ${half.toFixed(digits)}`;
+}
+
+// In how many missions every AUV has a value, where that is not in all.
+function gapText({ whole, count }) { return whole < count ? `${whole}/${count}` : ""; }
+
+// `cells[row][column]` is {mean, half, count, whole} or nothing.
 function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit }) {
   const known = cells.flat().filter((cell) => cell && Number.isFinite(cell.mean)).map((cell) => cell.mean);
   const low = Math.min(...known), high = Math.max(...known);
   const top = make("tr", {}, make("th", {}, rowName ? `${rowName} ↓  ${columnName} →` : `${columnName} →`), ...columns.map((label) => make("th", { scope: "col" }, label)));
   const body = cells.map((line, r) => make("tr", {}, make("th", { scope: "row" }, rows[r]), ...line.map((cell) => {
-    if (!cell || !Number.isFinite(cell.mean)) return make("td", {}, "–");
+    const gap = cell ? gapText(cell) : "";
+    if (!cell || !Number.isFinite(cell.mean)) return make("td", gap ? { class: "gap" } : {}, "–", ...(gap ? [make("small", {}, gap)] : []));
     const ground = cividis(high > low ? (cell.mean - low) / (high - low) : 0.5);
     const text = make("td", { style: `background:rgb(${ground});color:${luminance(ground) < 0.179 ? "#fff" : "#000"}`, title: `${cell.count} missions` }, significant(cell.mean));
     text.append(make("small", {}, Number.isFinite(cell.half) ? `± ${significant(cell.half, 2)}` : "one seed"));
+    if (gap) text.append(make("small", {}, gap));
     return text;
   })));
   host.replaceChildren(make("table", { class: "heat" }, make("thead", {}, top), make("tbody", {}, ...body)));

@@ -1,5 +1,6 @@
 "use strict";
 // The fewest ASVs with which an error stays below a threshold, for every combination of the other keys.
+// Judged is the worst AUV of each mission, averaged over seeds, unless the reader asks for the fleet.
 
 const MOST_COMBINATIONS = 300;
 
@@ -9,8 +10,8 @@ class Lookup {
     this.key = sweep.keys.findIndex(({ key }) => key === "asvs.count");
     if (this.key < 0 || sweep.keys[this.key].values === null) return;
     byId("lookup-section").hidden = false;
-    const metrics = sweep.metrics.filter(({ name }) => /_error_/.test(name) && !/imu|path/.test(name));
-    metrics.forEach(({ name, meaning }) => byId("lookup-metric").append(make("option", { value: name }, meaning.replace("fleet mean of: ", ""))));
+    sweep.offer(byId("lookup-metric"), sweep.metrics.filter(({ name }) => /_error_/.test(name) && !/imu|path|fix_error/.test(name)));
+    byId("lookup-metric").value = "worst_position_error_p95_m";
     for (const id of ["lookup-metric", "threshold"]) byId(id).addEventListener("input", () => this.show());
     this.show();
   }
@@ -38,7 +39,12 @@ class Lookup {
         const sure = cell.mean + cell.half < threshold, mark = sure ? " ✓" : cell.mean < threshold ? " ~" : "";
         const first = sure && fewest === "none of these";
         if (first) fewest = label;
-        return make("td", first ? { class: "fewest" } : {}, `${significant(cell.mean)}${Number.isFinite(cell.half) ? ` ± ${significant(cell.half, 2)}` : ""}${mark}`);
+        const whose = sweep.whose(metric, byCount.get(count)), went = cell.failed ? `${cell.count} of ${cell.count + cell.failed} missions` : "";
+        const text = make("td", first ? { class: "fewest" } : {}, plusMinus(cell.mean, cell.half) + mark);
+        const served = sweep.at("worst_latency_mean_s", byCount.get(count)), starved = served.count - served.whole;
+        const alone = starved ? `an AUV without a fix in ${starved}/${served.count}` : "";
+        for (const more of [whose, went, alone, gapText(cell)]) if (more) text.append(make("small", {}, more));
+        return text;
       });
       return { fewest, row: make("tr", {}, ...others.map((k) => make("th", { scope: "row" }, sweep.keys[k].labels[values[k]])), ...cells, make("td", { class: "answer" }, fewest)) };
     });

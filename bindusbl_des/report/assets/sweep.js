@@ -4,6 +4,8 @@
 const MOST_POINTS = 500;
 // A key with more different values was sampled: its points are drawn as dots, the others not held.
 const MOST_STEPS = 40;
+// What the table of points shows.
+const TABLED = ["worst_position_error_m", "worst_position_error_p95_m", "worst_fix_age_p95_s", "worst_fix_benefit_m", "position_error_m"];
 
 class Sweep {
   constructor(data) {
@@ -22,8 +24,32 @@ class Sweep {
   }
   at(metric, point) {
     if (point === undefined) return null;
-    const { mean, half } = this.statistics[metric];
-    return { mean: mean[point], half: half[point], count: this.count[point] };
+    const { mean, half, whole } = this.statistics[metric], count = this.count[point];
+    return { mean: mean[point], half: half[point], count, whole: whole ? whole[point] : count, failed: this.failed[point] };
+  }
+  // The worst AUV at a point, and in how many of its missions it is, where the page knows it.
+  whose(metric, point) {
+    const known = this.worst[metric];
+    if (!known || !Number.isFinite(known.auv[point])) return "";
+    const [times, count] = [known.times[point], this.count[point]];
+    return `AUV${known.auv[point]}${times < count ? ` ${times}/${count}` : ""}`;
+  }
+  // position_error_p95_m is the position error, 95 % of the time.
+  words(metric) {
+    const unit = this.unit(metric), suffix = `_${unit.replace("/", "_per_")}`, name = metric.replace(/^worst_/, "");
+    const words = (unit && name.endsWith(suffix) ? name.slice(0, -suffix.length) : name).replace(/_p95$/, " 95 %").replace(/_/g, " ");
+    return unit ? `${words} (${unit})` : words;
+  }
+  title(metric) {
+    const whose = { worst: "worst AUV: ", fleet: "fleet mean: ", mission: "" }[this.metrics.find(({ name }) => name === metric).of];
+    return whose + this.words(metric);
+  }
+  // Options of metrics by whose they are; the worst AUV's come first.
+  offer(select, metrics) {
+    for (const [of, label] of [["worst", "the worst AUV of each mission"], ["fleet", "mean of the fleet"], ["mission", "the mission as a whole"]]) {
+      const options = metrics.filter((it) => it.of === of).map(({ name }) => make("option", { value: name }, this.title(name)));
+      if (options.length) select.append(make("optgroup", { label }, ...options));
+    }
   }
   unit(metric) {
     const { unit } = this.metrics.find(({ name }) => name === metric);
@@ -34,7 +60,7 @@ class Sweep {
 class View {
   constructor(sweep) {
     this.sweep = sweep;
-    sweep.metrics.forEach(({ name, unit }) => byId("metric").append(make("option", { value: name }, unit === "1" ? name : `${name} (${unit})`)));
+    sweep.offer(byId("metric"), sweep.metrics);
     sweep.keys.forEach(({ key }, k) => {
       byId("along").append(make("option", { value: k }, key));
       byId("by").append(make("option", { value: k }, key));
@@ -83,7 +109,8 @@ class View {
   }
   show() {
     const { sweep } = this, metric = byId("metric").value, points = this.shownPoints();
-    byId("meaning").textContent = sweep.metrics.find(({ name }) => name === metric).meaning;
+    const gaps = points.some((point) => gapText(sweep.at(metric, point)));
+    byId("meaning").textContent = `${metric}: ${sweep.metrics.find(({ name }) => name === metric).meaning}.${gaps ? " n/m beside a mean: n of m missions have a value for every AUV; the others leave one out." : ""}`;
     const columns = sweep.keys[this.along]?.labels ?? [""], rows = this.by >= 0 ? sweep.keys[this.by].labels : ["all"];
     const place = (k, point) => (k >= 0 && sweep.keys.length ? sweep.points[k][point] : 0);
     const cells = rows.map(() => columns.map(() => null));
@@ -106,21 +133,22 @@ class View {
       return means;
     })];
     const halves = dots.map((line) => new Map(line.map(([column, { half }]) => [column, half])));
-    const unit = this.sweep.unit(metric), named = (text) => (unit ? `${text} (${unit})` : text);
+    const gaps = dots.map((line) => line.map(([column, cell]) => [column, gapText(cell)]).filter(([, text]) => text));
+    const unit = this.sweep.unit(metric);
     const ends = dots.flat().flatMap(([, { mean, half }]) => (Number.isFinite(half) ? [mean - half, mean + half] : [mean])).filter(Number.isFinite);
     const lowest = Math.min(0, ...ends), highest = Math.max(...ends, 0);
     const spread = (xs[xs.length - 1] - xs[0]) || 1;
     const options = () => ({
       height: 340, cursor: { drag: { x: false } }, legend: { show: rows.length <= 12, live: true },
       scales: { x: { time: false, range: [xs[0] - 0.05 * spread, xs[xs.length - 1] + 0.05 * spread] }, y: { range: () => [lowest * 1.05, highest > lowest ? highest * 1.05 : 1] } },
-      axes: [axis(key?.key ?? "", key && key.values === null ? { splits: () => xs, values: () => columns } : { splits: sampled ? undefined : () => xs }), axis(named(metric), { size: 56 })],
+      axes: [axis(key?.key ?? "", key && key.values === null ? { splits: () => xs, values: () => columns } : { splits: sampled ? undefined : () => xs }), axis(this.sweep.title(metric), { size: 56 })],
       series: [{ label: key?.short ?? "", value: (u, v) => (v === null ? "–" : key?.values ? `${v}` : columns[v]) }, ...rows.map((label, i) => ({
-        label: this.by >= 0 ? `${this.sweep.keys[this.by].short} ${label}` : metric, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: true,
+        label: this.by >= 0 ? `${this.sweep.keys[this.by].short} ${label}` : metric, stroke: seriesColour(i), dash: seriesDash(i), width: 2, spanGaps: !gaps[i].length,
         paths: sampled || key?.values === null ? () => null : undefined, points: { show: true, size: 7, fill: seriesColour(i) }, value: (u, v) => (v === null || v === undefined ? "–" : `${significant(v)} ${unit}`),
       }))],
-      hooks: { draw: [(u) => errorBars(u, halves)] },
+      hooks: { draw: [(u) => errorBars(u, halves), (u) => gapMarks(u, gaps)] },
     });
-    byId("curves").setAttribute("aria-label", `${metric} along ${key?.key ?? "nothing"}`);
+    byId("curves").setAttribute("aria-label", `${this.sweep.title(metric)} along ${key?.key ?? "nothing"}`);
     if (this.plot) Object.assign(this.plot, { options, data }).make();
     else this.plot = new Plot("curves", byId("curves"), options, data);
   }
@@ -146,15 +174,38 @@ function errorBars(u, halves) {
   ctx.restore();
 }
 
+// Beside a point, or on the axis where there is none: in how many missions every AUV has a value.
+function gapMarks(u, gaps) {
+  const { ctx } = u, ratio = window.devicePixelRatio || 1;
+  ctx.save();
+  ctx.font = `${11 * ratio}px system-ui, sans-serif`;
+  ctx.textAlign = "center";
+  gaps.forEach((line, i) => {
+    for (const [column, text] of line) {
+      const mean = u.data[i + 1][column], x = u.valToPos(u.data[0][column], "x", true);
+      const y = mean === null ? u.bbox.top + u.bbox.height - (4 + 13 * i) * ratio : u.valToPos(mean, "y", true);
+      if (mean !== null) {
+        ctx.fillStyle = colours.paper;
+        ctx.beginPath();
+        ctx.arc(x, y, 2.4 * ratio, 0, 2 * Math.PI);
+        ctx.fill();
+      }
+      ctx.fillStyle = seriesColour(i);
+      ctx.fillText(text, x, mean === null ? y : y - 8 * ratio);
+    }
+  });
+  ctx.restore();
+}
+
 function pointsTable(sweep) {
-  const metrics = sweep.metrics.slice(0, 4);
+  const metrics = sweep.metrics.filter(({ name }) => TABLED.includes(name));
   const head = make("tr", {}, make("th", {}, "point"), ...sweep.keys.map(({ key }) => make("th", { scope: "col" }, key)), make("th", { scope: "col" }, "missions"),
-    ...metrics.map(({ name, unit }) => make("th", { scope: "col" }, name, make("span", { class: "unit" }, unit === "1" ? "" : unit))));
+    make("th", { scope: "col" }, "worst AUV"), ...metrics.map(({ name, of }) => make("th", { scope: "col" }, sweep.words(name), make("span", { class: "unit" }, of === "worst" ? "worst AUV" : "fleet mean"))));
   const rows = Array.from({ length: Math.min(sweep.size, MOST_POINTS) }, (_, point) => make("tr", {}, make("th", { scope: "row" }, `${point}`),
-    ...sweep.keys.map(({ labels }, k) => make("td", {}, labels[sweep.points[k][point]])), make("td", {}, `${sweep.count[point]}`),
-    ...metrics.map(({ name }) => { const { mean, half } = sweep.at(name, point); return make("td", {}, `${significant(mean)}${Number.isFinite(half) ? ` ± ${significant(half, 2)}` : ""}`); })));
+    ...sweep.keys.map(({ labels }, k) => make("td", {}, labels[sweep.points[k][point]])), make("td", {}, sweep.failed[point] ? `${sweep.count[point]} of ${sweep.count[point] + sweep.failed[point]}` : `${sweep.count[point]}`),
+    make("td", {}, sweep.whose(TABLED[0], point)), ...metrics.map(({ name }) => { const cell = sweep.at(name, point); return make("td", {}, `${plusMinus(cell.mean, cell.half)} ${gapText(cell)}`.trim()); })));
   byId("points").append(make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows)));
-  byId("points-note").textContent = `Means over the missions that went well ± half of the 95 % confidence interval.${sweep.size > MOST_POINTS ? ` The first ${MOST_POINTS} of ${sweep.size} points.` : ""}`;
+  byId("points-note").textContent = `Means over the missions that went well ± half of the 95 % confidence interval; the worst AUV is that of most missions by its mean error.${sweep.size > MOST_POINTS ? ` The first ${MOST_POINTS} of ${sweep.size} points.` : ""}`;
 }
 
 async function start() {

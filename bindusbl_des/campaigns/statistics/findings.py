@@ -1,0 +1,228 @@
+"""What a campaign found, in sentences: the best point, who got no fix, whom fixes harm.
+
+A point is judged by each mission's worst AUV, averaged over seeds; it is surely below a limit where
+the upper end of its 95 % interval is.
+"""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..experiments.plan import Plan
+from .fleets import Starved, fleets, starved
+from .harm import NEEDED, Harm, Harms, harmed
+from .intervals import ROUND_OFF, intervals
+from .naming import MOST_NAMED, decimals, listed, plus_minus, point_name, points_named
+from .outcomes import Outcomes, outcomes
+
+ERROR, ERROR_P95 = "worst_position_error_m", "worst_position_error_p95_m"
+# A point counts as accurate when every AUV is surely below this (m).
+SUB_METRE = 1.0
+# More sentences of one kind than this are counted.
+MOST_SAID = 3
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Sentences: the best point, points surely accurate, harm by fixes, AUVs without fixes."""
+
+    best: str
+    sure: str
+    harm: tuple[str, ...]
+    starved: tuple[str, ...]
+
+    def sentences(self) -> list[str]:
+        """Return all of them, what matters most first."""
+        return [text for text in (self.best, self.sure, *self.harm, *self.starved) if text]
+
+
+def findings(folder: Path, plan: Plan) -> Findings:
+    """Return what the missions of a campaign that have a row show."""
+    found = outcomes(folder, (ERROR, ERROR_P95))
+    if not found.ok.any():
+        why = f": all {len(found.ok)} failed" if len(found.ok) else ""
+        return Findings(f"No mission has gone well{why or ' yet'}.", "", (), ())
+    served = fleets(folder, NEEDED)
+    everywhere = range(len(plan.points))
+    return Findings(
+        _best(found, plan),
+        _sure(found, len(plan.points)),
+        tuple(harm_said(harmed(served, plan), plan, everywhere)),
+        tuple(starved_said(starved(served), plan, everywhere)),
+    )
+
+
+def _best(found: Outcomes, plan: Plan) -> str:
+    """Return which point has the smallest error of the worst AUV, and which are as good."""
+    table = found.by_seed(ERROR, len(plan.points))
+    known = intervals(table)
+    best = int(np.nanargmin(known.mean))
+    tail = intervals(found.by_seed(ERROR_P95, len(plan.points))[best : best + 1]).at(0)
+    it = known.at(best)
+    where = point_name(best, plan.points[best].varied)
+    begun = f"Smallest error of the worst AUV: {where}," if len(plan.points) > 1 else "Worst AUV:"
+    return (
+        f"{begun} {plus_minus(it.mean, it.half_width)} m over {seeds(it.count)} "
+        f"({who_is_worst(found.who(best, ERROR))}); 95 % of the time every AUV is below "
+        f"{plus_minus(tail.mean, tail.half_width)} m.{_rivals(table, best)}"
+    )
+
+
+def _rivals(table: np.ndarray, best: int) -> str:
+    """Return which points are not surely worse than the best, paired by seed."""
+    if len(table) == 1:
+        return ""
+    gaps = table - table[best]
+    gaps[np.abs(gaps) <= ROUND_OFF * np.abs(table[best])] = 0.0
+    found = intervals(gaps)
+    if not (found.count[best] > 1):
+        return " One seed shows no interval: whether another point is as good cannot be told."
+    is_near = (found.count > 1) & (found.mean - found.half_width <= 0)
+    is_same = is_near & (found.mean == 0) & (found.half_width == 0)
+    is_near[best] = is_same[best] = False
+    same, near = np.flatnonzero(is_same).tolist(), np.flatnonzero(is_near & ~is_same).tolist()
+    said = f" The same in every seed: {points_named(same)}." if same else ""
+    if near:
+        which = "which is best is partly chance"
+        said += f" Not surely worse, paired by seed: {points_named(near)}; {which}."
+    return said
+
+
+def who_is_worst(who: Mapping[str, int]) -> str:
+    """Return which AUV was the worst of its missions, and how often where that differs.
+
+    Take the AUVs that were, most often first.
+
+    >>> who_is_worst({"AUV0": 3, "AUV2": 1}), who_is_worst({"AUV1": 4})
+    ('AUV0 is the worst in 3 of 4 seeds, AUV2 in 1', 'AUV1 is the worst in all')
+    """
+    first, *others = who.items()
+    if not others:
+        return f"{first[0]} is the worst" + " in all" * (first[1] > 1)
+    rest = "".join(f", {name} in {count}" for name, count in others[:MOST_SAID])
+    rest += ", others in the rest" * (len(others) > MOST_SAID)
+    return f"{first[0]} is the worst in {first[1]} of {seeds(sum(who.values()))}{rest}"
+
+
+def seeds(count: int) -> str:
+    """Return a number of seeds in words."""
+    return f"{count} seed{'s' * (count != 1)}"
+
+
+def who_lacks(auvs: Mapping[str, int], missions: int) -> str:
+    """Return which AUVs lacked something, and in how many seeds.
+
+    >>> who_lacks({"AUV0": 20, "AUV2": 3}, 20), who_lacks({"AUV0": 3, "AUV2": 3}, 3)
+    ('AUV0 in 20 and AUV2 in 3 of 20 seeds', 'AUV0 and AUV2 in 3 of 3 seeds')
+    """
+    counts = set(auvs.values())
+    if len(counts) == 1 and len(auvs) <= MOST_NAMED:
+        return f"{listed(list(auvs))} in {counts.pop()} of {seeds(missions)}"
+    shown = [f"{auv} in {count}" for auv, count in list(auvs.items())[:MOST_NAMED]]
+    more = len(auvs) - len(shown)
+    return f"{listed([*shown, f'{more} more AUVs'] if more else shown)} of {seeds(missions)}"
+
+
+def _sure(found: Outcomes, points: int) -> str:
+    """Return how many points are surely below a metre for every AUV."""
+    if max(found.well(points)) < 2:
+        return f"With one seed a point nothing is surely below {SUB_METRE:g} m; run more."
+    mean, tail = (intervals(found.by_seed(metric, points)) for metric in (ERROR, ERROR_P95))
+    below = [mean.mean + mean.half_width < SUB_METRE, tail.mean + tail.half_width < SUB_METRE]
+    count, always = int(below[0].sum()), int((below[0] & below[1]).sum())
+    ends = "(upper ends of the 95 % intervals)"
+    if points == 1:
+        is_not = "not " * (not count)
+        rest = f", {'and' if always else 'but not'} for 95 % of the time" * count
+        return (
+            f"Every AUV is {is_not}surely below {SUB_METRE:g} m in the mean over time{rest} {ends}."
+        )
+    rest = f", {always or 'none'} of them for 95 % of the time as well" * bool(count)
+    lost = int(np.sum(mean.count == 0))
+    failed = f" {lost} {'have' if lost > 1 else 'has'} no mission that went well." * bool(lost)
+    return (
+        f"{count or 'None'} of {points} points keep{'s' * (count < 2)} every AUV surely below "
+        f"{SUB_METRE:g} m in the mean over time{rest} {ends}.{failed}"
+    )
+
+
+def harm_said(harms: Harms, plan: Plan, points: Iterable[int]) -> Iterator[str]:
+    """Yield whom fixes make worse at some points, the worst first, and what may help."""
+    wanted = set(points)
+    told = [them for them in harms.sure if them[0].point in wanted]
+    for them in told[:MOST_SAID]:
+        yield _harm(them, plan)
+    if len(told) > MOST_SAID:
+        rest = [them[0].point for them in told[MOST_SAID:]]
+        yield f"Fixes also make AUVs worse at {points_named(sorted(rest))}."
+    if told:
+        yield from _remedies([json.loads(plan.points[it[0].point].scenario) for it in told])
+    once = [it for it in harms.once if it.point in wanted]
+    if once:
+        yield _once(once, harms.missions, plan)
+
+
+def _once(them: list[Harm], missions: int, plan: Plan) -> str:
+    worst, count = them[0], len({it.point for it in them})
+    place = point_name(worst.point, plan.points[worst.point].varied)
+    return (
+        f"In {count} of {missions} missions of points with one seed an AUV was worse with fixes "
+        f"than without, most {worst.auv} at {place}: {worst.with_fixes:.2f} m with, "
+        f"{worst.without:.2f} m without. One mission may be chance; run more seeds."
+    )
+
+
+def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
+    """Yield what may help scenarios in which fixes harm; it was not tried."""
+    parts = [it["navigation"] for it in scenarios if it["navigation"]["filter"] == "fixed_gain"]
+    if parts:
+        gains = sorted({part["gain"] for part in parts})
+        here = f"{gains[0]:g}" if len(gains) == 1 else f"{gains[0]:g} to {gains[-1]:g}"
+        uncompensated = any(part["delay_compensation"] == "none" for part in parts)
+        shift = " navigation.delay_compensation=shift," * uncompensated
+        yield (
+            f"What may help where fixes harm: a navigation.gain below {here},{shift} or a filter "
+            "that weighs each fix by its covariance."
+        )
+
+
+def _harm(them: list[Harm], plan: Plan) -> str:
+    worst, place = them[0], point_name(them[0].point, plan.points[them[0].point].varied)
+    change = worst.change
+    digits = decimals(change.half_width, change.mean)
+    most = f", {worst.auv} most" if len(them) > 1 else ""
+    said = (
+        f"Fixes make {_auvs([it.auv for it in them])} worse at {place}{most}: "
+        f"{worst.with_fixes:.2f} m with, {worst.without:.2f} m without"
+    )
+    said += (
+        f", +{change.mean:.{digits}f} m [{change.low:+.{digits}f}, {change.high:+.{digits}f}] "
+        f"over {change.count} paired seeds."
+    )
+    if worst.tried:
+        tried = point_name(worst.tried.point, plan.points[worst.tried.point].varied)
+        said += f" At {tried} it has {worst.tried.error:.2f} m."
+    return said
+
+
+def _auvs(names: list[str]) -> str:
+    """Return AUVs by name, many of them by their number."""
+    if len(names) > MOST_NAMED:
+        return f"{len(names)} AUVs"
+    return listed(sorted(names, key=lambda it: int(it.removeprefix("AUV"))))
+
+
+def starved_said(found: list[Starved], plan: Plan, points: Iterable[int]) -> Iterator[str]:
+    """Yield which AUVs got no fix at some points, and in how many seeds, those with most first."""
+    wanted = set(points)
+    told = [it for it in found if it.point in wanted]
+    for it in told[:MOST_SAID]:
+        place = point_name(it.point, plan.points[it.point].varied)
+        yield f"No fix at {place}: {who_lacks(it.auvs, it.missions)}."
+    if len(told) > MOST_SAID:
+        rest = sorted(it.point for it in told[MOST_SAID:])
+        yield f"AUVs got no fix also at {points_named(rest)}."

@@ -1,0 +1,383 @@
+"""What campaigns are said to show, where the right conclusion is known: missions made by hand."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from campaigns_for_tests import UNSERVED, auv, call, hand_made
+
+from bindusbl_des import Campaign, Scenario, compare, sweep
+from bindusbl_des.campaigns.statistics.cells import means_of
+from bindusbl_des.campaigns.statistics.findings import Findings, findings
+from bindusbl_des.campaigns.statistics.fleets import fleets
+from bindusbl_des.campaigns.statistics.harm import NEEDED
+from bindusbl_des.campaigns.statistics.intervals import intervals
+from bindusbl_des.campaigns.statistics.points_table import points_table
+from bindusbl_des.figures.style import styled
+from bindusbl_des.figures.sweeps import curves, heatmap
+from bindusbl_des.sweep_report import sweep_page
+
+Fleet = Sequence[dict[str, float | None]]
+COUNT, GAIN = "asvs.count", "navigation.gain"
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Campaign]:
+    """Sweep missions that come to what a function of scenario and seed says."""
+    monkeypatch.chdir(tmp_path)
+    Path("base.yaml").write_text("name: base\n")
+
+    def make(
+        fleet: Callable[[Scenario, int], Fleet], seeds: int = 4, out: str = "c", **vary: Any
+    ) -> Campaign:
+        hand_made(monkeypatch, fleet)
+        keys = {"count": COUNT, "gain": GAIN, "sd": "navigation.velocity_bias_sd_m_per_s"}
+        varied = {keys[name]: values for name, values in vary.items()}
+        return sweep("base.yaml", out, vary=varied, seeds=seeds)
+
+    return make
+
+
+def said(campaign: Campaign) -> Findings:
+    return findings(campaign.folder, campaign.plan)
+
+
+def flat(text: str) -> str:
+    """Return what a terminal shows as one line."""
+    return " ".join(text.split())
+
+
+Make = Callable[..., Campaign]
+
+
+def noise(seed: int) -> float:
+    """Return a small error that the seed makes, zero on average over seeds 0 to 3."""
+    return 0.01 * (seed % 4 - 1.5)
+
+
+def test_a_mean_does_not_hide_the_worst_auv(made: Make) -> None:
+    """A fleet with a mean error of 0.8 m in which AUV0 has 1.5 m is not below a metre."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        worst = 1.5 if scenario.asvs.count == 2 else 0.9
+        return [auv(worst + noise(seed)), auv(0.45), auv(0.45)]
+
+    campaign = made(fleet, count=[2, 3])
+    assert campaign.missions.position_error_m.round(1).unique().tolist() == [0.8, 0.6]
+    found = said(campaign)
+    assert found.best.startswith(
+        "Smallest error of the worst AUV: point 1 (asvs.count=3), 0.900 +- 0.021 m over 4 seeds "
+        "(AUV0 is the worst in all); 95 % of the time every AUV is below 1.800 +- 0.041 m."
+    )
+    assert found.sure == (
+        "1 of 2 points keeps every AUV surely below 1 m in the mean over time, none of them for "
+        "95 % of the time as well (upper ends of the 95 % intervals)."
+    )
+    assert (found.harm, found.starved) == ((), ())
+
+
+def test_the_worst_of_each_mission_counts(made: Make) -> None:
+    """Two AUVs that take turns at being lost are no fleet in which none is."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        if scenario.asvs.count == 2:  # each AUV has 1 m on average, no mission is below 1.5 m
+            return [auv(1.5 if seed % 2 else 0.5), auv(0.5 if seed % 2 else 1.5)]
+        return [auv(1.2), auv(1.1)]
+
+    campaign = made(fleet, count=[2, 3])
+    assert campaign.auvs.groupby(["point", "auv"]).position_error_m.mean().loc[0].max() == 1.0
+    assert "point 1 (asvs.count=3), 1.20 +- 0 m" in said(campaign).best
+    row = compare("c").iloc[0]
+    assert (row.baseline_mean, row.other_mean, row.verdict) == (1.5, 1.2, "better")
+    assert (row.baseline_worst_auv, row.other_worst_auv) == ("AUV0", "AUV0")
+    told = flat(call("compare", "c").stdout)
+    assert (
+        "At 2 AUV0 is the worst in 2 of 4 seeds, AUV1 in 2; at 3 AUV0 is the worst in all" in told
+    )
+    assert "AUV0 2/4" in points_table(campaign.folder, campaign.plan)
+
+
+def starving(scenario: Scenario, seed: int) -> Fleet:
+    """Two ASVs never hear AUV0, one hears AUV1 in half of the missions; three hear all."""
+    count = scenario.asvs.count
+    fast, slow = auv(0.5, latency_mean_s=0.8), auv(0.5, latency_mean_s=1.1)
+    if count == 3:
+        return [slow, slow]
+    if count == 2:
+        return [auv(3.0) | UNSERVED, fast]
+    return [slow, auv(3.0) | UNSERVED if seed % 2 else fast]
+
+
+@pytest.mark.parametrize("metric", ["latency_mean_s", "interval_mean_s", "worst_latency_mean_s"])
+def test_who_leaves_an_auv_alone_is_not_better(made: Make, metric: str) -> None:
+    """No verdict on latency or intervals where an AUV has none; the missions are counted."""
+    made(starving, count=[1, 2, 3])
+    one, two = compare("c", baseline="3", metrics=[metric]).to_dict("records")
+    assert [row["verdict"] for row in (one, two)] == ["unserved"] * 2
+    assert [(row["baseline_whole"], row["other_whole"]) for row in (one, two)] == [(4, 2), (4, 0)]
+    assert one["missions"] == 4
+    assert pd.isna(
+        [row[name] for row in (one, two) for name in ("difference", "low", "high")]
+    ).all()
+    lacked = "fewer than two fixes" if "interval" in metric else "no fix"
+    assert one["said"].endswith(f"Unserved at 1: AUV1 got {lacked} in 2 of 4 seeds.")
+    assert two["said"].endswith(f"Unserved at 2: AUV0 got {lacked} in 4 of 4 seeds.")
+    told = call("compare", "c", "--baseline", 3, "--metric", metric)
+    assert "(2/4)" in told.stdout
+    assert "(0/4)" in told.stdout
+    assert f"Unserved at 2: AUV0 got {lacked} in 4 of 4 seeds." in flat(told.stdout)
+    note = "interval_mean_s counts the waits between fixes alone"
+    assert (note in told.stdout) == (metric == "interval_mean_s")
+
+
+def test_starved_auvs_are_named(made: Make) -> None:
+    """Sweep, and compare by metrics that all AUVs have, say who got no fix where."""
+    campaign = made(starving, count=[1, 2, 3])
+    sentences = (
+        "No fix at point 1 (asvs.count=2): AUV0 in 4 of 4 seeds.",
+        "No fix at point 0 (asvs.count=1): AUV1 in 2 of 4 seeds.",
+    )
+    assert said(campaign).starved == sentences
+    told = flat(call("compare", "c", "--metric", "position_error_m").stdout)
+    assert all(text in told for text in sentences)
+    judged = json.loads(call("compare", "c", "--baseline", 3, "--json").stdout)["differences"]
+    verdicts = {(row["other"], row["metric"]): row["verdict"] for row in judged}
+    assert (
+        verdicts["2", "worst_fix_age_p95_s"] == verdicts["2", "worst_position_error_m"] == "worse"
+    )
+    assert verdicts["2", "worst_latency_mean_s"] == "unserved"
+
+
+def harming(scenario: Scenario, seed: int) -> Fleet:
+    """Fixes that are believed too much make AUV2 worse, and AUV1 not surely."""
+    gain = scenario.navigation.gain
+    shaky = 1.3 if seed % 2 else 0.9
+    return [
+        auv(0.5, imu_error_m=0.9),
+        auv(shaky, imu_error_m=1.0),
+        auv((1.39 if gain == 0.9 else 0.6) + noise(seed), imu_error_m=0.77),
+    ]
+
+
+def test_fixes_that_harm_are_said_to(made: Make) -> None:
+    """Who is worse with fixes, by how much, how surely, and what else was tried there."""
+    found = said(made(harming, gain=[0.9, 0.05]))
+    assert found.harm == (
+        "Fixes make AUV2 worse at point 0 (gain=0.9): 1.39 m with, 0.77 m without, +0.620 m "
+        "[+0.599, +0.641] over 4 paired seeds. At point 1 (gain=0.05) it has 0.60 m.",
+        "What may help where fixes harm: a navigation.gain below 0.9, or a filter that weighs each "
+        "fix by its covariance.",
+    )
+    told = call("compare", "c").stdout
+    assert found.harm[0] in flat(told)
+    page = sweep_page(made(harming, out="d", gain=[0.9]))
+    assert "Fixes make AUV2 worse at point 0 (gain=0.9): 1.39 m with, 0.77 m without" in page
+
+
+GOOD_INERTIAL = """
+name: survey_500m
+survey: {side_m: 500}
+auvs: {count: 3, speed_m_per_s: 1.5}
+asvs: {count: 3, formation: {radius_m: 160}}
+acoustics: {hf: {range_m: 180}, mf: {range_m: 400}}
+navigation: {velocity_bias_m_per_s: [0.0032, 0.0032], bias_frame: world}
+"""
+
+
+def test_a_good_inertial_system_is_told_the_truth(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Real missions: far fixes with the default gain harm every AUV; a fix more would not help."""
+    monkeypatch.chdir(tmp_path)
+    Path("survey.yaml").write_text(GOOD_INERTIAL)
+    campaign = sweep(
+        "survey.yaml", "c", vary={COUNT: [2, 3], GAIN: [0.9, 0.05]}, seeds=8, workers=1
+    )
+    means = campaign.auvs[campaign.auvs.point == 2].groupby("auv")[
+        ["position_error_m", "imu_error_m"]
+    ]
+    with_fixes, without = means.mean().loc["AUV0"].round(2)
+    assert with_fixes > 1.2 > 0.9 > without
+    told = " ".join(said(campaign).harm)
+    assert "Fixes make AUV0, AUV1 and AUV2 worse at point 2 (asvs.count=3, gain=0.9)" in told
+    assert f"{with_fixes:.2f} m with, {without:.2f} m without" in told
+    assert "(asvs.count=2, gain=0.05)" not in told.replace(
+        "At point 1 (asvs.count=2, gain=0.05)", ""
+    )
+    compared = flat(call("compare", "c", "--by", "count", "--metric", "latency_mean_s").stdout)
+    assert "Unserved at 2: AUV0 got no fix in 8 of 8 seeds." in compared
+    assert "worse at point 2 (asvs.count=3, gain=0.9)" in compared
+
+
+def test_chance_is_not_taken_for_harm(made: Make) -> None:
+    """Of 500 AUVs that fixes neither help nor harm, hardly one is said to be harmed."""
+    draws = np.random.default_rng(1)
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        errors = draws.uniform(0.5, 1.5, (5, 2)).tolist()
+        return [auv(error, imu_error_m=alone) for error, alone in errors]
+
+    campaign = made(fleet, seeds=5, count=list(range(1, 101)))
+    served = fleets(campaign.folder, NEEDED)
+    change = intervals(served.by_seed("position_error_m")[1] - served.by_seed("imu_error_m")[1])
+    assert np.sum(change.mean - change.half_width > 0) > 5  # each interval for itself misses
+    assert said(campaign).harm == ()
+
+
+def test_one_seed_is_not_sure(made: Make) -> None:
+    """Of one mission it is said what was, not that it will be."""
+    campaign = made(harming, seeds=1, gain=[0.9, 0.05])
+    found = said(campaign)
+    assert "point 1 (gain=0.05), 0.900 m over 1 seed (AUV1 is the worst)" in found.best
+    assert found.best.endswith(
+        "One seed shows no interval: whether another point is as good cannot be told."
+    )
+    assert found.sure == "With one seed a point nothing is surely below 1 m; run more."
+    assert found.harm[0] == (
+        "In 1 of 2 missions of points with one seed an AUV was worse with fixes than without, most "
+        "AUV2 at point 0 (gain=0.9): 1.38 m with, 0.77 m without. One mission may be chance; run "
+        "more seeds."
+    )
+    assert len(found.harm) == 1
+    assert "+-" not in points_table(campaign.folder, campaign.plan).partition("error (mean")[0]
+
+
+def test_equal_points_are_the_same(made: Make) -> None:
+    """What differs by how numbers are rounded does not differ."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        error = 0.5 + 0.1 * seed + (1e-16 * seed if scenario.asvs.count == 3 else 0.0)
+        return [auv(error * (1 + 2e-16 * scenario.asvs.count))]
+
+    campaign = made(fleet, count=[2, 3])
+    assert compare("c").verdict.unique().tolist() == ["same"]
+    assert "The same in every seed: point 1." in said(campaign).best
+
+
+def test_nearly_as_good_points_are_named(made: Make) -> None:
+    """The smallest mean of several need not be the best; who is not surely worse is named."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        return [auv({1: 0.5, 2: 0.51 + 3 * noise(seed), 3: 0.9}[scenario.asvs.count])]
+
+    assert said(made(fleet, count=[1, 2, 3])).best.endswith(
+        " Not surely worse, paired by seed: point 1; which is best is partly chance."
+    )
+
+
+def test_nothing_is_found_where_all_fails(made: Make) -> None:
+    """Table, page and comparison say that every mission failed."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        raise RuntimeError("no water")
+
+    campaign = made(fleet, count=[2, 3])
+    assert said(campaign).sentences() == ["No mission has gone well: all 8 failed."]
+    assert "0/4      -" in points_table(campaign.folder, campaign.plan)
+    assert "No mission has gone well: all 8 failed." in sweep_page(campaign)
+    assert call("compare", "c").stderr == (
+        "nothing to compare: no seed has a result at both points of a pair\n"
+    )
+
+
+def test_values_that_are_missing_are_counted(made: Make) -> None:
+    """A number that is none is left out with the count of those that remain."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        broken = scenario.asvs.count == 2 and seed == 3
+        return [auv(float("nan") if broken else 0.5 + noise(seed))]
+
+    campaign = made(fleet, count=[2, 3])
+    assert "(3/4)" in points_table(campaign.folder, campaign.plan)
+    row = compare("c", metrics=["position_error_m"]).iloc[0]
+    assert (row.missions, row.pairs, row.baseline_whole, row.other_whole) == (4, 3, 3, 3)
+    assert "3 of 4 paired seeds" in call("compare", "c", "--metric", "position_error_m").stdout
+
+
+CONTENTS = {
+    (0.0,): "the velocity bias is the same for every AUV and seed "
+    "(navigation.velocity_bias_sd_m_per_s is 0), so the uncertainty of the inertial system is not",
+    (0.01, 0.02): "a velocity bias is drawn for each AUV and seed "
+    "(navigation.velocity_bias_sd_m_per_s is 0.01 to 0.02)",
+    (0.0, 0.01): "Where navigation.velocity_bias_sd_m_per_s is 0, the velocity bias is the same",
+}
+
+
+@pytest.mark.parametrize("sd", CONTENTS)
+def test_intervals_say_what_they_contain(made: Make, sd: tuple[float, ...]) -> None:
+    """Table, page and comparison tell whether the inertial system's uncertainty is in them."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        return [auv(0.5 + noise(seed) + scenario.navigation.velocity_bias_sd_m_per_s)]
+
+    campaign = made(fleet, sd=list(sd), count=[2, 3])
+    told = flat(points_table(campaign.folder, campaign.plan))
+    compared = flat(call("compare", "c", "--by", "count").stdout)
+    for text in (told, compared, sweep_page(campaign)):
+        assert CONTENTS[sd].lower() in text.lower()
+
+
+def test_figures_count_missing_values(made: Make) -> None:
+    """A mean that leaves AUVs out is marked; where none has a value the line has a gap."""
+    campaign = made(starving, count=[1, 2, 3], gain=[0.9, 0.05])
+    for metric, seen in (("latency_mean_s", [0, 1, 2]), ("worst_latency_mean_s", [0, 2])):
+        means = means_of(campaign, metric, COUNT)
+        assert {cell for cell, _ in means.cells} == set(seen)
+        assert means.gaps == {
+            (0, 0): (2, 4), (0, 1): (2, 4), (1, 0): (0, 4), (1, 1): (0, 4)
+        }  # fmt: skip
+        with styled():
+            line, grid = curves(means, 4.5), heatmap(means, 4.5)
+        texts = [text.get_text() for text in line.axes[0].texts]
+        assert texts == ["2/4", "0/4"] * 2
+        drawn = np.asarray(line.axes[0].containers[0].lines[0].get_ydata(), float)
+        assert np.flatnonzero(~np.isnan(drawn)).tolist() == seen
+        cells = [text.get_text() for text in grid.axes[0].texts]
+        assert sum(text.endswith("\n2/4") for text in cells) == 2
+        assert sum(text.endswith("\n0/4") for text in cells) == 2
+    assert means_of(campaign, "position_error_m", COUNT).gaps == {}
+
+
+def test_figures_have_no_powers_of_ten(made: Make) -> None:
+    """Means of any size are written out; round-off is nothing."""
+
+    def fleet(scenario: Scenario, seed: int) -> Fleet:
+        return [auv(1234.5 + 230 * seed, fix_age_p95_s=7.0 + 1e-15 * seed)]
+
+    campaign = made(fleet, count=[2, 3], gain=[0.9, 0.05])
+    for metric in ("position_error_m", "fix_age_p95_s"):
+        with styled():
+            texts = heatmap(means_of(campaign, metric), 4.5).axes[0].texts
+        assert len(texts) == 4
+        assert not [text for text in texts if "e" in text.get_text()]
+    assert texts[0].get_text() == "7.00\n±0"
+
+
+def test_what_was_found_is_data_too(made: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`sweep --json` has the sentences; a campaign without any row has one."""
+    found = said(made(harming, gain=[0.9, 0.05]))
+    told = call(
+        "sweep", "base.yaml", "--vary", f"{GAIN}=0.9,0.05", "--seeds", 4, "--json", "--out", "j"
+    )
+    assert json.loads(told.stdout)["findings"] == found.sentences()
+    for part in Path("j/missions").glob("*.parquet"):
+        part.unlink()
+    assert call("report", "j").exit_code == 0
+    assert "No mission has gone well yet." in Path("j/report.html").read_text()
+
+
+def test_an_older_campaign_is_refused(made: Make) -> None:
+    """What was not recorded cannot be judged; one line says so, and what to do."""
+    campaign = made(starving, count=[2, 3])
+    (part,) = (campaign.folder / "missions").glob("*.parquet")
+    frame = pd.read_parquet(part)
+    frame[[name for name in frame if not str(name).startswith("worst_")]].to_parquet(part)
+    for words in (("compare", "c"), ("report", "c"), ("plot", "c")):
+        told = call(*words)
+        assert (told.exit_code, told.stdout) == (2, ""), words
+        assert told.stderr.startswith("c: was run by an older version, which did not record worst_")
+        assert told.stderr.count("\n") == 1
