@@ -32,7 +32,10 @@ def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Campa
     Path("base.yaml").write_text("name: base\n")
 
     def make(
-        fleet: Callable[[Scenario, int], Fleet], seeds: int = 4, out: str = "c", **vary: Any
+        fleet: Callable[[Scenario, int], Fleet],
+        seeds: int | list[int] = 4,
+        out: str = "c",
+        **vary: Any,
     ) -> Campaign:
         hand_made(monkeypatch, fleet)
         keys = {"count": COUNT, "gain": GAIN, "sd": "navigation.velocity_bias_sd_m_per_s"}
@@ -132,6 +135,15 @@ def test_who_leaves_an_auv_alone_is_not_better(made: Make, metric: str) -> None:
     assert f"Unserved at 2: AUV0 got {lacked} in 4 of 4 seeds." in flat(told.stdout)
     note = "interval_mean_s counts the waits between fixes alone"
     assert (note in told.stdout) == (metric == "interval_mean_s")
+
+
+def test_missions_are_counted_in_any_order_of_seeds(made: Make) -> None:
+    """Who is unserved in which mission does not depend on the order in which seeds are named."""
+    seeds = [3, 0, 2]
+    made(starving, count=[1, 3], seeds=seeds)
+    row = compare("c", metrics=["worst_latency_mean_s"]).iloc[0]
+    assert (row.missions, row.baseline_whole, row.other_whole) == (3, 2, 3)
+    assert row.said.endswith("AUV1 got no fix in 1 of 3 seeds.")
 
 
 def test_starved_auvs_are_named(made: Make) -> None:
@@ -296,6 +308,13 @@ def test_values_that_are_missing_are_counted(made: Make) -> None:
     row = compare("c", metrics=["position_error_m"]).iloc[0]
     assert (row.missions, row.pairs, row.baseline_whole, row.other_whole) == (4, 3, 3, 3)
     assert "3 of 4 paired seeds" in call("compare", "c", "--metric", "position_error_m").stdout
+
+
+def test_a_campaign_without_numbers_says_so(made: Make) -> None:
+    """Where no mission has an error there is no best point."""
+    campaign = made(lambda scenario, seed: [auv(float("nan"))], count=[2, 3])
+    assert said(campaign).sentences() == ["No mission that went well has a worst_position_error_m."]
+    assert "No mission that went well has a" in sweep_page(campaign)
 
 
 CONTENTS = {

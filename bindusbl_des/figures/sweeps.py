@@ -91,7 +91,7 @@ def curves(means: Means, width: float) -> Figure:
     handles: list[Artist] = []
     names = means.series.written() if means.series else [""]
     for number, name in enumerate(names):
-        seen = [i for i in range(len(places)) if (i, number) in {**means.cells, **means.gaps}]
+        seen = {i for i, line in (*means.cells, *means.gaps) if line == number}
         at = sorted(seen, key=lambda i: places[i])  # a line has a gap where no AUV had a value
         cells = [means.cells.get((i, number), NOTHING) for i in at]
         mean, half, _ = np.array(cells).reshape(-1, 3).T

@@ -5,7 +5,7 @@ from itertools import groupby
 from math import isfinite
 from textwrap import fill
 
-from ...wording import plain
+from ...wording import plain, significant
 from .differences import Difference, End
 from .findings import seeds, who_is_worst, who_lacks
 from .intervals import CONFIDENCE
@@ -31,7 +31,7 @@ def comparison_table(differences: Sequence[Difference]) -> str:
         lines += [f"... {len(pairs) - MOST_PAIRS} more pairs; --out FILE.csv writes all", ""]
     lines.append("Paired by seed: equal seeds, equal noise. CI: confidence interval, Student's t.")
     if len(differences) > 1:
-        wrong = f"{(1 - CONFIDENCE) * len(differences):.2g}"
+        wrong = significant((1 - CONFIDENCE) * len(differences), 2)
         lines.append(
             f"95 % is for each CI alone: of {len(differences)}, some {wrong} miss by chance."
         )

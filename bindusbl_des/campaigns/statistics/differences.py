@@ -96,7 +96,8 @@ def difference(pair: Pair, metric: str, found: Found, served: Served) -> Differe
     (mine, one), (theirs, two) = (_values(side, metric, found) for side in _sides(pair))
     seeds, here, there = np.intersect1d(mine, theirs, assume_unique=True, return_indices=True)
     one, two = one[here], two[there]
-    lack, their_lack = (_lack(side, metric, seeds, found, served) for side in _sides(pair))
+    lack = _lack(pair.baseline, metric, seeds, here, found, served)
+    their_lack = _lack(pair.other, metric, seeds, there, found, served)
     gaps = two - one
     gaps[np.abs(gaps) <= ROUND_OFF * np.maximum(np.abs(one), np.abs(two))] = 0.0
     known, their_known = ~np.isnan(one), ~np.isnan(two)
@@ -126,9 +127,11 @@ class _Lack:
     auvs: Mapping[str, int]
 
 
-def _lack(side: Side, metric: str, seeds: Whole, found: Found, served: Served) -> _Lack:
-    own = found[side.campaign.folder]
-    missions = own.unserved_at(side.point, metric)[np.isin(own.at(side.point, metric)[0], seeds)]
+def _lack(
+    side: Side, metric: str, seeds: Whole, rows: Whole, found: Found, served: Served
+) -> _Lack:
+    """Return what AUVs lack in the missions of some seeds, which are those rows of the point."""
+    missions = found[side.campaign.folder].unserved_at(side.point, metric)[rows]
     if not missions.any():
         return _Lack(missions, {})
     fleet = served[side.campaign.folder]

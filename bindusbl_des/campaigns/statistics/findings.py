@@ -46,6 +46,8 @@ def findings(folder: Path, plan: Plan) -> Findings:
     if not found.ok.any():
         why = f": all {len(found.ok)} failed" if len(found.ok) else ""
         return Findings(f"No mission has gone well{why or ' yet'}.", "", (), ())
+    if np.isnan(found.metrics[ERROR][found.ok]).all():
+        return Findings(f"No mission that went well has a {ERROR}.", "", (), ())
     served = fleets(folder, NEEDED)
     everywhere = range(len(plan.points))
     return Findings(
