@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .campaigns.statistics.intervals import intervals
-from .campaigns.statistics.judging import WORST
 from .campaigns.statistics.naming import written
 from .campaigns.statistics.outcomes import Outcomes
+from .quantities import WORST, quantity
 from .report.packing import Packer
 from .tables import schema
 
@@ -85,18 +85,30 @@ def value_numbers(campaign: "Campaign") -> list[list[int]]:
 
 
 def described(names: Sequence[str]) -> list[dict[str, str]]:
-    """Return name, unit and meaning of metrics, and whose they are: worst, fleet or mission."""
+    """Return name, words, unit and meaning of metrics, and whose they are: worst, fleet, mission.
+
+    The `title` says whose a quantity is, its `words` leave that to a heading.
+    """
     columns = schema("mission")
-    texts = {name: columns.field(name).metadata for name in names}
-    return [
-        {
-            "name": name,
-            "unit": text[b"unit"].decode(),
-            "meaning": text[b"meaning"].decode().partition("; null where")[0],
-            "of": _whose(name, text[b"meaning"].decode()),
-        }
-        for name, text in texts.items()
-    ]
+    found = []
+    for name in names:
+        text = columns.field(name).metadata
+        meaning = text[b"meaning"].decode().partition("; null where")[0]
+        of = _whose(name, meaning)
+        words = quantity(name.removeprefix(WORST))
+        title = f"{words}, mean of the fleet" if of == "fleet" else quantity(name)
+        unit = text[b"unit"].decode()
+        found.append(
+            {
+                "name": name,
+                "words": words,
+                "title": title,
+                "unit": unit,
+                "meaning": meaning,
+                "of": of,
+            }
+        )
+    return found
 
 
 def _whose(name: str, meaning: str) -> str:

@@ -5,11 +5,12 @@ from itertools import groupby
 from math import isfinite
 from textwrap import fill
 
+from ...quantities import WORST
 from ...wording import plain, significant
 from .differences import Difference, End
 from .findings import seeds, who_is_worst, who_lacks
 from .intervals import CONFIDENCE
-from .judging import WORST, lacking, of_an_auv
+from .judging import lacking, of_an_auv
 from .naming import decimals
 from .outcomes import unit
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from ...wording import significant
 
-# Decimals that nobody reads
-MOST_DECIMALS = 4
+# More decimals of a number, or digits of a mean, nobody reads.
+MOST_DECIMALS = MOST_DIGITS = 4
 # More values than this are named in a sentence by the first few.
 MOST_NAMED = 6
 
@@ -86,14 +86,15 @@ def decimals(*scales: float) -> int:
 
 
 def plus_minus(mean: float, half: float) -> str:
-    """Return a mean with half its interval, as many digits as that bears.
+    """Return a mean with half its interval, as many digits as that bears, of the mean four.
 
-    >>> plus_minus(0.9224, 0.0351), plus_minus(5.0, 0.0), plus_minus(1.2345, float("nan"))
-    ('0.922 +- 0.035', '5.00 +- 0', '1.23')
+    >>> plus_minus(0.9224, 0.0351), plus_minus(5.0, 0.0), plus_minus(264.43, 0.013)
+    ('0.922 +- 0.035', '5.00 +- 0', '264.4 +- 0.0')
     """
     if not isfinite(half):
         return significant(mean)
     if half == 0:
         return f"{significant(mean)} +- 0"
-    places = decimals(half)
+    whole = max(floor(log10(abs(mean) or 1.0)) + 1, 1)
+    places = max(min(decimals(half), MOST_DIGITS - whole), 0)
     return f"{mean:.{places}f} +- {half:.{places}f}"

@@ -9,12 +9,13 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from ...quantities import WORST
 from ...tables import mission_numbers
 from ...wording import did_you_mean
 from ..storage.folder import CampaignError
 from ..storage.parts import MISSIONS, OK, metric_schema, read_table
 from .intervals import Floats
-from .judging import WORST, may_be_missing, of_an_auv
+from .judging import may_be_missing, of_an_auv
 
 Whole = NDArray[np.int64]
 Flags = NDArray[np.bool_]

@@ -15,12 +15,13 @@ function luminance(rgb) {
   return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
 }
 
-// A mean with half its interval, as many digits as that bears.
+// A mean with half its interval, as many digits as that bears, of the mean four or its whole part.
 function plusMinus(mean, half) {
   if (!Number.isFinite(mean)) return "–";
   if (!Number.isFinite(half)) return significant(mean);
   if (half < 1e-7) return `${significant(mean)} ± 0`;
-  const digits = Math.min(Math.max(1 - Math.floor(Math.log10(half)), 0), 4);
+  const whole = Math.max(Math.floor(Math.log10(Math.abs(mean) || 1)) + 1, 1);
+  const digits = Math.max(Math.min(1 - Math.floor(Math.log10(half)), 4 - whole), 0);
   return `${mean.toFixed(digits)} ± ${half.toFixed(digits)}`;
 }
 

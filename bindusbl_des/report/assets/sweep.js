@@ -34,16 +34,8 @@ class Sweep {
     const [times, count] = [known.times[point], this.count[point]];
     return `AUV${known.auv[point]}${times < count ? ` ${times}/${count}` : ""}`;
   }
-  // position_error_p95_m is the position error, 95 % of the time.
-  words(metric) {
-    const unit = this.unit(metric), suffix = `_${unit.replace("/", "_per_")}`, name = metric.replace(/^worst_/, "");
-    const words = (unit && name.endsWith(suffix) ? name.slice(0, -suffix.length) : name).replace(/_p95$/, " 95 %").replace(/_/g, " ");
-    return unit ? `${words} (${unit})` : words;
-  }
-  title(metric) {
-    const whose = { worst: "worst AUV: ", fleet: "fleet mean: ", mission: "" }[this.metrics.find(({ name }) => name === metric).of];
-    return whose + this.words(metric);
-  }
+  words(metric) { return this.metrics.find(({ name }) => name === metric).words; }
+  title(metric) { return this.metrics.find(({ name }) => name === metric).title; }
   // Options of metrics by whose they are; the worst AUV's come first.
   offer(select, metrics) {
     for (const [of, label] of [["worst", "the worst AUV of each mission"], ["fleet", "mean of the fleet"], ["mission", "the mission as a whole"]]) {
@@ -176,7 +168,7 @@ function errorBars(u, halves) {
 
 // Beside a point, or on the axis where there is none: in how many missions every AUV has a value.
 function gapMarks(u, gaps) {
-  const { ctx } = u, ratio = window.devicePixelRatio || 1;
+  const { ctx } = u, ratio = uPlot.pxRatio;
   ctx.save();
   ctx.font = `${11 * ratio}px system-ui, sans-serif`;
   ctx.textAlign = "center";
