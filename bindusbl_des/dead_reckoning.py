@@ -1,6 +1,7 @@
 """How dead reckoning drifts: a velocity bias and the random walk of the IMU's noise."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,8 +73,30 @@ def _sum_up(walks: Array, step: float) -> None:
             walks[walk, k, 0], walks[walk, k, 1] = x, y
 
 
-# Motion of the fleet, walks (n, samples, 2), their rate, biases (n, 2), whether in the body
-Known = tuple[Array, Ints, float, Array, float, Array, bool]
+class Reckoned(NamedTuple):
+    """What a fleet's dead reckoning is made of: its motion (:class:`.motion.Motion`), random walks
+    (n, samples, 2), m, at a rate (Hz), and biases (n, 2), m/s, in the body or not.
+    """
+
+    table: Array
+    first: Ints
+    step: float
+    walks: Array
+    rate: float
+    biases: Array
+    in_body: bool
+
+
+class Odometry(NamedTuple):
+    """What an AUV's own sensors have told it by n instants (n,), s.
+
+    Its dead reckoning (n, 2), m, and the integrals of the cosine and sine of its heading from the
+    start of the mission (n, 2), s.
+    """
+
+    times: Array
+    position: Array
+    headings: Array
 
 
 class DeadReckoning:
@@ -89,39 +112,29 @@ class DeadReckoning:
         the `frame` "body" (ahead, to starboard) or "world" (along x and y).
         """
         own = np.array(np.broadcast_to(biases, (len(walks), 2)), dtype=np.float64, order="C")
-        self.known: Known = (*motion, walks, rate, own, frame == "body")
+        self.known = Reckoned(*motion, walks, rate, own, frame == "body")
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
         """Return where an AUV believes to be (m) at an instant (s) if it has had no fix."""
-        x, y, _, _, ahead, aside = reckoned(auv, time, *self.known)
-        return x + ahead, y + aside
+        x, y, _, _ = reckoned(auv, time, *self.known)
+        return x, y
 
-    def sample(
-        self, auv: int, times: Array, corrected_at: Array, corrections: Array
-    ) -> tuple[Array, Array, Array]:
-        """Return truth x, y, z (m), yaw (rad), (n, 4); drift and error (m), (n, 2), at instants.
-
-        `times` (s) rise.  The error is drift plus the last of the `corrections` (k, 2), m, that was
-        applied by then; they begin at the instants `corrected_at` (k,), s, the first at or before
-        all `times`.
-        """
+    def sample(self, auv: int, times: Array) -> tuple[Array, Odometry]:
+        """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
         n = len(times)
-        truth, drift, error = np.empty((n, 4)), np.empty((n, 2)), np.empty((n, 2))
+        truth, position, headings = np.empty((n, 4)), np.empty((n, 2)), np.empty((n, 2))
         instants = np.ascontiguousarray(times, dtype=np.float64)
-        _reckoned_all(
-            auv, instants, *self.known, corrected_at, corrections, truth, drift, error,
-        )  # fmt: skip
-        return truth, drift, error
+        _reckoned_all(auv, instants, *self.known, truth, position, headings)
+        return truth, Odometry(instants, position, headings)
 
 
 @inlined
-def reckon(
+def _reckon(
     auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
     biases: Array, in_body: bool,
-) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-    """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s).
-
-    This is for loops over very many instants, as a part of them; others ask :func:`reckoned`.
+) -> tuple[float, float, float, float, float, float, float, float]:  # fmt: skip
+    """Return true x, y, z (m) and yaw (rad), dead-reckoned x and y (m), and the integrals of the
+    cosine and sine of the heading (s), at an instant (s).
     """
     x, y, z, yaw, cosine, sine = headed(table, first, step, auv, time)
     whole = min(int(time * rate), walks.shape[1] - 2)
@@ -135,32 +148,33 @@ def reckon(
     else:
         ahead += time * forward
         aside += time * starboard
-    return x, y, z, yaw, ahead, aside
+    return x, y, z, yaw, x + ahead, y + aside, cosine, sine
 
 
 @compiled
 def reckoned(
     auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
     biases: Array, in_body: bool,
-) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-    """Return true x, y, z (m) and yaw (rad), and the drift (m) along x and y, at an instant (s)."""
-    return reckon(auv, time, table, first, step, walks, rate, biases, in_body)
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Return dead-reckoned x and y (m), and the integrals of the cosine and sine of the heading
+    (s), at an instant (s).
+    """
+    _, _, _, _, x, y, cosine, sine = _reckon(
+        auv, time, table, first, step, walks, rate, biases, in_body
+    )
+    return x, y, cosine, sine
 
 
 @compiled
 def _reckoned_all(
     auv: int, times: Array, table: Array, first: Ints, step: float, walks: Array, rate: float,
-    biases: Array, in_body: bool, corrected_at: Array, corrections: Array,
-    truth: Array, drift: Array, error: Array,
+    biases: Array, in_body: bool, truth: Array, position: Array, headings: Array,
 ) -> None:  # fmt: skip
-    """Write truth (n, 4), drift (n, 2) and error (n, 2) at instants (s) in rising order."""
-    last = 0
+    """Write truth (n, 4), dead reckoning (n, 2) and headings (n, 2) at instants (n,), s."""
     for k in range(times.size):
-        x, y, z, yaw, ahead, aside = reckoned(
+        x, y, z, yaw, reckoned_x, reckoned_y, cosine, sine = _reckon(
             auv, times[k], table, first, step, walks, rate, biases, in_body
         )
-        while last + 1 < corrected_at.size and corrected_at[last + 1] <= times[k]:
-            last += 1
         truth[k, 0], truth[k, 1], truth[k, 2], truth[k, 3] = x, y, z, yaw
-        drift[k, 0], drift[k, 1] = ahead, aside
-        error[k, 0], error[k, 1] = ahead + corrections[last, 0], aside + corrections[last, 1]
+        position[k, 0], position[k, 1] = reckoned_x, reckoned_y
+        headings[k, 0], headings[k, 1] = cosine, sine

@@ -2,7 +2,6 @@
 
 import math
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 import simpy
@@ -22,19 +21,13 @@ from .compiled import compiled
 from .events import DELIVERED, IN_FLIGHT
 from .fleet import Fleet
 from .motion import Floats, Ints, where
+from .navigation import Navigator
 from .propagation import arrivals
 from .recorder import Recorder
 from .slots import Clock
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
-
-
-class Navigator(Protocol):
-    """What the AUVs make of the fixes that reach them."""
-
-    def correct(self, fixes: Floats, due: Ints) -> None:
-        """Take in the fixes whose rows are due, in this order, which is that of their delivery."""
 
 
 class MfDownlink:

@@ -8,6 +8,7 @@ from .columns import (
     CROSS_TRACK_ERROR,
     DEPTH,
     ESTIMATE,
+    ESTIMATE_SPREAD,
     FUSED,
     IMU,
     PATH_ERROR,
@@ -64,11 +65,14 @@ def _tracks_table(world: World) -> pa.Table:
     for auv, track in enumerate(rows[: len(auvs)]):
         samples = sample(world, auv, times)
         track[:, TRUTH : YAW + 1] = truth = samples.truth
-        track[:, ESTIMATE:DEPTH] = truth[:, :2] + samples.error
+        track[:, ESTIMATE:DEPTH] = samples.estimate
         track[:, DEPTH] = truth[:, 2] + world.depth_noise(auv, times)
-        track[:, IMU : IMU + 2] = truth[:, :2] + samples.drift
+        track[:, IMU : IMU + 2] = samples.odometry.position
         track[:, POSITION_ERROR] = samples.position_error
         track[:, CROSS_TRACK_ERROR] = samples.cross_track_error
+        xx, yy, xy = world.navigator.covariance(auv, samples.odometry).T
+        spread = np.sqrt(np.maximum(xx, 0.0)), np.sqrt(np.maximum(yy, 0.0)), xy
+        track[:, ESTIMATE_SPREAD : ESTIMATE_SPREAD + 3] = np.stack(spread, axis=1)
     rows[:, :, YAW] = np.pi - np.mod(np.pi - rows[:, :, YAW], 2 * np.pi)
     names = [f"AUV{auv}" for auv in range(len(auvs))] + [f"ASV{asv}" for asv in range(len(asvs))]
     return from_numbers("tracks", columns.reshape(TRACK_COLUMNS, -1).T, vehicle=names)

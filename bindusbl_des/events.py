@@ -121,8 +121,9 @@ class Fix:
     latency_s: float | None = column("s", "from ping to delivery", None)
     innovation_m: float | None = column("m", "horizontal length of the innovation", None)
     correction_m: float | None = column(
-        "m", "how far it moved the AUV's estimate, horizontally, at its delivery", None
+        "m", "how far the fix moved the estimate; null if the navigator refused it", None
     )
+    nis: float | None = column("1", "normalised innovation squared, 2 degrees of freedom", None)
     outcome: str = column("", "delivered, out_of_range or in_flight", "in_flight")
 
 
@@ -148,6 +149,9 @@ class TrackPoint:
     path_error_m: float | None = column(
         "m", "distance of the truth from the planned path, or from the station", None
     )
+    estimate_sd_x_m: float | None = column("m", "standard deviation of estimate_x_m", None)
+    estimate_sd_y_m: float | None = column("m", "standard deviation of estimate_y_m", None)
+    estimate_cov_xy_m2: float | None = column("m2", "covariance of the two", None)
 
 
 @dataclass(slots=True)
@@ -228,6 +232,17 @@ class AuvMetrics:
         "m",
         "imu_error_m - position_error_m: what fixes are worth; negative: they do harm",
         worst=SMALLEST,
+    )
+    nees: float | None = column(
+        "1",
+        "time mean of the normalised estimation error squared, while the estimate is uncertain; 2 "
+        "where covariances are right",
+    )
+    nis: float | None = column(
+        "1", "mean normalised innovation squared of the fixes; 2 where covariances are right"
+    )
+    fixes_refused: int = column(
+        "1", "fixes delivered that the navigator's gate refused", worst=LARGEST
     )
     distance_m: float = column("m", "distance travelled")
     speed_m_per_s: float = column("m/s", "mean speed over ground")

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from .belief import Growth, first_belief
 from .dead_reckoning import DeadReckoning
 from .fleet import Fleet
 from .formations import formation, formation_radius
 from .motion import together
-from .navigation import FixedGain
+from .navigation import WEIGHED, LinearNavigator, Rule
 from .paths import Path
 from .routes import lawnmower, waypoint_path
 from .scenario import Scenario
@@ -96,18 +97,51 @@ def _kinematic(scenario: Scenario, index: int) -> Legged:
 
 def board_auvs(
     scenario: Scenario, fleet: Fleet, walks: Array, biases: Array
-) -> tuple[DeadReckoning, FixedGain]:
+) -> tuple[DeadReckoning, LinearNavigator]:
     """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer."""
     navigation = scenario.navigation
     reckoning = DeadReckoning(
-        fleet.motion,
-        walks,
-        navigation.imu_rate_hz,
-        biases,
-        navigation.bias_frame,
+        fleet.motion, walks, navigation.imu_rate_hz, biases, navigation.bias_frame
     )
-    steering = np.zeros((len(fleet), 2)) if fleet.voyage is None else fleet.voyage.corrections
-    return reckoning, FixedGain(reckoning, navigation.gain, navigation.delay_compensation, steering)
+    if fleet.voyage is None:
+        steering = np.zeros((len(fleet), 2)), np.zeros((len(fleet), 7))
+    else:
+        fleet.voyage.has_learnt = navigation.filter == "kalman"
+        steering = fleet.voyage.corrections, fleet.voyage.learnt
+    return reckoning, LinearNavigator(
+        reckoning, _rule(scenario), _growth(scenario), _first_belief(scenario), *steering
+    )
+
+
+def _rule(scenario: Scenario) -> Rule:
+    """Return how fixes are weighed."""
+    navigation = scenario.navigation
+    if navigation.filter == "kalman":
+        return Rule(WEIGHED, at_ping=True, gate=navigation.nis_gate or 0.0)
+    gain = navigation.gain if navigation.filter == "fixed_gain" else 0.0
+    return Rule(gain, at_ping=navigation.delay_compensation == "shift", gate=0.0)
+
+
+def _growth(scenario: Scenario) -> Growth:
+    """Return how dead reckoning becomes unsure, as its own sensors' sheets say."""
+    navigation, water = scenario.navigation, scenario.environment
+    wander = 0.0
+    if navigation.velocity == "through_water":  # a Gauss-Markov current, as far as it is short-term
+        wander = 2 * water.current_variation_m_per_s**2 / water.current_variation_time_s
+    return Growth(navigation.random_walk_m_per_sqrt_s**2, wander, navigation.bias_frame == "body")
+
+
+def _first_belief(scenario: Scenario) -> Array:
+    """Return what AUVs believe at the start: that nothing is wrong, as surely as it may be so."""
+    navigation, water = scenario.navigation, scenario.environment
+    x, y = navigation.velocity_bias_m_per_s
+    sd = navigation.velocity_bias_sd_m_per_s
+    current = 0.0
+    if navigation.velocity == "through_water":
+        current = math.hypot(water.current_m_per_s, water.current_variation_m_per_s)
+    return first_belief(
+        navigation.initial_position_sd_m, (math.hypot(x, sd), math.hypot(y, sd)), current
+    )
 
 
 def turning_radius(scenario: Scenario) -> float:

@@ -15,11 +15,13 @@ from .columns import (
     BROADCAST_AT,
     CALL,
     CALLED_AT,
+    CORRECTION,
     DELIVERED_AT,
     ERROR,
     HEARD_BY,
     IN_RANGE_OF,
     LATENCY,
+    NIS,
     OF_AUV,
     OF_PING,
     OUTCOME,
@@ -27,7 +29,7 @@ from .columns import (
     SENT_AT,
 )
 from .compiled import compiled
-from .dead_reckoning import reckon
+from .dead_reckoning import Odometry
 from .events import (
     COLLIDED,
     DELIVERED,
@@ -38,10 +40,9 @@ from .events import (
     AuvMetrics,
     Utilisation,
 )
-from .motion import Ints
-from .navigation import corrections_of
+from .navigation import SURE
 from .recorder import Recorder
-from .samples import instants
+from .samples import Samples, instants, sample
 from .world import World
 from .worst import worst_of
 
@@ -126,13 +127,16 @@ def _service(fixes: Array, world: World) -> dict[str, Any]:
         "latency_from_broadcast_s": _mean(delivered - arrived[:, BROADCAST_AT]),
         "latency_from_slot_s": _mean(latency - slot) if in_slots else None,
         "fix_error_rms_m": _rms(fixes[:, ERROR]),
+        "nis": _mean(arrived[~np.isnan(arrived[:, NIS]), NIS]),
+        "fixes_refused": int(np.isnan(arrived[:, CORRECTION]).sum()),
     }
 
 
 def _accuracy(world: World, auv: int, times: Array, errors: Array) -> dict[str, Any]:
-    corrected_at, corrections = corrections_of(world.record.fixes.rows, auv)
+    """Return how far off an AUV was, and whether it knew."""
+    found = sample(world, auv, times)
     mean, square, largest, cross_track, imu = _errors(
-        errors, auv, times, corrected_at, corrections, *world.reckoning.known
+        errors, found.truth, found.odometry.position, found.estimate
     )
     if not math.isfinite(mean):
         lost_at = times[np.flatnonzero(~np.isfinite(errors))[0]]
@@ -145,39 +149,49 @@ def _accuracy(world: World, auv: int, times: Array, errors: Array) -> dict[str, 
         "cross_track_error_m": cross_track,
         "imu_error_m": imu,
         "fix_benefit_m": imu - mean,
+        "nees": _nees(world, auv, found),
     }
 
 
 @compiled
 def _errors(
-    errors: Array, auv: int, times: Array, corrected_at: Array, corrections: Array, table: Array,
-    first: Ints, step: float, walks: Array, rate: float, biases: Array,
-    in_body: bool,
-) -> tuple[float, float, float, float, float]:  # fmt: skip
-    """Write the horizontal errors (n,), m, of an AUV's estimate at instants (n,), s, that rise.
+    errors: Array, truth: Array, reckoned: Array, estimate: Array
+) -> tuple[float, float, float, float, float]:
+    """Write the horizontal errors (n,), m, of an estimate (n, 2), m, of the truth (n, 4).
 
     Return the mean, the mean square and the largest of them, and the mean errors across the heading
-    and of dead reckoning.  `corrections` as in :func:`.navigation.corrections_of`.
+    and of dead reckoning (n, 2).
     """
     total = square = largest = sideways = alone = 0.0
-    last, heading, cosine, sine = 0, 0.0, 1.0, 0.0
-    for k in range(times.size):
-        _, _, _, yaw, drift_x, drift_y = reckon(
-            auv, times[k], table, first, step, walks, rate, biases, in_body
-        )
-        while last + 1 < corrected_at.size and corrected_at[last + 1] <= times[k]:
-            last += 1
-        x, y = drift_x + corrections[last, 0], drift_y + corrections[last, 1]
-        if yaw != heading:  # lanes keep theirs
-            heading, cosine, sine = yaw, cos(yaw), sin(yaw)
+    heading, cosine, sine = 0.0, 1.0, 0.0
+    for k in range(len(truth)):
+        x, y = estimate[k, 0] - truth[k, 0], estimate[k, 1] - truth[k, 1]
+        drift_x, drift_y = reckoned[k, 0] - truth[k, 0], reckoned[k, 1] - truth[k, 1]
+        if truth[k, 3] != heading:  # lanes keep theirs
+            heading = truth[k, 3]
+            cosine, sine = cos(heading), sin(heading)
         errors[k] = sqrt(x * x + y * y)
         total += errors[k]
         square += x * x + y * y
         largest = max(largest, errors[k])
         sideways += abs(cosine * y - sine * x)
         alone += sqrt(drift_x * drift_x + drift_y * drift_y)
-    n = times.size
+    n = len(truth)
     return total / n, square / n, largest, sideways / n, alone / n
+
+
+def _nees(world: World, auv: int, found: Samples) -> float | None:
+    """Return the time mean of e' P^-1 e of the horizontal estimate, sampled once a second.
+
+    While an AUV is sure in some direction, as at the start, there is none.
+    """
+    thin = slice(None, None, max(1, round(world.scenario.record.metrics_hz)))
+    odometry = Odometry(*(column[thin] for column in found.odometry))
+    xx, yy, xy = world.navigator.covariance(auv, odometry).T
+    x, y = found.error[thin].T
+    determinant = xx * yy - xy**2
+    unsure = determinant > SURE * (xx + yy) ** 2
+    return _mean((yy * x**2 - 2 * xy * x * y + xx * y**2)[unsure] / determinant[unsure])
 
 
 def _ages(delivered: Array, end: float) -> dict[str, float]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled
-from .navigation import corrections_of
+from .dead_reckoning import Odometry
 from .world import World
 
 Array = NDArray[np.float64]
@@ -27,20 +27,30 @@ def instants(duration: float, rate: float) -> Array:
 
 @dataclass(frozen=True)
 class Samples:
-    """One AUV at n instants (s): truth x, y, z (m), yaw (rad), (n, 4), and its errors.
+    """One AUV at n instants (s): truth x, y, z (m), yaw (rad), (n, 4), and what it made of it.
 
-    `drift` is dead reckoning - truth, `error` estimate - truth; both horizontal, (n, 2), m.
+    `odometry` is what its own sensors told it, `estimate` where it believed to be (n, 2), m.
     """
 
     times: Array
     truth: Array
-    drift: Array
-    error: Array
+    odometry: Odometry
+    estimate: Array
+
+    @property
+    def error(self) -> Array:
+        """Estimate - truth, horizontal, shape (n, 2), m."""
+        return self.estimate - self.truth[:, :2]
+
+    @property
+    def drift(self) -> Array:
+        """Dead reckoning - truth, horizontal, shape (n, 2), m."""
+        return self.odometry.position - self.truth[:, :2]
 
     @property
     def position_error(self) -> Array:
         """Horizontal |estimate - truth|, shape (n,), m."""
-        return np.asarray(np.hypot(self.error[:, 0], self.error[:, 1]))
+        return np.asarray(np.hypot(*self.error.T))
 
     @property
     def cross_track_error(self) -> Array:
@@ -66,5 +76,5 @@ def across(yaw: Array, error: Array) -> Array:
 
 def sample(world: World, auv: int, times: Array) -> Samples:
     """Sample one AUV; its estimate at an instant includes a fix delivered at that instant."""
-    corrections = corrections_of(world.record.fixes.rows, auv)
-    return Samples(times, *world.reckoning.sample(auv, times, *corrections))
+    truth, odometry = world.reckoning.sample(auv, times)
+    return Samples(times, truth, odometry, world.navigator.estimate(auv, odometry))

@@ -227,8 +227,21 @@ class Navigation(Part):
     )
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, gt=0, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
-    filter: Literal["fixed_gain"] = key("fixed_gain", "", "how a fix corrects", PAPER)
-    gain: Real = key(0.9, "1", "gain gamma of eq. update", PAPER, gt=0, le=1)
+    filter: Literal["fixed_gain", "kalman", "dead_reckoning"] = key(
+        "fixed_gain",
+        "",
+        "how a fix corrects: by a fixed share, as covariances say, or never",
+        PAPER,
+    )
+    gain: Real = key(0.9, "1", "gain gamma of eq. update (fixed_gain)", PAPER, gt=0, le=1)
+    nis_gate: Real | None = key(
+        9.210340372,
+        "1",
+        "normalised innovation squared above which a fix is refused (kalman); null = none",
+        "chi-squared, 2 degrees of freedom, 99 %",
+        gt=0,
+        le=1e6,
+    )
     delay_compensation: Literal["none", "shift"] = key(
         "shift", "", "innovation against the present estimate, or that remembered at ping time"
     )

@@ -17,6 +17,7 @@ from .fleet import Fleet
 from .hydrophones import ARRAYS
 from .launch import board_auvs, launch_asvs, launch_auvs
 from .motion import places
+from .navigation import Navigator
 from .ranging import OneWay, TwoWay, strayed
 from .reception import Loss
 from .recorder import Recorder
@@ -48,6 +49,7 @@ class World:
     auv_fleet: Fleet
     asv_fleet: Fleet
     reckoning: DeadReckoning
+    navigator: Navigator
     record: Recorder
     board: Board | ReplyBoard
     uplink: Uplink
@@ -148,8 +150,8 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
     schedule = schedule_named(scenario.protocol.schedule)
     framed = is_framed(scenario.protocol.schedule, schedule)
     return World(
-        env, scenario, slots, auvs, asvs, reckoning, record, board, uplink, downlink, ranging,
-        schedule, BROADCASTERS[scenario.protocol.broadcaster], streams,
+        env, scenario, slots, auvs, asvs, reckoning, navigator, record, board, uplink, downlink,
+        ranging, schedule, BROADCASTERS[scenario.protocol.broadcaster], streams,
         scenario.protocol.frame_s if framed else 0.0,
     )  # fmt: skip
 

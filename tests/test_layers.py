@@ -12,7 +12,7 @@ LAYERS = [
     "compiled wording events worst columns streams progress palette quantities",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
-    "track_file currents vehicles dynamics guidance geodesy",
+    "belief track_file currents vehicles dynamics guidance geodesy",
     "consistency scenario_parts route_choice vehicle_choice scenario",
     "navigation recorder fleet",
     "uplink downlink ranging boards broadcasters schedules",

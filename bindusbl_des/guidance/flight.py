@@ -134,17 +134,17 @@ def fly(
     model: int, p: Floats, gains: Floats, states: Floats, memory: Floats, watch: Floats,
     rows: Floats, bounds: Ints, progress: Floats, active: Ints, currents: Floats, noise: Floats,
     bias: Floats, in_body: bool, walk: Floats, walk_rate: float, corrections: Floats,
-    missed: float, lines: Floats, logs: Floats, saturated: Flags, first: int, last: int,
-    control: float, step: float, steps: int, lost: Floats,
+    learnt: Floats, has_learnt: bool, missed: float, lines: Floats, logs: Floats,
+    saturated: Flags, first: int, last: int, control: float, step: float, steps: int, lost: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
     Vehicles are the first axis of `gains` (2,), `states`, `memory` (MEMORY,), `watch` (WATCH,),
     `bounds`, `progress` (tracks.PROGRESS,), `active` (intervals,), `noise` (intervals or 1, 2),
-    `bias` (2,), `walk` (samples, 2), `corrections` (2,), `lines` (drift.MEMORIES,), `logs`
-    (boundaries, logbook.COLUMNS), `saturated` (intervals,). Of `currents` (any, 2) the last row
-    holds; velocity logs miss the share `missed` (0 or 1) of it. Returns -1, or the vehicle lost,
-    with `lost` holding how it fares and when (s).
+    `bias` (2,), `walk` (samples, 2), `corrections` (2,), `learnt` (belief.TOLD,), `lines`
+    (drift.MEMORIES,), `logs` (boundaries, logbook.COLUMNS), `saturated` (intervals,). Of `currents`
+    (any, 2) the last row holds; velocity logs miss the share `missed` (0 or 1) of it. Returns -1,
+    or the vehicle lost, with `lost` holding how it fares and when (s).
     """
     size = states.shape[1]
     work, rates, spot = np.empty((5, size)), np.empty(size), np.empty(SPOT)
@@ -163,7 +163,12 @@ def fly(
             sensed[OFF_N] = spot[0] + off_n + fix[0] + corrections[i, 0] - told[NORTH]
             sensed[OFF_E] = spot[1] + off_e + fix[1] + corrections[i, 1] - told[EAST]
             _read_log(model, state, spot, current, missed, own_bias, in_body, sensed)
-            if missed > 0.0:
+            if has_learnt:
+                told_off = learnt[i]
+                north, east = belief.carried_on(time, log[line], told_off, in_body)
+                sensed[OFF_N], sensed[OFF_E] = sensed[OFF_N] - north, sensed[OFF_E] - east
+                belief.set_of(spot[3] if in_body else 0.0, told_off, sensed)
+            elif missed > 0.0:
                 drift.learn(time, corrections[i, 0], corrections[i, 1], lines[i])
                 sensed[SET_N], sensed[SET_E] = lines[i, drift.RATE_N], lines[i, drift.RATE_E]
             if rows.shape[0] > 0:  # there are paths, and stations are at the origin

@@ -44,7 +44,9 @@ class Voyage:
     REMUS 0.1 s).
     What a vehicle believes is truth + drift + noise + its row of `corrections` (n, 2), which anyone
     may write to: the sum of what fixes have put right. A log through the water gives it no other
-    word of the current. Without drift it does not matter when and how often the fleet is advanced.
+    word of the current, unless a filter writes the bias and current that it has learnt to its row
+    of `learnt` (n, belief.TOLD) and sets `has_learnt`. Without drift it does not matter when and
+    how often the fleet is advanced.
 
     Raises ValueError for arguments that do not fit, VoyageError for what cannot be flown.
     """
@@ -84,6 +86,8 @@ class Voyage:
         self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
         self._drift = belief.for_fleet(model, drift, count, self.duration_s)
         self.corrections = np.zeros((count, 2))
+        self.learnt = np.zeros((count, belief.TOLD))
+        self.has_learnt = False
         self.tracks, self._vessels = self._set_out(
             paths,
             departure.for_each(model, "speed_m_per_s", speed_m_per_s, count),
@@ -148,8 +152,9 @@ class Voyage:
             self.model.equations, vessels.hull, vessels.gains, vessels.states, vessels.memory,
             vessels.watch, self.tracks.rows, self.tracks.bounds, self._progress, self.active,
             self._currents, self._noise, drift.bias, drift.in_body, drift.walk, drift.rate,
-            self.corrections, float(drift.through_water), vessels.lines, self.logs, self.at_limit,
-            self._flown, wanted, self.control_s, self.step_s, self._steps, self._lost,
+            self.corrections, self.learnt, self.has_learnt, float(drift.through_water),
+            vessels.lines, self.logs, self.at_limit, self._flown, wanted, self.control_s,
+            self.step_s, self._steps, self._lost,
         )  # fmt: skip
         if lost >= 0:
             raise VoyageError(self.names[lost], float(self._lost[1]), self._reason(lost))

@@ -1,0 +1,244 @@
+"""What AUVs believe of their dead reckoning, and how fixes change it, against worked examples."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+from worlds import QUIET_NAVIGATION, QUIET_USBL, paper_case, scenario
+
+from bindusbl_des import Scenario, simulate
+from bindusbl_des.belief import SPREAD, STATE, STATES, Growth, carry, first_belief, weigh
+from bindusbl_des.columns import (
+    AUV_OF_FIX,
+    CORRECTION,
+    COVARIANCE,
+    DELIVERED_AT,
+    FIX_COLUMNS,
+    INNOVATION,
+    NIS,
+    PINGED_AT,
+    POSITION,
+    SD,
+)
+from bindusbl_des.dead_reckoning import DeadReckoning
+from bindusbl_des.motion import together
+from bindusbl_des.navigation import MOST_REFUSED, REMEMBERED, WEIGHED, LinearNavigator, Rule
+from bindusbl_des.vehicles import recorded
+
+KALMAN = Rule(WEIGHED, at_ping=True, gate=0.0)
+
+
+def straight(speed: float, seconds: float = 1000.0) -> DeadReckoning:
+    """Return the faultless dead reckoning of an AUV that goes north at a speed (m/s)."""
+    track = recorded(np.array([0.0, seconds]), np.array([[0, 0, 5], [speed * seconds, 0, 5]]))
+    return DeadReckoning(together([track.legs]), np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), "world")
+
+
+def fixes_at(
+    pinged: list[float], delivered: list[float], places: np.ndarray, sd: float
+) -> np.ndarray:
+    """Return the rows of fixes of one AUV."""
+    fixes = np.full((len(pinged), FIX_COLUMNS), np.nan)
+    fixes[:, AUV_OF_FIX] = 0
+    fixes[:, PINGED_AT], fixes[:, DELIVERED_AT] = pinged, delivered
+    fixes[:, POSITION : POSITION + 2] = places
+    fixes[:, SD : SD + 2], fixes[:, COVARIANCE] = sd, 0.0
+    return fixes
+
+
+def navigator_of(
+    reckoning: DeadReckoning, rule: Rule, growth: Growth, first: np.ndarray
+) -> LinearNavigator:
+    """Return the navigator of one AUV, by which nobody steers."""
+    steering = np.zeros((1, 2)), np.zeros((1, 7))
+    return LinearNavigator(reckoning, rule, growth, first, *steering)
+
+
+def estimate(
+    navigator: LinearNavigator, reckoning: DeadReckoning, time: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the AUV believes to be, and how surely (xx, yy, xy), at an instant (s)."""
+    odometry = reckoning.sample(0, np.array([time]))[1]
+    return navigator.estimate(0, odometry)[0], navigator.covariance(0, odometry)[0]
+
+
+def test_a_late_fix_speaks_of_its_ping() -> None:
+    """A ping at 1 s, delivered at 1.5 s: as reprocessing and stochastic cloning have it.
+
+    Source: worked example with x = [p, b] = 0, P = diag(1, 0.01), u = 1 m/s, q = 0.027^2.
+    """
+    reckoning, growth = straight(1.0), Growth(0.027**2, 0.0, in_body=True)
+    first = first_belief(1.0, (0.1, 0.1), 0.0)
+    navigator = navigator_of(reckoning, KALMAN, growth, first)
+    fixes = fixes_at([1.0], [1.5], np.array([[0.8, 0.0]]), 0.5)
+    navigator.correct(fixes, np.array([0]))
+    place, spread = estimate(navigator, reckoning, 1.5)
+    assert place[0] == pytest.approx(1.3388664, abs=5e-8)
+    assert spread[0] == pytest.approx(0.205253157673, abs=1e-12)
+    assert fixes[0, INNOVATION] == pytest.approx(0.2)
+    # until it is delivered, nobody knows of it
+    assert estimate(navigator, reckoning, 1.25)[0] == pytest.approx([1.25, 0.0])
+    naive = first.copy()
+    carry(naive, 1.0, 1.0, 0.0, *growth)
+    gain = naive[SPREAD:].reshape(STATES, STATES)[:, :2] / (naive[SPREAD] + 0.25)
+    weigh(naive, gain, -(0.8 - 1.0), 0.0, (0.25, 0.25, 0.0))
+    carry(naive, 1.5, 1.5, 0.0, *growth)
+    p = naive[SPREAD:].reshape(STATES, STATES)
+    assert naive[STATE + 2] == pytest.approx(0.00158638, abs=5e-9)  # too fast, and that is the bias
+    assert (p[0, 0], p[0, 2], p[2, 2]) == pytest.approx(
+        (0.205253157673, 0.006943320095, 0.009920680812), abs=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("period", "gains", "before", "after"),
+    [
+        (1.59, (0.071079720, 0.000243062), 0.019129661, 0.017769930),
+        (4.02, (0.115030468, 0.000377231), 0.032495601, 0.028757617),
+    ],
+)
+def test_the_gain_settles_where_riccati_says(
+    period: float, gains: tuple[float, float], before: float, after: float
+) -> None:
+    """A current that wanders by 1e-8 m2/s3, fixes of 0.5 m: the gains of the Riccati equation."""
+    belief = first_belief(1.0, (0.0, 0.0), 0.1)
+    p = belief[SPREAD:].reshape(STATES, STATES)
+    for k in range(1, 4000):
+        carry(belief, k * period, k * period, 0.0, 0.027**2, 1e-8, True)
+        gain, was = p[:, :2] / (p[0, 0] + 0.25), p[0, 0]
+        weigh(belief, gain, 0.0, 0.0, (0.25, 0.25, 0.0))
+    assert (gain[0, 0], -gain[4, 0]) == pytest.approx(gains, rel=3e-6)
+    assert (was, p[0, 0]) == pytest.approx((before, after), rel=1e-7)
+
+
+@given(st.randoms(use_true_random=False), st.booleans())
+def test_the_order_of_delivery_changes_nothing_in_the_end(draw: object, in_body: bool) -> None:
+    """Fixes delivered out of the order of their pings leave the belief that the order leaves."""
+    rng = np.random.default_rng(draw.randint(0, 2**32))  # type: ignore[attr-defined]
+    reckoning, growth = straight(0.6), Growth(0.03**2, 1e-5, in_body)
+    first = first_belief(0.5, (0.1, 0.2), 0.1)
+    pinged = np.sort(rng.uniform(0.0, 90.0, REMEMBERED - 1)).tolist()
+    places = rng.normal(0.0, 2.0, (len(pinged), 2)) + np.outer(pinged, (0.6, 0.0))
+    beliefs = []
+    for order in (np.arange(len(pinged)), rng.permutation(len(pinged))):
+        navigator = navigator_of(reckoning, KALMAN, growth, first)
+        fixes = fixes_at(pinged, [99.0] * len(pinged), places, 0.7)
+        for row in order:
+            navigator.correct(fixes, np.array([row]))
+        beliefs.append(np.concatenate(estimate(navigator, reckoning, 100.0)))
+    assert beliefs[0] == pytest.approx(beliefs[1], abs=1e-9)
+
+
+def test_a_wild_fix_is_refused_and_a_lost_navigator_comes_back() -> None:
+    """One outlier changes nothing; when everything looks like one, the belief gives way."""
+    reckoning, growth = straight(0.0), Growth(1e-4, 0.0, in_body=True)
+    rule = Rule(WEIGHED, at_ping=True, gate=9.21)
+    navigator = LinearNavigator(
+        reckoning,
+        rule,
+        growth,
+        first_belief(0.1, (0.0, 0.0), 0.0),
+        np.zeros((1, 2)),
+        np.zeros((1, 7)),
+    )
+    count = int(MOST_REFUSED) + 1
+    instants = [float(k) for k in range(1, count + 1)]
+    fixes = fixes_at(instants, instants, np.array([[30.0, 0.0]] * count), 0.5)
+    for row in range(count - 1):
+        navigator.correct(fixes, np.array([row]))
+        assert estimate(navigator, reckoning, instants[row])[0].tolist() == [0.0, 0.0]
+    navigator.correct(fixes, np.array([count - 1]))
+    assert estimate(navigator, reckoning, instants[-1])[0][0] > 0.5
+    assert np.isnan(fixes[:-1, CORRECTION]).all()
+    assert fixes[-1, CORRECTION] > 0.5
+    assert (fixes[:, NIS] > 1000).all()
+
+
+def test_what_comes_too_late_for_its_place_is_left_out() -> None:
+    """A fix older than all that a navigator remembers of has no place, and no effect."""
+    reckoning, growth = straight(0.0), Growth(1e-4, 0.0, in_body=True)
+    navigator = LinearNavigator(
+        reckoning,
+        KALMAN,
+        growth,
+        first_belief(0.1, (0.0, 0.0), 0.0),
+        np.zeros((1, 2)),
+        np.zeros((1, 7)),
+    )
+    pinged = [*map(float, range(10, 11 + REMEMBERED)), 1.0]
+    fixes = fixes_at(pinged, [50.0] * len(pinged), np.zeros((len(pinged), 2)), 0.5)
+    fixes[-1, POSITION] = 5.0
+    for row in range(len(fixes)):
+        navigator.correct(fixes, np.array([row]))
+    assert estimate(navigator, reckoning, 60.0)[0].tolist() == [0.0, 0.0]
+    assert np.isnan(fixes[-1, [INNOVATION, NIS, CORRECTION]]).all()
+
+
+def drawn(**changes: object) -> Scenario:
+    """Return the recovery mission with inertial systems that are drawn, and a Kalman navigator."""
+    navigation = {
+        "filter": "kalman",
+        "velocity_bias_m_per_s": [0.0, 0.0],
+        "velocity_bias_sd_m_per_s": 0.06,
+        **changes,
+    }
+    return paper_case(3, navigation=navigation, acoustics={"loss": {"combine": "off"}})
+
+
+def test_kalman_halves_the_error() -> None:
+    """Over 100 seeds the RMS error of every AUV is below half that of the fixed gain."""
+    runs = {
+        name: [simulate(drawn(filter=name), seed).auvs for seed in range(100)]
+        for name in ("kalman", "fixed_gain")
+    }
+    rms = {
+        name: np.sqrt(np.mean([run.position_error_rms_m**2 for run in found], axis=0))
+        for name, found in runs.items()
+    }
+    assert (rms["kalman"] < 0.5 * rms["fixed_gain"]).all()
+
+
+@pytest.mark.parametrize("changes", [{}, {"initial_position_sd_m": 2.0}, {"bias_frame": "world"}])
+def test_errors_are_as_large_as_covariances_say(changes: dict[str, object]) -> None:
+    """NEES at one instant over 100 seeds lies within the 99.9 % bounds of its mean."""
+    runs, instant = 100, 200.0
+    low, high = stats.chi2.ppf((0.0005, 0.9995), 2 * runs) / runs
+    base = drawn(**changes)
+    data = base.model_dump(mode="json")
+    data |= {"duration_s": instant + 0.1, "record": {"detail": "full", "tracks_hz": 1 / instant}}
+    tested = Scenario.model_validate(data)
+    found = []
+    for seed in range(runs):
+        rows = simulate(tested, seed).tables["tracks"]
+        rows = rows[(rows.time_s == instant) & rows.vehicle.str.startswith("AUV")]
+        x, y = rows.estimate_x_m - rows.x_m, rows.estimate_y_m - rows.y_m
+        xx, yy, xy = rows.estimate_sd_x_m**2, rows.estimate_sd_y_m**2, rows.estimate_cov_xy_m2
+        found.append((yy * x**2 - 2 * xy * x * y + xx * y**2) / (xx * yy - xy**2))
+    means = np.mean(found, axis=0)
+    assert ((low < means) & (means < high)).all(), means
+
+
+def test_who_knows_everything_needs_no_fix() -> None:
+    """Without noise of any kind the Kalman navigator has nothing to weigh, and makes no NaN."""
+    result = simulate(
+        scenario(
+            duration_s=60.0,
+            usbl=QUIET_USBL,
+            navigation={**QUIET_NAVIGATION, "filter": "kalman"},
+        )
+    )
+    assert result.auvs.position_error_max_m.max() < 1e-9
+    assert result.auvs.fixes_delivered.min() > 0
+
+
+def test_dead_reckoning_alone_is_a_navigator() -> None:
+    """It takes fixes for what they are, news of how wrong it is, and does nothing about it."""
+    result = simulate(scenario(duration_s=60.0, navigation={"filter": "dead_reckoning"}))
+    assert result.auvs.position_error_m.tolist() == result.auvs.imu_error_m.tolist()
+    fixes = result.tables["fixes"].query("outcome == 'delivered'")
+    assert (fixes.correction_m == 0.0).all()
+    assert (fixes.innovation_m > 0.0).all()
+    assert math.isclose(result.auvs.fix_benefit_m.max(), 0.0)
