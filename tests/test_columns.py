@@ -27,7 +27,7 @@ FIX = {
     "cov_xy_m2": at.COVARIANCE, "cov_xz_m2": at.COVARIANCE + 1, "cov_yz_m2": at.COVARIANCE + 2,
     "error_m": at.ERROR, "broadcast_at_s": at.BROADCAST_AT, "broadcast_by": at.BROADCAST_BY,
     "delivered_at_s": at.DELIVERED_AT, "latency_s": at.LATENCY, "innovation_m": at.INNOVATION,
-    "correction_m": at.MOVED, "outcome": at.OUTCOME_OF_FIX,
+    "correction_m": at.CORRECTION, "nis": at.NIS, "outcome": at.OUTCOME_OF_FIX,
 }  # fmt: skip
 CALL = {
     "sent_at_s": at.CALL_SENT_AT, "asv": at.CALL_AT_ASV, "arrived_at_s": at.CALL_ARRIVED_AT,
@@ -39,6 +39,8 @@ TRACK_POINT = {
     "estimate_x_m": at.ESTIMATE, "estimate_y_m": at.ESTIMATE + 1, "estimate_z_m": at.DEPTH,
     "imu_x_m": at.IMU, "imu_y_m": at.IMU + 1, "position_error_m": at.POSITION_ERROR,
     "cross_track_error_m": at.CROSS_TRACK_ERROR, "path_error_m": at.PATH_ERROR,
+    "estimate_sd_x_m": at.ESTIMATE_SPREAD, "estimate_sd_y_m": at.ESTIMATE_SPREAD + 1,
+    "estimate_cov_xy_m2": at.ESTIMATE_SPREAD + 2,
 }  # fmt: skip
 
 
@@ -57,7 +59,7 @@ def test_columns_that_only_missions_need_come_after_the_events() -> None:
     own = [at.CALL_TIME, at.FIRST, at.END, at.PASSED_AT, at.LONGEST, at.CALLS]
     assert own == list(range(told, at.PING_COLUMNS))
     told = len(fields(Fix))
-    own = [at.FUSED_END, at.ARRIVES_AT, at.CORRECTION, at.CORRECTION + 1]
+    own = [at.FUSED_END, at.ARRIVES_AT]
     assert own == list(range(told, at.FIX_COLUMNS))
     assert len(fields(TrackPoint)) == at.TRACK_COLUMNS
     record = Recorder()

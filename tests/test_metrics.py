@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from worlds import scenario, still
 
 from bindusbl_des import simulate
+from bindusbl_des.dead_reckoning import Odometry
 from bindusbl_des.metrics import _ages, _p95
+from bindusbl_des.navigation import LinearNavigator
 from bindusbl_des.worst import WORST_IS_LARGEST, worst
 
 
@@ -140,10 +142,11 @@ def test_nobody_is_worse_than_the_worst(metric: str, values: list[float | None])
 def test_an_estimate_that_is_no_number_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rather than to pass for a missing value in every mean, it ends the run: whose, and when."""
 
-    def lost(fixes: np.ndarray, auv: int) -> tuple[np.ndarray, np.ndarray]:
-        return np.array([0.0, 12.5]), np.array([[0.0, 0.0], [math.nan if auv == 1 else 0.0, 0.0]])
+    def lost(self: LinearNavigator, auv: int, odometry: Odometry) -> np.ndarray:
+        past = odometry.times[:, None] >= 12.5
+        return np.where(past & (auv == 1), math.nan, odometry.position)
 
-    monkeypatch.setattr("bindusbl_des.metrics.corrections_of", lost)
+    monkeypatch.setattr(LinearNavigator, "estimate", lost)
     with pytest.raises(ArithmeticError, match=r"AUV1's estimate is no number from 12\.5 s on"):
         simulate(still(2, duration_s=20.0, record={"detail": "summary"}))
     monkeypatch.undo()

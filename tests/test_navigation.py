@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from worlds import scenario
+from worlds import believed, fixed_gain, scenario
 
 from bindusbl_des import simulate
 from bindusbl_des.columns import (
@@ -16,13 +16,11 @@ from bindusbl_des.columns import (
     DELIVERED_AT,
     FIX_COLUMNS,
     INNOVATION,
-    MOVED,
     POSITION,
     VALID_AT,
 )
 from bindusbl_des.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
 from bindusbl_des.motion import together
-from bindusbl_des.navigation import FixedGain
 from bindusbl_des.paths import Path as RoutePath
 from bindusbl_des.paths import Pose, Segment
 from bindusbl_des.routes import lawnmower
@@ -108,7 +106,8 @@ def test_between_samples_the_drift_is_linear() -> None:
     reckoning = DeadReckoning(still, walks, 2.0, (0.0, 0.0), "world")
     middle = (np.array(reckoning.at(0, 0.5)) + np.array(reckoning.at(0, 1.0))) / 2
     assert reckoning.at(0, 0.75) == pytest.approx(middle)
-    truth, drift, _ = reckoning.sample(0, np.array([0.75, 2.0]), np.zeros(1), np.zeros((1, 2)))
+    truth, odometry = reckoning.sample(0, np.array([0.75, 2.0]))
+    drift = odometry.position - truth[:, :2]
     assert truth[0].tolist() == [3.0, 4.0, 5.0, 0.0]
     assert truth[0, :2] + drift[0] == pytest.approx(middle)
     assert reckoning.at(0, 2.0) == pytest.approx(truth[1, :2] + drift[1])
@@ -133,9 +132,9 @@ def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> No
     reckoning = DeadReckoning(together([vehicle.legs]), np.zeros((1, 2, 2)), 1.0, BIAS, frame)
     times = np.array([0.0, 12.3, 45.0, 130.7, 250.0])
     expected = bias_drift(BIAS, frame, times, vehicle.heading_integral(times))
-    applied = np.array([[0.0, 0.0], [1.0, 2.0]])
-    truth, drift, error = reckoning.sample(0, times, np.array([0.0, 45.0]), applied)
-    assert error - drift == pytest.approx(applied[[0, 0, 1, 1, 1]])
+    truth, odometry = reckoning.sample(0, times)
+    drift = odometry.position - truth[:, :2]
+    assert odometry.headings == pytest.approx(vehicle.heading_integral(times))
     assert truth == pytest.approx(vehicle.sample(times))
     assert drift == pytest.approx(expected, abs=1e-12)
     assert reckoning.at(0, 45.0) == pytest.approx(truth[2, :2] + expected[2])
@@ -173,14 +172,18 @@ def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
         noise[:, 1:] = rng.standard_normal((auvs, steps, 2))
         walks = random_walk(1 / step, sigma, noise)
         reckoning = DeadReckoning(motion, walks, 1 / step, (bias, 0.0), "world")
-        navigator = FixedGain(reckoning, gain, compensation, np.zeros((auvs, 2)))
+        navigator = fixed_gain(reckoning, gain, compensation, np.zeros((auvs, 2)))
         for k in range(1, fixes + 1):
             pinged, now = k * period - latency, k * period
-            before[fleet] = [navigator.estimate(auv, now)[0] - speed * now for auv in range(auvs)]
+            before[fleet] = [
+                believed(navigator, reckoning, auv, now)[0] - speed * now for auv in range(auvs)
+            ]
             made = fixes_of(auvs, pinged, now)
             made[:, POSITION] = speed * pinged + fix_sd * rng.standard_normal(auvs)
             navigator.correct(made, np.arange(auvs))
-            after[fleet] = [navigator.estimate(auv, now)[0] - speed * now for auv in range(auvs)]
+            after[fleet] = [
+                believed(navigator, reckoning, auv, now)[0] - speed * now for auv in range(auvs)
+            ]
     expected = {m: CHECKS[f"fixed_gain T={period:g} {case} {m}"]["value"] for m in
                 ("m_minus", "m_plus", "V_minus", "V_plus")}  # fmt: skip
     for errors, side in ((before, "minus"), (after, "plus")):
@@ -193,13 +196,14 @@ def test_overlapping_fixes_are_not_charged_twice() -> None:
     """A fix pinged before, but delivered after another's correction, does not correct again."""
     still = together([moored(Place(10.0, 0.0, 5.0, 0.0)).legs])
     reckoning = DeadReckoning(still, np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), "world")
-    navigator = FixedGain(reckoning, 1.0, "shift", np.zeros((1, 2)))
+    navigator = fixed_gain(reckoning, 1.0, "shift", np.zeros((1, 2)))
     fixes = np.concatenate((fixes_of(1, 1.0, 3.0), fixes_of(1, 2.0, 4.0)))
     navigator.correct(fixes, np.array([0]))
-    assert navigator.estimate(0, 3.0) == (0.0, 0.0)
+    assert believed(navigator, reckoning, 0, 3.0) == [0.0, 0.0]
     navigator.correct(fixes, np.array([1]))
     assert fixes[:, INNOVATION].tolist() == [10.0, 0.0]
-    assert fixes[:, CORRECTION : CORRECTION + 2].tolist() == [[-10.0, 0.0], [-10.0, 0.0]]
+    assert fixes[:, CORRECTION].tolist() == [10.0, 0.0]
+    assert believed(navigator, reckoning, 0, 4.0) == [0.0, 0.0]
 
 
 def test_a_fix_corrects_only_the_auv_that_it_locates() -> None:
@@ -208,13 +212,14 @@ def test_a_fix_corrects_only_the_auv_that_it_locates() -> None:
     still = together([moored(Place(x, y, 5.0, 0.0)).legs for x, y in places])
     reckoning = DeadReckoning(still, np.zeros((3, 2, 2)), 1.0, (0.0, 0.0), "world")
     wanted = np.zeros((3, 2))
-    navigator = FixedGain(reckoning, 0.5, "none", wanted)
+    navigator = fixed_gain(reckoning, 0.5, "none", wanted)
     fixes = fixes_of(3, 1.0, 3.0)
     navigator.correct(fixes, np.array([2, 0]))
     assert wanted.tolist() == [[-5.0, 0.0], [0.0, 0.0], [-15.0, -3.5]]
-    assert [navigator.estimate(auv, 3.0) for auv in range(3)] == [(5, 0), (20, 5), (15, 3.5)]
-    assert fixes[[0, 2], MOVED] == pytest.approx([5.0, np.hypot(15.0, 3.5)])
-    assert np.isnan(fixes[1, [INNOVATION, MOVED]]).all()
+    places = [believed(navigator, reckoning, auv, 3.0) for auv in range(3)]
+    assert places == [[5, 0], [20, 5], [15, 3.5]]
+    assert fixes[[0, 2], CORRECTION] == pytest.approx([5.0, np.hypot(15.0, 3.5)])
+    assert np.isnan(fixes[1, [INNOVATION, CORRECTION]]).all()
 
 
 def test_fixes_beat_dead_reckoning_in_a_mission() -> None:

@@ -19,9 +19,9 @@ from bindusbl_des.columns import (
     FIX_COLUMNS,
     INNOVATION,
     NIS,
-    PINGED_AT,
     POSITION,
     SD,
+    VALID_AT,
 )
 from bindusbl_des.dead_reckoning import DeadReckoning
 from bindusbl_des.motion import together
@@ -43,7 +43,7 @@ def fixes_at(
     """Return the rows of fixes of one AUV."""
     fixes = np.full((len(pinged), FIX_COLUMNS), np.nan)
     fixes[:, AUV_OF_FIX] = 0
-    fixes[:, PINGED_AT], fixes[:, DELIVERED_AT] = pinged, delivered
+    fixes[:, VALID_AT], fixes[:, DELIVERED_AT] = pinged, delivered
     fixes[:, POSITION : POSITION + 2] = places
     fixes[:, SD : SD + 2], fixes[:, COVARIANCE] = sd, 0.0
     return fixes

@@ -2,7 +2,12 @@
 
 from typing import Any
 
+import numpy as np
+
 from bindusbl_des import Scenario
+from bindusbl_des.belief import Growth, first_belief
+from bindusbl_des.dead_reckoning import DeadReckoning
+from bindusbl_des.navigation import LinearNavigator, Rule
 
 QUIET_USBL = {
     "tdoa_sd_s": 0.0, "travel_time_sd_s": 0.0, "quantum_s": 0.0,
@@ -53,3 +58,22 @@ def paper_case(asvs: int, angle_deg: float = 0.0, **changes: Any) -> Scenario:
         "record": {"detail": "summary"},
     }
     return scenario(**merged(base, changes))
+
+
+def fixed_gain(
+    reckoning: DeadReckoning, gain: float, compensation: str, corrections: np.ndarray
+) -> LinearNavigator:
+    """Return the paper's navigators, which write their corrections (n, 2) to where one wants."""
+    rule, growth = Rule(gain, compensation == "shift", gate=0.0), Growth(0.0, 0.0, in_body=True)
+    learnt = np.zeros((len(corrections), 7))
+    first = first_belief(0.0, (0.0, 0.0), 0.0)
+    return LinearNavigator(reckoning, rule, growth, first, corrections, learnt)
+
+
+def believed(
+    navigator: LinearNavigator, reckoning: DeadReckoning, auv: int, time: float
+) -> list[float]:
+    """Return where an AUV believes to be (m) at an instant (s)."""
+    odometry = reckoning.sample(auv, np.array([time]))[1]
+    place: list[float] = navigator.estimate(auv, odometry)[0].tolist()
+    return place
