@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .scenario import Scenario
 
 SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
+FILTERS = ("fixed_gain", "kalman", "dead_reckoning")
 FRAMED_SCHEDULES = ("round_robin", "random")
 
 # A mission larger than this would exhaust the memory of any workstation.
@@ -36,6 +37,7 @@ def problems(scenario: "Scenario") -> list[Problem]:
         *_route(scenario),
         *_formation(scenario),
         *_protocol(scenario),
+        *_navigation(scenario),
         *_usbl(scenario),
         *_sizes(scenario),
     ]
@@ -154,6 +156,16 @@ def _formation(scenario: "Scenario") -> Iterator[Problem]:
             "asvs.formation.radius_m",
             "excludes clearance_m (R_f = hf.range_m + clearance_m); keep one of them",
             ("asvs.formation.clearance_m",),
+        )
+
+
+def _navigation(scenario: "Scenario") -> Iterator[Problem]:
+    name = scenario.navigation.filter
+    if name not in FILTERS and ":" not in name:
+        yield Problem(
+            "navigation.filter",
+            f"{name!r} is no filter{did_you_mean(name, FILTERS)} (one of {', '.join(FILTERS)}, or "
+            "your own as module:object)",
         )
 
 

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .belief import Growth, first_belief
+from .consistency import FILTERS
 from .dead_reckoning import DeadReckoning
 from .fleet import Fleet
 from .formations import formation, formation_radius
 from .motion import together
-from .navigation import WEIGHED, LinearNavigator, Rule
+from .navigation import WEIGHED, LinearNavigator, Navigator, Rule
+from .own_navigator import OwnNavigator
+from .own_parts import own_part
 from .paths import Path
 from .routes import lawnmower, waypoint_path
 from .scenario import Scenario
@@ -97,7 +100,7 @@ def _kinematic(scenario: Scenario, index: int) -> Legged:
 
 def board_auvs(
     scenario: Scenario, fleet: Fleet, walks: Array, biases: Array
-) -> tuple[DeadReckoning, LinearNavigator]:
+) -> tuple[DeadReckoning, Navigator]:
     """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer."""
     navigation = scenario.navigation
     reckoning = DeadReckoning(
@@ -108,6 +111,9 @@ def board_auvs(
     else:
         fleet.voyage.has_learnt = navigation.filter == "kalman"
         steering = fleet.voyage.corrections, fleet.voyage.learnt
+    if ":" in navigation.filter:
+        make = own_part("navigation.filter", navigation.filter, FILTERS)
+        return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
     return reckoning, LinearNavigator(
         reckoning, _rule(scenario), _growth(scenario), _first_belief(scenario), *steering
     )

@@ -227,11 +227,12 @@ class Navigation(Part):
     )
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, gt=0, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
-    filter: Literal["fixed_gain", "kalman", "dead_reckoning"] = key(
+    filter: Text = key(
         "fixed_gain",
         "",
-        "how a fix corrects: by a fixed share, as covariances say, or never",
+        "fixed_gain | kalman | dead_reckoning, or module:object: how a fix corrects",
         PAPER,
+        min_length=1,
     )
     gain: Real = key(0.9, "1", "gain gamma of eq. update (fixed_gain)", PAPER, gt=0, le=1)
     nis_gate: Real | None = key(

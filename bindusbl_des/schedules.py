@@ -8,7 +8,6 @@ is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 
 import networkx as nx
 import numpy as np
@@ -22,6 +21,7 @@ from .conflicts import (
     ping_groups,
 )
 from .consistency import FRAMED_SCHEDULES
+from .own_parts import own_part
 
 Array = NDArray[np.float64]
 Groups = Sequence[Sequence[int]]
@@ -96,19 +96,7 @@ def schedule_named(name: str) -> Schedule:
     """
     if name in SCHEDULES:
         return SCHEDULES[name]
-    module, _, attribute = name.partition(":")
-    try:
-        found = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ValueError(
-            f"protocol.schedule: cannot load {name!r} ({error}); name an importable module:object "
-            f"(is its folder on PYTHONPATH?) or one of {', '.join(SCHEDULES)}"
-        ) from None
-    if not callable(found):
-        raise ValueError(
-            f"protocol.schedule: {name!r} is a {type(found).__name__}, not a function of a View"
-        )
-    return OwnSchedule(name, found)
+    return OwnSchedule(name, own_part("protocol.schedule", name, SCHEDULES))
 
 
 @dataclass(frozen=True)

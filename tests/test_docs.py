@@ -20,8 +20,8 @@ from bindusbl_des.scenario_keys import keys
 
 ROOT = Path(__file__).parents[1]
 MANUAL = (
-    "index.md", "tutorial.md", "model.md", "vehicles.md", "frames.md", "extending.md",
-    "clusters.md", "validation.md", "citing.md",
+    "index.md", "tutorial.md", "model.md", "navigation.md", "vehicles.md", "frames.md",
+    "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 

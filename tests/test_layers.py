@@ -9,12 +9,12 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled wording events worst columns streams progress palette quantities",
+    "compiled own_parts wording events worst columns streams progress palette quantities",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
     "consistency scenario_parts route_choice vehicle_choice scenario",
-    "navigation recorder fleet",
+    "navigation own_navigator recorder fleet",
     "uplink downlink ranging boards broadcasters schedules",
     "voyages launch world protocol samples metrics",
     "arrow_columns tables event_tables rounds figures summary result simulation explain report "

@@ -23,7 +23,7 @@ from bindusbl_des.columns import (
     SD,
     VALID_AT,
 )
-from bindusbl_des.dead_reckoning import DeadReckoning
+from bindusbl_des.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.motion import together
 from bindusbl_des.navigation import MOST_REFUSED, REMEMBERED, WEIGHED, LinearNavigator, Rule
 from bindusbl_des.vehicles import recorded
@@ -242,3 +242,65 @@ def test_dead_reckoning_alone_is_a_navigator() -> None:
     assert (fixes.correction_m == 0.0).all()
     assert (fixes.innovation_m > 0.0).all()
     assert math.isclose(result.auvs.fix_benefit_m.max(), 0.0)
+
+
+class Still:
+    """A navigator of somebody's own that believes whatever the last fix said, and is told so."""
+
+    def __init__(self, reckoning: DeadReckoning, auvs: int) -> None:
+        self.held: list[list[tuple[float, np.ndarray]]] = [[] for _ in range(auvs)]
+
+    def correct(self, fixes: np.ndarray, due: np.ndarray) -> None:
+        for fix in fixes[due]:
+            place = fix[POSITION : POSITION + 2].copy()
+            self.held[int(fix[AUV_OF_FIX])].append((fix[DELIVERED_AT], place))
+
+    def estimate(self, auv: int, odometry: Odometry) -> np.ndarray:
+        out = odometry.position.copy()
+        for since, place in self.held[auv]:
+            out[odometry.times >= since] = place
+        return out
+
+    def covariance(self, auv: int, odometry: Odometry) -> np.ndarray:
+        return np.tile((4.0, 4.0, 0.0), (len(odometry.times), 1))
+
+
+class Silent(Still):
+    """Answers nothing that could be used."""
+
+    def estimate(self, auv: int, odometry: Odometry) -> np.ndarray:
+        return np.full((1, 7), np.nan)
+
+
+@pytest.mark.parametrize("vehicle", ["kinematic", "bluerov2"])
+def test_a_navigator_of_ones_own_is_asked(vehicle: str) -> None:
+    """Tracks, metrics and an autopilot have its estimate, which is not additive."""
+    feedback = "truth" if vehicle == "kinematic" else "estimate"
+    result = simulate(
+        scenario(
+            duration_s=40.0,
+            survey={"side_m": 60.0},
+            auvs={"count": 2, "vehicle": vehicle, "feedback": feedback, "speed_m_per_s": 0.3},
+            asvs={"count": 1, "formation": {"radius_m": 0.0}},
+            navigation={"filter": "test_navigators:Still"},
+        )
+    )
+    tracks = result.tables["tracks"].query("vehicle == 'AUV0'")
+    fixes = result.tables["fixes"].query("auv == 'AUV0' and outcome == 'delivered'")
+    last = fixes[fixes.delivered_at_s <= tracks.time_s.iloc[-1]].iloc[-1]
+    assert tracks.estimate_x_m.iloc[-1] == pytest.approx(last.x_m)
+    assert (tracks.estimate_sd_x_m == 2.0).all()
+    assert (fixes.correction_m > 0).all()
+
+
+def test_what_a_navigator_of_ones_own_gets_wrong_is_told() -> None:
+    """Its name, the verb, and what was expected."""
+    for name, message in (
+        ("test_navigators:Silent", "answered estimate with an array of shape"),
+        ("test_navigators:Nobody", "cannot load 'test_navigators:Nobody'"),
+        ("math:sqrt", "'math:sqrt' raised TypeError"),
+    ):
+        with pytest.raises(ValueError, match=f"navigation.filter: .*{message}"):
+            simulate(scenario(duration_s=5.0, navigation={"filter": name}))
+    with pytest.raises(ValueError, match="did you mean 'kalman'"):
+        scenario(navigation={"filter": "kalmann"})
