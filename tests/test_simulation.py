@@ -318,7 +318,7 @@ def test_a_shorter_mission_is_the_beginning_of_a_longer_one(steers: bool, downli
         fixes = long[: len(cut)].copy()
         fixes.loc[fixes.broadcast_at_s >= end, ["broadcast_at_s", "broadcast_by"]] = np.nan
         later = (fixes.outcome == "delivered") & (fixes.delivered_at_s >= end)
-        late_columns = ["delivered_at_s", "latency_s", "innovation_m", "correction_m"]
+        late_columns = ["delivered_at_s", "latency_s", "innovation_m", "correction_m", "nis"]
         fixes.loc[later, late_columns] = np.nan
         fixes.loc[later | fixes.broadcast_at_s.isna(), "outcome"] = "in_flight"
         pd.testing.assert_frame_equal(cut, fixes)

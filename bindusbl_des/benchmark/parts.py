@@ -24,8 +24,9 @@ PARTS: Mapping[str, str] = {
     "acoustics": "acoustics propagation uplink downlink ranging",
     "protocol": "protocol schedules conflicts slots boards broadcasters world",
     "USBL": "usbl hydrophones reception fusion",
-    "navigation": "navigation dead_reckoning",
-    "records": "recorder columns events samples metrics arrow_columns tables event_tables result",
+    "navigation": "navigation own_navigator belief dead_reckoning",
+    "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
+    "result",
     "set-up": "scenario consistency vehicle_choice scenario_keys wording launch fleet formations "
     "coverage streams compiled simulation",
 }

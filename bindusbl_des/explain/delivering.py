@@ -114,27 +114,58 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
 
 def arriving(result: "Result", fix: Any) -> Step:
     """Return the step at which the AUV has the fix and corrects its estimate."""
-    navigation = result.scenario.navigation
-    moved = navigation.gain * fix.innovation_m
     before, after = errors_around(result, fix)
     told = ""
     if before is not None and after is not None:
         verb = "falls" if after <= before else "grows"
         told = f"; its error {verb} from {before:.2f} to {after:.2f} m"
-    shifts = navigation.delay_compensation == "shift"
-    reference = "at the ping" if shifts else "of now, though it has gone on since the ping"
     return Step(
         fix.delivered_at_s,
         fix.auv,
         f"has it {fix.latency_s:.4f} s after its ping{told}",
-        f"innovation {fix.innovation_m:.2f} m against its estimate {reference} "
-        f"(delay_compensation {navigation.delay_compensation}); "
-        f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m moves the estimate by {moved:.2f} m",
+        f"innovation {fix.innovation_m:.2f} m against its estimate {_reference(result)}; "
+        f"{_weighed(result, fix)}",
         {
-            "latency_s": fix.latency_s, "innovation_m": fix.innovation_m, "gain": navigation.gain,
-            "moved_m": moved, "error_before_m": before, "error_after_m": after,
+            "latency_s": fix.latency_s, "innovation_m": fix.innovation_m,
+            "nis": _known(fix.nis), "moved_m": _known(fix.correction_m),
+            "error_before_m": before, "error_after_m": after,
         },
     )  # fmt: skip
+
+
+def _known(value: float | None) -> float | None:
+    return None if value is None or math.isnan(value) else value
+
+
+def _reference(result: "Result") -> str:
+    """Return in words with which estimate a fix is compared."""
+    navigation = result.scenario.navigation
+    if navigation.filter != "fixed_gain" or navigation.delay_compensation == "shift":
+        return "of the instant at which the fix holds"
+    return "of now, though it has gone on since the ping (delay_compensation none)"
+
+
+def _weighed(result: "Result", fix: Any) -> str:
+    """Return in words how the navigator weighed the fix."""
+    navigation, moved, weight = (
+        result.scenario.navigation,
+        _known(fix.correction_m),
+        _known(fix.nis),
+    )
+    if navigation.filter == "dead_reckoning":
+        return "dead reckoning alone takes no fix in"
+    if moved is None and weight is None:
+        return "it comes too late for its place among fixes of later instants, and is left out"
+    if moved is None:
+        return f"refused: normalised, its square is {weight:.1f}, above {navigation.nis_gate:.2f}"
+    moves = f"moves the estimate by {moved:.2f} m"
+    if navigation.filter == "fixed_gain":
+        return f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m {moves}"
+    if navigation.filter != "kalman":
+        return f"{navigation.filter} {moves}"
+    if weight is None:
+        return f"by the covariances it {moves}"
+    return f"normalised, its square is {weight:.2f}; by the covariances it {moves}"
 
 
 def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | None]:
