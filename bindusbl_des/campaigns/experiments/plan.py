@@ -13,7 +13,7 @@ from ...scenario import Scenario
 from .experiment import Experiment
 
 # To be raised whenever a mission would give other numbers than before for the same scenario.
-MODEL_VERSION = 2
+MODEL_VERSION = 3
 
 
 @dataclass(frozen=True, slots=True)

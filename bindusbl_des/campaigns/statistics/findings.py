@@ -187,8 +187,8 @@ def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
         uncompensated = any(part["delay_compensation"] == "none" for part in parts)
         shift = " navigation.delay_compensation=shift," * uncompensated
         yield (
-            f"What may help where fixes harm: a navigation.gain below {here},{shift} or a filter "
-            "that weighs each fix by its covariance."
+            f"What may help where fixes harm: a navigation.gain below {here},{shift} or "
+            "navigation.filter=kalman, which weighs each fix by its covariance."
         )
 
 
