@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .acoustics import absorption, range_loss, sound_speed, travel_time
+    from .advice.advising import advise
     from .campaigns.campaign import Campaign, load_campaign
     from .campaigns.compare import compare
     from .campaigns.running import sweep
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
     "Campaign": "campaigns.campaign",
+    "advise": "advice.advising",
     "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
@@ -54,6 +56,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "absorption",
+    "advise",
     "airtime",
     "compare",
     "covered_area",

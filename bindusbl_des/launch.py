@@ -19,12 +19,12 @@ from .own_navigator import OwnNavigator
 from .own_parts import own_part
 from .paths import Path
 from .routes import lawnmower, waypoint_path
-from .scenario import Scenario
+from .scenario import Auvs, Environment, Scenario, Survey
 from .streams import Streams
 from .track_file import read_track
 from .turns import there_and_back
 from .vehicles import Legged, Place, kinematic, moored, recorded
-from .voyages import Water, afterwards_s, asv_voyage, auv_voyage
+from .voyages import Water, afterwards_s, asv_voyage, auv_voyage, voyage_intervals
 
 if TYPE_CHECKING:
     from .guidance import Member, Voyage
@@ -55,14 +55,16 @@ def _kinematic_auvs(scenario: Scenario) -> Fleet:
 
 
 def _voyage_foreseen(scenario: Scenario) -> Fleet:
-    fleet = _foreseen.get(scenario)
+    # What decides it: where they are to go in which water, and for how long.
+    plan = scenario.survey, scenario.auvs, scenario.environment, voyage_intervals(scenario)
+    fleet = _foreseen.get(plan)
     if fleet is None:
         _foreseen.clear()  # beforehand: there may not be room for two long voyages of large fleets
-        fleet = _foreseen[scenario] = _voyage(scenario, Water(scenario, Streams(0)))
+        fleet = _foreseen[plan] = _voyage(scenario, Water(scenario, Streams(0)))
     return fleet
 
 
-_foreseen: dict[Scenario, Fleet] = {}
+_foreseen: dict[tuple[Survey, Auvs, Environment, int], Fleet] = {}
 
 
 @lru_cache(maxsize=4)

@@ -15,12 +15,16 @@ from typing import TYPE_CHECKING, Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from .effects import Advice, as_data, from_data
 from .scenario import Scenario
-from .summary import summary_table
+from .summary import summary
 from .tables import EVENT_TABLES, TABLES, data_dictionary, write_parquet
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# The file of what would help, in folders whose mission was advised on.
+ADVICE = "advice.json"
 
 PACKAGES = ("bindusbl-des", "simpy", "numpy", "networkx", "pandas", "pyarrow", "numba")
 
@@ -35,6 +39,8 @@ class Result:
         self.scenario, self.seed = scenario, seed
         self.arrow = dict(arrow)
         self.wall_time_s = wall_time_s
+        #: What would help, as measured beside the mission; None if nothing was tried (`advise`).
+        self.advice: Advice | None = None
 
     @cached_property
     def tables(self) -> "dict[str, pd.DataFrame]":
@@ -52,8 +58,9 @@ class Result:
         return self.tables["mission"]
 
     def summary(self) -> str:
-        """Return the metrics that matter most, as a table of at most 80 columns."""
-        return summary_table(self.arrow["auvs"].to_pylist(), self.arrow["mission"].to_pylist()[0])
+        """Return the metrics that matter most, in a table of at most 80 columns, and the advice."""
+        auvs, mission = (self.arrow[name].to_pylist() for name in ("auvs", "mission"))
+        return summary(auvs, mission[0], self.advice)
 
     def run_record(self) -> dict[str, Any]:
         """Return what `run.json` holds: scenario, seed, versions, times, status."""
@@ -113,6 +120,8 @@ class Result:
         text = scenario_text or json.dumps(run["scenario"], indent=2)  # JSON is YAML
         (draft / "scenario.yaml").write_text(text, encoding="utf-8")
         _write_json(draft / "data_dictionary.json", data_dictionary())
+        if self.advice is not None:
+            (draft / ADVICE).write_text(advice_text(self.advice), encoding="utf-8")
         (draft / "report.html").write_text(run_page(self), encoding="utf-8")
         _write_json(draft / "run.json", run)
 
@@ -120,6 +129,11 @@ class Result:
 def replaceable(folder: Path) -> bool:
     """Tell whether a folder may be replaced by force: an earlier result, or empty."""
     return folder.is_dir() and ((folder / "run.json").is_file() or not any(folder.iterdir()))
+
+
+def advice_text(advice: Advice) -> str:
+    """Return what `advice.json` holds."""
+    return json.dumps(as_data(advice), indent=2) + "\n"
 
 
 def _write_json(path: Path, data: Any) -> None:
@@ -158,6 +172,9 @@ def load_result(folder: str | Path) -> Result:
         missing = [f"{name}.parquet" for name in promised if name not in arrow]
         if missing:
             raise ValueError(f"{', '.join(missing)} missing; run the mission again")
-        return Result(scenario, int(run["seed"]), arrow, float(run["wall_time_s"]))
+        result = Result(scenario, int(run["seed"]), arrow, float(run["wall_time_s"]))
+        if (folder / ADVICE).is_file():
+            result.advice = from_data(json.loads((folder / ADVICE).read_text(encoding="utf-8")))
+        return result
     except (KeyError, ValueError, pa.ArrowException) as error:
         raise ValueError(f"{folder} is damaged or of another version: {error}") from None

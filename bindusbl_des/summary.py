@@ -1,16 +1,19 @@
-"""A mission in a table for the terminal."""
+"""A mission in a table for the terminal, and in words where a table would hide it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from textwrap import wrap
 from typing import Any
+
+from .effects import HELPS, NO_EFFECT, Advice, Effect, harm_told, interval
 
 Row = dict[str, Any]
 
 # heading, unit, metric, digits, factor
 COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
-    ("pings", "", "pings", 0, 1),
     ("in range", "%", "hf_coverage", 0, 100),
     ("fixes", "", "fixes_delivered", 0, 1),
     ("interval", "s", "interval_mean_s", 2, 1),
+    ("max age", "s", "fix_age_max_s", 1, 1),
     ("latency", "s", "latency_mean_s", 3, 1),
     ("error", "m", "position_error_m", 2, 1),
     ("95 %", "m", "position_error_p95_m", 2, 1),
@@ -19,13 +22,24 @@ COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
 
 # A larger fleet shows its first AUVs, and between which values all of them lie.
 MOST_ROWS, FIRST_ROWS = 20, 10
+# The report has all of the advice, a terminal the best of it, in lines of its width.
+MOST_ADVICE, WIDTH = 3, 80
+
+
+def summary(auvs: Sequence[Row], mission: Row, advice: Advice | None = None) -> str:
+    """Return what a mission achieved: first what is wrong with its fixes, the table, the advice.
+
+    Take the metrics of each AUV and of the mission by their names; None is not known.
+    """
+    harm = [line for told in harm_told(auvs, advice) for line in wrap(told, WIDTH)]
+    parts = ["\n".join(harm), summary_table(auvs, mission), "\n".join(_advice(advice))]
+    return "\n\n".join(part for part in parts if part)
 
 
 def summary_table(auvs: Sequence[Row], mission: Row) -> str:
-    """Return a table with a row per AUV and the fleet's mean, units below the headings.
+    """Return a table with a row per AUV, the fleet's mean and its worst AUV, units below headings.
 
-    Take the metrics of each AUV and of the mission by their names; None is not known.  A large
-    fleet has the rows of its first AUVs, and least, mean and largest values of all.
+    A large fleet has the rows of its first AUVs, and least, mean and largest values of all.
     """
     is_large = len(auvs) > MOST_ROWS
     shown = auvs[: FIRST_ROWS if is_large else MOST_ROWS]
@@ -41,6 +55,9 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
         rows.append(_row("max", _extremes(auvs, max)))
     else:
         rows.append(_row("mean", mission))
+    rows.append(_row("worst", {name: mission.get(f"worst_{name}") for _, _, name, *_ in COLUMNS}))
+    names = (mission.get(f"worst_{name}_auv") for _, _, name, *_ in COLUMNS)
+    rows.append(("of AUV", *((name or "-").removeprefix("AUV") for name in names)))
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
         "  ".join(
@@ -67,7 +84,54 @@ def _extremes(auvs: Sequence[Row], pick: Callable[..., Any]) -> Row:
 def _row(name: str, metrics: Row) -> tuple[str, ...]:
     cells = [name]
     for _, _, metric, digits, factor in COLUMNS:
-        value = metrics[metric]
-        known = value is not None
-        cells.append(f"{value * factor:.{digits}f}" if known else "-")
+        value = metrics.get(metric)
+        cells.append("-" if value is None else f"{value * factor:.{digits}f}")
     return tuple(cells)
+
+
+def _advice(advice: Advice | None) -> Iterator[str]:
+    """Yield lines on what would help, none longer than a terminal is wide."""
+    if advice is None:
+        return
+    if advice.shortage:
+        yield from wrap(f"What would help is not known: {advice.shortage}.", WIDTH)
+        return
+    helps = advice.of(HELPS)
+    if helps:
+        yield from wrap(
+            f"What would help: the worst AUV's mean error, {advice.error_m:.2f} m as it is, would "
+            "change by",
+            WIDTH,
+        )
+    for effect in helps[:MOST_ADVICE]:
+        yield from _lines(effect)
+    yield from wrap(_rest(advice, len(helps)), WIDTH)
+
+
+def _lines(effect: Effect) -> Iterator[str]:
+    yield from wrap(
+        f"{interval(effect)}  {effect.words}", WIDTH, initial_indent="  ", subsequent_indent="    "
+    )
+    # Options that do not fit into one line are continued, so that all can be copied.
+    line = "   "
+    for option in effect.options:
+        if len(line) + len(option) + 3 > WIDTH and line.strip():
+            yield f"{line} \\"
+            line = "   "
+        line += f" {option}"
+    yield line
+
+
+def _rest(advice: Advice, helpful: int) -> str:
+    tried = len(advice.effects) + len(advice.dropped) + len(advice.inert)
+    parts = []
+    if not helpful:
+        parts.append(f"Of {tried} changes that were tried none measurably lowers the worst error.")
+    elif helpful > MOST_ADVICE:
+        parts.append(f"{helpful - MOST_ADVICE} more would help.")
+    none = len(advice.of(NO_EFFECT))
+    if none:
+        parts.append(f"No measurable effect: {'; '.join(it.words for it in advice.of(NO_EFFECT))}.")
+    if advice.untried:
+        parts.append(f"No time was left for {len(advice.untried)} changes (--advice-s).")
+    return " ".join([*parts, "The report tells all that was tried."])

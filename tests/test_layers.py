@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled own_parts wording events worst columns streams progress palette quantities",
+    "compiled own_parts wording events worst columns streams progress palette quantities effects",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
@@ -20,7 +20,7 @@ LAYERS = [
     "arrow_columns tables event_tables rounds figures summary result simulation explain report "
     "export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
-    "campaigns sweep_data sweep_report benchmark",
+    "campaigns advice sweep_data sweep_report benchmark",
     "reproduction",
     "commands cli manual __init__",
 ]

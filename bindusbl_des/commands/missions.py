@@ -1,6 +1,7 @@
 """Commands about one mission: run and explain."""
 
 import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..progress import ProgressLine, duration
+from .advising import SECONDS, advice_on, advice_options
 from .console import (
     RunFailed,
     is_quiet,
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 @set_option
 @click.option("--force", is_flag=True, help="Replace the result folder if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print the mission's metrics as JSON.")
+@advice_options(SECONDS, "Try changes of the plan for so long, and say what helps (default 3).")
 def run(
     scenario: str,
     seed: int,
@@ -38,6 +41,8 @@ def run(
     overrides: tuple[str, ...],
     force: bool,
     as_json: bool,
+    advice_s: float,
+    no_advice: bool,
 ) -> None:
     """Run one mission; write its result folder and print a summary."""
     mission = scenario_from(scenario, overrides)
@@ -46,8 +51,11 @@ def run(
     _check_schedule(mission)
     talk(models(mission))
     result = _simulated(mission, seed)
+    written = _text(scenario)
+    again = _as_written(written, scenario, overrides)
+    result.advice = advice_on(result, 0.0 if no_advice else advice_s, again)
     # With overrides the file's text would not tell what was run.
-    text = None if overrides else _text(scenario)
+    text = None if overrides else written
     _write(result, folder, force, text)
     if as_json:
         print_json(_metrics(result))
@@ -160,6 +168,19 @@ def _text(path: str) -> str | None:
         return read_text(path) if Path(path).is_file() else None
     except ScenarioError:
         return None
+
+
+def _as_written(
+    text: str | None, path: str, overrides: tuple[str, ...]
+) -> "Callable[[Sequence[str]], Scenario] | None":
+    """Return what reads the user's scenario again with further options; None for a pipe."""
+    from ..scenario_file import parse_scenario
+
+    if text is None:
+        return None
+    return lambda options: parse_scenario(
+        text, path, overrides=(*overrides, *options), folder=Path(path).parent
+    )
 
 
 def _write(result: "Result", folder: Path, force: bool, text: str | None) -> None:

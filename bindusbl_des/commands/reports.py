@@ -1,15 +1,18 @@
 """The command `report`: pages made again from the folders of runs and campaigns."""
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from .advising import advice_on, advice_options
 from .console import RunFailed, refuse, talk
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
     from ..result import Result
+    from ..scenario import Scenario
 
 PAGE, COMPARISON = "report.html", "comparison.html"
 CAMPAIGN = "campaign.json"
@@ -19,17 +22,27 @@ CAMPAIGN = "campaign.json"
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
 @click.option("--out", metavar="FILE", help="Where to write the page.")
 @click.option("--force", is_flag=True, help="Replace that file if it exists.")
-def report(folders: tuple[str, ...], out: str | None, force: bool) -> None:
+@advice_options(None, "Try changes of a run's plan for so long; else its recorded advice is shown.")
+def report(
+    folders: tuple[str, ...],
+    out: str | None,
+    force: bool,
+    advice_s: float | None,
+    no_advice: bool,
+) -> None:
     """Write the HTML report of a run or a sweep; of several runs, side by side.
 
     The page is one file that opens offline.  It is DIR/report.html, made again, or comparison.html
     for several runs, unless --out names another.
     """
     alone = len(folders) == 1
+    advice_s = 0.0 if no_advice else advice_s
+    if advice_s and (not alone or (Path(folders[0]) / CAMPAIGN).is_file()):
+        refuse(f"--advice-s {advice_s:g}: advice is for one run; name the folder of one")
     path = Path(out or COMPARISON) if out or not alone else Path(folders[0]) / PAGE
     if out or not alone:
         _check_page(path, force)
-    _write(path, _page(folders[0]) if alone else _comparison(folders))
+    _write(path, _page(folders[0], advice_s, keep=not out) if alone else _comparison(folders))
     click.echo(path)
 
 
@@ -43,7 +56,8 @@ def leave_report(campaign: "Campaign") -> None:
         talk(str(error))
 
 
-def _page(folder: str) -> str:
+def _page(folder: str, advice_s: float | None, *, keep: bool) -> str:
+    """Return the page of a folder; new advice on a run is kept in its folder, if so wanted."""
     if (Path(folder) / CAMPAIGN).is_file():
         from ..campaigns.campaign import load_campaign
         from ..sweep_report import sweep_page
@@ -53,8 +67,29 @@ def _page(folder: str) -> str:
         except ValueError as error:
             refuse(str(error))
     from ..report.run_page import run_page
+    from ..result import ADVICE, advice_text
 
-    return run_page(_result(folder))
+    result = _result(folder)
+    if advice_s is not None:
+        result.advice = advice_on(result, advice_s, _as_written(folder, result.scenario))
+    if advice_s and result.advice is not None and keep:
+        _write(Path(folder) / ADVICE, advice_text(result.advice))
+    return run_page(result)
+
+
+def _as_written(folder: str, scenario: "Scenario") -> "Callable[[Sequence[str]], Scenario] | None":
+    """Return what reads a folder's scenario file with further options; None if it is another's."""
+    from ..mistakes import ScenarioError
+    from ..scenario_file import parse_scenario, read_text
+
+    path = Path(folder) / "scenario.yaml"
+    try:
+        text = read_text(path)
+        if parse_scenario(text, str(path), folder=folder) != scenario:
+            return None
+    except ScenarioError:
+        return None
+    return lambda options: parse_scenario(text, str(path), overrides=options, folder=folder)
 
 
 def _comparison(folders: tuple[str, ...]) -> str:

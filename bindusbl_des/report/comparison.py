@@ -56,7 +56,7 @@ def comparison_page(runs: Sequence[Named]) -> str:
         if "tracks" in result.arrow:
             mission = recording(result)
             told = story(mission)
-            said = told.verdict
+            said = f"{told.warning} {told.verdict}".lstrip()
             data["runs"].append({**run_data(mission, told.services, packer), "name": name})
         verdicts.append(f"<li><b>{html.escape(name)}</b>: {html.escape(said)}</li>")
     body = (

@@ -18,63 +18,125 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     """Return the bound (m) on an AUV's position error at each instant of its track.
 
     The mean error is the drift of the known bias (and of a steady current that dead reckoning does
-    not see) less what fixes took away of it; its covariance grows by the random walk and shrinks
-    with each fix by the gain: P+ = (1 - g)^2 P + g^2 Sigma (eq. update).  The bound is |mean| +
-    3 sqrt(largest eigenvalue of P).  Unsteady currents and late corrections of the heading are left
-    out.
+    not see) less what fixes took away of it.  Its covariance grows by the random walk and shrinks
+    with each fix by the gain: P+ = (1 - g)^2 P + g^2 Sigma (eq. update).  A velocity bias and an
+    initial position that are drawn for the mission (`velocity_bias_sd_m_per_s`,
+    `initial_position_sd_m`) do not grow and shrink like that: each is one unknown number per axis,
+    and moves the estimate by its own drift, less what fixes took away of that; sd^2 times the
+    square of that way is its variance, sd^2 t^2 and sd^2 before the first fix.  The bound is
+    |mean| + 3 sqrt(largest eigenvalue).  Unsteady currents and late corrections of the heading are
+    left out.
     """
     sd = mission.scenario.navigation.random_walk_m_per_sqrt_s
     walk = np.array([sd**2, sd**2, 0.0])  # growth of xx, yy, xy (m2/s)
-    drift = _mean_drift(mission, auv)
-    delivered, corrections, covariances = _fixed(mission, auv, drift, walk)
+    delivered, covariances = _walked(mission, auv, walk)
     index = np.searchsorted(delivered, mission.times, side="right") - 1
-    since = mission.times - delivered[index]
-    covariance = covariances[index] + np.outer(since, walk)
-    return np.asarray(np.hypot(*(drift + corrections[index]).T) + SIGMAS * _largest_sd(covariance))
+    covariance = covariances[index] + np.outer(mission.times - delivered[index], walk)
+    for sd, drift in _unknown(mission, auv):
+        covariance += sd**2 * _products(drift + _corrections(mission, auv, drift)[index])
+    drift = _mean_drift(mission, auv)
+    mean = drift + _corrections(mission, auv, drift, _gone(mission, auv))[index]
+    return np.asarray(np.hypot(*mean.T) + SIGMAS * _largest_sd(covariance))
 
 
-def _fixed(
-    mission: "Recording", auv: int, drift: Floats, walk: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Return the start and each delivery (s), the mean corrections (m) and covariances after it."""
-    navigation, fixes, rows = mission.scenario.navigation, mission.fixes, mission.delivered_to(auv)
-    delivered, pinged = fixes["delivered_at_s"][rows], fixes["pinged_at_s"][rows]
-    reference, gain = delivered, navigation.gain
-    if navigation.delay_compensation == "shift":
-        reference, charged = pinged, _at(mission, drift, pinged)
-    else:  # the innovation also holds the way that the AUV has gone meanwhile
-        truth = np.column_stack([mission.truth[name][auv] for name in ("x_m", "y_m")])
-        gone = _at(mission, truth, delivered) - _at(mission, truth, pinged)
-        charged = _at(mission, drift, delivered) + gone
+def _deliveries(mission: "Recording", auv: int) -> tuple[Floats, Floats]:
+    """Return when fixes arrived (s), and to which instants (s) their innovations belong."""
+    rows = mission.delivered_to(auv)
+    delivered, pinged = (mission.fixes[name][rows] for name in ("delivered_at_s", "pinged_at_s"))
+    shifted = mission.scenario.navigation.delay_compensation == "shift"
+    return delivered, pinged if shifted else delivered
+
+
+def _walked(mission: "Recording", auv: int, walk: Floats) -> tuple[Floats, Floats]:
+    """Return the start and each delivery (s), and the walk's and fixes' covariance (m2) from then.
+
+    Covariances are rows of xx, yy, xy.
+    """
+    rows, gain = mission.delivered_to(auv), mission.scenario.navigation.gain
+    delivered, reference = _deliveries(mission, auv)
+    fixes = mission.fixes
     noise = np.column_stack(
         (fixes["sd_x_m"][rows] ** 2, fixes["sd_y_m"][rows] ** 2, fixes["cov_xy_m2"][rows])
     )
-    corrections, covariances, last = [np.zeros(2)], [np.zeros(3)], 0.0
+    covariances, last = [np.zeros(3)], 0.0
     for number, time in enumerate(delivered):
-        corrections.append(corrections[-1] - gain * (charged[number] + corrections[-1]))
         late = time - reference[number]  # drift since the reference stays as it is
         known = covariances[-1] + walk * max(time - last - late, 0.0)
         covariances.append((1 - gain) ** 2 * known + gain**2 * noise[number] + walk * late)
         last = time
-    return np.concatenate(([0.0], delivered)), np.array(corrections), np.array(covariances)
+    return np.concatenate(([0.0], delivered)), np.array(covariances)
+
+
+def _corrections(
+    mission: "Recording", auv: int, drift: Floats, gone: Floats | None = None
+) -> Floats:
+    """Return the sums of corrections (m) from the start and from each delivery on, (k + 1, 2).
+
+    Each fix takes its share of a `drift` (n, 2), m, along the track and of what is left of it;
+    `gone` (k, 2), m, is what innovations hold beside it.
+    """
+    gain, (_, reference) = mission.scenario.navigation.gain, _deliveries(mission, auv)
+    charged = _at(mission, drift, reference)
+    if gone is not None:
+        charged = charged + gone
+    corrections = [np.zeros(2)]
+    for it in charged:
+        corrections.append(corrections[-1] - gain * (it + corrections[-1]))
+    return np.array(corrections)
+
+
+def _gone(mission: "Recording", auv: int) -> Floats:
+    """Return the way (m) that the AUV went between each ping and its innovation's instant."""
+    pinged = mission.fixes["pinged_at_s"][mission.delivered_to(auv)]
+    truth = np.column_stack([mission.truth[name][auv] for name in ("x_m", "y_m")])
+    return _at(mission, truth, _deliveries(mission, auv)[1]) - _at(mission, truth, pinged)
+
+
+def _unknown(mission: "Recording", auv: int) -> list[tuple[float, Floats]]:
+    """Return the sd of each number drawn for the mission, and the drift (n, 2) that 1 of it makes.
+
+    The initial position (m) along x and y, and the velocity bias (m/s) along its two axes.
+    """
+    navigation, still = mission.scenario.navigation, np.zeros((len(mission.times), 2))
+    bias, start = navigation.velocity_bias_sd_m_per_s, navigation.initial_position_sd_m
+    axes = ((1.0, 0.0), (0.0, 1.0))
+    found = [(start, still + np.array(axis)) for axis in axes if start]
+    return found + [(bias, _summed(mission, _bias_rate(mission, auv, it))) for it in axes if bias]
 
 
 def _mean_drift(mission: "Recording", auv: int) -> Floats:
     """Return the drift (m) at each instant that the bias and a steady current cause."""
-    scenario, yaw = mission.scenario, mission.truth["yaw_rad"][auv]
-    forward, starboard = scenario.navigation.velocity_bias_m_per_s
-    rate = np.tile([forward, starboard], (len(yaw), 1)).astype(np.float64)
-    if scenario.navigation.bias_frame == "body":
-        cosine, sine = np.cos(yaw), np.sin(yaw)
-        rate = np.column_stack(
-            (cosine * forward - sine * starboard, sine * forward + cosine * starboard)
-        )
+    scenario = mission.scenario
+    rate = _bias_rate(mission, auv, scenario.navigation.velocity_bias_m_per_s)
     if scenario.navigation.velocity == "through_water":
         water = scenario.environment
         towards = math.radians(water.current_direction_deg)
         rate = rate - water.current_m_per_s * np.array([math.cos(towards), math.sin(towards)])
+    return _summed(mission, rate)
+
+
+def _bias_rate(mission: "Recording", auv: int, bias: tuple[float, float]) -> Floats:
+    """Return a velocity bias (m/s), ahead and to starboard or along x and y, along x and y."""
+    forward, starboard = bias
+    yaw = mission.truth["yaw_rad"][auv]
+    if mission.scenario.navigation.bias_frame == "world":
+        return np.tile([forward, starboard], (len(yaw), 1)).astype(np.float64)
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    return np.column_stack(
+        (cosine * forward - sine * starboard, sine * forward + cosine * starboard)
+    )
+
+
+def _summed(mission: "Recording", rate: Floats) -> Floats:
+    """Return the way (m) that a velocity (n, 2), m/s, along the track has gone at each instant."""
     middles = (rate[1:] + rate[:-1]) / 2 * np.diff(mission.times)[:, None]
     return np.concatenate((np.zeros((1, 2)), np.cumsum(middles, axis=0)))
+
+
+def _products(ways: Floats) -> Floats:
+    """Return the products xx, yy, xy of ways (n, 2)."""
+    x, y = ways.T
+    return np.column_stack((x * x, y * y, x * y))
 
 
 def _at(mission: "Recording", values: Floats, instants: Floats) -> Floats:

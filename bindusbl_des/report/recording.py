@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ..arrow_columns import numpy_columns
 
 if TYPE_CHECKING:
+    from ..effects import Advice
     from ..result import Result
     from ..scenario import Scenario
 
@@ -25,13 +26,28 @@ DELIVERED, OUT_OF_HF, LOST, COLLIDED, OUT_OF_MF, IN_FLIGHT = range(len(FATES))
 
 
 @dataclass(frozen=True)
+class Metrics:
+    """What a mission achieved: metrics of each AUV and of the mission, and what would help."""
+
+    auvs: list[dict[str, Any]]
+    mission: dict[str, Any]
+    advice: "Advice | None"
+
+
+def metrics_of(result: "Result") -> Metrics:
+    """Return the metrics of a mission, whatever was recorded of it."""
+    mission = result.arrow["mission"].to_pylist()[0]
+    return Metrics(result.arrow["auvs"].to_pylist(), mission, result.advice)
+
+
+@dataclass(frozen=True)
 class Recording:
     """What was recorded of a mission with `record.detail: full`.
 
     Tracks have the shape (vehicles, instants): `truth` of AUVs then ASVs by TRUTH, `own` of AUVs by
     OWN.  Events are columns by their names in the tables, vehicles by number (-1: none).  `fate`
     says what became of each ping, `nearest` how far (m) its nearest ASV was, as the HF range counts
-    it.
+    it, `metrics` what came of it all.
     """
 
     scenario: "Scenario"
@@ -45,6 +61,7 @@ class Recording:
     rounds: Columns
     fate: Whole
     nearest: Floats
+    metrics: "Metrics"
 
     @property
     def auvs(self) -> int:
@@ -90,6 +107,7 @@ def recording(result: "Result") -> Recording:
         rounds=_events(result, "rounds"),
         fate=_fates(pings, receptions, fixes),
         nearest=_nearest(scenario, pings, receptions),
+        metrics=metrics_of(result),
     )
 
 

@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..launch import planned_path
+from ..launch import horizontal_reach, planned_path
 from .envelope import error_envelope
 from .packing import Packer
 from .recording import FATES, Recording
-from .remedies import reach
 
 if TYPE_CHECKING:
     from .service import Service
@@ -36,7 +35,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "name": scenario.name,
         "duration": scenario.duration_s,
         "side": scenario.survey.side_m,
-        "hf": {"range": acoustics.hf.range_m, "reach": reach(mission)},
+        "hf": {"range": acoustics.hf.range_m, "reach": horizontal_reach(scenario)},
         "mf": {"range": acoustics.mf.range_m},
         "soundSpeed": scenario.environment.sound_speed_m_per_s,
         "pingLength": acoustics.hf.ping_s,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from .packing import Packer
 from .page import assembled, asset, number, table
-from .recording import recording
+from .recording import metrics_of, recording
 from .run_data import run_data
-from .story import Story, story
+from .story import Story, short_story, story
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -57,10 +57,13 @@ AUV_TABLES: tuple[tuple[str, tuple[Column, ...]], ...] = (
 AUV_COLUMNS: tuple[Column, ...] = tuple(it for _, columns in AUV_TABLES for it in columns)
 TILES: tuple[tuple[str, str, str, int, float], ...] = (
     ("mean position error", "m", "position_error_m", 2, 1),
+    ("95 % of the time below", "m", "position_error_p95_m", 2, 1),
     ("without any fix", "m", "imu_error_m", 2, 1),
-    ("pings in HF range", "%", "hf_coverage", 1, 100),
+    ("age of the last fix", "s", "fix_age_mean_s", 2, 1),
+    ("longest without a fix", "s", "fix_age_max_s", 1, 1),
     ("fixes per AUV", "", "fixes_delivered", 1, 1),
     ("between fixes", "s", "interval_mean_s", 2, 1),
+    ("pings in HF range", "%", "hf_coverage", 1, 100),
     ("latency", "s", "latency_mean_s", 3, 1),
     ("HF in use", "%", "hf_utilisation", 1, 100),
     ("MF in use", "%", "mf_utilisation", 1, 100),
@@ -83,7 +86,9 @@ def run_page(result: "Result") -> str:
             story=_told(told), thinned=_sentences(data["thinned"])
         )
     else:
-        middle = asset("summary.html")
+        middle = Template(asset("summary.html")).substitute(
+            story=_told(short_story(metrics_of(result)))
+        )
     body = _head(result) + _tiles(result) + middle + auv_tables(result) + origin(result)
     title = f"{result.scenario.name}, seed {result.seed}"
     return assembled(title, body, scripts, data, packer.text())
@@ -109,7 +114,8 @@ def described(result: "Result") -> str:
 
 
 def _told(told: Story) -> str:
-    parts = [f'<p class="verdict">{html.escape(told.verdict)}</p>', '<div class="cards">']
+    parts = [f'<p class="verdict warning">{html.escape(told.warning)}</p>'] if told.warning else []
+    parts += [f'<p class="verdict">{html.escape(told.verdict)}</p>', '<div class="cards">']
     for heading, paragraphs in told.sections:
         text = "".join(f"<div>{paragraph}</div>" for paragraph in paragraphs)
         parts.append(f"<article><h3>{html.escape(heading)}</h3>{text}</article>")

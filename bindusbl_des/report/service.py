@@ -1,12 +1,17 @@
 """When an AUV got no fixes for too long, and what became of the pings it sent meanwhile."""
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..dead_reckoning import drift_rms
 from .recording import FATES, Recording
+
+if TYPE_CHECKING:
+    from ..scenario import Navigation
 
 # An AUV starves when dead reckoning alone would have drifted this far (m) since its last fix ...
 TOLERATED_DRIFT_M = 1.0
@@ -14,6 +19,26 @@ TOLERATED_DRIFT_M = 1.0
 TOLERATED_ROUNDS = 3.0
 # Where dead reckoning never drifts that far, only a wait of many rounds is a gap.
 MANY_ROUNDS = 10.0
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long (s) an AUV may be without a fix: before its first one, and after any other.
+
+    Where the initial position is uncertain, the wait for the first fix is the shorter one.
+    `reason` says what decides the later waits.
+    """
+
+    first: float
+    later: float
+    reason: str
+
+    @property
+    def rule(self) -> str:
+        """Who counts as starved, in a sentence."""
+        early = f" ({self.first:.1f} s before its first one)" if self.first < self.later else ""
+        wait = f"{self.later:.1f} s without a fix{early}"
+        return f"An AUV counts as starved after {wait}: {self.reason}."
 
 
 @dataclass(frozen=True)
@@ -38,7 +63,6 @@ class Service:
     """
 
     auv: int
-    patience: float
     gaps: tuple[Gap, ...]
     fates: dict[str, int]
     furthest: float
@@ -52,29 +76,55 @@ class Service:
         return sum(gap.length for gap in self.gaps)
 
 
-def patience(mission: Recording) -> float:
-    """Return after how long (s) without a fix an AUV counts as starved."""
-    navigation, duration = mission.scenario.navigation, mission.scenario.duration_s
-    starts = mission.rounds["started_at_s"]
+def patience(mission: Recording) -> Patience:
+    """Return after how long without a fix an AUV counts as starved."""
+    starts, duration = mission.rounds["started_at_s"], mission.scenario.duration_s
     length = float(np.median(np.diff(starts))) if len(starts) > 1 else duration
-    bias, walk = navigation.velocity_bias_m_per_s, navigation.random_walk_m_per_sqrt_s
-    if drift_rms(duration, bias, walk) <= TOLERATED_DRIFT_M:
+    navigation = mission.scenario.navigation
+    later = _patience(navigation, duration, length, 0.0)
+    first = _patience(navigation, duration, length, navigation.initial_position_sd_m)
+    if _drift(navigation, duration, 0.0) <= TOLERATED_DRIFT_M:
+        reason = f"{MANY_ROUNDS:g} rounds, since dead reckoning drifts by less than"
+    elif later > TOLERATED_ROUNDS * length:
+        reason = "the time in which dead reckoning drifts by"
+    else:
+        reason = f"{TOLERATED_ROUNDS:g} rounds, in which dead reckoning drifts by more than"
+    return Patience(min(first, later), later, f"{reason} {TOLERATED_DRIFT_M:g} m")
+
+
+def _patience(navigation: "Navigation", duration: float, length: float, initial_sd: float) -> float:
+    """Return the time (s) in which the error reaches what is tolerated, or rounds' lengths (s)."""
+    if _drift(navigation, duration, initial_sd) <= TOLERATED_DRIFT_M:
         return MANY_ROUNDS * length
     low, high = 0.0, duration
     for _ in range(50):
         middle = (low + high) / 2
-        if drift_rms(middle, bias, walk) < TOLERATED_DRIFT_M:
-            low = middle
-        else:
-            high = middle
+        drifted = _drift(navigation, middle, initial_sd) >= TOLERATED_DRIFT_M
+        low, high = (low, middle) if drifted else (middle, high)
     return max(high, TOLERATED_ROUNDS * length)
 
 
-def service(mission: Recording, auv: int, longest_wait: float) -> Service:
-    """Return how an AUV was served; gaps are waits above `longest_wait` (s)."""
+def _drift(navigation: "Navigation", time: float, initial_sd: float) -> float:
+    """Return the RMS (m) of the error after so long (s) without a fix.
+
+    Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias adds
+    2 sd^2 t^2, and the error of the position at first 2 sd^2.
+    """
+    walk, bias = navigation.random_walk_m_per_sqrt_s, navigation.velocity_bias_m_per_s
+    drawn = math.hypot(navigation.velocity_bias_sd_m_per_s * time, initial_sd)
+    return math.hypot(drift_rms(time, bias, walk), math.sqrt(2) * drawn)
+
+
+def service(mission: Recording, auv: int, wait: Patience) -> Service:
+    """Return how an AUV was served; gaps are waits for which it has no patience.
+
+    The waits before the first fix and after the last count like any other: the longest of all is
+    the metric `fix_age_max_s`.
+    """
     arrivals = mission.fixes["delivered_at_s"][mission.delivered_to(auv)]
     instants = [0.0, *arrivals.tolist(), mission.scenario.duration_s]
-    gaps = tuple(Gap(a, b) for a, b in pairwise(instants) if b - a > longest_wait)
+    waits = [Gap(a, b) for a, b in pairwise(instants)]
+    gaps = tuple(it for it in waits if it.length > (wait.later if it.start else wait.first))
     sent = mission.pings["sent_at_s"]
     inside = (mission.pings["auv"] == auv) & _within(sent, gaps)
     fates = {name: int(np.sum(mission.fate[inside] == code)) for code, name in enumerate(FATES)}
@@ -83,7 +133,6 @@ def service(mission: Recording, auv: int, longest_wait: float) -> Service:
     starved = _within(mission.times, gaps)
     return Service(
         auv=auv,
-        patience=longest_wait,
         gaps=gaps,
         fates=fates,
         furthest=float(unheard.max()) if len(unheard) else np.nan,

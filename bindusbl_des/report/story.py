@@ -1,14 +1,19 @@
-"""What happened in a mission, in sentences whose every number is taken from its tables."""
+"""What happened in a mission, in sentences whose every number is taken from its tables.
+
+A mission is judged by its worst AUV, and by the age of its last fix from beginning to end.
+"""
 
 from dataclasses import dataclass
 from html import escape
-from math import ceil, isnan
+from math import isnan
 
 import numpy as np
 
-from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Recording
-from .remedies import broadcast_distances, loss_by_listeners, remedies
-from .service import Service, patience, service
+from ..effects import harm_told
+from .advised import advised
+from .losses import broadcast_distances, loss_by_listeners
+from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording
+from .service import Patience, Service, patience, service
 
 # A reader takes in a few paragraphs; the rest is in the table and the plots.
 MOST_AUVS, MOST_GAPS, MOST_OTHERS = 3, 4, 12
@@ -24,23 +29,38 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Story:
-    """The verdict in a sentence, paragraphs of HTML under headings, and each AUV's service."""
+    """The verdict in sentences, paragraphs of HTML under headings, and each AUV's service.
 
+    `warning` says first what is wrong with the fixes; it is empty where nothing is.
+    """
+
+    warning: str
     verdict: str
     sections: tuple[tuple[str, tuple[str, ...]], ...]
     services: tuple[Service, ...]
 
 
 def story(mission: Recording) -> Story:
-    """Return what happened in a mission: who starved, when, why, and what would have helped."""
+    """Return what happened in a mission: who starved, when, why, and what would help."""
     wait = patience(mission)
     services = tuple(service(mission, auv, wait) for auv in range(mission.auvs))
     starving = sorted((it for it in services if it.gaps), key=lambda it: -it.starved)
     sections = [(f"AUV{it.auv}", _starvation(mission, it)) for it in starving[:MOST_AUVS]]
     if len(starving) > MOST_AUVS:
         sections.append(("Others", (_others(starving[MOST_AUVS:]),)))
-    sections.append(("What would help", _help(mission, bool(starving))))
-    return Story(_verdict(mission, starving, wait), tuple(sections), services)
+    if lost := _lost(mission):
+        sections.append(("Pings and fixes that were lost", lost))
+    sections.append(("What would help", advised(mission.metrics.advice)))
+    warning = " ".join(harm_told(mission.metrics.auvs, mission.metrics.advice))
+    verdict = _verdict(mission, starving, wait, harmless=not warning)
+    return Story(warning, verdict, tuple(sections), services)
+
+
+def short_story(metrics: Metrics) -> Story:
+    """Return what can be said of a mission of which only metrics were recorded."""
+    warning = " ".join(harm_told(metrics.auvs, metrics.advice))
+    help_ = ("What would help", advised(metrics.advice))
+    return Story(warning, _worst(metrics), (help_,), ())
 
 
 def _others(starving: list[Service]) -> str:
@@ -49,30 +69,47 @@ def _others(starving: list[Service]) -> str:
     return f"Also without fixes for a while: {named}" + (f" and {more} more." if more > 0 else ".")
 
 
-def _verdict(mission: Recording, starving: list[Service], wait: float) -> str:
-    duration = mission.scenario.duration_s
-    rule = (
-        f"An AUV counts as starved after {wait:.1f} s without a fix: "
-        "the time in which dead reckoning drifts by 1 m, or three rounds if they take longer."
+def _worst(metrics: Metrics) -> str:
+    """Return who navigated worst, on average and for 95 % of the time."""
+    mission, names = metrics.mission, ("position_error_m", "position_error_p95_m")
+    found = [(mission.get(f"worst_{it}"), mission.get(f"worst_{it}_auv")) for it in names]
+    (error, auv), (largest, other) = found
+    if error is None or largest is None:  # a mission of an older version
+        return ""
+    whose = "it" if auv == other else f"{other}'s, the largest there,"
+    fleet = f" (mean of the fleet {mission['position_error_m']:.2f} m)" * (len(metrics.auvs) > 1)
+    return (
+        f"{auv} navigated worst: its error was {error:.2f} m on average{fleet}; for 95 % of the "
+        f"time {whose} stayed below {largest:.2f} m."
     )
-    if not starving:
-        gaps = [_longest_wait(mission, auv) for auv in range(mission.auvs)]
-        auv = int(np.argmax(gaps))
-        return (
-            f"No AUV starved; the longest wait for a fix was {gaps[auv]:.1f} s, of AUV{auv}. {rule}"
-        )
-    worst = starving[0]
+
+
+def _verdict(mission: Recording, starving: list[Service], wait: Patience, *, harmless: bool) -> str:
+    told = _worst(mission.metrics)
+    if starving:
+        return f"{told} {_starved(mission, starving)} {wait.rule}".lstrip()
+    if not harmless:  # however often they come, fixes that do harm are no service
+        return told
+    waits = [_longest_wait(mission, auv) for auv in range(mission.auvs)]
+    auv = int(np.argmax(waits))
+    told += f" No AUV starved; the longest wait for a fix was {waits[auv]:.1f} s, of AUV{auv}."
+    return f"{told} {wait.rule}".lstrip()
+
+
+def _starved(mission: Recording, starving: list[Service]) -> str:
+    worst, duration = starving[0], mission.scenario.duration_s
     longest = max(worst.gaps, key=lambda gap: gap.length)
     share = 100 * worst.starved / duration
     verb = "starved" if len(starving) == 1 else "starved most"
     return (
         f"AUV{worst.auv} {verb}: {worst.starved:.0f} of {duration:g} s ({share:.0f} %) passed in "
         f"gaps without fixes, the longest {longest.length:.0f} s, from {longest.start:.0f} to "
-        f"{longest.end:.0f} s. {rule}"
+        f"{longest.end:.0f} s."
     )
 
 
 def _longest_wait(mission: Recording, auv: int) -> float:
+    """Return the longest time (s) without a fix, the beginning and the end included."""
     arrivals = mission.fixes["delivered_at_s"][mission.delivered_to(auv)]
     instants = np.concatenate(([0.0], arrivals, [mission.scenario.duration_s]))
     return float(np.diff(instants).max())
@@ -115,47 +152,11 @@ def _why(mission: Recording, auv: Service) -> str:
     return text + "."
 
 
-def _help(mission: Recording, starving: bool) -> tuple[str, ...]:
-    lines = [*_coverage_help(mission), *_loss_help(mission), *_collision_help(mission)]
-    lines += _downlink_help(mission)
-    if lines:
-        return tuple(lines)
-    if starving:
-        return ("No single cause that other stations, ranges or schedules would remove.",)
-    return ("Nothing: pings were in range, decoded, and their fixes delivered.",)
+def _lost(mission: Recording) -> tuple[str, ...]:
+    return (*_losses(mission), *_collisions(mission), *_beyond_reach(mission))
 
 
-def _coverage_help(mission: Recording) -> list[str]:
-    in_range = mission.pings["in_range_of"] > 0
-    if not len(in_range) or in_range.mean() > 0.995:
-        return []
-    worst = min(
-        float(in_range[mission.pings["auv"] == auv].mean())
-        for auv in np.unique(mission.pings["auv"])
-    )
-    tried = "".join(
-        f"<li>{escape(it.words)}: the worst AUV in range for {100 * it.worst:.0f} % of the time, "
-        f"all for {100 * it.all:.0f} %<br><code>{escape(_options(it.settings))}</code></li>"
-        for it in remedies(mission)
-    )
-    now = (
-        f"<b>Range:</b> {100 * in_range.mean():.0f} % of all pings were within HF range of an ASV, "
-        f"{100 * worst:.0f} % of the worst AUV's."
-    )
-    if not tried:
-        return [f"{now} No regular formation with up to one more ASV would do better."]
-    note = (
-        "Counted on the paths of this run, not simulated; to try one, add its options to "
-        "<code>run</code>."
-    )
-    return [f"{now} What would have reached more: <ul>{tried}</ul> {note}"]
-
-
-def _options(settings: tuple[str, ...]) -> str:
-    return " ".join(f"--set {it}" for it in settings)
-
-
-def _loss_help(mission: Recording) -> list[str]:
+def _losses(mission: Recording) -> list[str]:
     lost = int(np.sum(mission.fate == LOST))
     heard_of = int(np.sum(mission.pings["in_range_of"] > 0))
     if not heard_of or lost < 0.02 * heard_of:
@@ -178,37 +179,29 @@ def _loss_help(mission: Recording) -> list[str]:
     ]
 
 
-def _collision_help(mission: Recording) -> list[str]:
+def _collisions(mission: Recording) -> list[str]:
     collided = int(np.sum(mission.fate == COLLIDED))
     if not collided:
         return []
     schedule = mission.scenario.protocol.schedule
     return [
         f"<b>Collisions:</b> {_counted(collided, 'ping')} overlapped another at an ASV and were "
-        f"decoded by none, under the schedule {escape(schedule)}. "
-        "<code>--set protocol.schedule=one_per_slot</code> never lets two AUVs ping together."
+        f"decoded by none, under the schedule {escape(schedule)}."
     ]
 
 
-def _downlink_help(mission: Recording) -> list[str]:
+def _beyond_reach(mission: Recording) -> list[str]:
     missed = int(np.sum(mission.fate == OUT_OF_MF))
     made = missed + int(np.sum(mission.fate == DELIVERED))
     if not missed:
         return []
     away, nearest = broadcast_distances(mission)
     reach = mission.scenario.acoustics.mf.range_m
-    needed, near = ceil(float(away.max())), int(np.sum(nearest <= reach))
-    text = (
+    return [
         f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were broadcast "
-        f"beyond MF range ({reach:g} m) of their AUV; "
-        f"<code>--set acoustics.mf.range_m={needed}</code> would have reached all"
-    )
-    if near and mission.scenario.protocol.broadcaster != "nearest":
-        text += (
-            f", and {near} of them were within range of another ASV: "
-            "<code>--set protocol.broadcaster=nearest</code>"
-        )
-    return [text + "."]
+        f"beyond MF range ({reach:g} m) of their AUV, up to {away.max():.0f} m away; "
+        f"{int(np.sum(nearest <= reach))} of them were within range of another ASV."
+    ]
 
 
 def _counted(count: int, noun: str) -> str:

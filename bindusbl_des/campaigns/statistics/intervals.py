@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan, cos, inf, nan, pi, sin, sqrt
+from math import atan, cos, inf, nan, pi, sin, sqrt, tan
 from statistics import NormalDist, fmean, stdev
 
 import numpy as np
@@ -125,6 +125,22 @@ def chance(it: Interval) -> float:
     t = it.mean / error if error else inf * it.mean if it.mean else 0.0
     within = _within(abs(atan(t / sqrt(freedom))), freedom)
     return (1 - within) / 2 if t > 0 else (1 + within) / 2
+
+
+def student(freedom: int, confidence: float) -> float:
+    """Return Student's t for any confidence (two-sided) and whole degrees of freedom.
+
+    The probability within +-t is a finite sum of powers of cos(atan(t / sqrt(freedom)))
+    (Abramowitz and Stegun 26.7.3, 26.7.4); t is found by bisection of that angle.
+
+    >>> round(student(4, 0.95), 3), round(student(9, 0.99), 3), round(student(1, 0.9), 3)
+    (2.776, 3.25, 6.314)
+    """
+    low, high = 0.0, pi / 2
+    for _ in range(60):
+        angle = (low + high) / 2
+        low, high = (angle, high) if _within(angle, freedom) < confidence else (low, angle)
+    return tan(low) * sqrt(freedom)
 
 
 def _within(angle: float, freedom: int) -> float:

@@ -1,0 +1,228 @@
+"""What could be changed about a plan: one file of proposals, which simulation then judges."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..effects import GAIN
+from ..launch import asv_stations
+from ..scenario import Scenario
+from ..wording import plain
+from .stations import Ways
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+GAINS = (0.5, 0.2, 0.35, 0.7, 0.1, 0.05)
+# Where fixes raise the error, they are to be trusted less.
+SMALL_GAINS = (0.05, 0.2, 0.1, 0.02, 0.35, 0.5)
+FACTORS = (1.5, 1.25, 2.0)
+BROADCASTERS = ("nearest", "most_fixes", "rotate", "random")
+DOWNLINKS = ("pipelined_round", "direct_reply", "sequential", "pipelined_group")
+SCHEDULES = ("one_per_slot", "spatial_reuse", "dsatur")
+
+STATIONS, COUNT, RANGES, PAIR = "formation", "number of ASVs", "ranges", "pair"
+# Kinds that set the same keys: two of them are no pair.
+ALIKE = {COUNT: STATIONS}
+
+Settings = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change of a scenario: its kind, in words, and the keys (dotted) that it sets."""
+
+    kind: str
+    words: str
+    settings: Settings
+
+    @property
+    def family(self) -> str:
+        """Changes of one family exclude each other."""
+        return ALIKE.get(self.kind, self.kind)
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What `--set` takes."""
+        return tuple(f"{key}={plain(value)}" for key, value in self.settings.items())
+
+
+def both(one: Change, other: Change) -> Change:
+    """Return two changes of different families as one; where ASVs lie, their formation decides."""
+    if one.family == STATIONS:
+        one, other = other, one
+    return Change(PAIR, f"{one.words}, and {other.words}", {**one.settings, **other.settings})
+
+
+def changed(scenario: Scenario, settings: Settings) -> Scenario | None:
+    """Return a scenario with other settings; None where its parts would contradict each other."""
+    data = scenario.model_dump(mode="json")
+    for key, value in settings.items():
+        *sections, name = key.split(".")
+        section = data
+        for part in sections:
+            section = section[part]
+        section[name] = value
+    try:
+        return Scenario.model_validate(data)
+    except ValueError:  # as pydantic's errors are
+        return None
+
+
+def proposals(result: "Result") -> tuple[list[Change], list[str]]:
+    """Return what to try, most promising first and kinds mixed, and what there is no need to try.
+
+    Proposals come from the scenario and from what its mission ran short of; whether they are any
+    good only trials can tell.
+    """
+    scenario, auvs = result.scenario, result.arrow["auvs"].to_pylist()
+    needless: list[str] = []
+    kinds = [
+        _delays(scenario),
+        _gains(scenario, min(row["fix_benefit_m"] for row in auvs) < 0),
+        *_formations(scenario, needless),
+        *_ranges(scenario, auvs, needless),
+        _others(scenario, "downlink", DOWNLINKS),
+        _schedules(scenario, needless),
+        _broadcasters(scenario, needless),
+    ]
+    mixed = [it for row in zip_longest(*kinds) for it in row if it is not None]
+    return [it for it in mixed if changed(scenario, it.settings) is not None], needless
+
+
+def _delays(scenario: Scenario) -> Iterator[Change]:
+    if scenario.navigation.delay_compensation == "none":
+        yield Change(
+            "delay compensation",
+            "compare fixes with the estimate at their ping (delay compensation)",
+            {"navigation.delay_compensation": "shift"},
+        )
+
+
+def _gains(scenario: Scenario, harmful: bool) -> Iterator[Change]:
+    now = scenario.navigation.gain
+    for gain in SMALL_GAINS if harmful else GAINS:
+        if abs(gain - now) > 0.1 * now:
+            words = f"a gain of {gain:g} instead of {now:g}"
+            yield Change(GAIN, words, {"navigation.gain": gain})
+
+
+def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
+    if scenario.auvs.count == 1:
+        needless.append("another schedule (there is one AUV)")
+        return
+    yield from _others(scenario, "schedule", SCHEDULES)
+
+
+def _broadcasters(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
+    if scenario.asvs.count == 1 or scenario.protocol.downlink == "direct_reply":
+        needless.append("another broadcaster (no frame has a choice of ASVs)")
+        return
+    yield from _others(scenario, "broadcaster", BROADCASTERS)
+
+
+def _others(scenario: Scenario, key: str, names: tuple[str, ...]) -> Iterator[Change]:
+    """Yield the other values of a key of the protocol."""
+    now = getattr(scenario.protocol, key)
+    for name in names:
+        if name != now:
+            yield Change(key, f"{key} {name} instead of {now}", {f"protocol.{key}": name})
+
+
+def _ranges(
+    scenario: Scenario, auvs: list[dict[str, Any]], needless: list[str]
+) -> list[Iterator[Change]]:
+    hf, mf = scenario.acoustics.hf.range_m, scenario.acoustics.mf.range_m
+    heard = all(row["hf_coverage"] in (None, 1.0) for row in auvs)
+    reached = all(row["fixes_out_of_range"] == 0 for row in auvs)
+    found = []
+    if heard and scenario.asvs.count == 1:
+        needless.append("a longer HF range (every ping was within it)")
+    else:
+        found += [_longer(scenario, hf=hf), _longer(scenario, hf=hf, mf=mf)]
+    if reached:
+        needless.append("a longer MF range alone (no fix was broadcast beyond it)")
+    else:
+        found.append(_longer(scenario, mf=mf))
+    return found if reached else found[::-1]  # who hears more must tell more
+
+
+def _longer(scenario: Scenario, **now: float) -> Iterator[Change]:
+    """Yield longer ranges (m) of the bands named; the ASVs stay where they are."""
+    for factor in FACTORS:
+        ranges = {band: float(f"{factor * length:.3g}") for band, length in now.items()}
+        words = " and ".join(
+            f"{band.upper()} range {ranges[band]:g} m instead of {now[band]:g} m" for band in now
+        )
+        settings = {f"acoustics.{band}.range_m": length for band, length in ranges.items()}
+        kept = _kept(scenario) if "hf" in now else {}
+        yield Change(RANGES, words, {**settings, **kept})
+
+
+def _kept(scenario: Scenario) -> dict[str, Any]:
+    """Return what keeps a formation where it is, since by default it grows with the HF range."""
+    asked = scenario.asvs.formation
+    if asked.positions_m is not None or asked.radius_m is not None or scenario.asvs.count == 1:
+        return {}
+    return _ring(scenario, float(np.hypot(*asv_stations(scenario)[0])), asked.angle_deg)
+
+
+def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
+    """Return the settings of a regular formation, laid over whatever the file asks for."""
+    asked = scenario.asvs.formation
+    settings: dict[str, Any] = {}
+    if asked.positions_m is not None:
+        settings["asvs.formation.positions_m"] = None
+    if asked.clearance_m:
+        settings["asvs.formation.clearance_m"] = 0
+    settings["asvs.formation.radius_m"] = float(f"{radius:.6g}")
+    if angle != asked.angle_deg:
+        settings["asvs.formation.angle_deg"] = float(f"{angle:.6g}")
+    return settings
+
+
+def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]]:
+    ways = Ways(scenario)
+    if scenario.asvs.count == 1:
+        needless.append("another radius or angle (a single ASV lies in the middle)")
+        return [_more(scenario, ways)]
+    return [_moved(scenario, ways), _more(scenario, ways)]
+
+
+def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:
+    """Yield formations of as many ASVs that serve the AUVs' ways best."""
+    asked, count = scenario.asvs.formation, scenario.asvs.count
+    if asked.positions_m is None:
+        now = float(np.hypot(*asv_stations(scenario)[0]))
+        radius, angle = ways.best(count, [now])
+        yield Change(
+            STATIONS,
+            f"the formation turned to {angle:g} deg",
+            {"asvs.formation.angle_deg": angle},
+        )
+        radius, angle = ways.best(count, angles=[asked.angle_deg])
+        yield Change(
+            STATIONS, f"a formation radius of {radius:g} m", _ring(scenario, radius, angle)
+        )
+    radius, angle = ways.best(count)
+    words = f"a formation radius of {radius:g} m at {angle:g} deg"
+    yield Change(STATIONS, words, _ring(scenario, radius, angle))
+
+
+def _more(scenario: Scenario, ways: Ways) -> Iterator[Change]:
+    """Yield plans with one more ASV."""
+    asked, count = scenario.asvs.formation, scenario.asvs.count + 1
+    words = f"{count} ASVs instead of {count - 1}"
+    if asked.positions_m is not None:
+        x, y = ways.further(asv_stations(scenario))
+        places = [*map(list, asked.positions_m), [x, y]]
+        settings = {"asvs.count": count, "asvs.formation.positions_m": places}
+        yield Change(COUNT, f"{words}, the new one at x {x:g} m, y {y:g} m", settings)
+        return
+    radius, angle = ways.best(count)
+    ring = {"asvs.count": count, **_ring(scenario, radius, angle)}
+    yield Change(COUNT, f"{words}, {radius:g} m out at {angle:g} deg", ring)
+    yield Change(COUNT, f"{words}, the formation as it is", {"asvs.count": count})

@@ -1,0 +1,130 @@
+"""Which of many changes deserve to be measured: a race in which the slower ones drop out."""
+
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from itertools import combinations
+
+from .changes import PAIR, Change, both
+from .trials import AS_IT_IS, OutOfTime, Trials
+
+# The first heat, one seed for every change, may take this share of the race's time.
+FIRST_HEAT = 0.75
+# Further heats: how many changes run on, and at how many more seeds.
+HEATS = ((8, 2), (5, 3))
+MOST_OF_A_FAMILY = 2
+# To measure one change, after whatever race, takes so many missions.
+MISSIONS_TO_MEASURE = 8
+# The best of so many families are tried together, two by two.
+PAIRED = 3
+# A change of the worst AUV's error by a smaller share of it is of no use to anybody.
+WORTHWHILE = 0.01
+
+
+class Race:
+    """Trials of changes on a few seeds, the same for all; only the ranking is taken from it."""
+
+    def __init__(self, trials: Trials, changes: Sequence[Change], first_seed: int) -> None:
+        self._trials, self._changes, self._first = trials, changes, first_seed
+        self.seeds = [first_seed]
+        self._running: list[Change] = []
+        self.untried: list[Change] = list(changes)
+        self.inert: list[Change] = []
+        self.tried: list[Change] = []
+
+    def run(self, until: float) -> None:
+        """Fly the heats until so many seconds after the beginning of the trials.
+
+        Raises:
+            OutOfTime: when not even the plan as it is can be flown once.
+        """
+        self._trials.fly(AS_IT_IS, self._first)
+        with suppress(OutOfTime):
+            self._try(AS_IT_IS, self._first + 1)  # tells what a mission costs once it is set up
+            self._first_heat(FIRST_HEAT * until)
+            for runners, more in HEATS:
+                self._fly(list(self._pairs()), until)
+                self._running = self._best(runners)
+                self.seeds += range(self.seeds[-1] + 1, self.seeds[-1] + 1 + more)
+                self._fly([AS_IT_IS, *self._running], until)
+
+    def _first_heat(self, until: float) -> None:
+        for change in self._changes:
+            if self._must_end(until):
+                break
+            self._try(change, self._first)
+            self.untried.remove(change)
+            if change in self._trials.failed:
+                continue
+            self.tried.append(change)
+            if self._trials.differences(change, self.seeds)[0] == 0.0:
+                self.inert.append(change)
+            else:
+                self._running.append(change)
+
+    def _must_end(self, until: float) -> bool:
+        """Tell whether the first heat is over; while nothing has helped it has all the time."""
+        if self._trials.left < MISSIONS_TO_MEASURE * self._trials.cost(AS_IT_IS):
+            return True
+        return self._trials.spent > until and bool(self.promising())
+
+    def _fly(self, changes: Iterable[Change], until: float) -> None:
+        for change in changes:
+            for seed in self.seeds:
+                self._check(until)
+                self._try(change, seed)
+            if change not in self._running and change != AS_IT_IS:
+                self._running.append(change)
+
+    def _check(self, until: float) -> None:
+        if self._trials.spent > until:
+            raise OutOfTime
+
+    def _try(self, change: Change, seed: int) -> None:
+        with suppress(ValueError):  # it is noted among the failed
+            self._trials.fly(change, seed)
+
+    def mean(self, change: Change) -> float:
+        """Return the mean difference (m) that a change has made so far; below 0 it helped."""
+        return float(self._trials.differences(change, self.seeds).mean())
+
+    def _best(self, most: int) -> list[Change]:
+        """Return the best of those that run, few of one family; of equal ones the simpler."""
+        ranked = sorted(
+            (it for it in self._running if it not in self._trials.failed),
+            key=lambda it: (self.mean(it), len(it.settings)),
+        )
+        kept: list[Change] = []
+        for change in ranked:
+            if sum(it.family == change.family for it in kept) < MOST_OF_A_FAMILY:
+                kept.append(change)
+        return kept[:most]
+
+    def _winners(self) -> list[Change]:
+        """Return the best single change of each family that helped, the best family first."""
+        winners: dict[str, Change] = {}
+        for change in self._best(len(self._running)):
+            if change.kind != PAIR and self.mean(change) < 0:
+                winners.setdefault(change.family, change)
+        return list(winners.values())
+
+    def _pairs(self) -> Iterable[Change]:
+        """Yield the best changes two by two, those that have not run yet."""
+        known = {it.words for it in self._running}
+        for one, other in combinations(self._winners()[:PAIRED], 2):
+            pair = both(one, other)
+            if pair.words not in known:
+                yield pair
+
+    def promising(self, first: str = "") -> list[Change]:
+        """Return what is worth measuring, the best first: of each family one, and the best pair.
+
+        A change of the kind `first` leads the list, whatever its rank.
+        """
+        error = sum(it.error for it in self._trials.unchanged(self.seeds))
+        least = -WORTHWHILE * error / len(self._trials.unchanged(self.seeds))
+        found = self._winners()
+        pairs = [it for it in self._best(len(self._running)) if it.kind == PAIR]
+        if pairs and found and self.mean(pairs[0]) < self.mean(found[0]):
+            found.insert(0, pairs[0])
+        found = [it for it in found if self.mean(it) < least]
+        return sorted(found, key=lambda it: it.kind != first)

@@ -1,0 +1,88 @@
+"""Where ASVs would serve the AUVs' ways: geometry that proposes, not a simulation of the change."""
+
+import math
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..formations import formation
+from ..launch import horizontal_reach, planned_tour
+from ..scenario import Scenario
+from ..track_file import read_track
+
+Floats = NDArray[np.float64]
+Score: TypeAlias = tuple[float, float, float]
+
+# More AUVs, or more places on the way of each, change no proposal.
+MOST_AUVS, PLACES = 40, 120
+# Formations tried: angles between two that look alike, and radii up to the survey's corner.
+ANGLES, RADII = 18, 16
+# Places for one more ASV: so many along each side of the survey.
+GRID = 15
+
+
+class Ways:
+    """The places where AUVs are going to be, on which stations of ASVs can be tried."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._half = scenario.survey.side_m / 2
+        self._hears, self._told = horizontal_reach(scenario), scenario.acoustics.mf.range_m
+        self._choice = scenario.protocol.broadcaster == "nearest"
+        self._replies = scenario.protocol.downlink == "direct_reply"
+        count = scenario.auvs.count
+        chosen = range(0, count, -(-count // MOST_AUVS))
+        self.places = np.stack([_way(scenario, auv) for auv in chosen])
+
+    def score(self, stations: Floats) -> Score:
+        """Return how stations (n, 2), m, serve: of the worst AUV, of all, and how near they are.
+
+        An AUV is served where some ASV hears it, as far as the ASV that broadcasts reaches it: any
+        of them, if ASVs take turns.
+        """
+        apart = self.places[..., None, :] - stations
+        away = np.hypot(apart[..., 0], apart[..., 1])
+        nearest = away.min(axis=-1)
+        reached = (away <= self._told).mean(axis=-1)
+        if self._replies or self._choice:
+            reached = (nearest <= self._told) | self._replies
+        own = ((nearest <= self._hears) * reached).mean(axis=-1)
+        return float(own.min()), float(own.mean()), -float(nearest.mean())
+
+    def best(
+        self,
+        count: int,
+        radii: Sequence[float] | None = None,
+        angles: Sequence[float] | None = None,
+    ) -> tuple[float, float]:
+        """Return radius (m) and angle (deg) of the regular formation that serves best."""
+        if radii is None:
+            corner = self._half * math.sqrt(2)
+            radii = [float(f"{corner * k / RADII:.3g}") for k in range(1, RADII + 1)]
+        if angles is None:
+            angles = [float(round(360 * k / count / ANGLES)) for k in range(ANGLES)]
+        tried = [
+            (self.score(formation(count, radius, math.radians(angle))), radius, angle)
+            for radius in radii
+            for angle in angles
+        ]
+        _, radius, angle = max(tried, key=lambda it: it[0])
+        return radius, angle
+
+    def further(self, stations: Sequence[tuple[float, float]]) -> tuple[float, float]:
+        """Return where one more ASV would serve best (x, y in m), the others where they are."""
+        along = self._half * np.linspace(-1, 1, GRID)
+        places = [(round(float(x), 1), round(float(y), 1)) for x in along for y in along]
+        return max(places, key=lambda it: self.score(np.array([*stations, it])))
+
+
+def _way(scenario: Scenario, auv: int) -> Floats:
+    """Return places (PLACES, 2), m, at even distances in time on the way that an AUV is to go."""
+    route, times = scenario.auvs.route, np.linspace(0.0, scenario.duration_s, PLACES)
+    if route.kind == "hold":
+        return np.tile(np.array(route.positions_m[auv]), (PLACES, 1))
+    if route.kind == "track":
+        at, places = read_track(route.files[auv])
+        return np.column_stack([np.interp(times, at, places[:, axis]) for axis in (0, 1)])
+    return planned_tour(scenario, auv).sample(scenario.auvs.speed_m_per_s * times)[:, :2]

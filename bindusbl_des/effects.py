@@ -1,0 +1,204 @@
+"""What changes of a plan are worth: measured effects, as plain data that reports and files hold.
+
+An effect is a mean of differences between missions with a change and missions without it, paired
+by seed, so that both had the same noise; its interval says how well it is known.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from shlex import quote
+from typing import Any, TypeVar
+
+HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effect", "harms"
+
+# Of a large fleet only so many AUVs are named.
+MOST_NAMED = 3
+# What fixes cost in a single mission is worth a word from this share of the error on.
+NOTEWORTHY = 0.1
+
+GAIN = "gain"
+REAL_REMEDY = (
+    "The real remedy is a filter that weighs each fix by its covariance; a fixed gain trusts a "
+    "poor fix as much as a good one."
+)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What a change does to the worst AUV's mean position error (m); below 0 the error falls.
+
+    `settings` are what `--set` takes.  The true mean lies from `low_m` to `high_m`.
+    """
+
+    kind: str
+    words: str
+    settings: tuple[str, ...]
+    mean_m: float
+    low_m: float
+    high_m: float
+    seeds: int
+    verdict: str
+
+    @property
+    def options(self) -> list[str]:
+        """The options to copy, one `--set` each."""
+        return [f"--set {quote(setting)}" for setting in self.settings]
+
+
+@dataclass(frozen=True)
+class Harm:
+    """An AUV that would navigate better without any fix: by how much fixes raise its error (m).
+
+    `with_m` and `without_m` are its mean errors over `seeds` missions.
+    """
+
+    auv: str
+    with_m: float
+    without_m: float
+    mean_m: float
+    low_m: float
+    high_m: float
+    seeds: int
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What was tried beside a mission, and what came of it.
+
+    `error_m` is the worst AUV's mean error of the plan as it is, over the seeds of the effects.
+    `effects` are ranked, the best first.  `harm_seeds` is how many missions decided about `harms`,
+    0 where there were too few.  Changes that got no statement are named in words: `inert` changed
+    no bit of a mission, `needless` could not (each with its reason), `dropped` promised less than
+    others in the first trials, `untried` found no time.  `shortage` says why nothing was measured.
+    """
+
+    budget_s: float
+    missions: int = 0
+    error_m: float | None = None
+    effects: tuple[Effect, ...] = ()
+    harms: tuple[Harm, ...] = ()
+    harm_seeds: int = 0
+    inert: tuple[str, ...] = ()
+    needless: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
+    untried: tuple[str, ...] = ()
+    shortage: str = ""
+
+    def of(self, *verdicts: str) -> list[Effect]:
+        """Return the effects with one of these verdicts, in their order."""
+        return [effect for effect in self.effects if effect.verdict in verdicts]
+
+
+Row = TypeVar("Row", Effect, Harm, Advice)
+
+
+def signed(metres: float) -> str:
+    """Return a change of an error as people read it.
+
+    >>> signed(-0.4049), signed(0.004)
+    ('-0.40', '+0.00')
+    """
+    return f"{metres:+.2f}"
+
+
+def interval(it: Effect | Harm) -> str:
+    """Return an effect with its interval.
+
+    >>> interval(Effect("gain", "", (), -0.4, -0.5, -0.3, 8, HELPS))
+    '-0.40 m [-0.50, -0.30]'
+    """
+    return f"{signed(it.mean_m)} m [{signed(it.low_m)}, {signed(it.high_m)}]"
+
+
+def harm_told(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[str]:
+    """Return sentences about fixes that make AUVs navigate worse; none where they do not.
+
+    `auvs` are the metrics of each AUV.  One mission alone may be chance: where other seeds were
+    tried they decide, and where none were that is said.
+    """
+    if advice is None or not advice.harm_seeds:
+        return _harm_of_one_mission(auvs)
+    if not advice.harms:
+        return []
+    here = {str(row["auv"]): (row["position_error_m"], row["imu_error_m"]) for row in auvs}
+    first, *others = advice.harms
+    told = [f"Fixes make {_worse(first, here)}{_better_gain(advice)}."]
+    if others:
+        named = "; ".join(_worse(it, here) for it in others[:MOST_NAMED])
+        more = len(others) - MOST_NAMED
+        told.append(f"They also make {named}" + (f"; and {more} more AUVs." if more > 0 else "."))
+    told.append(
+        f"Over {first.seeds} missions with other seeds {first.auv} had {first.with_m:.2f} m with "
+        f"fixes and {first.without_m:.2f} m without: {interval(first)}. {REAL_REMEDY}"
+    )
+    return told
+
+
+def _worse(harm: Harm, here: Mapping[str, tuple[float, float]]) -> str:
+    """Return an AUV's errors with and without fixes in this mission; its means if luck hid it."""
+    errors = here[harm.auv]
+    if errors[0] > errors[1]:
+        return _with_and_without(harm.auv, errors)
+    told = _with_and_without(harm.auv, (harm.with_m, harm.without_m))
+    return f"{told}, on average (in this mission {errors[0]:.2f} and {errors[1]:.2f} m)"
+
+
+def _with_and_without(auv: str, errors: tuple[float, float]) -> str:
+    return f"{auv} worse: {errors[0]:.2f} m with, {errors[1]:.2f} m without"
+
+
+def _better_gain(advice: Advice) -> str:
+    gain = next((it for it in advice.of(HELPS) if it.kind == GAIN), None)
+    if gain is None:
+        return ""
+    value = gain.settings[0].partition("=")[2]
+    return (
+        f"; try navigation.gain {value}, with which the worst AUV's error was "
+        f"{-gain.mean_m:.2f} m [{-gain.high_m:.2f}, {-gain.low_m:.2f}] smaller"
+    )
+
+
+def _harm_of_one_mission(auvs: Sequence[Mapping[str, Any]]) -> list[str]:
+    worse = sorted(
+        (it for it in auvs if it.get("fix_benefit_m", 0.0) < -NOTEWORTHY * it["imu_error_m"]),
+        key=lambda row: float(row["fix_benefit_m"]),
+    )
+    if not worse:
+        return []
+    named = "; ".join(
+        _with_and_without(row["auv"], (row["position_error_m"], row["imu_error_m"]))
+        for row in worse[:MOST_NAMED]
+    )
+    return [
+        f"In this mission fixes made {named}. It may be chance: other seeds, which would tell, "
+        "were not tried (--advice-s 3)."
+    ]
+
+
+def as_data(advice: Advice) -> dict[str, Any]:
+    """Return advice as it stands in `advice.json`."""
+    return asdict(advice)
+
+
+def from_data(data: Any) -> Advice:
+    """Return the advice that a file holds.
+
+    Raises:
+        ValueError: when it is none.
+    """
+    try:
+        plain = _read(Advice, data)
+        return replace(
+            plain,
+            effects=tuple(_read(Effect, it) for it in plain.effects),
+            harms=tuple(_read(Harm, it) for it in plain.harms),
+        )
+    except (AttributeError, KeyError, TypeError) as error:
+        raise ValueError(f"advice.json: {error!r}") from None
+
+
+def _read(kind: type[Row], data: Any) -> Row:
+    """Return one of the classes above from plain data: its fields by name, lists as tuples."""
+    values = {column.name: data[column.name] for column in fields(kind)}
+    plain: Any = {n: tuple(v) if isinstance(v, list) else v for n, v in values.items()}
+    return kind(**plain)
