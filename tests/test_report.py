@@ -16,13 +16,11 @@ from worlds import paper_case, scenario, still
 
 from bindusbl_des import Result, load_result, load_scenario, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.launch import asv_stations
 from bindusbl_des.report import run_data
 from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.packing import Packer
 from bindusbl_des.report.page import as_script
 from bindusbl_des.report.recording import FATES, recording
-from bindusbl_des.report.remedies import Trial, remedies
 from bindusbl_des.report.run_page import AUV_COLUMNS, run_page
 from bindusbl_des.report.service import patience, service
 from bindusbl_des.report.story import story
@@ -40,7 +38,9 @@ def recovery() -> Result:
 def told(result: Result) -> str:
     """Return all sentences of a run's story."""
     found = story(recording(result))
-    return "\n".join([found.verdict, *(text for _, texts in found.sections for text in texts)])
+    return "\n".join(
+        [found.warning, found.verdict, *(text for _, texts in found.sections for text in texts)]
+    )
 
 
 def unpacked(place: dict[str, Any], packed: str) -> np.ndarray:
@@ -186,7 +186,6 @@ def test_who_was_out_of_range_is_told() -> None:
     text = told(result)
     assert f"of {pings} pings it sent in those gaps, {pings} (100 %) were out of HF range" in text
     assert "nearest ASV was 20 m away" in text
-    assert "an HF range of 20 m instead of 12 m" in text
     assert "AUV0 starved: 300 of 300 s (100 %)" in text
 
 
@@ -196,7 +195,7 @@ def test_fixes_beyond_mf_range_are_told() -> None:
     result = simulate(still(1, at=20.0, acoustics=acoustics), seed=0)
     text = told(result)
     assert "the fix was broadcast beyond MF range of the AUV" in text
-    assert "acoustics.mf.range_m=20" in text
+    assert "beyond MF range (15 m) of their AUV, up to 20 m away" in text
     assert "of every ASV" not in text
 
 
@@ -207,27 +206,29 @@ def test_collisions_are_told() -> None:
     )
     text = told(result)
     assert "collided with another ping" in text
-    assert "protocol.schedule=one_per_slot" in text
 
 
 def test_nobody_starves_under_a_good_asv() -> None:
-    """An AUV near an ASV, without losses: the longest wait is told, and nothing to mend."""
+    """An AUV near an ASV, without losses: the longest wait is told, which the metrics have too."""
     result = simulate(still(1, at=20.0, duration_s=60.0), seed=0)
-    text = told(result)
-    assert text.startswith("No AUV starved; the longest wait for a fix was")
-    assert "Nothing: pings were in range" in text
+    text, row = told(result), result.auvs.iloc[0]
+    assert f"No AUV starved; the longest wait for a fix was {row.fix_age_max_s:.1f} s" in text
+    assert f"AUV0 navigated worst: its error was {row.position_error_m:.2f} m on average" in text
+    assert "No change was tried" in text
 
 
 def test_gaps_and_fates_add_up(recovery: Result) -> None:
     """Gaps are the waits above the patience; the fates of all pings are those in the tables."""
     mission = recording(recovery)
     wait = patience(mission)
+    assert wait.first == wait.later
     fixes, outcomes = recovery.tables["fixes"], recovery.tables["receptions"].outcome
     for auv in range(3):
         arrivals = fixes[fixes.auv == f"AUV{auv}"].delivered_at_s.dropna().sort_values()
         waits = np.diff([0.0, *arrivals, 300.0])
-        served = service(mission, auv, wait)
-        assert [gap.length for gap in served.gaps] == pytest.approx(waits[waits > wait].tolist())
+        gaps = [gap.length for gap in service(mission, auv, wait).gaps]
+        assert gaps == pytest.approx(waits[waits > wait.later].tolist())
+        assert max(gaps, default=0.0) in (0.0, pytest.approx(recovery.auvs.fix_age_max_s[auv]))
     counts = {name: int((mission.fate == code).sum()) for code, name in enumerate(FATES)}
     assert sum(counts.values()) == len(recovery.tables["pings"])
     assert counts["delivered"] == (fixes.outcome == "delivered").sum()
@@ -235,27 +236,42 @@ def test_gaps_and_fates_add_up(recovery: Result) -> None:
     assert counts["collided"] == (outcomes == "collided").sum() == 0
 
 
+def test_an_auv_last_fixed_early_starves() -> None:
+    """Fixed until 20 s of 300 s, then never again: the wait at the end is the gap that counts."""
+    points = [[[0.0, 0.0], [300.0, 0.0]], [[0.0, 5.0], [10.0, 5.0]]]
+    changes: dict[str, Any] = {
+        "auvs": {"count": 2, "route": {"kind": "waypoints", "points_m": points}},
+        "asvs": {"count": 1},
+        "acoustics": {"hf": {"range_m": 15.0}},
+    }
+    result = simulate(scenario(**changes), seed=0)
+    row = result.auvs.iloc[0]
+    assert row.interval_mean_s < 5
+    assert row.fix_age_max_s > 250
+    assert f"the longest {row.fix_age_max_s:.0f} s, from 24 to 300 s" in told(result)
+
+
 def test_patience_is_the_time_to_drift_a_metre() -> None:
     """sqrt((0.06 sqrt(2) t)^2 + 2 0.027^2 t) = 1 m after 11.7 s."""
     mission = recording(simulate(still(1, duration_s=60.0), seed=0))
-    wait = patience(mission)
+    wait = patience(mission).later
     assert math.sqrt(2 * (0.06 * wait) ** 2 + 2 * 0.027**2 * wait) == pytest.approx(1.0, abs=1e-6)
 
 
-def test_a_remedy_keeps_its_promise() -> None:
-    """Simulated as proposed, AUVs are in range for the time that was counted on the paths."""
-    mission = paper_case(2, record={"detail": "full"})
-    proposed = remedies(recording(simulate(mission, seed=0)))
-    assert "turn the formation" in proposed[0].words
-    for remedy in proposed:
-        changed = load_scenario(
-            SCENARIOS / "two_asvs_140m_0deg.yaml", overrides=list(remedy.settings)
-        )
-        result = simulate(changed, seed=0)
-        again = Trial(recording(result)).coverage(np.array(asv_stations(changed)))
-        assert again == pytest.approx((remedy.worst, remedy.all), abs=0.005)
-        # Rounds are longer while more is heard, so the share of pings is not quite that of time.
-        assert result.auvs.hf_coverage.min() == pytest.approx(remedy.worst, abs=0.05)
+def test_patience_knows_of_what_is_drawn() -> None:
+    """A drawn bias adds 2 (sd t)^2, and before the first fix the start adds 2 sd^2."""
+    drawn = {"velocity_bias_sd_m_per_s": 0.1, "initial_position_sd_m": 0.5}
+    mission = recording(simulate(still(1, duration_s=60.0, navigation=drawn), seed=0))
+    wait = patience(mission)
+    for time, start in ((wait.later, 0.0), (wait.first, 0.5)):
+        known = 2 * (0.06 * time) ** 2 + 2 * 0.027**2 * time
+        assert known + 2 * (0.1 * time) ** 2 + 2 * start**2 == pytest.approx(1.0, abs=1e-6)
+    assert f"({wait.first:.1f} s before its first one)" in wait.rule
+    certain = still(1, navigation={"velocity_bias_m_per_s": [0.001, 0.0]}, duration_s=60.0)
+    assert (
+        "10 rounds, since dead reckoning drifts by less"
+        in patience(recording(simulate(certain))).rule
+    )
 
 
 def test_the_envelope_without_fixes_is_drift() -> None:
@@ -264,6 +280,36 @@ def test_the_envelope_without_fixes_is_drift() -> None:
     mission = recording(result)
     time = mission.times
     expected = 0.06 * math.sqrt(2) * time + 3 * 0.027 * np.sqrt(time)
+    np.testing.assert_allclose(error_envelope(mission, 0), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "drawn", [{"velocity_bias_sd_m_per_s": 0.1}, {"initial_position_sd_m": 3.0}], ids=str
+)
+def test_the_envelope_holds_what_is_drawn(drawn: dict[str, float]) -> None:
+    """Over 40 missions the bound holds 99.9 % of the time; three sigma of two axes hold 98.9 %.
+
+    Without the terms for what was drawn it held 88 and 97 % of the time.
+    """
+    quiet = {"velocity_bias_m_per_s": [0.0, 0.0], "random_walk_m_per_sqrt_s": 0.001}
+    held = []
+    for seed in range(40):
+        world = paper_case(1, duration_s=60.0, record={"detail": "full"}, navigation=quiet | drawn)
+        mission = recording(simulate(world, seed=seed))
+        for auv in range(3):
+            error, bound = mission.own["position_error_m"][auv], error_envelope(mission, auv)
+            held.append((error <= bound + 1e-9).mean())
+    assert np.mean(held) > 0.989
+
+
+def test_the_envelope_of_a_drawn_bias_is_sd_times_time() -> None:
+    """Without any fix three sigma of bias, start and walk are 3 sqrt(sd^2 t^2 + sd^2 + s^2 t)."""
+    drawn = {"velocity_bias_sd_m_per_s": 0.02, "initial_position_sd_m": 0.5}
+    far = {"hf": {"range_m": 12.0}}
+    mission = recording(simulate(still(1, at=20.0, acoustics=far, navigation=drawn), seed=0))
+    time = mission.times
+    variance = (0.02 * time) ** 2 + 0.5**2 + 0.027**2 * time
+    expected = 0.06 * math.sqrt(2) * time + 3 * np.sqrt(variance)
     np.testing.assert_allclose(error_envelope(mission, 0), expected, atol=1e-9)
 
 

@@ -9,11 +9,10 @@ from .trials import AS_IT_IS, OutOfTime, Trials
 
 # The first heat, one seed for every change, may take this share of the race's time.
 FIRST_HEAT = 0.75
-# Further heats: how many changes run on, and at how many more seeds.
-HEATS = ((8, 2), (5, 3))
-MOST_OF_A_FAMILY = 2
-# To measure one change, after whatever race, takes so many missions.
-MISSIONS_TO_MEASURE = 8
+# Further heats: how many changes run on, how many of a family, and at how many more seeds.
+HEATS = ((15, 3, 1), (8, 2, 2), (6, 1, 3))
+# To measure one change, after whatever race, takes so many missions at the least.
+MISSIONS_TO_MEASURE = 7
 # The best of so many families are tried together, two by two.
 PAIRED = 3
 # A change of the worst AUV's error by a smaller share of it is of no use to anybody.
@@ -41,9 +40,9 @@ class Race:
         with suppress(OutOfTime):
             self._try(AS_IT_IS, self._first + 1)  # tells what a mission costs once it is set up
             self._first_heat(FIRST_HEAT * until)
-            for runners, more in HEATS:
+            for runners, each, more in HEATS:
                 self._fly(list(self._pairs()), until)
-                self._running = self._best(runners)
+                self._running = self._best(runners, each)
                 self.seeds += range(self.seeds[-1] + 1, self.seeds[-1] + 1 + more)
                 self._fly([AS_IT_IS, *self._running], until)
 
@@ -87,25 +86,26 @@ class Race:
         """Return the mean difference (m) that a change has made so far; below 0 it helped."""
         return float(self._trials.differences(change, self.seeds).mean())
 
-    def _best(self, most: int) -> list[Change]:
-        """Return the best of those that run, few of one family; of equal ones the simpler."""
+    def _best(self, most: int, each: int) -> list[Change]:
+        """Return the best of those that run, at most so many, and of each family; pairs besides.
+
+        Of equal ones the simpler is the better.
+        """
         ranked = sorted(
             (it for it in self._running if it not in self._trials.failed),
             key=lambda it: (self.mean(it), len(it.settings)),
         )
-        kept: list[Change] = []
+        singles: list[Change] = []
         for change in ranked:
-            if sum(it.family == change.family for it in kept) < MOST_OF_A_FAMILY:
-                kept.append(change)
-        return kept[:most]
+            alike = sum(it.family == change.family for it in singles)
+            if change.kind != PAIR and alike < each:
+                singles.append(change)
+        return [*singles[:most], *[it for it in ranked if it.kind == PAIR][:each]]
 
     def _winners(self) -> list[Change]:
         """Return the best single change of each family that helped, the best family first."""
-        winners: dict[str, Change] = {}
-        for change in self._best(len(self._running)):
-            if change.kind != PAIR and self.mean(change) < 0:
-                winners.setdefault(change.family, change)
-        return list(winners.values())
+        best = self._best(len(self._running), 1)
+        return [it for it in best if it.kind != PAIR and self.mean(it) < 0]
 
     def _pairs(self) -> Iterable[Change]:
         """Yield the best changes two by two, those that have not run yet."""
@@ -123,7 +123,7 @@ class Race:
         error = sum(it.error for it in self._trials.unchanged(self.seeds))
         least = -WORTHWHILE * error / len(self._trials.unchanged(self.seeds))
         found = self._winners()
-        pairs = [it for it in self._best(len(self._running)) if it.kind == PAIR]
+        pairs = [it for it in self._best(len(self._running), 1) if it.kind == PAIR]
         if pairs and found and self.mean(pairs[0]) < self.mean(found[0]):
             found.insert(0, pairs[0])
         found = [it for it in found if self.mean(it) < least]

@@ -32,22 +32,20 @@ def measured(
     How many depends on the time there is, never on a result, so that none can end the trials.
     """
     waiting, seeds = list(chosen[:MOST_CHANGES]), list[int]()
-    now: list[Change] = []
-    for count in range(len(waiting), 0, -1):
-        if _more(trials, waiting[:count], 0) >= _enough(count):
-            now, waiting = waiting[:count], waiting[count:]
-            break
+    count = len(waiting)
+    while count > 1 and _more(trials, waiting[:count], 0) < _enough(count):
+        count -= 1
+    now, waiting = waiting[:count], waiting[count:]
+    more = _enough(count)
     with suppress(OutOfTime):
-        while True:
-            if waiting and len(seeds) >= SEEDS_EACH and _fits(trials, waiting[0], len(seeds)):
+        while more:
+            fresh = [first_seed + len(seeds) + k for k in range(more)]
+            seeds += fresh
+            _fly(trials, [AS_IT_IS, *now], fresh)
+            while waiting and len(seeds) >= SEEDS_EACH and _fits(trials, waiting[0], len(seeds)):
                 now.append(waiting.pop(0))
                 _fly(trials, now[-1:], seeds)
-            elif more := _more(trials, now, len(seeds)):
-                fresh = [first_seed + len(seeds) + k for k in range(more)]
-                seeds += fresh
-                _fly(trials, [AS_IT_IS, *now], fresh)
-            else:
-                break
+            more = _more(trials, now, len(seeds))
     return now, seeds
 
 
@@ -65,13 +63,13 @@ def _fits(trials: Trials, change: Change, seeds: int) -> bool:
 def _more(trials: Trials, chosen: Sequence[Change], flown: int) -> int:
     """Return at how many more seeds all changes can be flown in the time that is left."""
     changes = (AS_IT_IS, *chosen)
-    left = SLACK * trials.left - len(changes) * trials.setup
+    left = SLACK * trials.left - len(changes) * trials.setup * (flown == 0)
     most = MOST_SEEDS if chosen else SEEDS_OF_NONE
     return max(0, min(most - flown, int(left / sum(map(trials.cost, changes)))))
 
 
 def _enough(changes: int) -> int:
-    return {1: FEWEST_SEEDS, 2: SEEDS_OF_TWO}.get(changes, SEEDS_EACH)
+    return {0: FEWEST_SEEDS, 1: FEWEST_SEEDS, 2: SEEDS_OF_TWO}.get(changes, SEEDS_EACH)
 
 
 def effect(change: Change, differences: Floats, error: float, together: int) -> Effect:

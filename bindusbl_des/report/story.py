@@ -59,8 +59,8 @@ def story(mission: Recording) -> Story:
 def short_story(metrics: Metrics) -> Story:
     """Return what can be said of a mission of which only metrics were recorded."""
     warning = " ".join(harm_told(metrics.auvs, metrics.advice))
-    help_ = ("What would help", advised(metrics.advice))
-    return Story(warning, _worst(metrics), (help_,), ())
+    sections = (("What would help", advised(metrics.advice)),)
+    return Story(warning, _worst(metrics), sections, ())
 
 
 def _others(starving: list[Service]) -> str:
