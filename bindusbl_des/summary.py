@@ -23,7 +23,7 @@ COLUMNS: tuple[tuple[str, str, str, int, float], ...] = (
 # A larger fleet shows its first AUVs, and between which values all of them lie.
 MOST_ROWS, FIRST_ROWS = 20, 10
 # The report has all of the advice, a terminal the best of it, in lines of its width.
-MOST_ADVICE, WIDTH = 3, 80
+MOST_ADVICE, WIDTH = 4, 80
 
 
 def summary(auvs: Sequence[Row], mission: Row, advice: Advice | None = None) -> str:

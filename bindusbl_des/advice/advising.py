@@ -11,7 +11,7 @@ from ..scenario_file import parse_scenario
 from .changes import Change, changed, proposals
 from .choosing import Race
 from .measuring import FEWEST_SEEDS, effect, harms, measured
-from .trials import AS_IT_IS, OutOfTime, Told, Trials
+from .trials import OutOfTime, Told, Trials
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -53,30 +53,34 @@ def advise(
     race = Race(trials, changes, result.seed + CHOOSING)
     try:
         race.run(SHARE_TO_CHOOSE * seconds)
-    except (OutOfTime, ValueError):
+    except OutOfTime:
         short = _short(result.wall_time_s)
         return Advice(seconds, untried=_words(changes), needless=tuple(needless), shortage=short)
+    except ValueError as error:
+        return Advice(seconds, shortage=f"the plan cannot be flown with another seed: {error}")
     harmful = bool(harms(trials.unchanged(race.seeds)))
     reader = again or _as_it_was_run(scenario)
     chosen = [
         it for it in race.promising(GAIN if harmful else "") if _can_be_said(it, scenario, reader)
     ]
     finalists, seeds = measured(trials, chosen, result.seed + MEASURING)
-    effects = _effects(trials, finalists, seeds)
+    together = len(finalists) + 1  # and whether fixes do harm
+    effects = _effects(trials, finalists, seeds, together)
     unchanged = trials.unchanged([*race.seeds, *seeds])
     said = {*race.inert, *(it for it in finalists if it.words in {e.words for e in effects})}
+    unknown = chosen if race.tried else changes  # what might help, had there been time
     return Advice(
         budget_s=seconds,
         missions=trials.missions,
         error_m=_mean([it.error for it in trials.unchanged(seeds)]),
         effects=tuple(effects),
-        harms=tuple(harms(unchanged)),
+        harms=tuple(harms(unchanged, together)),
         harm_seeds=len(unchanged) if len(unchanged) >= FEWEST_SEEDS else 0,
         inert=_words(race.inert),
         needless=tuple(needless),
         dropped=_words([it for it in race.tried if it not in said]),
         untried=_words(race.untried),
-        shortage="" if effects or (race.tried and not chosen) else _short(trials.cost(AS_IT_IS)),
+        shortage=_short(trials.spent / trials.missions) if unknown and not effects else "",
     )
 
 
@@ -93,12 +97,14 @@ def _can_be_said(change: Change, scenario: Scenario, reader: Reader) -> bool:
         return False
 
 
-def _effects(trials: Trials, finalists: Sequence[Change], seeds: list[int]) -> list[Effect]:
+def _effects(
+    trials: Trials, finalists: Sequence[Change], seeds: list[int], together: int
+) -> list[Effect]:
     """Return the effects of what was measured, the best first."""
     error = _mean([it.error for it in trials.unchanged(seeds)]) or 0.0
     found = [(change, trials.differences(change, seeds)) for change in finalists]
     known = [it for it in found if len(it[1]) >= FEWEST_SEEDS]
-    effects = [effect(change, it, error, len(finalists)) for change, it in known]
+    effects = [effect(change, it, error, together) for change, it in known]
     return sorted(effects, key=lambda it: it.mean_m)
 
 

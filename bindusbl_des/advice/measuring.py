@@ -87,15 +87,18 @@ def effect(change: Change, differences: Floats, error: float, together: int) -> 
     )
 
 
-def harms(missions: Sequence[Trial]) -> list[Harm]:
-    """Return the AUVs whose error fixes raise, as surely as 95 % for the whole fleet."""
+def harms(missions: Sequence[Trial], together: int = 1) -> list[Harm]:
+    """Return the AUVs whose error fixes raise, the worst first.
+
+    What is said of the whole fleet is one of so many statements that hold `together` with 95 %.
+    """
     if len(missions) < FEWEST_SEEDS:
         return []
     own = np.stack([mission.own for mission in missions])
     found = []
     for auv in range(own.shape[1]):
         with_fixes, without = own[:, auv].T
-        mean, low, high = interval(with_fixes - without, own.shape[1])
+        mean, low, high = interval(with_fixes - without, own.shape[1] * together)
         means = float(with_fixes.mean()), float(without.mean())
         if low > 0 and mean > WORTHWHILE * means[1]:
             found.append(Harm(f"AUV{auv}", *means, mean, low, high, len(own)))
