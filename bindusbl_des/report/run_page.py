@@ -136,7 +136,7 @@ def _tiles(result: "Result") -> str:
             worst = number(row[f"worst_{metric}"], digits, factor)
             auv = html.escape(row[f"worst_{metric}_auv"])
             told = f"<dd><small>{auv}: {'none' if worst == '-' else worst}</small></dd>"
-        value = number(row[metric], digits, factor)
+        value = number(row.get(metric), digits, factor)  # older folders lack some
         unit = f'<span class="unit">{unit}</span>' if unit else ""
         tiles.append(f"<div><dt>{html.escape(name)}</dt><dd>{value}{unit}</dd>{told}</div>")
     counts = f"{row['rounds']:.0f} rounds, {row['collisions']:.0f} collisions"
