@@ -258,7 +258,7 @@ def test_init_prints_or_writes_the_same() -> None:
 def test_run_writes_a_folder_and_prints_metrics() -> None:
     """`run --json` prints the mission's metrics, tells the models and writes one folder only."""
     Path("f.yaml").write_text(TINY)
-    result = call("run", "f.yaml", "--seed", "3", "--json", "--set", "auvs.count=1")
+    result = call("run", "f.yaml", "--seed", "3", "--json", "--set", "auvs.count=1", "--no-advice")
     metrics = json.loads(result.stdout)
     assert metrics["rounds"] == 5
     assert isinstance(metrics["rounds"], int)
@@ -289,7 +289,7 @@ def test_run_prints_a_summary_and_keeps_the_file() -> None:
 def test_run_never_overwrites_before_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
     """An existing folder ends the command before the mission is simulated."""
     Path("f.yaml").write_text(TINY)
-    assert call("-q", "run", "f.yaml", "--out", "o", "--json").exit_code == 0
+    assert call("-q", "run", "f.yaml", "--out", "o", "--json", "--no-advice").exit_code == 0
     assert call("-q", "run", "f.yaml", "--out", "o", "--json", "--force").exit_code == 0
     monkeypatch.setattr("bindusbl_des.simulation.simulate", _must_not_run)
     result = call("run", "f.yaml", "--out", "o")
@@ -343,7 +343,7 @@ def test_models_are_told_in_one_line() -> None:
 def test_explain_tells_the_way_of_a_ping() -> None:
     """`explain` names the ping; a number that is none is bad input."""
     Path("f.yaml").write_text("name: m\nduration_s: 5\n")
-    assert call("-q", "run", "f.yaml", "--out", "o", "--json").exit_code == 0
+    assert call("-q", "run", "f.yaml", "--out", "o", "--json", "--no-advice").exit_code == 0
     assert call("explain", "o", "--ping", "0").stdout.startswith("Ping 0 of AUV0")
     assert call("explain", "o", "--fix", "0").stdout.startswith("Ping ")
     beyond = call("explain", "o", "--ping", "999")
