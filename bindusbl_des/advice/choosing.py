@@ -9,12 +9,12 @@ from .trials import AS_IT_IS, OutOfTime, Trials
 
 # The first heat, one seed for every change, may take this share of the race's time.
 FIRST_HEAT = 0.75
-# Further heats: how many changes run on, how many of a family, and at how many more seeds.
+# Further heats: how many changes run on, how many of a kind, and at how many more seeds.
 HEATS = ((15, 3, 1), (8, 2, 2), (6, 1, 3))
 # To measure one change, after whatever race, takes so many missions at the least.
 MISSIONS_TO_MEASURE = 7
-# The best of so many families are tried together, two by two.
-PAIRED = 3
+# The best of so many kinds are tried together, two by two.
+PAIRED = 4
 # A change of the worst AUV's error by a smaller share of it is of no use to anybody.
 WORTHWHILE = 0.01
 
@@ -87,7 +87,7 @@ class Race:
         return float(self._trials.differences(change, self.seeds).mean())
 
     def _best(self, most: int, each: int) -> list[Change]:
-        """Return the best of those that run, at most so many, and of each family; pairs besides.
+        """Return the best of those that run, at most so many, and of each kind; pairs besides.
 
         Of equal ones the simpler is the better.
         """
@@ -97,13 +97,13 @@ class Race:
         )
         singles: list[Change] = []
         for change in ranked:
-            alike = sum(it.family == change.family for it in singles)
+            alike = sum(it.kind == change.kind for it in singles)
             if change.kind != PAIR and alike < each:
                 singles.append(change)
         return [*singles[:most], *[it for it in ranked if it.kind == PAIR][:each]]
 
     def _winners(self) -> list[Change]:
-        """Return the best single change of each family that helped, the best family first."""
+        """Return the best single change of each kind that helped, the best kind first."""
         best = self._best(len(self._running), 1)
         return [it for it in best if it.kind != PAIR and self.mean(it) < 0]
 
@@ -112,11 +112,11 @@ class Race:
         known = {it.words for it in self._running}
         for one, other in combinations(self._winners()[:PAIRED], 2):
             pair = both(one, other)
-            if pair.words not in known:
+            if one.family != other.family and pair.words not in known:
                 yield pair
 
     def promising(self, first: str = "") -> list[Change]:
-        """Return what is worth measuring, the best first: of each family one, and the best pair.
+        """Return what is worth measuring, the best first: of each kind one, and the best pair.
 
         A change of the kind `first` leads the list, whatever its rank.
         """
