@@ -10,7 +10,7 @@ from ..scenario import Scenario
 from ..scenario_file import parse_scenario
 from .changes import Change, changed, proposals
 from .choosing import Race
-from .measuring import FEWEST_SEEDS, effect, harms, measured
+from .measuring import FEWEST_SEEDS, effect, harms, may_harm, measured
 from .trials import OutOfTime, Told, Trials
 
 if TYPE_CHECKING:
@@ -58,11 +58,9 @@ def advise(
         return Advice(seconds, untried=_words(changes), needless=tuple(needless), shortage=short)
     except ValueError as error:
         return Advice(seconds, shortage=f"the plan cannot be flown with another seed: {error}")
-    harmful = bool(harms(trials.unchanged(race.seeds)))
     reader = again or _as_it_was_run(scenario)
-    chosen = [
-        it for it in race.promising(GAIN if harmful else "") if _can_be_said(it, scenario, reader)
-    ]
+    first = GAIN if may_harm(trials.unchanged(race.seeds)) else ""
+    chosen = [it for it in race.promising(first) if _can_be_said(it, scenario, reader)]
     finalists, seeds = measured(trials, chosen, result.seed + MEASURING)
     together = len(finalists) + 1  # and whether fixes do harm
     effects = _effects(trials, finalists, seeds, together)

@@ -87,6 +87,12 @@ def effect(change: Change, differences: Floats, error: float, together: int) -> 
     )
 
 
+def may_harm(missions: Sequence[Trial]) -> bool:
+    """Tell whether fixes raise any AUV's mean error over these missions, be it by chance."""
+    with_fixes, without = np.mean([mission.own for mission in missions], axis=0).T
+    return bool(np.any(with_fixes > without))
+
+
 def harms(missions: Sequence[Trial], together: int = 1) -> list[Harm]:
     """Return the AUVs whose error fixes raise, the worst first.
 

@@ -42,9 +42,9 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
 def _deliveries(mission: "Recording", auv: int) -> tuple[Floats, Floats]:
     """Return when fixes arrived (s), and to which instants (s) their innovations belong."""
     rows = mission.delivered_to(auv)
-    delivered, pinged = (mission.fixes[name][rows] for name in ("delivered_at_s", "pinged_at_s"))
+    delivered, valid = (mission.fixes[name][rows] for name in ("delivered_at_s", "valid_at_s"))
     shifted = mission.scenario.navigation.delay_compensation == "shift"
-    return delivered, pinged if shifted else delivered
+    return delivered, valid if shifted else delivered
 
 
 def _walked(mission: "Recording", auv: int, walk: Floats) -> tuple[Floats, Floats]:
@@ -86,10 +86,10 @@ def _corrections(
 
 
 def _gone(mission: "Recording", auv: int) -> Floats:
-    """Return the way (m) that the AUV went between each ping and its innovation's instant."""
-    pinged = mission.fixes["pinged_at_s"][mission.delivered_to(auv)]
+    """Return the way (m) that the AUV went from where a fix holds to its innovation's instant."""
+    valid = mission.fixes["valid_at_s"][mission.delivered_to(auv)]
     truth = np.column_stack([mission.truth[name][auv] for name in ("x_m", "y_m")])
-    return _at(mission, truth, _deliveries(mission, auv)[1]) - _at(mission, truth, pinged)
+    return _at(mission, truth, _deliveries(mission, auv)[1]) - _at(mission, truth, valid)
 
 
 def _unknown(mission: "Recording", auv: int) -> list[tuple[float, Floats]]:
