@@ -25,6 +25,9 @@ DOWNLINKS = ("pipelined_round", "direct_reply", "sequential", "pipelined_group")
 SCHEDULES = ("one_per_slot", "spatial_reuse", "dsatur")
 
 STATIONS, COUNT, RANGES, PAIR = "formation", "number of ASVs", "ranges", "pair"
+FILTER, DELAY = "navigation filter", "delay compensation"
+# What only a fixed gain has is no pair with another filter.
+OF_FIXED_GAIN = (GAIN, DELAY)
 # Kinds that set the same keys: two of them are no pair.
 ALIKE = {COUNT: STATIONS}
 
@@ -48,6 +51,12 @@ class Change:
     def lines(self) -> tuple[str, ...]:
         """What `--set` takes."""
         return tuple(f"{key}={plain(value)}" for key, value in self.settings.items())
+
+
+def exclude(one: Change, other: Change) -> bool:
+    """Tell whether two changes cannot be made together, or one of them would then do nothing."""
+    kinds = {one.kind, other.kind}
+    return one.family == other.family or (FILTER in kinds and not kinds.isdisjoint(OF_FIXED_GAIN))
 
 
 def both(one: Change, other: Change) -> Change:
@@ -81,6 +90,7 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
     scenario, auvs = result.scenario, result.arrow["auvs"].to_pylist()
     needless: list[str] = []
     kinds = [
+        _filters(scenario),
         _delays(scenario),
         _gains(scenario, min(row["fix_benefit_m"] for row in auvs) < 0),
         *_formations(scenario, needless),
@@ -93,10 +103,17 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
     return [it for it in mixed if changed(scenario, it.settings) is not None], needless
 
 
+def _filters(scenario: Scenario) -> Iterator[Change]:
+    if scenario.navigation.filter in ("fixed_gain", "dead_reckoning"):
+        words = "a Kalman filter, which weighs fixes by their covariance"
+        yield Change(FILTER, words, {"navigation.filter": "kalman"})
+
+
 def _delays(scenario: Scenario) -> Iterator[Change]:
-    if scenario.navigation.delay_compensation == "none":
+    navigation = scenario.navigation
+    if navigation.filter == "fixed_gain" and navigation.delay_compensation == "none":
         yield Change(
-            "delay compensation",
+            DELAY,
             "compare fixes with the estimate at their ping (delay compensation)",
             {"navigation.delay_compensation": "shift"},
         )
@@ -104,6 +121,8 @@ def _delays(scenario: Scenario) -> Iterator[Change]:
 
 def _gains(scenario: Scenario, harmful: bool) -> Iterator[Change]:
     now = scenario.navigation.gain
+    if scenario.navigation.filter != "fixed_gain":
+        return
     for gain in SMALL_GAINS if harmful else GAINS:
         if abs(gain - now) > 0.1 * now:
             words = f"a gain of {gain:g} instead of {now:g}"

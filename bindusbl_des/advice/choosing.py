@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from itertools import combinations
 
-from .changes import PAIR, Change, both
+from .changes import PAIR, Change, both, exclude
 from .trials import AS_IT_IS, OutOfTime, Trials
 
 # The first heat, one seed for every change, may take this share of the race's time.
@@ -111,8 +111,7 @@ class Race:
         """Yield the best changes two by two, those that have not run yet."""
         known = {it.words for it in self._running}
         for one, other in combinations(self._winners()[:PAIRED], 2):
-            pair = both(one, other)
-            if one.family != other.family and pair.words not in known:
+            if not exclude(one, other) and (pair := both(one, other)).words not in known:
                 yield pair
 
     def promising(self, first: str = "") -> list[Change]:

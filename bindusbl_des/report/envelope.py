@@ -12,13 +12,16 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 SIGMAS = 3.0
+SPREAD = ("sd_x_m", "sd_y_m", "cov_xy_m2")
 
 
 def error_envelope(mission: "Recording", auv: int) -> Floats:
     """Return the bound (m) on an AUV's position error at each instant of its track.
 
-    The mean error is the drift of the known bias (and of a steady current that dead reckoning does
-    not see) less what fixes took away of it.  Its covariance grows by the random walk and shrinks
+    A navigator that weighs fixes is taken at its word: 3 sqrt(largest eigenvalue of P).  A fixed
+    gain does not know of its own drift, so its bound is worked out here.  The mean error is the
+    drift of the known bias (and of a steady current that dead reckoning does not see) less what
+    fixes took away of it.  Its covariance grows by the random walk and shrinks
     with each fix by the gain: P+ = (1 - g)^2 P + g^2 Sigma (eq. update).  A velocity bias and an
     initial position that are drawn for the mission (`velocity_bias_sd_m_per_s`,
     `initial_position_sd_m`) do not grow and shrink like that: each is one unknown number per axis,
@@ -27,6 +30,9 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     |mean| + 3 sqrt(largest eigenvalue).  Unsteady currents and late corrections of the heading are
     left out.
     """
+    if mission.scenario.navigation.filter != "fixed_gain":
+        sd_x, sd_y, xy = (mission.own[f"estimate_{name}"][auv] for name in SPREAD)
+        return SIGMAS * _largest_sd(np.column_stack((sd_x**2, sd_y**2, xy)))
     sd = mission.scenario.navigation.random_walk_m_per_sqrt_s
     walk = np.array([sd**2, sd**2, 0.0])  # growth of xx, yy, xy (m2/s)
     delivered, covariances = _walked(mission, auv, walk)
