@@ -25,7 +25,7 @@ IMPORTANT = (
     "protocol.schedule",
     "protocol.downlink",
     "usbl.heading_sd_deg",
-    "navigation.gain",
+    "navigation.filter",
     "record.detail",
 )
 
@@ -36,6 +36,7 @@ TEMPLATES: Mapping[str, Mapping[str, object]] = {
         "name": "paper_mission",
         "acoustics.loss.combine": "clamp_first",
         "protocol.tick_rate_hz": 30,
+        "navigation.filter": "fixed_gain",
         "navigation.delay_compensation": "none",
     },
     "still": {
