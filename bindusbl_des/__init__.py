@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .scenario_file import ScenarioError, load_scenario
     from .simulation import simulate
     from .slots import airtime, downlink_slot, uplink_slot
+    from .worth_knowing import cautions
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
@@ -33,6 +34,7 @@ _HOMES = {
     "sweep": "campaigns.running",
     "absorption": "acoustics",
     "airtime": "slots",
+    "cautions": "worth_knowing",
     "covered_area": "coverage",
     "covering_radius": "coverage",
     "downlink_slot": "slots",
@@ -58,6 +60,7 @@ __all__ = [
     "absorption",
     "advise",
     "airtime",
+    "cautions",
     "compare",
     "covered_area",
     "covering_radius",

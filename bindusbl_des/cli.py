@@ -9,6 +9,7 @@ import click
 
 from .commands.bench import bench
 from .commands.comparing import compare
+from .commands.console import BAD_INPUT
 from .commands.doctor import doctor
 from .commands.exports import export
 from .commands.files import init, params, schema, validate
@@ -18,6 +19,7 @@ from .commands.plot import plot
 from .commands.reports import report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
+from .wording import printable
 
 INTERRUPTED = 130
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
@@ -39,9 +41,17 @@ class Commands(click.Group):
     def main(self, *args: Any, **kwargs: Any) -> Any:
         try:
             return super().main(*args, **kwargs)
+        except ValueError as error:
+            if "null byte" not in str(error):
+                raise
+            click.echo("a NUL character stands in a name of a file; no file has one", err=True)
+            sys.exit(BAD_INPUT)
         except OSError as error:
-            if error.errno not in (errno.ENOSPC, errno.EIO) or error.filename is not None:
-                raise  # files have errors of their own: this one is the output's
+            if error.filename is not None:  # a name that no file can have, or a closed folder
+                click.echo(f"{printable(str(error.filename))}: {error.strerror}", err=True)
+                sys.exit(BAD_INPUT)
+            if error.errno not in (errno.ENOSPC, errno.EIO):
+                raise
             click.echo(f"Error: the output cannot be written: {error.strerror}", err=True)
             # What is left of it would be tried again when Python ends, and fail with a code of 120.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

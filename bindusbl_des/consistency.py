@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import pairwise
+from math import dist
 from typing import TYPE_CHECKING, NamedTuple
 
 from .wording import did_you_mean
@@ -19,6 +20,9 @@ MOST_LANES = 100_000
 
 # The greatest distance (m) between two hydrophones of each of hydrophones.ARRAYS
 ARRAY_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
+
+# Shorter lanes and ways (m) are no lanes: a vehicle cannot be said to go along them.
+SHORTEST_WAY = 0.001
 
 
 class Problem(NamedTuple):
@@ -104,10 +108,10 @@ def _route(scenario: "Scenario") -> Iterator[Problem]:
                 ("auvs.count", "auvs.route.kind"),
             )
         for number, points in enumerate(route.points_m):
-            if len(points) < 2 or any(a == b for a, b in pairwise(points)):
+            if len(points) < 2 or any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(points)):
                 yield Problem(
                     f"auvs.route.points_m.{number}",
-                    "needs at least two points, no two in a row equal",
+                    f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
                 )
     if route.kind == "lawnmower":
         lanes = scenario.survey.side_m / route.lane_spacing_m
@@ -118,7 +122,7 @@ def _route(scenario: "Scenario") -> Iterator[Problem]:
                 ("survey.side_m", "auvs.route.kind"),
             )
         margin = route.lane_spacing_m / 2 if route.end_margin_m is None else route.end_margin_m
-        if 2 * margin >= scenario.survey.side_m:
+        if scenario.survey.side_m - 2 * margin < SHORTEST_WAY:
             yield Problem(
                 "auvs.route.end_margin_m"
                 if route.end_margin_m is not None

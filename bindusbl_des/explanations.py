@@ -152,6 +152,8 @@ def _wrong_value(error: Mapping[str, Any], row: Key | None, path: Path, value: A
     if kind in SIGNS and row:
         limit = f"{SIGNS[kind]} {plain(next(iter(context.values())))}"
         return f"must be {limit if path_in_list(path) else row.range}{unit}; {got}"
+    if kind in ("string_pattern_mismatch", "string_unicode"):
+        return f"must hold no control characters; {got}"
     if kind.startswith("string_too") and row:
         return f"must have {row.range}; {got}"
     if kind == "finite_number":

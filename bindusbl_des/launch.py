@@ -21,7 +21,7 @@ from .paths import Path
 from .routes import lawnmower, waypoint_path
 from .scenario import Auvs, Environment, Scenario, Survey
 from .streams import Streams
-from .track_file import read_track
+from .track_file import read_tracks
 from .turns import there_and_back
 from .vehicles import Legged, Place, kinematic, moored, recorded
 from .voyages import Water, afterwards_s, asv_voyage, auv_voyage, voyage_intervals
@@ -40,7 +40,9 @@ def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -
     auvs = scenario.auvs
     if not auvs.vehicle.has_dynamics:
         if auvs.route.kind == "track":
-            return _legged([recorded(*read_track(file)) for file in auvs.route.files])
+            route, duration = auvs.route, scenario.duration_s
+            tracks = read_tracks(route.files, route.time_offset_s, duration)
+            return _legged([recorded(*track) for track in tracks])
         return _kinematic_auvs(scenario)
     if auvs.feedback == "truth":
         return _voyage_foreseen(scenario) if water.is_steady else _voyage(scenario, water)

@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from .wording import printable
+
 
 @dataclass(frozen=True)
 class Place:
@@ -25,8 +27,8 @@ class Mistake:
 
     @classmethod
     def at(cls, place: Place, key: str, message: str) -> "Mistake":
-        """Return the mistake at a place."""
-        return cls(place.file, place.line, place.column, key, message)
+        """Return the mistake at a place; a file or option with control characters is escaped."""
+        return cls(printable(place.file), place.line, place.column, printable(key), message)
 
     def __str__(self) -> str:
         where = f"{self.file}:{self.line}:{self.column}" if self.line else self.file

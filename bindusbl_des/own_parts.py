@@ -15,7 +15,7 @@ def own_part(key: str, name: str, siblings: Iterable[str]) -> Any:
     module, _, attribute = name.partition(":")
     try:
         found = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
+    except Exception as error:  # a module of somebody's own may raise anything
         raise ValueError(
             f"{key}: cannot load {name!r} ({error}); name an importable module:object "
             f"(is its folder on PYTHONPATH?) or one of {', '.join(siblings)}"

@@ -96,6 +96,10 @@ def read_yaml(text: str, file: str) -> Document:
     document = Document(file)
     try:
         _Reader(document, text).read()
+    except UnicodeEncodeError as error:  # what a shell hands over need not be text
+        message = f"not UTF-8 text ({text[error.start]!r} at {error.start})"
+        document.mistakes.append(Mistake.at(Place(file), "", message))
+        document.data = None
     except yaml.YAMLError as error:
         place, message = syntax_mistake(error, text, file)
         document.mistakes.append(Mistake.at(place, "", message))

@@ -6,19 +6,26 @@ import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from .effects import Advice, as_data, from_data
 from .scenario import Scenario
 from .summary import summary
-from .tables import EVENT_TABLES, TABLES, data_dictionary, write_parquet
+from .tables import (
+    EVENT_TABLES,
+    DamagedFile,
+    data_dictionary,
+    read_parquet,
+    schema,
+    write_parquet,
+)
+from .worth_knowing import Caution, cautions
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,14 +40,28 @@ class Result:
     """What happened in one mission, and what it achieved."""
 
     def __init__(
-        self, scenario: Scenario, seed: int, arrow: Mapping[str, pa.Table], wall_time_s: float
+        self,
+        scenario: Scenario,
+        seed: int,
+        arrow: Mapping[str, pa.Table],
+        wall_time_s: float,
+        warnings: Sequence[Caution] | None = None,
     ) -> None:
-        """Take the Arrow tables by name; with `record.detail: summary` only auvs and mission."""
+        """Take the Arrow tables by name; with `record.detail: summary` only auvs and mission.
+
+        `warnings` are what was worth knowing when the mission was run, by default now.
+        """
         self.scenario, self.seed = scenario, seed
         self.arrow = dict(arrow)
         self.wall_time_s = wall_time_s
         #: What would help, as measured beside the mission; None if nothing was tried (`advise`).
         self.advice: Advice | None = None
+        self._told = warnings
+
+    @cached_property
+    def warnings(self) -> tuple[Caution, ...]:
+        """What is worth knowing about the scenario before the results are believed."""
+        return tuple(cautions(self.scenario) if self._told is None else self._told)
 
     @cached_property
     def tables(self) -> "dict[str, pd.DataFrame]":
@@ -63,12 +84,13 @@ class Result:
         return summary(auvs, mission[0], self.advice)
 
     def run_record(self) -> dict[str, Any]:
-        """Return what `run.json` holds: scenario, seed, versions, times, status."""
+        """Return what `run.json` holds: scenario, seed, warnings, versions, times, status."""
         return {
             "status": "complete",
             "scenario": self.scenario.model_dump(mode="json"),
             "scenario_sha256": scenario_sha256(self.scenario),
             "seed": self.seed,
+            "warnings": [{"key": it.key, "message": it.message} for it in self.warnings],
             "versions": {"python": platform.python_version(), **{p: version(p) for p in PACKAGES}},
             "wall_time_s": self.wall_time_s,
             "sim_seconds_per_second": self.scenario.duration_s / self.wall_time_s,
@@ -151,30 +173,66 @@ def load_result(folder: str | Path) -> Result:
 
     Raises:
         FileNotFoundError: when the folder is not that of a finished run.
-        ValueError: when it is damaged or of another version.
+        ValueError: naming the file that is damaged or of another version, and what to do.
     """
     folder = Path(folder)
     path = folder / "run.json"
+    if not path.is_file() and (folder / "missions").is_dir():
+        raise FileNotFoundError(f"{folder} is a campaign's, or was: its campaign.json is missing")
     if not path.is_file():
         raise FileNotFoundError(
             f"{folder} is no result folder (it has no run.json); give the folder that "
             "`bindusbl-des run` wrote"
         )
+    scenario, run = _read_record(path)
+    promised = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
+    arrow, damaged = {}, []
+    for name in promised:
+        try:
+            arrow[name] = read_parquet(folder / f"{name}.parquet", needed=schema(name).names)
+        except DamagedFile as error:
+            damaged.append(str(error))
+    if damaged:
+        raise ValueError("; ".join([*damaged, _again(folder, run["seed"])]))
+    told = [Caution(it["key"], it["message"]) for it in run.get("warnings", ())]
+    result = Result(scenario, run["seed"], arrow, run["wall_time_s"], told)
+    result.advice = _read_advice(folder)
+    return result
+
+
+def _read_advice(folder: Path) -> Advice | None:
+    """Return what was advised beside a mission; None where nothing was tried."""
+    path = folder / ADVICE
+    if not path.is_file():
+        return None
+    try:
+        return from_data(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"{path} is damaged or of another version ({type(error).__name__}: {error}); make it "
+            f"again: bindusbl-des report {folder} --advice-s 3"
+        ) from None
+
+
+def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
+    """Return the scenario in `run.json`, and all that the file holds."""
     try:
         run = json.loads(path.read_text(encoding="utf-8"))
         scenario = Scenario.model_validate(run["scenario"])
-        arrow = {
-            name: pq.read_table(folder / f"{name}.parquet")
-            for name in TABLES
-            if (folder / f"{name}.parquet").is_file()
-        }
-        promised = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
-        missing = [f"{name}.parquet" for name in promised if name not in arrow]
-        if missing:
-            raise ValueError(f"{', '.join(missing)} missing; run the mission again")
-        result = Result(scenario, int(run["seed"]), arrow, float(run["wall_time_s"]))
-        if (folder / ADVICE).is_file():
-            result.advice = from_data(json.loads((folder / ADVICE).read_text(encoding="utf-8")))
-        return result
-    except (KeyError, ValueError, pa.ArrowException) as error:
-        raise ValueError(f"{folder} is damaged or of another version: {error}") from None
+        numbers = {"seed": int(run["seed"]), "wall_time_s": float(run["wall_time_s"])}
+        _ = [(it["key"], it["message"]) for it in run.get("warnings", ())]
+        return scenario, {**run, **numbers}
+    except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
+        reason = (str(error).splitlines() or [""])[-1].strip()
+        raise ValueError(
+            f"{path} is damaged or of another version ({type(error).__name__}: {reason}); "
+            f"{_again(path.parent, 'N')}"
+        ) from None
+
+
+def _again(folder: Path, seed: int | str) -> str:
+    """Return the command that makes a damaged folder anew."""
+    return (
+        f"run the mission again: bindusbl-des run {folder / 'scenario.yaml'} --seed {seed} "
+        f"--out {folder} --force"
+    )

@@ -4,20 +4,20 @@ A :class:`Scenario` is plain data.  It knows nothing of files, clocks or random 
 scenario run with the same seed is the same mission.
 """
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from .route_choice import Lawnmower, Route
-from .scenario_parts import OURS, PAPER, THESIS, Part, Point, Real, Text, Whole, key
+from .key_types import OURS, PAPER, THESIS, Part, Point, Real, Text, Whole, formerly, key
+from .route_keys import Lawnmower, Route
 from .vehicle_choice import AsvVehicle, AuvVehicle
 
 
 class Survey(Part):
     """The square of sea to be surveyed, centred on the origin, and the depth to fly at."""
 
-    side_m: Real = key(140.0, "m", "side L of the square survey area", PAPER, gt=0, le=1e5)
+    side_m: Real = key(140.0, "m", "side L of the square survey area", PAPER, ge=0.1, le=1e5)
     depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
 
 
@@ -29,11 +29,18 @@ class Auvs(Part):
         "kinematic", "", "vehicle model, or {model: ..., coefficient: value, ...}"
     )
     speed_m_per_s: Real = key(
-        0.627, "m/s", "speed along the route", "tab:case_study (182-192 m in 300 s)", gt=0, le=20
+        0.627,
+        "m/s",
+        "speed along the route",
+        "tab:case_study (182-192 m in 300 s)",
+        ge=0.001,
+        le=20,
     )
-    turning_radius_m: Real = key(5.0, "m", "smallest turning radius (kinematic only)", gt=0, le=1e4)
+    turning_radius_m: Real = key(
+        5.0, "m", "smallest turning radius (kinematic only)", ge=0.001, le=1e4
+    )
     join_angle_deg: Real = key(
-        20.0, "deg", "angle at which an AUV that has turned about joins a line again", gt=0, le=45
+        20.0, "deg", "angle at which an AUV that has turned about joins a line again", ge=0.1, le=45
     )
     route: Route = Field(default=Lawnmower(), description="where the AUVs go")
     feedback: Literal["truth", "estimate"] = key(
@@ -110,17 +117,17 @@ class Environment(Part):
 class Uplink(Part):
     """The high-frequency band on which AUVs ping."""
 
-    range_m: Real = key(50.0, "m", "HF range R_HF", PAPER, gt=0, le=1e5)
+    range_m: Real = key(50.0, "m", "HF range R_HF", PAPER, ge=0.1, le=1e5)
     range_metric: Literal["horizontal", "slant"] = key(
         "horizontal", "", "which distance is compared with the HF range", PAPER
     )
-    ping_s: Real = key(0.010, "s", "duration T_P of a ping", PAPER, gt=0, le=10)
+    ping_s: Real = key(0.010, "s", "duration T_P of a ping", PAPER, ge=1e-6, le=10)
 
 
 class Downlink(Part):
     """The medium-frequency band on which ASVs broadcast fixes."""
 
-    range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, gt=0, le=1e6)
+    range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, ge=0.1, le=1e6)
     bit_rate_bps: Real = key(2000.0, "bit/s", "bit rate R_DL", PAPER, ge=1, le=1e9)
     overhead: Real = key(2.0, "1", "protocol overhead factor Lambda", PAPER, ge=1, le=100)
     header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)
@@ -167,11 +174,17 @@ class Protocol(Part):
     ranging: Literal["owtt_sync", "twtt", "passive"] = key(
         "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times"
     )
-    positions: Literal["truth", "estimate"] = key(
-        "truth", "", "the AUV positions that the colouring knows", PAPER
+    positions: Annotated[
+        Literal["truth", "last_fix", "carried_forward"], formerly(estimate="last_fix")
+    ] = key(
+        "truth",
+        "",
+        "the AUV positions that the colouring knows: true ones, the last fix of each, or that fix "
+        "carried on by planned course and speed",
+        PAPER,
     )
     tick_rate_hz: Real | None = key(
-        None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", gt=0, le=1e6
+        None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", ge=0.001, le=1e6
     )
     frame_s: Real = key(
         1.0,
@@ -225,7 +238,7 @@ class Navigation(Part):
     random_walk_m_per_sqrt_s: Real = key(
         0.027, "m/sqrt(s)", "random walk sigma", PAPER, ge=0, le=1e3
     )
-    imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, gt=0, le=1e3)
+    imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
     filter: Text = key(
         "kalman",
@@ -251,8 +264,10 @@ class Navigation(Part):
 class Record(Part):
     """What is kept of a mission."""
 
-    tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", gt=0, le=1e3)
-    metrics_hz: Real = key(30.0, "Hz", "rate at which time means are sampled", PAPER, gt=0, le=1e3)
+    tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", ge=1e-6, le=1e3)
+    metrics_hz: Real = key(
+        30.0, "Hz", "rate at which time means are sampled", PAPER, ge=1e-6, le=1e3
+    )
     detail: Literal["full", "summary"] = key("full", "", "every event, or the metrics only")
 
 
@@ -260,7 +275,7 @@ class Scenario(Part):
     """One mission of ASVs and AUVs: everything that decides it but the seed."""
 
     name: Text = Field(min_length=1, max_length=200, description="name of the scenario")
-    duration_s: Real = key(300.0, "s", "length of the mission", PAPER, gt=0, le=1e7)
+    duration_s: Real = key(300.0, "s", "length of the mission", PAPER, ge=0.001, le=1e7)
     survey: Survey = Field(default=Survey(), description="the survey area")
     auvs: Auvs = Field(default=Auvs(), description="underwater vehicles")
     asvs: Asvs = Field(default=Asvs(), description="surface vessels")

@@ -1,22 +1,38 @@
 """Scenarios from YAML files: every mistake at once, each with its place and a remedy."""
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
 
 from pydantic import ValidationError
 
+from .consistency import Problem
 from .explanations import ROUTE, Finding, explained, guessed_kind
 from .mistakes import Mistake, Place, ScenarioError
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
 from .scenario import Scenario
+from .wording import printable
+from .worth_knowing import cautions
 
-__all__ = ["Mistake", "ScenarioError", "load_scenario", "parse_scenario"]
+__all__ = ["Mistake", "ScenarioError", "load_scenario", "parse_scenario", "read_scenario"]
 
 # A scenario of thousands of vehicles has some 100 kB.
 LARGEST_FILE = 1_000_000
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A scenario as it was read from a file, and what is worth knowing about it, each at its place.
+
+    `about` are the keys of each warning: that at which it is told, and those behind it.
+    """
+
+    scenario: Scenario
+    warnings: tuple[Mistake, ...]
+    about: tuple[tuple[str, ...], ...]
 
 
 def load_scenario(path: str | FilePath, *, overrides: Sequence[str] = ()) -> Scenario:
@@ -30,6 +46,20 @@ def load_scenario(path: str | FilePath, *, overrides: Sequence[str] = ()) -> Sce
     """
     path = FilePath(path)
     return parse_scenario(read_text(path), str(path), overrides=overrides, folder=path.parent)
+
+
+def read_scenario(path: str | FilePath, *, overrides: Sequence[str] = ()) -> Reading:
+    """Read a scenario file as `load_scenario` does; return its warnings as well.
+
+    Raises:
+        ScenarioError: listing every mistake, when the file cannot be read or used.
+    """
+    path = FilePath(path)
+    document, scenario = _parsed(read_text(path), str(path), overrides, path.parent)
+    places = {found: _told_at(document, found) for found in cautions(scenario)}
+    found = sorted(places, key=lambda it: (places[it].file != str(path), places[it].line))
+    warnings = tuple(Mistake.at(places[it], it.key, it.message) for it in found)
+    return Reading(scenario, warnings, tuple((it.key, *it.others) for it in found))
 
 
 def read_text(path: str | FilePath) -> str:
@@ -74,17 +104,24 @@ def parse_scenario(
     Raises:
         ScenarioError: listing every mistake.
     """
+    return _parsed(text, name, overrides, FilePath(folder))[1]
+
+
+def _parsed(
+    text: str, name: str, overrides: Sequence[str], folder: FilePath
+) -> tuple[Document, Scenario]:
     document = read_yaml(text, name)
     if not document.mistakes or document.data is not None:
         _check_root(document)
     for option in overrides:
         override(document, option)
-    scenario = _settled(document, FilePath(folder)) if isinstance(document.data, dict) else None
+    scenario = _settled(document, folder) if isinstance(document.data, dict) else None
     if scenario is None or document.mistakes:
-        order = {name: 0} | {f"--set {option}": n for n, option in enumerate(overrides, 1)}
+        options = enumerate(overrides, 1)
+        order = {printable(name): 0} | {printable(f"--set {option}"): n for n, option in options}
         document.mistakes.sort(key=lambda it: (order[it.file], it.line, it.column))
         raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
-    return scenario
+    return document, scenario
 
 
 def _check_root(document: Document) -> None:
@@ -108,7 +145,9 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
         document.mistakes.append(Mistake.at(_place(document, path), dotted(path), message))
     while True:
         try:
-            return Scenario.model_validate(data)
+            scenario = Scenario.model_validate(data)
+            _note_contradictions(document, _misplaced_tracks(scenario))
+            return scenario
         except ValidationError as error:
             details = error.errors(include_url=False)
         if details[0]["type"] == "inconsistent":
@@ -155,16 +194,21 @@ def _set_aside(data: Any, path: Path) -> None:
     section.pop(whole[-1], None)
 
 
-def _note_contradictions(document: Document, problems: list[Any]) -> None:
+def _note_contradictions(document: Document, problems: Iterable[Problem]) -> None:
     unsettled = {tuple(p for p in path if isinstance(p, str)) for path in document.unsettled}
     for problem in problems:
         paths = [_split(key) for key in (problem.key, *problem.others)]
         if any(_overlap(path, doubtful) for path in paths for doubtful in unsettled):
             continue
-        # Where the key itself is left to its default, the key it contradicts is the place.
-        given = next((path for path in paths if path in document.values), paths[0])
-        place = _place(document, given)
-        document.mistakes.append(Mistake.at(place, problem.key, problem.message))
+        document.mistakes.append(
+            Mistake.at(_told_at(document, problem), problem.key, problem.message)
+        )
+
+
+def _told_at(document: Document, problem: Problem) -> Place:
+    """Return where a problem stands; where its key is left to its default, at a key behind it."""
+    paths = [_split(key) for key in (problem.key, *problem.others)]
+    return _place(document, next((path for path in paths if path in document.values), paths[0]))
 
 
 def _split(key: str) -> Path:
@@ -185,11 +229,26 @@ def _place_tracks(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
     if not isinstance(files, list):
         return
     for number, file in enumerate(files):
-        if isinstance(file, str):
+        if isinstance(file, str) and "\0" not in file:
             files[number] = str((folder / file).resolve())
             problem = _track_problem(files[number])
             if problem:
                 yield (*ROUTE, "files", number), problem
+
+
+def _misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which tracks begin after the mission's end, or have ended before its start."""
+    route, behind = scenario.auvs.route, ("duration_s", "auvs.route.time_offset_s")
+    if route.kind != "track":
+        return
+    from .track_file import misplaced, read_track
+
+    try:
+        tracks = [read_track(file, route.time_offset_s) for file in route.files]
+    except ValueError:
+        return  # which has been told already
+    for number, message in misplaced(tracks, route.time_offset_s, scenario.duration_s):
+        yield Problem(f"auvs.route.files.{number}", message, behind)
 
 
 def _track_problem(file: str) -> str:

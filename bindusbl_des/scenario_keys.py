@@ -10,8 +10,8 @@ from functools import cache
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
+from .key_types import Part
 from .scenario import Scenario
-from .scenario_parts import Part
 from .vehicle_choice import VehicleChoice
 from .wording import plain
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields
 from functools import cache
 from operator import attrgetter
+from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
@@ -152,6 +153,43 @@ def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, st
         path,
         compression="zstd",
         use_dictionary=[f.name for f in table.schema if f.type == pa.string()],
+        write_page_checksum=True,  # so that damage is found, not read
+    )
+
+
+class DamagedFile(ValueError):
+    """A file of results is missing, cannot be read, or is not what its name says."""
+
+    def __init__(self, path: str, reason: str) -> None:
+        self.path, self.reason = path, reason
+        super().__init__(path, reason)
+
+    def __str__(self) -> str:
+        return f"{self.path} {self.reason}"
+
+
+def read_parquet(
+    path: Path, columns: Sequence[str] | None = None, needed: Sequence[str] = ()
+) -> pa.Table:
+    """Return a table from its file, or those columns of it; it must have all that are needed.
+
+    Raises:
+        DamagedFile: saying what is wrong with the file.
+    """
+    try:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            lacking = [n for n in (*(columns or ()), *needed) if n not in file.schema_arrow.names]
+            if not lacking:
+                return file.read(columns=list(columns) if columns else None)
+    except FileNotFoundError:
+        raise DamagedFile(str(path), "is missing") from None
+    except (OSError, pa.ArrowException) as error:
+        said = (str(error).splitlines() or [""])[0]
+        reason = "cannot be read" if isinstance(error, PermissionError) else "is damaged"
+        raise DamagedFile(str(path), f"{reason} ({said})") from None
+    named = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
+    raise DamagedFile(
+        str(path), f"has no column {named}: it is another table, or of another version"
     )
 
 

@@ -1,6 +1,6 @@
 """Starter scenario files, written from the table of keys so that they never fall behind it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from .scenario_keys import Key, keys, sections
 from .wording import did_you_mean, plain
@@ -60,6 +60,9 @@ TEMPLATES: Mapping[str, Mapping[str, object]] = {
     },
 }
 
+# What does nothing in a starter stays in comments.
+IDLE = {"still": ("auvs.speed_m_per_s", "asvs.formation.angle_deg")}
+
 HEAD = """\
 # Scenario for bindusbl-des. Lines in comments show the defaults; remove the # to change them.
 # Check:  bindusbl-des validate FILE      Run:  bindusbl-des run FILE
@@ -77,31 +80,32 @@ def template(name: str = "starter") -> str:
     if name not in TEMPLATES:
         hint = did_you_mean(name, TEMPLATES)
         raise LookupError(f"no template {name!r}{hint} (one of {', '.join(TEMPLATES)})")
-    return HEAD + "\n" + "\n".join(_lines(TEMPLATES[name])) + "\n"
+    shown = [key for key in IMPORTANT if key not in IDLE.get(name, ())]
+    return HEAD + "\n" + "\n".join(_lines(TEMPLATES[name], shown)) + "\n"
 
 
-def _lines(values: Mapping[str, object]) -> Iterator[str]:
+def _lines(values: Mapping[str, object], important: Collection[str]) -> Iterator[str]:
     top = [row for row in keys() if not row.section]
     for row in top:
-        yield _line(row, values)
+        yield _line(row, values, important)
     for section, meaning in sections().items():
         if "." not in section:
             yield ""
         yield f"{_indent(section)}{section.rpartition('.')[2]}:".ljust(MARGIN) + f"# {meaning}"
         for row in keys():
             if row.section == section:
-                yield _line(row, values)
+                yield _line(row, values, important)
 
 
 def _indent(key: str) -> str:
     return "  " * key.count(".")
 
 
-def _line(row: Key, values: Mapping[str, object]) -> str:
+def _line(row: Key, values: Mapping[str, object], important: Collection[str]) -> str:
     given = row.key in values
     value = plain(values[row.key]) if given else row.default
     # Without its kind in the file, a key of another route would be a mistake.
-    shown = given or row.key in IMPORTANT
+    shown = given or row.key in important
     text = f"{_indent(row.key)}{'' if shown else '# '}{row.name}: {value}"
     return f"{text.ljust(MARGIN - 1)} # {_comment(row)}"
 

@@ -82,6 +82,15 @@ def described(value: object) -> str:
     return shortened(plain(value))
 
 
+def printable(text: str) -> str:
+    r"""Return a text in which whatever a terminal would obey or cannot show is written as escapes.
+
+    >>> printable("a\0b\x1b[31m"), printable("\udcff.yaml")
+    ('a\\x00b\\x1b[31m', '\\udcff.yaml')
+    """
+    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
+
+
 def shortened(text: str) -> str:
     """Return a text cut to a length that a message can carry."""
     return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 4]}...{text[-1]}"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from .acoustics import COMBINERS, LOSS_LAWS, contention_loss
 from .boards import Board, Frame, ReplyBoard
 from .broadcasters import BROADCASTERS, Choice
-from .columns import AUV_OF_FIX, POSITION
+from .chart import Chart, chart_of
 from .conflicts import hearing, survey
 from .dead_reckoning import DeadReckoning
 from .downlink import MfDownlink
@@ -64,7 +64,7 @@ class World:
     def __post_init__(self) -> None:
         self._schedule_draw = self.streams.of(Purpose.SCHEDULE)
         self._broadcaster_draw = self.streams.of(Purpose.BROADCASTER)
-        self._plot = places(self.auv_fleet.motion, 0.0)[:, :3]
+        self._chart = chart_of(self.scenario, places(self.auv_fleet.motion, 0.0)[:, :3])
         self._fixes_plotted = 0
 
     @property
@@ -75,20 +75,19 @@ class World:
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
         hf, asvs = self.scenario.acoustics.hf, self.asv_fleet.motion
-        if self.scenario.protocol.positions == "truth":
+        if self._chart is None:
             self.auv_fleet.reach(time)
             seen = survey(self.auv_fleet.motion, asvs, time, hf.range_m, hf.range_metric)
         else:
-            plot, own = self._plotted(), places(asvs, time)[:, :3]
+            plot, own = self._plotted(self._chart, time), places(asvs, time)[:, :3]
             seen = plot, own, hearing(plot, own, hf.range_m, hf.range_metric)
         return View(round_number, time, *seen, hf.range_m, hf.range_metric, self._schedule_draw)
 
-    def _plotted(self) -> NDArray[np.float64]:
-        """Return all that the fleet knows: where it launched each AUV, or the last fix of it."""
-        for fix in self.record.fixes.rows[self._fixes_plotted :]:
-            self._plot[int(fix[AUV_OF_FIX]), :2] = fix[POSITION : POSITION + 2]
+    def _plotted(self, chart: Chart, time: float) -> NDArray[np.float64]:
+        """Return where the fleet believes the AUVs to be, by all fixes made so far."""
+        chart.note(self.record.fixes.rows[self._fixes_plotted :])
         self._fixes_plotted = self.record.fixes.count
-        return self._plot.copy()
+        return chart.at(time)
 
     def depth_noise(self, auv: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the pressure sensor's errors (m) at instants (s); equal at equal IMU samples."""

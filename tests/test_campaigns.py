@@ -453,8 +453,8 @@ WRONG = {
         [
             "2:8: seeds: must be >= 1 and <= 5000000, the number of seeds; got 0",
             "4:3: asvs.cuont: unknown key; did you mean 'count'?",
-            "5:30: acoustics.hf.range_m: must be > 0 and <= 100000 m; got -1",
-            "5:34: acoustics.hf.range_m: needs a number (> 0 and <= 100000 m); got the text 'x'",
+            "5:30: acoustics.hf.range_m: must be >= 0.1 and <= 100000 m; got -1",
+            "5:34: acoustics.hf.range_m: needs a number (>= 0.1 and <= 100000 m); got the text 'x'",
             "6:31: protocol.schedule: cannot load 'nowhere:x' (No module named 'nowhere'); name an "
             "importable module:object (is its folder on PYTHONPATH?) or one of spatial_reuse, "
             "dsatur, one_per_slot, round_robin, random",

@@ -13,11 +13,11 @@ from click.testing import CliRunner, Result
 from bindusbl_des.cli import main
 from bindusbl_des.commands import doctor as doctor_module
 from bindusbl_des.commands.missions import default_folder, models
+from bindusbl_des.key_types import Part
 from bindusbl_des.plain_yaml import read_yaml
 from bindusbl_des.scenario import Scenario
 from bindusbl_des.scenario_file import load_scenario, parse_scenario
 from bindusbl_des.scenario_keys import json_schema, keys
-from bindusbl_des.scenario_parts import Part
 from bindusbl_des.templates import IMPORTANT, TEMPLATES, template
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
@@ -191,7 +191,7 @@ def test_keys_tell_what_the_models_hold() -> None:
     rows = {row.key: row for row in keys()}
     speed = rows["auvs.speed_m_per_s"]
     assert (speed.kind, speed.unit, speed.default, speed.range) == (
-        "number", "m/s", "0.627", "> 0 and <= 20",
+        "number", "m/s", "0.627", ">= 0.001 and <= 20",
     )  # fmt: skip
     assert rows["auvs.route.kind"].choices == ("lawnmower", "hold", "waypoints", "track")
     assert rows["auvs.route.points_m"].kind == "list of list of [x, y]"

@@ -13,12 +13,12 @@ LAYERS = [
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
-    "consistency scenario_parts route_choice vehicle_choice scenario",
+    "key_types route_keys consistency vehicle_choice scenario idle_keys",
     "navigation own_navigator recorder fleet",
     "uplink downlink ranging boards broadcasters schedules",
-    "voyages launch world protocol samples metrics",
-    "arrow_columns tables event_tables rounds figures summary result simulation explain report "
-    "export",
+    "voyages launch chart world protocol samples metrics",
+    "round_lengths worth_knowing effort arrow_columns tables event_tables rounds figures summary "
+    "result simulation explain report export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns advice sweep_data sweep_report benchmark",
     "reproduction",
@@ -34,7 +34,7 @@ HOMES = {
     "yaml": "plain_yaml yaml_syntax",
     "click": "cli commands manual",
     "numba": "compiled",
-    "pydantic": "scenario scenario_parts route_choice scenario_file scenario_keys campaigns",
+    "pydantic": "key_types route_keys scenario scenario_file scenario_keys campaigns",
     "pydantic_core": "scenario scenario_file vehicle_choice",
     "matplotlib": "figures reproduction",
     "pandas": "result summary campaigns reproduction",

@@ -297,7 +297,7 @@ def test_a_fleet_that_knows_only_estimates_misses_conflicts() -> None:
         "asvs": {"count": 3},
         "record": {"detail": "summary"},
     }
-    believed = simulate(scenario(**moving, protocol={"positions": "estimate"}))
+    believed = simulate(scenario(**moving, protocol={"positions": "last_fix"}))
     true = simulate(scenario(**moving))
     assert believed.mission.collisions[0] > 10 * true.mission.collisions[0]
 

@@ -217,7 +217,9 @@ def test_a_folder_that_lacks_a_table_is_damaged(result: Result, tmp_path: Path) 
     folder = result.write(tmp_path / "run")
     for name in ("auvs", "fixes"):
         (folder / f"{name}.parquet").unlink()
-    with pytest.raises(ValueError, match=r"damaged.*auvs\.parquet, fixes\.parquet missing"):
+    with pytest.raises(
+        ValueError, match=r"auvs\.parquet is missing; .*fixes\.parquet is missing; run"
+    ):
         load_result(folder)
 
 

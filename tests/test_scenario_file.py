@@ -289,9 +289,10 @@ def test_validate_tells_machines_the_same(tmp_path: Path) -> None:
                     "line": 2,
                     "column": 13,
                     "key": "duration_s",
-                    "message": "must be > 0 and <= 10000000 s; got 0",
+                    "message": "must be >= 0.001 and <= 10000000 s; got 0",
                 }
             ]
         },
+        "warnings": {str(path): []},
     }
     assert (result.exit_code, result.stderr) == (2, "")

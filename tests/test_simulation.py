@@ -35,7 +35,7 @@ def busy(**changes: object) -> Scenario:
         duration_s=90.0,
         auvs={"count": 6, "speed_m_per_s": 2.0},
         acoustics={"loss": {"combine": "clamp_first"}, "mf": {"range_m": 70.0}},
-        protocol={"positions": "estimate"},
+        protocol={"positions": "last_fix"},
         **changes,
     )
 

@@ -105,7 +105,7 @@ WRONG = {
     ),
     "too small": (
         "duration_s: 0\n",
-        ["2:13: duration_s: must be > 0 and <= 10000000 s; got 0"],
+        ["2:13: duration_s: must be >= 0.001 and <= 10000000 s; got 0"],
     ),
     "too large": (
         "navigation: {gain: 1.5}\n",
@@ -133,22 +133,25 @@ WRONG = {
     ),
     "yes": (
         "duration_s: yes\n",
-        ["2:13: duration_s: needs a number (> 0 and <= 10000000 s); got the text 'yes'"],
+        ["2:13: duration_s: needs a number (>= 0.001 and <= 10000000 s); got the text 'yes'"],
     ),
     "on": (
         "duration_s: on\n",
-        ["2:13: duration_s: needs a number (> 0 and <= 10000000 s); got the text 'on'"],
+        ["2:13: duration_s: needs a number (>= 0.001 and <= 10000000 s); got the text 'on'"],
     ),
     "clock time": (
         "duration_s: 12:30\n",
         [
-            "2:13: duration_s: needs a number (> 0 and <= 10000000 s); got the text '12:30'; "
+            "2:13: duration_s: needs a number (>= 0.001 and <= 10000000 s); got the text '12:30'; "
             "clock times are not read, write one number"
         ],
     ),
     "date": (
         "duration_s: 2024-01-02\n",
-        ["2:13: duration_s: needs a number (> 0 and <= 10000000 s); got the text '2024-01-02'"],
+        [
+            "2:13: duration_s: needs a number (>= 0.001 and <= 10000000 s); "
+            "got the text '2024-01-02'"
+        ],
     ),
     "octal": (
         "auvs: {count: 0o17}\n",
@@ -181,14 +184,14 @@ WRONG = {
     "unit in the value": (
         "auvs: {speed_m_per_s: 1.5 m/s}\n",
         [
-            "2:23: auvs.speed_m_per_s: needs a number (> 0 and <= 20 m/s); "
+            "2:23: auvs.speed_m_per_s: needs a number (>= 0.001 and <= 20 m/s); "
             "got the text '1.5 m/s'; write 1.5 alone, the unit is part of the key"
         ],
     ),
     "decimal comma": (
         "duration_s: 1,5\n",
         [
-            "2:13: duration_s: needs a number (> 0 and <= 10000000 s); got the text '1,5'; "
+            "2:13: duration_s: needs a number (>= 0.001 and <= 10000000 s); got the text '1,5'; "
             "write the decimal point as 1.5"
         ],
     ),

@@ -13,8 +13,8 @@ from .experiments.experiment import Experiment
 from .experiments.plan import Plan
 from .statistics.outcomes import outcomes
 from .statistics.stopping import seeds_wanted
-from .storage.folder import RECORD, CampaignError, is_locked, read_record
-from .storage.parts import committed, done, part_path, read_table
+from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record
+from .storage.parts import MISSIONS, committed, done, part_path, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -103,6 +103,23 @@ def load_campaign(folder: str | Path) -> Campaign:
     """Read a campaign's folder, finished or not.
 
     Raises:
+        CampaignError: when it is none, damaged, or has lost rows since it was complete.
+    """
+    campaign = unfinished_campaign(folder)
+    lost = len(campaign.missing()) if campaign.record["status"] == "complete" else 0
+    if lost:
+        raise CampaignError(
+            f"{campaign.folder / MISSIONS} was complete and has lost the rows of {lost} of "
+            f"{len(campaign.wanted())} missions; `bindusbl-des resume {campaign.folder}` runs them "
+            "again"
+        )
+    return campaign
+
+
+def unfinished_campaign(folder: str | Path) -> Campaign:
+    """Read a campaign's folder, whatever rows it has.
+
+    Raises:
         CampaignError: when it is none or damaged.
     """
     folder = Path(folder)
@@ -111,5 +128,7 @@ def load_campaign(folder: str | Path) -> Campaign:
         plan = Plan(Experiment.from_record(record["experiment"]))
         plan.model_version = record["model_version"]
     except (KeyError, TypeError, ValueError) as error:
-        raise CampaignError(f"{folder / RECORD} is damaged or was edited: {error}") from None
+        raise CampaignError(
+            f"{folder / RECORD} is damaged or was edited ({type(error).__name__}: {error}); {ANEW}"
+        ) from None
     return Campaign(folder, plan, record)

@@ -32,12 +32,14 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
             raise CampaignError(f"{campaign.folder}: is still running; merge it when it has ended")
     if folder.exists():
         raise CampaignError(f"{folder}: exists; name another --out")
+    for campaign in campaigns:
+        done(campaign.folder)  # a damaged part is told before anything is written
     folder.mkdir(parents=True)
     merge_parts([campaign.folder for campaign in campaigns], folder)
     for campaign in campaigns:
         if (campaign.folder / "failures").is_dir():
             shutil.copytree(campaign.folder / "failures", folder / "failures", dirs_exist_ok=True)
-    shutil.copy(first.folder / "scenario.yaml", folder / "scenario.yaml")
+    write_json(folder / "scenario.yaml", first.plan.experiment.given)  # JSON is YAML
     session = {"began_at": time.time(), "rows_before": len(done(folder))}
     record = {**first.record, "shard": None, "session": session}
     missing = Campaign(folder, first.plan, record).missing()

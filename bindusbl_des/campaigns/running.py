@@ -1,5 +1,6 @@
 """Campaigns begun and continued."""
 
+import errno
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..result import PACKAGES, scenario_sha256
-from .campaign import Campaign, load_campaign
+from .campaign import Campaign, unfinished_campaign
 from .experiments.experiment import Detail, Experiment
 from .experiments.experiment_file import load_experiment
 from .experiments.options import Options, written
@@ -67,7 +68,7 @@ def sweep(
     Raises:
         ScenarioError: when the experiment file or its scenario is wrong.
         CampaignError: when the folder cannot take a new campaign.
-        NotWritten: when the disk is full; what was written counts.
+        NotWritten: when the disk is full or the folder gone; what was written counts.
     """
     if not isinstance(experiment, Experiment):
         targets = tuple(f"{metric}={width}" for metric, width in (until_ci or {}).items())
@@ -95,9 +96,9 @@ def resume(folder: str | Path, *, retry_failed: bool = False, **settings: Any) -
 
     Raises:
         CampaignError: when the model has changed since, or another process runs it.
-        NotWritten: when the disk is full; what was written counts.
+        NotWritten: when the disk is full or the folder gone; what was written counts.
     """
-    campaign = load_campaign(folder)
+    campaign = unfinished_campaign(folder)
     check_unchanged(campaign)
     with locked(campaign.folder):
         clean(campaign.folder)
@@ -135,11 +136,13 @@ def _run(campaign: Campaign, settings: Settings) -> Campaign:
     try:
         _begin(folder, record)
         status = _supervise(campaign, settings)
+        if not folder.is_dir():  # removed when the last row was in it
+            raise NotWritten(errno.ENOENT, os.strerror(errno.ENOENT))
     except KeyboardInterrupt:
         status = "interrupted"
         raise
     except NotWritten:
-        status = "stopped: the disk is full or cannot be written"
+        status = "stopped: the folder cannot be written"
         raise
     finally:
         _settle(folder, {**record, "status": status})

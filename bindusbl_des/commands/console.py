@@ -1,13 +1,17 @@
 """What all commands share: results to stdout, talk to stderr, mistakes as exit code 2."""
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 if TYPE_CHECKING:
+    from ..effort import Effort
+    from ..mistakes import Mistake
     from ..scenario import Scenario
+    from ..scenario_file import Reading
 
 BAD_INPUT = 2
 FIGURES = (".png", ".svg", ".pdf")
@@ -60,13 +64,25 @@ def refuse(message: str) -> NoReturn:
 
 def scenario_from(path: str, overrides: tuple[str, ...] = ()) -> "Scenario":
     """Return the scenario in a file, or end the command with all its mistakes."""
+    return reading_from(path, overrides).scenario
+
+
+def reading_from(path: str, overrides: tuple[str, ...] = ()) -> "Reading":
+    """Return a scenario and its warnings, or end the command with all its mistakes."""
     from ..mistakes import ScenarioError
-    from ..scenario_file import load_scenario
+    from ..scenario_file import read_scenario
 
     try:
-        return load_scenario(path, overrides=overrides)
+        return read_scenario(path, overrides=overrides)
     except ScenarioError as error:
         refuse(str(error))
+
+
+def talk_of(warnings: "Iterable[Mistake]") -> None:
+    """Tell the user what is worth knowing before the results are believed, a line for each."""
+    lines = [str(warning) for warning in warnings]
+    if lines:
+        talk("\n".join(["Worth knowing:", *lines]))
 
 
 def set_option(command: Any) -> Any:
@@ -78,6 +94,27 @@ def set_option(command: Any) -> Any:
         multiple=True,
         help="Override a key of the scenario, such as acoustics.hf.range_m=100; repeatable.",
     )(command)
+
+
+def anyway_option(command: Any) -> Any:
+    """Give a command the option ``--anyway``."""
+    return click.option(
+        "--anyway",
+        is_flag=True,
+        help="Begin even what needs more memory than this machine has, or more than a day.",
+    )(command)
+
+
+def weigh(name: str, cost: "Effort", anyway: bool, at_once: int = 1) -> None:
+    """Tell what a large mission takes; refuse what this machine should not begin unless asked."""
+    excess = cost.excess(at_once)
+    if excess and not anyway:
+        refuse(
+            f"{name}: takes {cost}: {excess}. Lower auvs.count, asvs.count or duration_s, or set "
+            "record.detail to summary; --anyway begins it nevertheless"
+        )
+    if cost.is_worth_telling:
+        talk(f"{name}: takes {cost}")
 
 
 def write_new(path: str, text: str, force: bool) -> None:

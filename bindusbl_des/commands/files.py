@@ -1,5 +1,6 @@
 """Commands about scenario files: validate, schema, init, params."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -14,40 +15,52 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
-@click.option("--json", "as_json", is_flag=True, help="Print the mistakes as JSON.")
+@click.option("--strict", is_flag=True, help="Let warnings count as mistakes.")
+@click.option("--json", "as_json", is_flag=True, help="Print mistakes and warnings as JSON.")
 @click.pass_context
-def validate(context: click.Context, files: tuple[str, ...], as_json: bool) -> None:
-    """List every mistake in scenario or experiment files, with its place and remedy."""
-    found = {file: _mistakes(file) for file in files}
+def validate(context: click.Context, files: tuple[str, ...], strict: bool, as_json: bool) -> None:
+    """List every mistake in scenario or experiment files, with its place and remedy.
+
+    What is not wrong but worth knowing is listed as well: keys without effect, tracks that end
+    early, frames too short for their rounds.  Such warnings leave the exit code at 0.
+    """
+    found = {file: _findings(file) for file in files}
+    mistakes, warnings = (sum(len(it[n]) for it in found.values()) for n in (0, 1))
+    refused = bool(mistakes or (strict and warnings))
     if as_json:
-        report = {file: [asdict(mistake) for mistake in found[file]] for file in found}
-        print_json({"valid": not any(found.values()), "files": report})
+        listed = [
+            {file: [asdict(it) for it in its[n]] for file, its in found.items()} for n in (0, 1)
+        ]
+        print_json({"valid": not refused, "files": listed[0], "warnings": listed[1]})
     else:
-        for file, mistakes in found.items():
-            click.echo("\n".join(map(str, mistakes)) or f"{file}: ok")
-    total = sum(map(len, found.values()))
-    if total:
-        talk(f"{total} mistake{'s' if total > 1 else ''}")
+        for file, (wrong, worth_knowing) in found.items():
+            click.echo("\n".join(map(str, (*wrong, *worth_knowing))) or f"{file}: ok")
+    if mistakes or warnings:
+        talk(", ".join(_counted(mistakes, "mistake") + _counted(warnings, "warning")))
+    if refused:
         context.exit(BAD_INPUT)
 
 
-def _mistakes(file: str) -> "list[Mistake]":
+def _counted(number: int, noun: str) -> list[str]:
+    return [f"{number} {noun}{'s' if number > 1 else ''}"] if number else []
+
+
+def _findings(file: str) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
+    """Return the mistakes of a file, and what is worth knowing about it."""
     from ..campaigns.experiments.kinds import is_experiment
     from ..mistakes import ScenarioError
     from ..plain_yaml import read_yaml
-    from ..scenario_file import load_scenario, read_text
+    from ..scenario_file import read_scenario, read_text
 
     try:
         data = read_yaml(read_text(file), file).data
         if is_experiment(data):
             from ..campaigns.experiments.experiment_file import load_experiment
 
-            load_experiment(file)
-        else:
-            load_scenario(file)
+            return (), load_experiment(file).warnings
+        return (), read_scenario(file).warnings
     except ScenarioError as error:
-        return error.mistakes
-    return []
+        return error.mistakes, ()
 
 
 @click.command()

@@ -12,13 +12,16 @@ from ..progress import ProgressLine, duration
 from .advising import SECONDS, advice_on, advice_options
 from .console import (
     RunFailed,
+    anyway_option,
     is_quiet,
     print_json,
+    reading_from,
     refuse,
-    scenario_from,
     set_option,
     talk,
+    talk_of,
     tell_of_compiling,
+    weigh,
 )
 
 if TYPE_CHECKING:
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
 @click.option("--out", metavar="DIR", help="Result folder (default results/<name>-seed<N>).")
 @set_option
 @click.option("--force", is_flag=True, help="Replace the result folder if it exists.")
+@anyway_option
 @click.option("--json", "as_json", is_flag=True, help="Print the mission's metrics as JSON.")
 @advice_options(SECONDS, "Try changes of the plan for so long, and say what helps (default 3).")
 def run(
@@ -40,16 +44,22 @@ def run(
     out: str | None,
     overrides: tuple[str, ...],
     force: bool,
+    anyway: bool,
     as_json: bool,
     advice_s: float,
     no_advice: bool,
 ) -> None:
     """Run one mission; write its result folder and print a summary."""
-    mission = scenario_from(scenario, overrides)
+    reading = reading_from(scenario, overrides)
+    mission = reading.scenario
     folder = Path(out) if out else default_folder(mission, seed)
     check_folder(folder, force)
     _check_schedule(mission)
     talk(models(mission))
+    talk_of(reading.warnings)
+    from ..effort import effort
+
+    weigh(mission.name, effort(mission), anyway)
     result = _simulated(mission, seed)
     written = _text(scenario)
     again = _as_written(written, scenario, overrides)

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .console import check_figure, scenario_from, set_option, talk
+from .console import check_figure, refuse, scenario_from, set_option, talk
 
 if TYPE_CHECKING:
+    from ..round_lengths import Rounds
     from ..scenario import Scenario
     from ..slots import Slots
 
@@ -16,6 +17,14 @@ Stations = list[tuple[float, float]]
 
 # Rows of the timing table; a fleet of more AUVs is shown by its ends.
 MOST_ROWS = 12
+
+# What becomes of a round's fixes, in one sentence for each downlink.
+POLICIES = {
+    "sequential": "the fixes of a round are broadcast after its last slot; then the next begins.",
+    "pipelined_round": "the fixes of a round are broadcast while the next round pings.",
+    "pipelined_group": "the fixes of a ping group are broadcast while the next group pings.",
+    "direct_reply": "each ping is answered as it is heard; a round is its uplink slots.",
+}
 
 # The covering radius takes the fourth power of the number of ASVs: 50 take a moment.
 MOST_ASVS = 50
@@ -27,19 +36,24 @@ MOST_ASVS = 50
 def timing(scenario: str, overrides: tuple[str, ...]) -> None:
     """Print slots, rounds and fix rates of a scenario's protocol."""
     mission = scenario_from(scenario, overrides)
-    from ..world import slots_of
+    from ..round_lengths import rounds_of
 
-    slots = slots_of(mission)
-    click.echo("\n".join([*_durations(mission, slots), "", *_rounds(mission, slots)]))
+    try:
+        rounds = rounds_of(mission)
+    except ValueError as error:
+        refuse(str(error))
+    click.echo("\n".join([*_durations(mission, rounds.slots), "", *_policy(mission, rounds)]))
 
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
     rate = scenario.protocol.tick_rate_hz
+    two_way = scenario.protocol.ranging == "twtt"
     for name, value in (
         ("crossing time t_C", slots.crossing_time),
         ("ping T_P", slots.ping_duration),
         ("longest travel time", slots.longest_travel_time),
-        ("uplink slot T_UL", slots.uplink_slot),
+        *((("AUV turnaround", scenario.protocol.turnaround_s),) if two_way else ()),
+        ("two-way slot T_UL" if two_way else "uplink slot T_UL", slots.uplink_slot),
     ):
         yield f"{name:<22}{1e3 * value:>10.3f} ms"
     on_clock = slots.clock.after(0.0, slots.uplink_slot)
@@ -50,22 +64,69 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
     yield f"{'tick':<22}{1e3 / rate:>10.3f} ms = 1/{rate:g} s"
 
 
-def _rounds(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
+def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
+    """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
+    policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
+    yield f"{schedule} / {policy}: {POLICIES[policy]}"
+    if rounds.frame:
+        yield from _frames(scenario, rounds)
+    else:
+        yield from _groups(rounds)
+
+
+def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
+    """Yield the rounds of a schedule that gives each frame to one AUV."""
+    count, frame = scenario.auvs.count, rounds.frame
+    by_lot = scenario.protocol.schedule == "random"
+    turn, chosen = ("on average ", "drawn by lot from") if by_lot else ("", "in turn of")
+    yield f"One AUV pings in each frame of {frame:g} s, {chosen} {count}:"
+    yield f"{'':<24}{'round s':>10}{'begins every s':>18}{'an AUV pings every s':>24}"
+    answers = ("answered",) if rounds.policy == "direct_reply" else ("without a fix", "with a fix")
+    for fixes, name in enumerate(answers):
+        every = rounds.period(1, fixes)
+        yield (
+            f"{name:<24}{rounds.length(1, fixes):>10.3f}{every:>18.3f}"
+            f"{f'{turn}{count * every:.3f}':>24}"
+        )
+    longest = rounds.length(1, len(answers) - 1)
+    if longest > frame:
+        yield f"A round takes longer than the frame: frames of {longest:.4g} s would hold it."
+
+
+def _groups(rounds: "Rounds") -> Iterator[str]:
     """Yield a row for each number of fixes that a round may bring.
 
     A round is shortest where all AUVs ping at once, longest where each has a slot of its own; if
     all are fixed in each round, that is how often an AUV gets a fix.
     """
-    count = scenario.auvs.count
-    yield "A sequential round of K fixes, with one ping group .. a group for each AUV:"
+    slots, ends = rounds.slots, sorted({rounds.fewest, rounds.most})
+    if rounds.policy == "direct_reply":
+        yield f"{'ping groups':>14}{'round s':>12}{'rounds/s':>12}"
+        for groups in _shown(rounds.fewest, rounds.most):
+            length = rounds.length(groups, 0)
+            yield f"{groups:>14}{length:>12.3f}{1 / length:>12.3f}"
+        return
+    each = (
+        "one ping group .. a group for each AUV" if len(ends) > 1 else "a ping group for each AUV"
+    )
+    yield f"A round of K fixes, with {each}:"
     yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'round s':>18}{'rounds/s':>18}"
-    for fixes in (k for k in range(count + 1) if k < MOST_ROWS or k == count):
-        first, last = slots.round_length(1, fixes), slots.round_length(count, fixes)
+    for fixes in _shown(0, rounds.auvs):
+        lengths = [rounds.length(groups, fixes) for groups in ends]
         yield (
             f"{fixes:>6}{slots.payload_bytes(fixes):>8}{1e3 * slots.airtime(fixes):>10.1f}"
-            f"{1e3 * slots.downlink_slot(fixes):>10.1f}{f'{first:.3f} .. {last:.3f}':>18}"
-            f"{f'{1 / last:.3f} .. {1 / first:.3f}':>18}"
+            f"{1e3 * slots.downlink_slot(fixes):>10.1f}{_span(lengths):>18}"
+            f"{_span([1 / length for length in reversed(lengths)]):>18}"
         )
+
+
+def _shown(first: int, last: int) -> list[int]:
+    """Return the numbers to show: all of a few, of many the first and the last."""
+    return [k for k in range(first, last + 1) if k - first < MOST_ROWS or k == last]
+
+
+def _span(values: list[float]) -> str:
+    return " .. ".join(dict.fromkeys(f"{value:.3f}" for value in values))
 
 
 @click.command()

@@ -6,21 +6,38 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import print_json, talk
+from .console import is_quiet, print_json, refuse, talk
 from .sweeps import SOME_FAILED, mistakes_told
 
 if TYPE_CHECKING:
-    from ..reproduction.reproduce import Reproduction
+    from ..reproduction.counting import Tally
+    from ..reproduction.readings import Reading
+    from ..reproduction.reproduce import Counted, Reproduction
 
-# A quick look and a full run plan different missions, so that neither can continue the other.
-FOLDERS = {False: "results/reproduction", True: "results/reproduction-quick"}
+FOLDER = "results/reproduction"
+
+# With --json, this many of the best joint readings are told
+SHOWN = 10
 
 
 @click.command()
 @click.argument("what", metavar="[paper]", type=click.Choice(["paper"]), default="paper")
 @click.option("--quick", is_flag=True, help="Few seeds and team sizes: a look in a minute or two.")
 @click.option(
-    "--out", metavar="DIR", help="Folder (default results/reproduction, -quick with --quick)."
+    "--reading",
+    metavar="NAME",
+    help="Only the paper's numbers, under one joint reading: default, likely, or choices joined "
+    "by /, such as position/world/shift.",
+)
+@click.option(
+    "--readings",
+    is_flag=True,
+    help="Only count how many of the paper's numbers each joint reading meets.",
+)
+@click.option(
+    "--out",
+    metavar="DIR",
+    help="Folder (default results/reproduction; -NAME with --reading, -quick with --quick).",
 )
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes at once (default: one per CPU)."
@@ -31,6 +48,8 @@ def reproduce(
     context: click.Context,
     what: str,
     quick: bool,
+    reading: str | None,
+    readings: bool,
     out: str | None,
     workers: int | None,
     as_json: bool,
@@ -40,38 +59,102 @@ def reproduce(
     Each published number gets a verdict by rule: reproduced, differs or cannot be.  The folder
     holds the document with its figures, tables, and a campaign for each experiment.  A call that
     was cut short is continued by the next one.
+
+    A joint reading makes one choice of everything that the paper leaves open, for all its numbers.
+    The whole reproduction counts what each of them meets; --quick leaves that out.
     """
-    quiet = bool((context.find_root().obj or {}).get("quiet"))
+    if reading is not None and readings:
+        refuse("--reading runs one joint reading, --readings counts all; give one of them")
     with mistakes_told():
-        from ..reproduction.reproduce import reproduce as reproduce_paper
+        from ..reproduction import reproduce as ways
         from ..reproduction.running import Interrupted, SomeFailed
 
+        one = _reading(reading) if reading is not None else None
+        folder = Path(out or _folder(one, quick))
+        how = ways.How(quick=quick, workers=workers, quiet=is_quiet(), tell=talk)
         try:
-            found = reproduce_paper(
-                Path(out or FOLDERS[quick]), quick=quick, workers=workers, quiet=quiet, tell=talk
-            )
+            if readings:
+                _tell_count(ways.count_readings(folder, **how), as_json)
+            elif one:
+                _tell(ways.reproduce_reading(one, folder, **how), one, as_json)
+            else:
+                _tell(ways.reproduce(folder, **how), None, as_json)
         except Interrupted:
             raise KeyboardInterrupt from None
         except SomeFailed as error:
             talk(str(error))
             context.exit(SOME_FAILED)
+
+
+def _reading(name: str) -> "Reading":
+    from ..reproduction.readings import UnknownReading, reading_named
+
+    try:
+        return reading_named(name)
+    except UnknownReading as error:
+        refuse(f"--reading: {error}")
+
+
+def _folder(one: "Reading | None", quick: bool) -> str:
+    """Return where results go unless the user says; other missions go to another folder."""
+    name = "-" + one.name.replace("/", "-") if one else ""
+    return f"{FOLDER}{name}{'-quick' if quick else ''}"
+
+
+def _tell(found: "Reproduction", one: "Reading | None", as_json: bool) -> None:
     if as_json:
-        print_json(_summary(found))
-    else:
-        from ..reproduction.tables import for_terminal
+        print_json(_summary(found, one))
+        return
+    from ..reproduction.tables import for_terminal
 
-        click.echo(for_terminal(found.numbers, found.sentences()))
-        click.echo(f"Results: {found.folder}")
+    if one:
+        click.echo(f"Reading: {one.name}")
+    click.echo(for_terminal(found.numbers, found.sentences()))
+    click.echo(f"Results: {found.folder}")
 
 
-def _summary(found: "Reproduction") -> dict[str, Any]:
+def _summary(found: "Reproduction", one: "Reading | None") -> dict[str, Any]:
     from ..reproduction.comparison import record
     from ..reproduction.tables import count
 
     return {
         "folder": str(found.folder),
+        **({"reading": one.name, "choices": asdict(one)} if one else {}),
         "missions": sum(len(run.plan) for run in found.runs.values()),
         "counts": count(found.numbers),
         "numbers": [record(it) for it in found.numbers],
         "sentences": [asdict(claim) for claim in found.sentences()],
+    }
+
+
+def _tell_count(found: "Counted", as_json: bool) -> None:
+    if as_json:
+        print_json(_count(found))
+        return
+    from ..reproduction.readings_section import for_terminal
+
+    click.echo(for_terminal(found.tally))
+    click.echo(f"Results: {found.folder}")
+
+
+def _count(found: "Counted") -> dict[str, Any]:
+    counted: Tally = found.tally
+    return {
+        "folder": str(found.folder),
+        "missions": sum(len(run.plan) for run in found.runs.values()),
+        "numbers": len(counted.rows),
+        "readings": len(counted.readings),
+        "best": [
+            {
+                "reading": counted.readings[place].name,
+                "choices": asdict(counted.readings[place]),
+                "met": int(counted.counts[place]),
+                "foretold": int(counted.foretold[place]),
+                "off_by": float(counted.deviations[place]),
+            }
+            for place in counted.ranks[:SHOWN]
+        ],
+        "switches": [asdict(switch) for switch in counted.switches()],
+        "not_told_apart": len(counted.rivals()),
+        "by_chance": asdict(counted.by_chance),
     }

@@ -1,5 +1,7 @@
 """Commands about campaigns: sweep, resume, status and merge."""
 
+import errno
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,7 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import RunFailed, is_quiet, print_json, refuse, talk, tell_of_compiling
+from .console import (
+    RunFailed,
+    anyway_option,
+    is_quiet,
+    print_json,
+    refuse,
+    talk,
+    talk_of,
+    tell_of_compiling,
+    weigh,
+)
 from .reports import leave_report
 
 if TYPE_CHECKING:
@@ -17,6 +29,9 @@ if TYPE_CHECKING:
     from ..campaigns.experiments.experiment import Experiment
 
 SOME_FAILED = 3
+
+# So many points of a sweep are weighed beforehand, evenly spread over all of them.
+MOST_WEIGHED = 300
 INTERRUPTED = 130
 
 
@@ -84,6 +99,7 @@ def _experiment_options(command: Any) -> Any:
     "--shard", metavar="i/N", callback=_shard, help="Run the i-th of N shares; `merge` joins them."
 )
 @click.option("--dry-run", is_flag=True, help="Tell missions, time and disk; write nothing.")
+@anyway_option
 def sweep(
     file: str,
     vary: tuple[str, ...],
@@ -97,6 +113,7 @@ def sweep(
     as_json: bool,
     shard: tuple[int, int] | None,
     dry_run: bool,
+    anyway: bool,
 ) -> None:
     """Run an experiment, or a scenario, over many points and seeds.
 
@@ -108,7 +125,9 @@ def sweep(
         from ..campaigns.experiments.options import Options
 
         plan = load_experiment(file, Options(vary, until_ci, seeds, detail))
+        talk_of(plan.warnings)
         folder = Path(out) if out else default_folder(plan.name, shard)
+        _weigh_heaviest(plan, workers if backend == "local" else 1, anyway)
         if dry_run:
             _tell_estimate(plan, shard, workers, as_json)
             return
@@ -125,6 +144,20 @@ def sweep(
             mission_timeout_s=mission_timeout,
         )
     _report(campaign, as_json)
+
+
+def _weigh_heaviest(experiment: "Experiment", workers: int | None, anyway: bool) -> None:
+    """Tell what the heaviest point takes, or refuse it; of many points some are looked at."""
+    from ..effort import effort
+
+    points = len(experiment.points)
+    looked_at = {
+        n * (points - 1) // max(min(points, MOST_WEIGHED) - 1, 1) for n in range(MOST_WEIGHED)
+    }
+    efforts = {n: effort(experiment.scenario(n)) for n in looked_at if n < points}
+    heaviest = max(efforts, key=lambda n: (bool(efforts[n].excess()), efforts[n].seconds))
+    at_once = min(workers or os.cpu_count() or 1, points * len(experiment.seeds))
+    weigh(f"each mission of point {heaviest}", efforts[heaviest], anyway, at_once)
 
 
 def default_folder(name: str, shard: tuple[int, int] | None) -> Path:
@@ -220,7 +253,7 @@ def mistakes_told() -> Iterator[None]:
     except NotWritten as error:
         raise RunFailed(
             f"stopped, because results cannot be written: {error.strerror or error}. What was "
-            "written counts; free some space, then `bindusbl-des resume` the folder"
+            f"written counts; {_remedy(error)}"
         ) from error
     except (BackendMissing, ScipyMissing, WorkersDie) as error:
         raise RunFailed(str(error)) from error
@@ -229,6 +262,18 @@ def mistakes_told() -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise RunFailed(f"{error.filename or 'the folder'}: {reason}") from error
+
+
+def _remedy(error: OSError) -> str:
+    """Return what to do about a folder that cannot be written."""
+    if error.errno in (errno.ENOENT, errno.ENOTDIR):
+        return (
+            "the folder was moved or removed meanwhile: `bindusbl-des resume` it where it is now, "
+            "or sweep anew"
+        )
+    if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return "free some space, then `bindusbl-des resume` the folder"
+    return "make the folder writable, then `bindusbl-des resume` it"
 
 
 def _tell_estimate(

@@ -74,7 +74,8 @@ def _settle(
     fleet = Fleet(model, rest, commands=np.atleast_2d(command), overrides=overrides, step_s=step_s)
     before = np.full(3, np.nan)
     for window in range(round(PATIENCE_S / WINDOW_S)):
-        motion = _window(fleet, window * WINDOW_S)
+        with np.errstate(over="ignore", invalid="ignore"):  # a drag that drives never settles
+            motion = _window(fleet, window * WINDOW_S)
         if np.all(np.abs(motion - before) <= SETTLED * np.abs(motion).max() + NO_TURN):
             return motion
         before = motion

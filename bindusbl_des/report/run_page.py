@@ -89,7 +89,14 @@ def run_page(result: "Result") -> str:
         middle = Template(asset("summary.html")).substitute(
             story=_told(short_story(metrics_of(result)))
         )
-    body = _head(result) + _tiles(result) + middle + auv_tables(result) + origin(result)
+    body = (
+        _head(result)
+        + _tiles(result)
+        + worth_knowing(result)
+        + middle
+        + auv_tables(result)
+        + origin(result)
+    )
     title = f"{result.scenario.name}, seed {result.seed}"
     return assembled(title, body, scripts, data, packer.text())
 
@@ -111,6 +118,17 @@ def described(result: "Result") -> str:
         f"{scenario.duration_s:g} s; {scenario.protocol.schedule}, {scenario.protocol.downlink} "
         f"downlink; seed {result.seed}"
     )
+
+
+def worth_knowing(result: "Result") -> str:
+    """Return the section of the scenario's warnings, nothing where there is none."""
+    if not result.warnings:
+        return ""
+    items = "".join(
+        f"<li><code>{html.escape(it.key)}</code>: {html.escape(it.message)}</li>"
+        for it in result.warnings
+    )
+    return f'<section id="knowing"><h2>Worth knowing</h2><ul>{items}</ul></section>'
 
 
 def _told(told: Story) -> str:

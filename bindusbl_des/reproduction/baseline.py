@@ -30,7 +30,7 @@ def measure(row: Published, runs: Runs) -> Measured:
     auvs = runs["baseline"].auvs
     found = {
         schedule: predicted(
-            _values(row, chosen(auvs, {"protocol.schedule": schedule})), RUNS_OF_THE_PAPER
+            values(row, chosen(auvs, {"protocol.schedule": schedule})), RUNS_OF_THE_PAPER
         )
         for schedule in (*READINGS, "spatial_reuse")
     }
@@ -43,24 +43,24 @@ def measure(row: Published, runs: Runs) -> Measured:
     )
 
 
-def _values(row: Published, auvs: "pd.DataFrame") -> list[float]:
+def values(row: Published, auvs: "pd.DataFrame") -> list[float]:
     """Return the published quantity for each seed."""
     seeds = auvs.groupby("seed")
     if row.quantity == "fix_share":
         mine = auvs[auvs.auv == row.auv].set_index("seed").fixes_delivered
-        values = mine / seeds.fixes_delivered.sum()
+        found = mine / seeds.fixes_delivered.sum()
     elif row.quantity == "fixes":
-        values = seeds.fixes_delivered.sum()
+        found = seeds.fixes_delivered.sum()
     elif row.quantity == "fix_rate":
-        values = seeds.fix_rate_hz.sum() if row.auv == "fleet" else seeds.fix_rate_hz.mean()
+        found = seeds.fix_rate_hz.sum() if row.auv == "fleet" else seeds.fix_rate_hz.mean()
     else:
         columns = {
             "inter_fix_interval": "interval_mean_s",
             "latency_mean": "latency_mean_s",
             "latency_p95": "latency_p95_s",
         }
-        values = seeds[columns[row.quantity]].mean()
-    return [float(value) for value in values]
+        found = seeds[columns[row.quantity]].mean()
+    return [float(value) for value in found]
 
 
 def _reason(row: Published) -> Reason:

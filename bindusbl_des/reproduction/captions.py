@@ -25,3 +25,9 @@ CAPTIONS = {
     "ablations": "Table I with one choice changed at a time: fixes delivered and position error, "
     "means with 95 % intervals; dashed lines are the paper's numbers.",
 }
+
+READINGS_CAPTION = (
+    "How many numbers each joint reading foretells, of those that no reading puts in. Dashed: "
+    "`default` and the best; shaded: what the best would foretell if the numbers had no reading in "
+    "common (5 to 95 %)."
+)

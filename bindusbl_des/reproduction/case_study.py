@@ -1,13 +1,13 @@
 """Coverage failure and recovery: Table I and two ASVs over the formation angle, L = 140 m."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import sqrt
 from statistics import fmean
 
 from .ablations import changes
-from .measured import Measured, Other, Reason, Where, per_seed
+from .measured import Measured, Other, Reason, per_seed
 from .published import Published, published
+from .readings import Reading
 from .running import Runs
 from .verdicts import Limit, predicted
 
@@ -22,30 +22,12 @@ COLUMNS = {
 RUNS_OF_THE_PAPER = 1
 
 
-@dataclass(frozen=True)
-class Reading:
-    """One way to read the paper's cross-track error: the metric, and two switches of the filter."""
-
-    name: str
-    metric: str
-    frame: str
-    compensation: str
-
-    @property
-    def where(self) -> Where:
-        """The keys of a campaign that select it."""
-        return {
-            "navigation.bias_frame": self.frame,
-            "navigation.delay_compensation": self.compensation,
-        }
-
-
 # The first is what the paper writes; the others are tried for all numbers alike.
 READINGS = (
-    Reading("cross-track error", "cross_track_error_m", "body", "none"),
-    Reading("position error", "position_error_m", "body", "none"),
-    Reading("position error, world bias", "position_error_m", "world", "none"),
-    Reading("position error, world bias, delay shifted", "position_error_m", "world", "shift"),
+    Reading(),
+    Reading(error="position"),
+    Reading(error="position", bias="world"),
+    Reading(error="position", bias="world", delay="shift"),
 )
 
 UNSTATED = Reason(
@@ -76,13 +58,13 @@ def measure(row: Published, runs: Runs) -> Measured:
         row,
         "mean of runs",
         predicted(_values(row, runs, COLUMNS[row.quantity], first), RUNS_OF_THE_PAPER),
-        _reason(row),
+        reason(row),
         tuple(_others(row, runs)) if row.quantity != "distance" else (),
     )
 
 
 def _values(row: Published, runs: Runs, column: str, reading: Reading) -> list[float]:
-    where = {"auv": row.auv, **reading.where}
+    where = {"auv": row.auv, **reading.fusion}
     if row.asvs == "2":
         turned = {"asvs.formation.angle_deg": float(row.angle_deg)}
         return per_seed(runs["two_asvs"].auvs, column, {**where, **turned})
@@ -94,9 +76,9 @@ def _error(row: Published, runs: Runs) -> Measured:
         predicted(_values(row, runs, reading.metric, reading), RUNS_OF_THE_PAPER)
         for reading in READINGS
     ]
-    others = [Other(r.name, p) for r, p in zip(READINGS[1:], found[1:], strict=True)]
+    others = [Other(r.error_words, p) for r, p in zip(READINGS[1:], found[1:], strict=True)]
     limit = across_track_limit()
-    return Measured(row, READINGS[0].name, found[0], ERRORS, tuple(others), limit=limit)
+    return Measured(row, READINGS[0].error_words, found[0], ERRORS, tuple(others), limit=limit)
 
 
 def across_track_limit(bias: float = 0.06, walk: float = 0.027, duration: float = 300.0) -> Limit:
@@ -117,7 +99,8 @@ def across_track_limit(bias: float = 0.06, walk: float = 0.027, duration: float 
     )
 
 
-def _reason(row: Published) -> Reason:
+def reason(row: Published) -> Reason:
+    """Return why fixes, coverage or distance may differ."""
     if row.quantity == "distance":
         return Reason("E28", _distance_argument())
     return BROADCASTER if row.quantity == "fixes" and row.asvs == "3" else UNSTATED

@@ -15,7 +15,8 @@ def _every_point(_: Point) -> bool:
     return True
 
 
-def _few_teams(point: Point) -> bool:
+def few_teams(point: Point) -> bool:
+    """Tell whether a point has the smallest or the largest team of the sweep."""
     return point["auvs.count"] in (3, 10)
 
 
@@ -31,7 +32,7 @@ def _some_at_140_m(point: Point) -> bool:
 
 
 def _some_readings(point: Point) -> bool:
-    return _few_teams(point) and point["asvs.formation.angle_deg"] in (0, 30)
+    return few_teams(point) and point["asvs.formation.angle_deg"] in (0, 30)
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,8 @@ CATALOGUE = (
     Entry("downlinks", 1, _some_teams),
     Entry("schedulers_still", 1, _some_teams),
     Entry("schedulers", 1, _some_at_140_m),
-    Entry("sweep", 3, _few_teams),
-    Entry("sweep_distance", 3, _few_teams),
+    Entry("sweep", 3, few_teams),
+    Entry("sweep_distance", 3, few_teams),
     Entry("sweep_readings", 2, _some_readings),
 )
 
@@ -76,10 +77,15 @@ def experiments_folder() -> Path:
 def experiments(*, quick: bool) -> Iterator[Experiment]:
     """Yield every experiment; a quick look has fewer seeds and points."""
     for entry in CATALOGUE:
-        experiment = load_experiment(experiments_folder() / f"{entry.name}.yaml")
+        experiment = load(entry.name)
         if quick:
             points = tuple(point for point in experiment.points if entry.quick_points(point))
             experiment = replace(
                 experiment, points=points, seeds=experiment.seeds[: entry.quick_seeds]
             )
         yield experiment
+
+
+def load(name: str) -> Experiment:
+    """Return an experiment of the paper by the name of its file."""
+    return load_experiment(experiments_folder() / f"{name}.yaml")

@@ -1,7 +1,7 @@
 """The document of a reproduction: every figure and number of the paper, each with its verdict."""
 
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 
@@ -10,6 +10,7 @@ from ..result import PACKAGES
 from . import ablations, downlinks, schedulers, sentences
 from .captions import CAPTIONS
 from .claims import Claimed
+from .crossing import READINGS_FOLDER
 from .measured import Measured
 from .published import published
 from .running import Runs
@@ -36,7 +37,13 @@ No parameter is tuned towards a published number. Verdicts follow a rule:
 Numbers are first measured in the paper's own words: "cross-track error" is the component of the
 error across the track, the bias turns with the vehicle (eq. dead_reckoning), a fix is compared with
 the estimate at its delivery (eq. update). Other readings are measured beside, the same ones for
-every error; where one of them reproduces a number that the words do not, that is said."""
+every error; where one of them reproduces a number that the words do not, that is said. Which single
+reading meets most of all numbers is counted [at the end](#the-paper-in-one-reading)."""
+
+CONTENTS = """\
+The folder then holds this page as `reproduction.md` with its figures, all numbers as
+`paper_vs_measured.csv` and `.parquet`, and a campaign folder for each experiment; the page in
+`docs/` is a copy of that of a full run."""
 
 SECTIONS = {
     "Baseline": ("sec:baseline",),
@@ -51,22 +58,28 @@ def document(
     runs: Runs,
     *,
     quick: bool,
+    joint: Iterable[str],
+    joint_runs: Runs,
 ) -> str:
-    """Return the whole document in Markdown."""
+    """Return the whole document in Markdown; `joint` is the section on joint readings."""
+    every = {**runs, **{f"{READINGS_FOLDER}/{name}": run for name, run in joint_runs.items()}}
     parts = [
         "# The paper, reproduced",
         INTRODUCTION.format(option=" --quick" if quick else ""),
-        *_warning(quick),
+        *warning(quick),
         "## In short",
         _in_short(found),
         *_sections(found, claims, runs),
+        *joint,
         "## How it was made",
-        *_origin(runs, quick),
+        *origin(every, f"reproduce{' --quick' if quick else ''} --out results/reproduction"),
+        CONTENTS,
     ]
     return "\n\n".join(parts) + "\n"
 
 
-def _warning(quick: bool) -> Iterator[str]:
+def warning(quick: bool) -> Iterator[str]:
+    """Yield the sentence that a quick look opens with."""
     if quick:
         yield (
             "**This is a quick look**: few seeds and few team sizes, so that intervals are wide "
@@ -165,7 +178,8 @@ def _published(asvs: int, quantity: str) -> str:
     )
 
 
-def _origin(runs: Runs, quick: bool) -> Iterator[str]:
+def origin(runs: Runs, command: str) -> Iterator[str]:
+    """Yield what was run, by which versions, and the command that runs it again."""
     rows = [
         (f"`{name}`", len(run.plan.points), len(run.plan.experiment.seeds), len(run.plan))
         for name, run in runs.items()
@@ -178,11 +192,7 @@ def _origin(runs: Runs, quick: bool) -> Iterator[str]:
         f"{total} missions, {day}, model {model_version()}, Python {platform.python_version()}, "
         f"{versions}."
     )
-    option = " --quick" if quick else ""
     yield (
         "To make it again (a call that was cut short continues where it stopped):\n\n"
-        f"    bindusbl-des reproduce{option} --out results/reproduction\n\n"
-        "The folder then holds this page as `reproduction.md` with its figures, all numbers as "
-        "`paper_vs_measured.csv` and `.parquet`, and a campaign folder for each experiment; the "
-        "page in `docs/` is a copy of that of a full run."
+        f"    bindusbl-des {command}"
     )

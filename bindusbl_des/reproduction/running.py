@@ -60,8 +60,8 @@ def _run(
     campaign = load_campaign(folder)
     if campaign.record["plan_sha256"] != plan.fingerprint():
         raise CampaignError(
-            f"{folder}: holds other missions than `reproduce` would run (of another version, or "
-            "with and without --quick); name another --out, or remove it"
+            f"{folder}: holds other missions than `reproduce` would run (of another version, "
+            "another reading, or with and without --quick); name another --out, or remove it"
         )
     if not campaign.state().missing:
         return campaign

@@ -2,9 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from .case_study import READINGS, Reading
+from .case_study import READINGS
 from .claims import Claimed
 from .measured import chosen, per_seed
+from .readings import Reading
 from .running import Runs
 from .verdicts import CANNOT_BE, DIFFERS, REPRODUCED
 
@@ -32,8 +33,8 @@ def claims(runs: Runs) -> list[Claimed]:
 
 def _of(reading: Reading, runs: Runs, campaign: str) -> "pd.DataFrame":
     """Return the missions of the sweep in a reading."""
-    missions = runs[campaign if reading.frame == "body" else "sweep_readings"].missions
-    return missions if reading.frame == "body" else chosen(missions, reading.where)
+    missions = runs[campaign if reading.bias == "body" else "sweep_readings"].missions
+    return missions if reading.bias == "body" else chosen(missions, reading.fusion)
 
 
 def _rotation(runs: Runs) -> Claimed:
@@ -47,11 +48,11 @@ def _rotation(runs: Runs) -> Claimed:
                 per_seed(
                     runs["two_asvs"].auvs,
                     reading.metric,
-                    {**reading.where, "auv": "AUV0", ANGLE: angle},
+                    {**reading.fusion, "auv": "AUV0", ANGLE: angle},
                 )
             ]
         ]
-        found.append((reading.name, means[0] / means[1]))
+        found.append((reading.error_words, means[0] / means[1]))
     return _judged("turning two ASVs by 30 deg reduces AUV0's error 8-fold", found, 7.5, 8.5)
 
 
@@ -71,7 +72,7 @@ def _factor(runs: Runs, side: float, low: float, high: float) -> Claimed:
     for reading in READINGS:
         missions = chosen(_of(reading, runs, "sweep"), {SIDE: float(side)})
         one, three = (chosen(missions, {ASVS: n})[reading.metric].mean() for n in (1, 3))
-        found.append((reading.name, float(one / three)))
+        found.append((reading.error_words, float(one / three)))
     sentence = f"at L = {side:.0f} m three ASVs have {low:.0f}-{high:.0f} times less error than one"
     return _judged(sentence, found, low - 0.5, high + 0.5)
 

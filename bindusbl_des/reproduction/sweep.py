@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ..slots import airtime, payload_bytes
-from .case_study import READINGS, Reading
-from .measured import Measured, Other, Reason, Where, per_seed
+from .case_study import READINGS
+from .measured import Measured, Other, Reason, chosen
 from .published import Published
+from .readings import Reading
 from .running import Runs
 from .verdicts import Claim, Limit, Prediction, predicted
 
@@ -22,7 +23,10 @@ BOUNDS: dict[tuple[str, str, str], Claim] = {
     ("60", "1-3", "cte_max"): "at most",
     ("100", "3", "cte_max"): "at most",
     ("140", "1", "cte_min"): "at least",
+    ("all", "1-3", "latency_max"): "at most",
 }
+
+CELL = ["survey.side_m", "asvs.count", "auvs.count"]
 
 ERRORS = Reason(
     "E7, E8, E31",
@@ -33,77 +37,78 @@ LATENCY = Reason("E24", "the airtime of a frame exceeds it")
 
 def measure(row: Published, runs: Runs) -> Measured:
     """Measure one number of the sweep's text, or the conclusion's latency."""
-    if row.quantity == "latency_max":
-        return _latency(row, runs)
-    found = _over_cells(row, runs["sweep"].missions, READINGS[0].metric, {})
+    first = READINGS[0]
+    reading = "largest mean latency" if _is_latency(row) else f"{first.error_words}, 300 s"
     return Measured(
         row,
-        f"{READINGS[0].name}, 300 s",
-        found,
-        ERRORS,
-        tuple(_others(row, runs)),
-        BOUNDS.get((row.side_m, row.asvs, row.quantity), "equals"),
+        reading,
+        over_cells(row, runs["sweep"].missions, column_of(row, first)),
+        LATENCY if _is_latency(row) else ERRORS,
+        () if _is_latency(row) else tuple(_others(row, runs)),
+        claim_of(row),
+        limit_of(row),
+    )
+
+
+def _is_latency(row: Published) -> bool:
+    return row.quantity == "latency_max"
+
+
+def column_of(row: Published, reading: Reading) -> str:
+    """Return the metric of a mission that a number is about."""
+    return "latency_mean_s" if _is_latency(row) else reading.metric
+
+
+def claim_of(row: Published) -> Claim:
+    """Return how a number is meant: as a value or as a bound."""
+    return BOUNDS.get((row.side_m, row.asvs, row.quantity), "equals")
+
+
+def limit_of(row: Published) -> Limit | None:
+    """Return the limit that the paper's own equations set to a number."""
+    if not _is_latency(row):
+        return None
+    shortest = airtime(payload_bytes(4))
+    return Limit(
+        shortest,
+        float("inf"),
+        f"a frame of four fixes takes {shortest:.3f} s on the air, and teams have up to ten AUVs",
     )
 
 
 def _others(row: Published, runs: Runs) -> Iterator[Other]:
     for reading in READINGS[1:]:
-        yield Other(f"{reading.name}, 300 s", _read(row, runs, reading))
+        found = over_cells(row, _missions(runs, reading), reading.metric)
+        yield Other(f"{reading.error_words}, 300 s", found)
     distance = runs["sweep_distance"].missions
     for reading in READINGS[:2]:
-        found = _over_cells(row, distance, reading.metric, {})
-        yield Other(EQUAL_DISTANCE + reading.name, found)
+        found = over_cells(row, distance, reading.metric)
+        yield Other(EQUAL_DISTANCE + reading.error_words, found)
 
 
-def _read(row: Published, runs: Runs, reading: Reading) -> Prediction:
-    if reading.frame == "body":
-        return _over_cells(row, runs["sweep"].missions, reading.metric, {})
-    return _over_cells(row, runs["sweep_readings"].missions, reading.metric, reading.where)
+def _missions(runs: Runs, reading: Reading) -> "pd.DataFrame":
+    if reading.bias == "body":
+        return runs["sweep"].missions
+    return chosen(runs["sweep_readings"].missions, reading.fusion)
 
 
-def _over_cells(row: Published, missions: "pd.DataFrame", metric: str, where: Where) -> Prediction:
+def over_cells(row: Published, missions: "pd.DataFrame", metric: str) -> Prediction:
     """Return the mean, least or largest cell of the sweep that a number is about.
 
     A cell is a side, a number of ASVs and a team size; its value is the mean over angles and seeds.
     """
     counts = range(1, 4) if row.asvs == "1-3" else [int(row.asvs)]
-    teams = sorted(missions["auvs.count"].unique())
     sides = [60.0, 100.0, 140.0] if row.side_m == "all" else [float(row.side_m)]
-    mine = {**where, "survey.side_m": sides[0]}
+    mine = missions[missions["survey.side_m"].isin(sides) & missions["asvs.count"].isin(counts)]
     if row.quantity == "cte_mean":
-        values = per_seed(missions, metric, {**mine, "asvs.count": counts[0]})
-        return predicted(values, SEEDS_OF_THE_PAPER)
-    cells = [
-        predicted(
-            per_seed(
-                missions,
-                metric,
-                {**where, "survey.side_m": side, "asvs.count": asvs, "auvs.count": auvs},
-            ),
-            SEEDS_OF_THE_PAPER,
-        )
-        for side in sides
-        for asvs in counts
-        for auvs in teams
-    ]
+        return predicted(list(mine.groupby("seed")[metric].mean()), SEEDS_OF_THE_PAPER)
+    seeds = mine.groupby([*CELL, "seed"])[metric].mean()
+    cells = [predicted(list(cell), SEEDS_OF_THE_PAPER) for _, cell in seeds.groupby(level=CELL)]
     extreme = min if row.quantity.endswith("min") else max
     return extreme(cells, key=lambda cell: cell.mean)
 
 
-def _latency(row: Published, runs: Runs) -> Measured:
-    """Measure the longest mean latency of all configurations; it has a lower limit."""
-    shortest = airtime(payload_bytes(4))
-    limit = Limit(
-        shortest,
-        float("inf"),
-        f"a frame of four fixes takes {shortest:.3f} s on the air, and teams have up to ten AUVs",
-    )
-    found = _over_cells(row, runs["sweep"].missions, "latency_mean_s", {})
-    return Measured(row, "largest mean latency", found, LATENCY, claim="at most", limit=limit)
-
-
 def cells(missions: "pd.DataFrame", metric: str) -> "pd.DataFrame":
     """Return the mean of a metric for each side, number of ASVs and team size, over the angles."""
-    keys = ["survey.side_m", "asvs.count", "auvs.count"]
-    means = missions.groupby(keys)[metric].mean().reset_index()
+    means = missions.groupby(CELL)[metric].mean().reset_index()
     return means.rename(columns={metric: "value"})

@@ -138,10 +138,13 @@ def legend(found: Sequence[Measured]) -> Iterator[str]:
         f"{len(found)} numbers: {counts['reproduced']} reproduced, {counts['differs']} differ, "
         f"{counts['cannot be']} cannot be."
     )
-    yield (
-        f"{OTHERWISE} {counts['otherwise']} of the others another reading of the paper reproduces; "
-        f"{counts['near']} are within 5 %."
-    )
+    if any(it.others for it in found):
+        yield (
+            f"{OTHERWISE} {counts['otherwise']} of the others another reading of the paper "
+            f"reproduces; {counts['near']} are within 5 %."
+        )
+    else:
+        yield f"{counts['near']} of the others are within 5 %."
 
 
 def count(found: Iterable[Measured]) -> dict[str, int]:

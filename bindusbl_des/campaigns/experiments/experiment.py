@@ -4,9 +4,10 @@ import json
 import math
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from ...mistakes import Mistake
 from ...overrides import override
 from ...plain_yaml import Document
 from ...scenario import Scenario
@@ -23,6 +24,7 @@ class Experiment:
     `given` holds the keys of the base scenario that its author gave, so that a point may choose
     another kind of route without inheriting the defaults of the first; a point maps dotted keys to
     values.  Where `until_ci` says how sure to be, a point takes as many of the seeds as that needs.
+    `warnings` are what is worth knowing about the base scenario, but for what the points vary.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Experiment:
     seeds: tuple[int, ...]
     detail: Detail = "summary"
     until_ci: tuple[Target, ...] = ()
+    warnings: tuple[Mistake, ...] = field(default=(), compare=False)
 
     def base(self) -> Scenario:
         """Return the scenario before it is varied."""

@@ -7,7 +7,7 @@ from typing import Any
 from ...mistakes import Mistake, Place, ScenarioError
 from ...plain_yaml import Document, Path, read_yaml
 from ...scenario import Scenario
-from ...scenario_file import load_scenario, read_text
+from ...scenario_file import Reading, read_scenario, read_text
 from ...wording import described, did_you_mean
 from .experiment import Detail, Experiment
 from .experiment_points import points_in
@@ -45,17 +45,33 @@ def load_experiment(path: str | FilePath, options: Options = NO_OPTIONS) -> Expe
     name, detail = _name(document, path.stem), _detail(document)
     seeds, until_ci = _seeds(document), targets_in(document)
     points, places = points_in(document)
-    base = _base(document, path.parent)
+    reading = _base(document, path.parent)
+    base = None if reading is None else reading.scenario
     if base is not None and seeds and len(points) * len(seeds) > MOST_MISSIONS:
         count = len(points) * len(seeds)
         _note(document, ("seeds",), f"makes {count:,} missions; at most {MOST_MISSIONS:,} can run")
     elif base is not None:
         file = path.parent / document.data["scenario"]
         points = check_points(document, file, base, points, places)
-    if base is None or document.mistakes:
+    if reading is None or base is None or document.mistakes:
         raise _wrong(document)
     given = base.model_dump(mode="json", exclude_unset=True)
-    return Experiment(name, given, tuple(points), tuple(seeds), detail, until_ci)
+    warnings = _fixed(reading, {key for point in points for key in point})
+    return Experiment(name, given, tuple(points), tuple(seeds), detail, until_ci, warnings)
+
+
+def _fixed(reading: Reading, varied: set[str]) -> tuple[Mistake, ...]:
+    """Return the warnings that hold at every point: those with no varied key in them or behind."""
+    changed = {"record.detail", *varied}
+
+    def holds(key: str) -> bool:
+        return not any(f"{key}.".startswith(f"{other}.") for other in changed)
+
+    return tuple(
+        warning
+        for warning, about in zip(reading.warnings, reading.about, strict=True)
+        if all(map(holds, about))
+    )
 
 
 def _of_scenario(path: FilePath, data: Any) -> Document:
@@ -157,7 +173,7 @@ def _listed_seeds(document: Document, seeds: list[Any]) -> Sequence[int]:
     return seeds
 
 
-def _base(document: Document, folder: FilePath) -> Scenario | None:
+def _base(document: Document, folder: FilePath) -> Reading | None:
     """Return the scenario that the experiment names; its mistakes join the experiment's."""
     if "scenario" not in document.data:
         if not any(mistake.key in ("scenario", "") for mistake in document.mistakes):
@@ -175,7 +191,7 @@ def _base(document: Document, folder: FilePath) -> Scenario | None:
         _note(document, ("scenario",), message)
         return None
     try:
-        return load_scenario(file)
+        return read_scenario(file)
     except ScenarioError as error:
         document.mistakes += error.mistakes
         return None

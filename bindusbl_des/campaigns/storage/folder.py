@@ -13,6 +13,10 @@ LOCK = "campaign.lock"
 STOP = "stop"
 FORMAT = 1
 
+# What every record has, and the only remedy when it is lost.
+KEYS = ("name", "status", "shard", "plan_sha256", "model_version", "scenario_sha256", "experiment")
+ANEW = "sweep the experiment anew into another folder"
+
 
 class CampaignError(ValueError):
     """A campaign cannot be run, continued or read; the message says why and what to do."""
@@ -33,8 +37,13 @@ def read_record(folder: Path) -> dict[str, Any]:
     try:
         record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         found = record["format"]
-    except (ValueError, KeyError, TypeError) as error:
-        raise CampaignError(f"{path} is damaged: {error}") from None
+        lacking = [key for key in KEYS if key not in record]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CampaignError(
+            f"{path} is damaged ({type(error).__name__}: {error}); {ANEW}"
+        ) from None
+    if lacking:
+        raise CampaignError(f"{path} is damaged: it has no {', '.join(lacking)}; {ANEW}")
     if found != FORMAT:
         raise CampaignError(f"{path} has format {found}; this version reads format {FORMAT}")
     return record

@@ -19,6 +19,7 @@ from .parts import (
     committed,
     in_order,
     part_path,
+    part_schema,
     read_part,
 )
 
@@ -73,10 +74,10 @@ def _join_table(
     path: Path,
     replaces: Sequence[str],
 ) -> None:
-    first = next((s for s in sources if part_path(*_at(s, table)).is_file()), None)
+    first = next((s for s in sources if part_path(*_at(s, table)).exists()), None)
     if first is None:
         return
-    described = pq.read_schema(part_path(*_at(first, table)))
+    described = part_schema(*_at(first, table))
     metadata = {**(described.metadata or {}), REPLACES: ",".join(replaces).encode()}
     described = described.with_metadata(metadata)
     path.parent.mkdir(exist_ok=True)

@@ -18,7 +18,8 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from ...arrow_columns import arrow
-from ...tables import EVENT_TABLES, schema, write_parquet
+from ...tables import EVENT_TABLES, DamagedFile, read_parquet, schema, write_parquet
+from .folder import CampaignError
 
 MISSIONS = "missions"
 OK, FAILED = "ok", "failed"
@@ -88,9 +89,23 @@ def _replaced(folder: Path, names: Iterable[str]) -> set[str]:
     replaced: set[str] = set()
     for name in names:
         if name.startswith("all-"):  # what only merging and compaction write
-            metadata = pq.read_schema(part_path(folder, MISSIONS, name)).metadata or {}
+            metadata = part_schema(folder, MISSIONS, name).metadata or {}
             replaced |= set(metadata.get(REPLACES, b"").decode().split(","))
     return replaced
+
+
+def part_schema(folder: Path, table: str, part: str) -> pa.Schema:
+    """Return the schema of a part of a table, with its metadata.
+
+    Raises:
+        CampaignError: when it is damaged.
+    """
+    path = part_path(folder, table, part)
+    try:
+        return pq.read_schema(path)
+    except (OSError, pa.ArrowException) as error:
+        reason = f"is damaged ({(str(error).splitlines() or [''])[0]})"
+        raise damaged(folder, part, DamagedFile(str(path), reason)) from None
 
 
 def clean_parts(folder: Path) -> None:
@@ -105,12 +120,26 @@ def clean_parts(folder: Path) -> None:
 def read_part(
     folder: Path, table: str, part: str, columns: Sequence[str] | None = None
 ) -> pa.Table | None:
-    """Return a part of a table, None where it has none."""
+    """Return a part of a table, None where it has none.
+
+    Raises:
+        CampaignError: when it is damaged.
+    """
     path = part_path(folder, table, part)
-    if not path.is_file():
+    if not path.exists():
         return None
-    with pq.ParquetFile(path) as file:
-        return file.read(columns=list(columns) if columns else None)
+    try:
+        return read_parquet(path, columns, ("mission",))
+    except DamagedFile as error:
+        raise damaged(folder, part, error) from None
+
+
+def damaged(folder: Path, part: str, error: DamagedFile) -> CampaignError:
+    """Return what to tell of a part that cannot be read: its file, why, and what to do."""
+    return CampaignError(
+        f"{error}; delete {part_path(folder, MISSIONS, part)}, then `bindusbl-des resume {folder}` "
+        "runs its missions again"
+    )
 
 
 @dataclass(frozen=True)
@@ -125,15 +154,29 @@ class Done:
 
 
 def done(folder: Path) -> Done:
-    """Return the missions that have a row."""
+    """Return the missions that have a row.
+
+    Raises:
+        CampaignError: when a part is damaged.
+    """
     numbers, failed = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
     for part in committed(folder):
         rows = read_part(folder, MISSIONS, part, ("mission", "status"))
         if rows is not None:
             numbers.append(rows["mission"].to_numpy())
             failed.append(pc.equal(rows["status"], FAILED).to_numpy())
+            _check_companion(folder, part, whole=bool(failed[-1].all()))
     unique, first = np.unique(np.concatenate(numbers), return_index=True)
     return Done(unique, np.concatenate(failed)[first])
+
+
+def _check_companion(folder: Path, part: str, *, whole: bool) -> None:
+    """Refuse a part of missions of which not the `whole` failed without a sound table of AUVs."""
+    path = part_path(folder, "auvs", part)
+    if path.exists():
+        part_schema(folder, "auvs", part)
+    elif not whole:
+        raise damaged(folder, part, DamagedFile(str(path), "is missing"))
 
 
 def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -> pa.Table | None:

@@ -5,11 +5,11 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from importlib import import_module
-from multiprocessing import parent_process
+from multiprocessing import parent_process, resource_tracker
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from typing import Any, Protocol
@@ -51,7 +51,7 @@ class _Process(SpawnProcess):
 
     @staticmethod
     def _Popen(process_obj: BaseProcess) -> Any:
-        with _environment(), _script_hidden():
+        with _environment(ONE_THREAD), _script_hidden():
             return SpawnProcess._Popen(process_obj)
 
 
@@ -59,10 +59,15 @@ class _Spawn(SpawnContext):
     Process = _Process
 
 
+# Whoever clears away after a parent that was killed need not tell that there was something to
+# clear: that is what it is for.
+QUIETLY = {"PYTHONWARNINGS": "ignore:resource_tracker:UserWarning"}
+
+
 @contextmanager
-def _environment() -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(ONE_THREAD)
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
     try:
         yield
     finally:
@@ -110,6 +115,8 @@ class LocalCrew:
         self._idle: list[ProcessPoolExecutor] = []
         self._busy: dict[Future[list[Row]], ProcessPoolExecutor] = {}
         self._processes: dict[ProcessPoolExecutor, list[BaseProcess]] = {}
+        with _environment(QUIETLY):
+            resource_tracker.ensure_running()
 
     def has_room(self) -> bool:
         """Tell whether a worker waits for a batch."""

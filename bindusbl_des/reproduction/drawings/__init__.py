@@ -6,10 +6,12 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from ...figures.style import save, styled
+from ..counting import Tally
 from ..running import Runs
 from .ablations import ablations
 from .downlinks import downlinks
 from .missions import baseline, errors_and_fixes, failure_and_recovery
+from .readings import readings
 from .schedulers import schedulers
 from .sweeps import heatmap, sweep, sweep_distance
 from .two_asvs import two_asvs
@@ -39,3 +41,9 @@ def draw(runs: Runs, folder: Path) -> None:
     with styled():
         for name, drawing in DRAWINGS.items():
             save(drawing(runs), folder / f"{name}.png", dpi=DOTS_PER_INCH)
+
+
+def draw_readings(counted: Tally, folder: Path) -> None:
+    """Draw the figure of the joint readings into a folder as PNG."""
+    with styled():
+        save(readings(counted), folder / "readings.png", dpi=DOTS_PER_INCH)

@@ -9,9 +9,10 @@ from matplotlib.lines import Line2D
 
 from ...campaigns.statistics.intervals import interval
 from ...figures.style import TWO_COLUMNS, colour_of, legend_below, new_figure, vehicle_handles
-from ..case_study import READINGS, Reading
+from ..case_study import READINGS
 from ..measured import per_seed
 from ..published import published
+from ..readings import Reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,7 +54,7 @@ def _draw_bars(axes: Axes, auvs: "pd.DataFrame", reading: Reading, column: str) 
                 per_seed(
                     auvs,
                     column,
-                    {**reading.where, "auv": auv, "asvs.formation.angle_deg": angle},
+                    {**reading.fusion, "auv": auv, "asvs.formation.angle_deg": angle},
                 )
             )
             for angle in ANGLES

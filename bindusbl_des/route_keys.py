@@ -1,17 +1,17 @@
-"""Where the AUVs of a scenario go: one of a family of routes, told apart by its `kind`."""
+"""The keys of each kind of route: lanes over the survey, places to hold, way points, tracks."""
 
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Tag
 
-from .scenario_parts import OURS, PAPER, Part, Point, Real, Text, key
+from .key_types import OURS, PAPER, Part, Point, Real, Text, key
 
 
 class Lawnmower(Part):
     """Boustrophedon lanes along x in one horizontal strip per AUV, AUV0 at the lowest y."""
 
     kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
-    lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, gt=0, le=1e5)
+    lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, ge=0.01, le=1e5)
     end_margin_m: Real | None = key(
         None,
         "m",
@@ -49,6 +49,13 @@ class Track(Part):
         (),
         "",
         "per AUV a CSV with columns time_s, x_m, y_m, depth_m; relative to the scenario file",
+    )
+    time_offset_s: Real = key(
+        0.0,
+        "s",
+        "subtracted from the time_s of the files, such as the Unix time of the mission's start",
+        ge=-1e12,
+        le=1e12,
     )
 
 

@@ -1,0 +1,247 @@
+"""Scenarios drawn from the JSON Schema itself: ends of ranges, choices, nested routes, nulls."""
+
+import faulthandler
+import json
+import math
+import random
+import sys
+import traceback
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from bindusbl_des import Scenario, cautions, simulate
+from bindusbl_des.consistency import SCHEDULES
+from bindusbl_des.dynamics import DivergenceError, parameters
+from bindusbl_des.effort import effort
+from bindusbl_des.guidance import VoyageError
+from bindusbl_des.round_lengths import rounds_of
+from bindusbl_des.scenario_keys import json_schema
+
+SCHEMA = json_schema()
+TINIEST = 5e-324
+
+# Keys whose values are drawn apart: a short mission of a small fleet is most of what is drawn.
+DURATIONS_S = (0.001, 0.01, 0.3, 1.0, 3.0, 10.0, 30.0, 60.0)
+MOST_VEHICLES, LARGER_FLEET = 6, 60
+
+# How often a key is written at all, and how often its value is an end of its range.
+WRITTEN, AT_AN_END, NULL = 0.35, 0.4, 0.3
+
+# Of how many the plainest contradictions are taken out, so that they are run and not just refused.
+SETTLED = 0.9
+
+
+def drawn(seed: int, folder: Path) -> dict[str, Any]:
+    """Return the plain data of a scenario; its track files, if any, are written to a folder."""
+    draw = random.Random(seed)
+    data: dict[str, Any] = _object(SCHEMA, draw, ())
+    data["name"] = f"drawn {seed}"
+    if "duration_s" not in data or draw.random() < 0.95:
+        data["duration_s"] = draw.choice(DURATIONS_S)
+    _matched(data, draw, folder)
+    if draw.random() < SETTLED:
+        _settled(data, draw)
+    return data
+
+
+def _object(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> dict[str, Any]:
+    out = {}
+    for name, part in schema["properties"].items():
+        is_section = "$ref" in part or ("anyOf" in part and "discriminator" in part)
+        if draw.random() < (0.7 if is_section else WRITTEN):
+            out[name] = _value(part, draw, (*path, name))
+    return out
+
+
+def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> Any:
+    if "$ref" in schema:
+        return _value(SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]], draw, path)
+    if "anyOf" in schema:
+        arms = schema["anyOf"]
+        nulls = [arm for arm in arms if arm.get("type") == "null"]
+        if nulls and draw.random() < NULL:
+            return None
+        return _value(draw.choice([arm for arm in arms if arm not in nulls]), draw, path)
+    if "const" in schema:
+        return schema["const"]
+    if "enum" in schema:
+        return draw.choice(schema["enum"])
+    kind = schema["type"]
+    if kind == "object" and "properties" in schema and "additionalProperties" not in schema:
+        return _object(schema, draw, path)
+    if kind == "object" and schema.get("additionalProperties") is False:
+        out = _object(schema, draw, path)
+        kinds = schema["properties"].get("kind")
+        return {**out, "kind": kinds["const"]} if kinds else out
+    if kind == "object":  # a vehicle with coefficients
+        return _vehicle(schema, draw)
+    if kind in ("number", "integer"):
+        return _number(schema, draw)
+    if kind == "array":
+        return _array(schema, draw, path)
+    assert kind == "string", schema
+    return draw.choice(SCHEDULES) if path[-1] == "schedule" else "text"
+
+
+def _number(schema: dict[str, Any], draw: random.Random) -> float | int:
+    whole = schema["type"] == "integer"
+    low = schema.get("minimum", schema.get("exclusiveMinimum", -1e9))
+    high = schema.get("maximum", schema.get("exclusiveMaximum", 1e9))
+    is_open = "exclusiveMinimum" in schema
+    if whole:
+        return draw.choice((low, high, draw.randint(low, min(high, low + 9))))
+    if draw.random() < AT_AN_END:
+        lowest = draw.choice((TINIEST, 1e-300, 1e-12, 1e-3)) if is_open else low
+        return draw.choice((lowest, float(high)))
+    if low >= 0:  # any order of magnitude
+        return float(min(high, max(low, 10 ** draw.uniform(-6, math.log10(high)))))
+    return draw.choice((0.0, draw.uniform(low, high), draw.uniform(-1, 1) * min(high, 100.0)))
+
+
+def _array(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> list[Any]:
+    if "prefixItems" in schema:
+        return [_value(item, draw, path) for item in schema["prefixItems"]]
+    return [_value(schema["items"], draw, path) for _ in range(draw.randint(0, 4))]
+
+
+def _vehicle(schema: dict[str, Any], draw: random.Random) -> Any:
+    model = draw.choice(schema["properties"]["model"]["enum"])
+    if model in ("kinematic", "moored") or draw.random() < 0.6:
+        return model
+    numbers = {
+        name: value
+        for name, value in asdict(parameters(model, {})).items()
+        if isinstance(value, float)
+    }
+    name = draw.choice(sorted(numbers))
+    return {"model": model, name: numbers[name] * draw.choice((0.0, 0.5, 0.9, 1.1, 2.0, -1.0, 1e6))}
+
+
+def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
+    """Make most fleets small, give lists an item per vehicle, and write the tracks."""
+    counts = {}
+    for fleet in ("auvs", "asvs"):
+        part = data.get(fleet)
+        if part is None:
+            counts[fleet] = 3
+            continue
+        if draw.random() < 0.97 and part.get("count", 3) > MOST_VEHICLES:
+            most = LARGER_FLEET if draw.random() < 0.05 else MOST_VEHICLES
+            part["count"] = draw.randint(1, most)
+        counts[fleet] = part.get("count", 3)
+    route = data.get("auvs", {}).get("route", {})
+    few = min(counts["auvs"], 200)
+    if route.get("kind") == "hold":
+        route["positions_m"] = [_point(draw) for _ in range(few)]
+    if route.get("kind") == "waypoints":
+        route["points_m"] = [[_point(draw) for _ in range(draw.randint(2, 5))] for _ in range(few)]
+    if route.get("kind") == "track":
+        file = folder / f"track{draw.randrange(10**9)}.csv"
+        speed = draw.choice((0.0, 0.1, 2.0, 900.0, 2e4))
+        first = route.get("time_offset_s", 0.0) if draw.random() < 0.8 else 0.0
+        ways = [speed * t * draw.uniform(-0.5, 0.5) for t in (0, 1, 7.5, 40)]
+        rows = [f"{first + t!r},{x},{-x / 2},5" for t, x in zip((0, 1, 7.5, 40), ways, strict=True)]
+        file.write_text("\n".join(["time_s,x_m,y_m,depth_m", *rows]))
+        route["files"] = [str(file)] * few
+    formation = data.get("asvs", {}).get("formation", {})
+    if formation.get("positions_m") is not None:
+        count = min(counts["asvs"], 200)
+        formation["positions_m"] = [_point(draw) for _ in range(count)]
+        for name in ("radius_m", "clearance_m", "angle_deg"):
+            if draw.random() < 0.9:
+                formation.pop(name, None)
+    elif draw.random() < 0.9 and formation.get("radius_m") is not None:
+        formation.pop("clearance_m", None)
+
+
+def _point(draw: random.Random) -> list[float]:
+    scale = draw.choice((1.0, 10.0, 100.0, 1e3, 1e6))
+    return [draw.choice((-scale, 0.0, scale, draw.uniform(-scale, scale))) for _ in range(2)]
+
+
+def _settled(data: dict[str, Any], draw: random.Random) -> None:
+    """Take out what is refused at sight, as somebody would who has read the message."""
+    auvs, water = data.get("auvs", {}), data.get("environment", {})
+    origin = water.get("origin") or {}
+    if len(origin) != 2 or None in origin.values():
+        water.pop("origin", None)
+    if data.get("protocol", {}).get("ranging") == "passive":
+        data["protocol"]["ranging"] = draw.choice(("owtt_sync", "twtt"))
+    dynamic = auvs.get("vehicle", "kinematic") != "kinematic"
+    if dynamic and auvs.get("route", {}).get("kind") in ("hold", "track"):
+        del auvs["vehicle"]
+        dynamic = False
+    if not dynamic and auvs.get("feedback") == "estimate":
+        del auvs["feedback"]
+    flows = [name for name in ("current_m_per_s", "current_variation_m_per_s") if name in water]
+    if flows and not dynamic:
+        data.setdefault("navigation", {})["velocity"] = "through_water"
+    elif dynamic and draw.random() < 0.7:
+        for name in flows:
+            water[name] = draw.choice((0.0, 1e-3, 0.2))
+    if dynamic and draw.random() < 0.7:
+        auvs["speed_m_per_s"] = draw.choice((0.3, 0.6, 1.0))
+    if auvs.get("route", {}).get("kind", "lawnmower") == "lawnmower" and draw.random() < 0.9:
+        _fitted(data)
+
+
+def _fitted(data: dict[str, Any]) -> None:
+    """Make room for a lane and a turn in the survey."""
+    side, auvs = data.get("survey", {}).get("side_m", 140.0), data.setdefault("auvs", {})
+    route = auvs.setdefault("route", {})
+    auvs["turning_radius_m"] = min(auvs.get("turning_radius_m", 5.0), side / 2)
+    spacing, margin = route.get("lane_spacing_m", 10.0), route.get("end_margin_m")
+    if margin is not None and 2 * margin >= side:
+        route["end_margin_m"] = side / 4
+    elif margin is None and spacing >= side:
+        route["end_margin_m"] = 0.0
+
+
+# What is estimated to take longer (s) or more memory (bytes) is told and not run here; what is run
+# is ended after the limit.
+WORTH_RUNNING_S, WORTH_RUNNING_BYTES, LIMIT_S = 4.0, 1e9, 40.0
+
+
+def outcome(seed: int, folder: Path) -> tuple[str, str]:
+    """Return how a drawn scenario ends: ok, refused (and why), large, or broken (and how)."""
+    try:
+        scenario = Scenario.model_validate(drawn(seed, folder))
+        cost = effort(scenario)
+        if cost.seconds > WORTH_RUNNING_S or cost.bytes > WORTH_RUNNING_BYTES:
+            return "large", str(cost)
+        list(map(str, cautions(scenario)))
+        rounds_of(scenario).period(1, 1)
+        result = simulate(scenario, seed)
+        result.summary()
+        if seed % 8 == 0:
+            result.write(folder / f"run{seed}")
+    except ValidationError as error:
+        return "refused", str(error)
+    except (ValueError, VoyageError, DivergenceError) as error:
+        is_told = any(sign.isdigit() for sign in str(error))
+        return ("refused", str(error)) if is_told else ("broken", traceback.format_exc())
+    except Exception:
+        return "broken", traceback.format_exc()
+    wild = [
+        f"{name}.{column}"
+        for name, table in result.arrow.items()
+        for column in table.column_names
+        if str(table[column].type) == "double"
+        and not all(x is None or math.isfinite(x) for x in table[column].to_pylist())
+    ]
+    return ("broken", f"not finite: {wild}") if wild else ("ok", "")
+
+
+def main(first: int, end: int, folder: Path) -> None:
+    """Draw and run scenarios; print a line for each, and end the process where one hangs."""
+    for seed in range(first, end):
+        faulthandler.dump_traceback_later(LIMIT_S, exit=True)
+        print(json.dumps([seed, *outcome(seed, folder)]), flush=True)
+        faulthandler.cancel_dump_traceback_later()
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]))

@@ -1,0 +1,178 @@
+"""Missions in which every key can be toggled, to see by experiment which of them do nothing."""
+
+import json
+from copy import deepcopy
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from bindusbl_des import Scenario, simulate
+from bindusbl_des.consistency import SCHEDULES
+from bindusbl_des.scenario_keys import Key, keys
+
+Data = dict[str, Any]
+TRACKS = Path(__file__).parent / "reference" / "tracks"
+
+# Three missions in which, between them, everything happens: lanes with turns under ticks; vehicles
+# that steer by their estimates in a current; far hearing, loss and two-way ranging.
+BASES: dict[str, Data] = {
+    "lanes": {
+        "duration_s": 30.0,
+        "survey": {"side_m": 80.0},
+        "auvs": {"speed_m_per_s": 4.0, "turning_radius_m": 4.0},
+        "asvs": {"count": 2, "formation": {"angle_deg": 10.0}},
+        "acoustics": {
+            "hf": {"range_m": 60.0},
+            "mf": {"range_m": 70.0},
+            "loss": {"combine": "clamp_first"},
+        },
+    },
+    "steered": {
+        "duration_s": 60.0,
+        "survey": {"side_m": 26.0},
+        "auvs": {"vehicle": "bluerov2", "feedback": "estimate", "speed_m_per_s": 0.6},
+        "asvs": {"count": 2, "vehicle": "otter", "formation": {"radius_m": 10.0}},
+        "environment": {"current_m_per_s": 0.1, "current_variation_m_per_s": 0.03},
+        "acoustics": {"hf": {"range_m": 18.0}, "mf": {"range_m": 25.0}, "loss": {"law": "head"}},
+        "navigation": {"velocity": "through_water"},
+    },
+    "called": {
+        "duration_s": 30.0,
+        "survey": {"side_m": 200.0},
+        "auvs": {"speed_m_per_s": 4.0},
+        "asvs": {"count": 2, "formation": {"angle_deg": 20.0, "clearance_m": 5.0}},
+        "environment": {"current_m_per_s": 0.1, "current_variation_m_per_s": 0.03},
+        "acoustics": {
+            "hf": {"range_m": 150.0, "range_metric": "slant"},
+            "loss": {"law": "thesis", "combine": "paper_raw"},
+        },
+        "protocol": {"ranging": "twtt", "turnaround_s": 0.02, "tick_rate_hz": 30.0},
+        "navigation": {"velocity": "through_water"},
+    },
+}
+
+ROUTES: dict[str, Data] = {
+    "lawnmower": {"kind": "lawnmower"},
+    "hold": {"kind": "hold", "positions_m": [[10.0, 12.0], [-8.0, -11.0], [12.0, -5.0]]},
+    "waypoints": {
+        "kind": "waypoints",
+        "points_m": [
+            [[0.0, 0.0], [12.0, 10.0], [0.0, 12.0]],
+            [[-12.0, -12.0], [10.0, -11.0]],
+            [[5.0, -5.0], [-10.0, 12.0]],
+        ],
+    },
+    "track": {"kind": "track", "files": [str(TRACKS / f"auv{auv}.csv") for auv in range(3)]},
+}
+
+# Values for keys whose default cannot just be made a little larger.
+OTHERS: dict[str, list[Any]] = {
+    "auvs.route.end_margin_m": [2.0, 11.0],
+    "asvs.formation.clearance_m": [3.0],
+    "asvs.formation.radius_m": [8.0],
+    "environment.current_m_per_s": [0.15],
+    "environment.current_variation_m_per_s": [0.02],
+    "environment.current_direction_deg": [70.0],
+    "environment.sound_speed_m_per_s": [1480.0],
+    "acoustics.hf.range_m": [14.0, 45.0],
+    "acoustics.mf.range_m": [9.0, 30.0],
+    "acoustics.loss.cap": [0.02],
+    "acoustics.loss.contention_per_auv": [0.3],
+    "protocol.schedule": list(SCHEDULES),
+    "protocol.tick_rate_hz": [7.0],
+    "protocol.frame_s": [2.5],
+    "protocol.turnaround_s": [0.2],
+    "usbl.gnss_sd_m": [0.4],
+    "navigation.velocity_bias_m_per_s": [[0.1, -0.02]],
+    "navigation.gain": [0.4],
+}
+
+# What tables do not show: names, places for exports, lists that belong to a number of vehicles.
+UNSEEN = (
+    "name", "environment.origin.lat_deg", "environment.origin.lon_deg", "auvs.route.positions_m",
+    "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
+    "asvs.formation.positions_m",
+)  # fmt: skip
+
+# Besides each choice: values that turn something off.
+SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
+    ("auvs.count", 1),
+    ("asvs.count", 1),
+    ("environment.current_m_per_s", 0.0),
+    ("environment.current_variation_m_per_s", 0.0),
+    ("navigation.velocity_bias_m_per_s", [0.0, 0.0]),
+    ("survey.depth_m", 0.0),
+)
+
+
+def modes() -> list[tuple[str, Any]]:
+    """Return every choice of every key, and what can be switched off."""
+    choices = [(row.key, choice) for row in keys() for choice in row.choices]
+    return [*choices, *(("protocol.schedule", name) for name in SCHEDULES), *SWITCHED_OFF]
+
+
+def toggled() -> list[str]:
+    """Return the keys that can be toggled."""
+    return [row.key for row in keys() if row.key not in UNSEEN]
+
+
+def alternatives(key: str, now: Any) -> list[Any]:
+    """Return other values for a key than the one it has now."""
+    row = next(row for row in keys() if row.key == key)
+    values = OTHERS.get(key) or list(row.choices) or [_larger(row, now)]
+    return [value for value in values if value != now]
+
+
+def _larger(row: Key, now: Any) -> Any:
+    value = float(now if now is not None else 1.0)
+    if row.kind.startswith("whole"):
+        return int(value) + 1
+    return value * 1.37 if value else 0.5
+
+
+def put(data: Data, key: str, value: Any) -> Data:
+    """Return plain data with another value of a key; a kind of route brings its places."""
+    out = deepcopy(data)
+    if key == "auvs.route.kind":
+        out.setdefault("auvs", {})["route"] = deepcopy(ROUTES.get(value, {"kind": value}))
+        return out
+    *sections, last = key.split(".")
+    part = out
+    for name in sections:
+        part = part.setdefault(name, {})
+    part[last] = value
+    return out
+
+
+def value_of(data: Data, key: str) -> Any:
+    """Return the value that a key has in the scenario of plain data, None where it has none."""
+    try:
+        value: Any = Scenario.model_validate({"name": "m", **data}).model_dump(mode="json")
+    except ValueError:
+        return None
+    for name in key.split("."):
+        value = value.get(name) if isinstance(value, dict) else None
+    return value
+
+
+def columns_that_differ(one: Data, other: Data) -> set[str] | None:
+    """Return the columns in which two missions differ; None where one of them is refused."""
+    tables = _tables(json.dumps(one)), _tables(json.dumps(other))
+    if tables[0] is None or tables[1] is None:
+        return None
+    names = {**tables[0], **tables[1]}
+    return {name for name in names if tables[0].get(name) != tables[1].get(name)}
+
+
+@cache
+def _tables(text: str) -> dict[str, str] | None:
+    try:
+        scenario = Scenario.model_validate({"name": "m", **json.loads(text)})
+        result = simulate(scenario, 3)
+    except ValueError:
+        return None
+    return {
+        f"{table}.{column}": repr(rows[column].to_pylist())
+        for table, rows in result.arrow.items()
+        for column in rows.column_names
+    }
