@@ -103,7 +103,25 @@ RULES = (
         "through still water is over ground",
     ),
     Idle(
-        {"navigation.velocity_bias_m_per_s": ((0.0, 0.0),)},
+        {"navigation.filter": ("kalman", "dead_reckoning")},
+        ("navigation.gain",),
+        "fixes are weighed by their covariances, or not at all",
+    ),
+    Idle(
+        {"navigation.filter": ("kalman",)},
+        ("navigation.delay_compensation",),
+        "a fix always speaks of the instant at which it holds",
+    ),
+    Idle(
+        {"navigation.filter": ("fixed_gain", "dead_reckoning")},
+        ("navigation.nis_gate",),
+        "only a filter that weighs refuses fixes",
+    ),
+    Idle(
+        {
+            "navigation.velocity_bias_m_per_s": ((0.0, 0.0),),
+            "navigation.velocity_bias_sd_m_per_s": (0.0,),
+        },
         ("navigation.bias_frame",),
         "there is no bias",
     ),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.consistency import SCHEDULES
+from bindusbl_des.consistency import FILTERS, SCHEDULES
 from bindusbl_des.scenario_keys import Key, keys
 
 Data = dict[str, Any]
@@ -85,6 +85,8 @@ OTHERS: dict[str, list[Any]] = {
     "usbl.gnss_sd_m": [0.4],
     "navigation.velocity_bias_m_per_s": [[0.1, -0.02]],
     "navigation.gain": [0.4],
+    "navigation.filter": list(FILTERS),
+    "navigation.nis_gate": [0.1],
 }
 
 # What tables do not show: names, places for exports, lists that belong to a number of vehicles.
@@ -108,7 +110,13 @@ SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
 def modes() -> list[tuple[str, Any]]:
     """Return every choice of every key, and what can be switched off."""
     choices = [(row.key, choice) for row in keys() for choice in row.choices]
-    return [*choices, *(("protocol.schedule", name) for name in SCHEDULES), *SWITCHED_OFF]
+    return [*choices, *named(), *SWITCHED_OFF]
+
+
+def named() -> list[tuple[str, Any]]:
+    """Return the parts that ship under keys that also take one of somebody's own."""
+    schedules = [("protocol.schedule", name) for name in SCHEDULES]
+    return [*schedules, *(("navigation.filter", name) for name in FILTERS)]
 
 
 def toggled() -> list[str]:
