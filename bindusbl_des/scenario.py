@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from .key_types import OURS, PAPER, THESIS, Part, Point, Real, Text, Whole, formerly, key
+from .key_types import PAPER, THESIS, Part, Point, Real, Text, Whole, formerly, key
 from .route_keys import Lawnmower, Route
 from .vehicle_choice import AsvVehicle, AuvVehicle
 
@@ -241,10 +241,10 @@ class Navigation(Part):
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
     filter: Text = key(
-        "kalman",
+        "fixed_gain",
         "",
-        "kalman | fixed_gain (the paper's) | dead_reckoning, or module:object: how a fix corrects",
-        OURS,
+        "fixed_gain | kalman | dead_reckoning, or module:object: how a fix corrects",
+        PAPER,
         min_length=1,
     )
     gain: Real = key(0.9, "1", "gain gamma of eq. update (fixed_gain)", PAPER, gt=0, le=1)
