@@ -16,10 +16,10 @@ MOST_NAMED = 3
 # What fixes cost in a single mission is worth a word from this share of the error on.
 NOTEWORTHY = 0.1
 
-GAIN = "gain"
+GAIN, FILTER = "gain", "filter"
 REAL_REMEDY = (
-    "The real remedy is a filter that weighs each fix by its covariance; a fixed gain trusts a "
-    "poor fix as much as a good one."
+    "The real remedy is a filter that weighs each fix by its covariance, as navigation.filter "
+    "kalman does; a fixed gain trusts a poor fix as much as a good one."
 )
 
 
@@ -67,9 +67,10 @@ class Advice:
 
     `error_m` is the worst AUV's mean error of the plan as it is, over the seeds of the effects.
     `effects` are ranked, the best first.  `harm_seeds` is how many missions decided about `harms`,
-    0 where there were too few.  Changes that got no statement are named in words: `inert` changed
-    no bit of a mission, `needless` could not (each with its reason), `dropped` promised less than
-    others in the first trials, `untried` found no time.  `shortage` says why nothing was measured.
+    0 where there were too few.  Changes that got no statement are named in words: `inert` left the
+    worst AUV's error as it was in the first trial, `needless` would have (each with its reason),
+    `dropped` promised less than others in the first trials, `untried` found no time.  `shortage`
+    says why nothing was measured, `fixed_gain` whether the plan's filter has a fixed gain.
     """
 
     budget_s: float
@@ -83,6 +84,7 @@ class Advice:
     dropped: tuple[str, ...] = ()
     untried: tuple[str, ...] = ()
     shortage: str = ""
+    fixed_gain: bool = True
 
     def of(self, *verdicts: str) -> list[Effect]:
         """Return the effects with one of these verdicts, in their order."""
@@ -122,16 +124,16 @@ def harm_told(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[
         return []
     here = {str(row["auv"]): (row["position_error_m"], row["imu_error_m"]) for row in auvs}
     first, *others = advice.harms
-    told = [f"Fixes make {_worse(first, here)}{_better_gain(advice)}."]
+    told = [f"Fixes make {_worse(first, here)}{_tried(advice)}."]
     if others:
         named = "; ".join(_worse(it, here) for it in others[:MOST_NAMED])
         more = len(others) - MOST_NAMED
         told.append(f"They also make {named}" + (f"; and {more} more AUVs." if more > 0 else "."))
     told.append(
         f"Over {first.seeds} missions with other seeds {first.auv} had {first.with_m:.2f} m with "
-        f"fixes and {first.without_m:.2f} m without: {interval(first)}. {REAL_REMEDY}"
+        f"fixes and {first.without_m:.2f} m without: {interval(first)}."
     )
-    return told
+    return [*told, REAL_REMEDY] if advice.fixed_gain else told
 
 
 def _worse(harm: Harm, here: Mapping[str, tuple[float, float]]) -> str:
@@ -147,15 +149,17 @@ def _with_and_without(auv: str, errors: tuple[float, float]) -> str:
     return f"{auv} worse: {errors[0]:.2f} m with, {errors[1]:.2f} m without"
 
 
-def _better_gain(advice: Advice) -> str:
-    gain = next((it for it in advice.of(HELPS) if it.kind == GAIN), None)
-    if gain is None:
+def _tried(advice: Advice) -> str:
+    """Return which gain and which filter were measured to lower the worst AUV's error."""
+    found = {it.kind: it for it in advice.of(HELPS)}
+    named = [
+        f"{found[kind].settings[0].replace('=', ' ')} ({interval(found[kind])})"
+        for kind in (GAIN, FILTER)
+        if kind in found
+    ]
+    if not named:
         return ""
-    value = gain.settings[0].partition("=")[2]
-    return (
-        f"; try navigation.gain {value}, with which the worst AUV's error was "
-        f"{-gain.mean_m:.2f} m [{-gain.high_m:.2f}, {-gain.low_m:.2f}] smaller"
-    )
+    return f"; try {', or '.join(named)}; in brackets the change of the worst AUV's error"
 
 
 def _harm_of_one_mission(auvs: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -17,7 +17,7 @@ from worlds import paper_case, scenario, still
 from bindusbl_des import Result, Scenario, advise, load_result, load_scenario, simulate
 from bindusbl_des.advice import trials as trials_module
 from bindusbl_des.advice.advising import CHOOSING, MEASURING
-from bindusbl_des.advice.changes import PAIR, Change, both, changed, proposals
+from bindusbl_des.advice.changes import PAIR, Change, both, changed, may_be_paired, proposals
 from bindusbl_des.advice.choosing import Race
 from bindusbl_des.advice.measuring import MOST_CHANGES, effect, interval, measured
 from bindusbl_des.advice.stations import Ways
@@ -60,7 +60,7 @@ def test_every_line_can_be_laid_over_the_file_as_written(name: str) -> None:
     plan = changed(asked, {"duration_s": 10.0, "record.detail": "summary"})
     assert plan is not None
     tried, _ = proposals(Result(asked, 0, simulate(plan).arrow, 1.0))
-    pairs = [both(a, b) for a, b in combinations(tried[:12], 2) if a.family != b.family]
+    pairs = [both(a, b) for a, b in combinations(tried[:12], 2) if may_be_paired(a, b)]
     assert len(tried) > 8
     for change in (*tried, *pairs):
         again = parse_scenario(text, overrides=change.lines)
@@ -68,12 +68,12 @@ def test_every_line_can_be_laid_over_the_file_as_written(name: str) -> None:
 
 
 def test_kinds_of_changes_are_all_there() -> None:
-    """Formation, number, both ranges, broadcaster, downlink, schedule, gain, delay compensation."""
+    """Formation, number, ranges, broadcaster, downlink, schedule, gain, delay, filter."""
     result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml"))
     tried, needless = proposals(result)
     assert needless == []
     assert {it.kind for it in tried} == {
-        "delay compensation", "gain", "formation", "number of ASVs", "ranges", "downlink",
+        "filter", "delay compensation", "gain", "formation", "number of ASVs", "ranges", "downlink",
         "schedule", "broadcaster",
     }  # fmt: skip
     bands = [{key.split(".")[1] for key in it.settings if "range_m" in key} for it in tried]
@@ -83,8 +83,16 @@ def test_kinds_of_changes_are_all_there() -> None:
 def test_what_cannot_help_is_not_tried() -> None:
     """One AUV that a single ASV always hears and reaches needs no range, no turn, no schedule."""
     tried, needless = proposals(mission(still(1, at=20.0, duration_s=60.0)))
-    assert {it.kind for it in tried} == {"gain", "number of ASVs", "downlink"}
+    assert {it.kind for it in tried} == {"filter", "gain", "number of ASVs", "downlink"}
     assert len(needless) == 5
+
+
+def test_a_filter_without_a_gain_is_offered_none() -> None:
+    """`kalman` has neither gain nor delay compensation, and no better filter to change to."""
+    weighing = {"filter": "kalman", "delay_compensation": "none"}
+    tried, needless = proposals(mission(paper_case(3, navigation=weighing, duration_s=30.0)))
+    assert not {it.kind for it in tried} & {"filter", "gain", "delay compensation"}
+    assert "another gain or delay compensation (the filter has none)" in needless
 
 
 def test_stations_are_proposed_where_they_serve() -> None:
@@ -209,10 +217,11 @@ def recovery() -> Result:
 
 
 def test_a_better_gain_and_delay_compensation_are_named(recovery: Result) -> None:
-    """Both are worth 0.1 m of 0.78 m in recovery_140m; a fourth ASV is worth nothing."""
+    """Both are worth 0.1 m of 0.78 m in recovery_140m, a filter 0.6 m; a fourth ASV nothing."""
     advice = recovery.advice
     assert advice is not None
     helps = {it.settings[0]: it for it in advice.of(HELPS)}
+    assert helps["navigation.filter=kalman"].mean_m == pytest.approx(-0.58, abs=0.06)
     assert "navigation.delay_compensation=shift" in helps
     assert any(name.startswith("navigation.gain=") for name in helps)
     assert not any(name.startswith("asvs.count") for name in helps)
@@ -249,8 +258,9 @@ def test_fixes_that_do_harm_are_told_and_chance_is_not() -> None:
     advice = advise(mission(scenario(**GOOD)), AMPLE)
     assert {it.auv for it in advice.harms} == {"AUV0", "AUV1", "AUV2"}
     assert all(it.low_m > 0.1 for it in advice.harms)
-    gain = next(it for it in advice.of(HELPS) if it.kind == GAIN)
-    assert gain.settings[0] in ("navigation.gain=0.02", "navigation.gain=0.05")
+    found = {it.kind: it for it in advice.of(HELPS)}
+    assert found["filter"].mean_m < found[GAIN].mean_m < -1.0
+    assert found[GAIN].settings[0] in ("navigation.gain=0.02", "navigation.gain=0.05")
     near = scenario(**{**GOOD, "acoustics": {"hf": {"range_m": 50.0}}})
     result = mission(near, seed=1)
     assert result.auvs.fix_benefit_m.min() < -0.4

@@ -283,6 +283,21 @@ def test_the_envelope_without_fixes_is_drift() -> None:
     np.testing.assert_allclose(error_envelope(mission, 0), expected, atol=1e-9)
 
 
+def test_the_envelope_of_a_filter_that_weighs_is_its_own() -> None:
+    """A Kalman filter's bound is three sigma of its covariance, which holds 98.9 % of the time."""
+    held, wide = [], []
+    for seed in range(20):
+        weighing = {"filter": "kalman", "velocity_bias_sd_m_per_s": 0.05}
+        world = paper_case(3, duration_s=100.0, record={"detail": "full"}, navigation=weighing)
+        mission = recording(simulate(world, seed=seed))
+        for auv in range(3):
+            error, bound = mission.own["position_error_m"][auv], error_envelope(mission, auv)
+            held.append((error <= bound + 1e-9).mean())
+            wide.append(np.median(bound) / np.median(error))
+    assert np.mean(held) > 0.975
+    assert np.median(wide) < 6
+
+
 @pytest.mark.parametrize(
     "drawn", [{"velocity_bias_sd_m_per_s": 0.1}, {"initial_position_sd_m": 3.0}], ids=str
 )

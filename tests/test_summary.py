@@ -6,7 +6,7 @@ import pytest
 from worlds import paper_case, scenario
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.effects import GAIN, HELPS, NO_EFFECT, Advice, Effect, Harm
+from bindusbl_des.effects import FILTER, GAIN, HELPS, NO_EFFECT, Advice, Effect, Harm
 
 
 def table(result: Result) -> list[str]:
@@ -74,15 +74,19 @@ def test_harm_that_was_measured_names_the_gain_that_was_tried() -> None:
     """Harm over many seeds is said first, with the gain that helps and the real remedy."""
     result = simulate(scenario(**GOOD), seed=0)
     gain = Effect(GAIN, "a gain", ("navigation.gain=0.05",), -1.4, -1.5, -1.3, 20, HELPS)
+    kalman = Effect(FILTER, "a filter", ("navigation.filter=kalman",), -1.9, -2, -1.8, 20, HELPS)
     harm = Harm("AUV1", 2.0, 0.7, 1.3, 1.1, 1.5, 26)
-    result.advice = Advice(3.0, 99, 2.1, (gain,), (harm,), 26)
+    result.advice = Advice(3.0, 99, 2.1, (kalman, gain), (harm,), 26)
     said = " ".join(result.summary().split())
     assert said.startswith(
-        "Fixes make AUV1 worse: 2.31 m with, 0.91 m without; try navigation.gain 0.05, with which "
-        "the worst AUV's error was 1.40 m [1.30, 1.50] smaller. Over 26 missions with other seeds "
+        "Fixes make AUV1 worse: 2.31 m with, 0.91 m without; try navigation.gain 0.05 "
+        "(-1.40 m [-1.50, -1.30]), or navigation.filter kalman (-1.90 m [-2.00, -1.80]); in "
+        "brackets the change of the worst AUV's error. Over 26 missions with other seeds "
         "AUV1 had 2.00 m with fixes and 0.70 m without: +1.30 m [+1.10, +1.50]. The real remedy "
         "is a filter that weighs each fix by its covariance"
     )
+    result.advice = replace(result.advice, fixed_gain=False)
+    assert "real remedy" not in result.summary()
     result.advice = replace(result.advice, harms=())  # measured, and found to be chance
     assert "worse" not in result.summary()
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from math import ceil, isfinite
 from typing import TYPE_CHECKING
 
-from ..effects import GAIN, Advice, Effect
+from ..effects import FILTER, GAIN, Advice, Effect
 from ..mistakes import ScenarioError
 from ..scenario import Scenario
 from ..scenario_file import parse_scenario
@@ -59,7 +59,7 @@ def advise(
     except ValueError as error:
         return Advice(seconds, shortage=f"the plan cannot be flown with another seed: {error}")
     reader = again or _as_it_was_run(scenario)
-    first = GAIN if may_harm(trials.unchanged(race.seeds)) else ""
+    first = (GAIN, FILTER) if may_harm(trials.unchanged(race.seeds)) else ()
     chosen = [it for it in race.promising(first) if _can_be_said(it, scenario, reader)]
     finalists, seeds = measured(trials, chosen, result.seed + MEASURING)
     together = len(finalists) + 1  # and whether fixes do harm
@@ -79,6 +79,7 @@ def advise(
         dropped=_words([it for it in race.tried if it not in said]),
         untried=_words(race.untried),
         shortage=_short(trials.spent / trials.missions) if unknown and not effects else "",
+        fixed_gain=scenario.navigation.filter == "fixed_gain",
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..effects import GAIN
+from ..effects import FILTER, GAIN
 from ..launch import asv_stations
 from ..scenario import Scenario
 from ..wording import plain
@@ -25,11 +25,9 @@ DOWNLINKS = ("pipelined_round", "direct_reply", "sequential", "pipelined_group")
 SCHEDULES = ("one_per_slot", "spatial_reuse", "dsatur")
 
 STATIONS, COUNT, RANGES, PAIR = "formation", "number of ASVs", "ranges", "pair"
-FILTER, DELAY = "navigation filter", "delay compensation"
-# What only a fixed gain has is no pair with another filter.
-OF_FIXED_GAIN = (GAIN, DELAY)
-# Kinds that set the same keys: two of them are no pair.
-ALIKE = {COUNT: STATIONS}
+DELAY = "delay compensation"
+# Kinds that set the same keys, or of which one leaves the other without effect.
+EXCLUSIVE = ({STATIONS, COUNT}, {FILTER, GAIN}, {FILTER, DELAY})
 
 Settings = Mapping[str, Any]
 
@@ -43,25 +41,19 @@ class Change:
     settings: Settings
 
     @property
-    def family(self) -> str:
-        """Changes of one family exclude each other."""
-        return ALIKE.get(self.kind, self.kind)
-
-    @property
     def lines(self) -> tuple[str, ...]:
         """What `--set` takes."""
         return tuple(f"{key}={plain(value)}" for key, value in self.settings.items())
 
 
-def exclude(one: Change, other: Change) -> bool:
-    """Tell whether two changes cannot be made together, or one of them would then do nothing."""
-    kinds = {one.kind, other.kind}
-    return one.family == other.family or (FILTER in kinds and not kinds.isdisjoint(OF_FIXED_GAIN))
+def may_be_paired(one: Change, other: Change) -> bool:
+    """Tell whether two changes make sense together."""
+    return one.kind != other.kind and {one.kind, other.kind} not in EXCLUSIVE
 
 
 def both(one: Change, other: Change) -> Change:
-    """Return two changes of different families as one; where ASVs lie, their formation decides."""
-    if one.family == STATIONS:
+    """Return two changes as one; where ASVs lie, their formation decides."""
+    if one.kind in (STATIONS, COUNT):
         one, other = other, one
     return Change(PAIR, f"{one.words}, and {other.words}", {**one.settings, **other.settings})
 
@@ -92,7 +84,7 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
     kinds = [
         _filters(scenario),
         _delays(scenario),
-        _gains(scenario, min(row["fix_benefit_m"] for row in auvs) < 0),
+        _gains(scenario, min(row["fix_benefit_m"] for row in auvs) < 0, needless),
         *_formations(scenario, needless),
         *_ranges(scenario, auvs, needless),
         _others(scenario, "downlink", DOWNLINKS),
@@ -104,9 +96,9 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
 
 
 def _filters(scenario: Scenario) -> Iterator[Change]:
-    if scenario.navigation.filter in ("fixed_gain", "dead_reckoning"):
-        words = "a Kalman filter, which weighs fixes by their covariance"
-        yield Change(FILTER, words, {"navigation.filter": "kalman"})
+    now = scenario.navigation.filter
+    if now != "kalman":
+        yield Change(FILTER, f"filter kalman instead of {now}", {"navigation.filter": "kalman"})
 
 
 def _delays(scenario: Scenario) -> Iterator[Change]:
@@ -119,9 +111,10 @@ def _delays(scenario: Scenario) -> Iterator[Change]:
         )
 
 
-def _gains(scenario: Scenario, harmful: bool) -> Iterator[Change]:
+def _gains(scenario: Scenario, harmful: bool, needless: list[str]) -> Iterator[Change]:
     now = scenario.navigation.gain
     if scenario.navigation.filter != "fixed_gain":
+        needless.append("another gain or delay compensation (the filter has none)")
         return
     for gain in SMALL_GAINS if harmful else GAINS:
         if abs(gain - now) > 0.1 * now:

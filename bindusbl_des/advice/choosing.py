@@ -4,7 +4,8 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from itertools import combinations
 
-from .changes import PAIR, Change, both, exclude
+from ..effects import FILTER
+from .changes import PAIR, Change, both, may_be_paired
 from .trials import AS_IT_IS, OutOfTime, Trials
 
 # The first heat, one seed for every change, may take this share of the race's time.
@@ -108,16 +109,21 @@ class Race:
         return [it for it in best if it.kind != PAIR and self.mean(it) < 0]
 
     def _pairs(self) -> Iterable[Change]:
-        """Yield the best changes two by two, those that have not run yet."""
+        """Yield the best changes two by two, those that have not run yet.
+
+        A filter that changed nothing is among them: the worst AUV may have had no fix to weigh.
+        """
         known = {it.words for it in self._running}
-        for one, other in combinations(self._winners()[:PAIRED], 2):
-            if not exclude(one, other) and (pair := both(one, other)).words not in known:
+        best = [*self._winners()[:PAIRED], *(it for it in self.inert if it.kind == FILTER)]
+        for one, other in combinations(best, 2):
+            pair = both(one, other)
+            if may_be_paired(one, other) and pair.words not in known:
                 yield pair
 
-    def promising(self, first: str = "") -> list[Change]:
+    def promising(self, first: Sequence[str] = ()) -> list[Change]:
         """Return what is worth measuring, the best first: of each kind one, and the best pair.
 
-        A change of the kind `first` leads the list, whatever its rank.
+        Changes of the kinds `first` lead the list, whatever their rank.
         """
         error = sum(it.error for it in self._trials.unchanged(self.seeds))
         least = -WORTHWHILE * error / len(self._trials.unchanged(self.seeds))
@@ -126,4 +132,4 @@ class Race:
         if pairs and found and self.mean(pairs[0]) < self.mean(found[0]):
             found.insert(0, pairs[0])
         found = [it for it in found if self.mean(it) < least]
-        return sorted(found, key=lambda it: it.kind != first)
+        return sorted(found, key=lambda it: it.kind not in first)

@@ -69,7 +69,7 @@ def _item(effect: Effect) -> str:
 def _others(advice: Advice) -> Iterator[str]:
     """Yield what was left out, and why, folded up."""
     groups = (
-        ("no change of the mission at all", advice.inert),
+        ("left the worst AUV's error as it was", advice.inert),
         ("promised less in the first trials, and were not measured", advice.dropped),
         ("no need to try", advice.needless),
         ("no time was left to try (--advice-s)", advice.untried),

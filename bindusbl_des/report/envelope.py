@@ -12,27 +12,24 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 SIGMAS = 3.0
-SPREAD = ("sd_x_m", "sd_y_m", "cov_xy_m2")
 
 
 def error_envelope(mission: "Recording", auv: int) -> Floats:
     """Return the bound (m) on an AUV's position error at each instant of its track.
 
-    A navigator that weighs fixes is taken at its word: 3 sqrt(largest eigenvalue of P).  A fixed
-    gain does not know of its own drift, so its bound is worked out here.  The mean error is the
-    drift of the known bias (and of a steady current that dead reckoning does not see) less what
-    fixes took away of it.  Its covariance grows by the random walk and shrinks
+    The mean error is the drift of the known bias (and of a steady current that dead reckoning does
+    not see) less what fixes took away of it.  Its covariance grows by the random walk and shrinks
     with each fix by the gain: P+ = (1 - g)^2 P + g^2 Sigma (eq. update).  A velocity bias and an
     initial position that are drawn for the mission (`velocity_bias_sd_m_per_s`,
     `initial_position_sd_m`) do not grow and shrink like that: each is one unknown number per axis,
     and moves the estimate by its own drift, less what fixes took away of that; sd^2 times the
     square of that way is its variance, sd^2 t^2 and sd^2 before the first fix.  The bound is
     |mean| + 3 sqrt(largest eigenvalue).  Unsteady currents and late corrections of the heading are
-    left out.
+    left out.  Another filter than `fixed_gain` says itself how sure it is: there the bound is three
+    sigma of that.
     """
     if mission.scenario.navigation.filter != "fixed_gain":
-        sd_x, sd_y, xy = (mission.own[f"estimate_{name}"][auv] for name in SPREAD)
-        return SIGMAS * _largest_sd(np.column_stack((sd_x**2, sd_y**2, xy)))
+        return SIGMAS * _largest_sd(_own_covariance(mission, auv))
     sd = mission.scenario.navigation.random_walk_m_per_sqrt_s
     walk = np.array([sd**2, sd**2, 0.0])  # growth of xx, yy, xy (m2/s)
     delivered, covariances = _walked(mission, auv, walk)
@@ -43,6 +40,15 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     drift = _mean_drift(mission, auv)
     mean = drift + _corrections(mission, auv, drift, _gone(mission, auv))[index]
     return np.asarray(np.hypot(*mean.T) + SIGMAS * _largest_sd(covariance))
+
+
+def _own_covariance(mission: "Recording", auv: int) -> Floats:
+    """Return the covariance (m2) that an AUV's filter has of its position: xx, yy, xy."""
+    x, y, xy = (
+        mission.own[name][auv]
+        for name in ("estimate_sd_x_m", "estimate_sd_y_m", "estimate_cov_xy_m2")
+    )
+    return np.column_stack((x**2, y**2, xy))
 
 
 def _deliveries(mission: "Recording", auv: int) -> tuple[Floats, Floats]:

@@ -19,8 +19,8 @@ Columns = dict[str, NDArray[Any]]
 
 TRUTH = ("x_m", "y_m", "z_m", "yaw_rad")
 OWN = (
-    "estimate_x_m", "estimate_y_m", "imu_x_m", "imu_y_m", "position_error_m", "estimate_sd_x_m",
-    "estimate_sd_y_m", "estimate_cov_xy_m2",
+    "estimate_x_m", "estimate_y_m", "estimate_sd_x_m", "estimate_sd_y_m", "estimate_cov_xy_m2",
+    "imu_x_m", "imu_y_m", "position_error_m",
 )  # fmt: skip
 
 # What can become of a ping, from the AUV's point of view; `fate` holds their numbers.
