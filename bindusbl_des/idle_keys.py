@@ -61,14 +61,22 @@ RULES = (
         "a round begins as soon as the one before it has ended",
     ),
     Idle(
-        {"protocol.schedule": ("one_per_slot", *FRAMED_SCHEDULES)},
+        {
+            "protocol.schedule": ("one_per_slot", *FRAMED_SCHEDULES),
+            "protocol.ranging": ("owtt_sync",),
+        },
         ("protocol.positions",),
         "an AUV has its slot to itself wherever it is believed to be",
         "changes only the conflicts that are counted in `rounds`",
     ),
     Idle(
         {"acoustics.loss.combine": ("off",)},
-        ("acoustics.loss.contention_per_auv", "acoustics.loss.cap"),
+        ("acoustics.loss.contention_per_auv",),
+        "the loss is that of the range alone",
+    ),
+    Idle(
+        {"acoustics.loss.combine": ("off",), "protocol.ranging": ("owtt_sync",)},
+        ("acoustics.loss.cap",),
         "the loss is that of the range alone",
     ),
     Idle(
@@ -82,9 +90,10 @@ RULES = (
         "a single ASV lies at the centre",
     ),
     Idle({"asvs.count": (1,)}, ("protocol.broadcaster",), "there is no other ASV"),
+    Idle({"auvs.count": (1,)}, ("acoustics.loss.contention_per_auv",), "there is no other AUV"),
     Idle(
-        {"auvs.count": (1,)},
-        ("acoustics.loss.contention_per_auv", "protocol.positions"),
+        {"auvs.count": (1,), "protocol.ranging": ("owtt_sync",)},
+        ("protocol.positions",),
         "there is no other AUV",
     ),
     Idle(
@@ -98,7 +107,11 @@ RULES = (
         "the current does not vary",
     ),
     Idle(
-        {"environment.current_m_per_s": (0.0,), "environment.current_variation_m_per_s": (0.0,)},
+        {
+            "environment.current_m_per_s": (0.0,),
+            "environment.current_variation_m_per_s": (0.0,),
+            "auvs.feedback": ("truth",),
+        },
         ("navigation.velocity",),
         "through still water is over ground",
     ),
@@ -128,7 +141,6 @@ RULES = (
     Idle(
         {
             "survey.depth_m": (0.0,),
-            "auvs.vehicle": ("kinematic",),
             "auvs.route.kind": ("lawnmower", "waypoints", "hold"),
         },
         ("acoustics.hf.range_metric",),

@@ -209,7 +209,7 @@ def _read_advice(folder: Path) -> Advice | None:
         return from_data(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise ValueError(
-            f"{path} is damaged or of another version ({type(error).__name__}: {error}); make it "
+            f"{folder} is damaged or of another version: {error}; make the advice "
             f"again: bindusbl-des report {folder} --advice-s 3"
         ) from None
 

@@ -171,16 +171,17 @@ class DamagedFile(ValueError):
 def read_parquet(
     path: Path, columns: Sequence[str] | None = None, needed: Sequence[str] = ()
 ) -> pa.Table:
-    """Return a table from its file, or those columns of it; it must have all that are needed.
+    """Return a table from its file, or those of some columns that it has; it must have all needed.
 
     Raises:
         DamagedFile: saying what is wrong with the file.
     """
     try:
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            lacking = [n for n in (*(columns or ()), *needed) if n not in file.schema_arrow.names]
+            known = file.schema_arrow.names
+            lacking = [name for name in needed if name not in known]
             if not lacking:
-                return file.read(columns=list(columns) if columns else None)
+                return file.read(columns and [name for name in columns if name in known])
     except FileNotFoundError:
         raise DamagedFile(str(path), "is missing") from None
     except (OSError, pa.ArrowException) as error:

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, cautions, simulate
-from bindusbl_des.consistency import SCHEDULES
+from bindusbl_des.consistency import FILTERS, SCHEDULES
 from bindusbl_des.dynamics import DivergenceError, parameters
 from bindusbl_des.effort import effort
 from bindusbl_des.guidance import VoyageError
@@ -83,7 +83,8 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
     if kind == "array":
         return _array(schema, draw, path)
     assert kind == "string", schema
-    return draw.choice(SCHEDULES) if path[-1] == "schedule" else "text"
+    siblings = {"schedule": SCHEDULES, "filter": FILTERS}
+    return draw.choice(siblings.get(path[-1], ("text",)))
 
 
 def _number(schema: dict[str, Any], draw: random.Random) -> float | int:

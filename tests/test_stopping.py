@@ -11,11 +11,13 @@ from campaigns_for_tests import OneThread, call
 
 from bindusbl_des import load_campaign
 from bindusbl_des.campaigns import running
+from bindusbl_des.campaigns.campaign import unfinished_campaign
 from bindusbl_des.campaigns.experiments.precision import Target, checkpoints
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.campaigns.statistics.outcomes import Outcomes
 from bindusbl_des.campaigns.statistics.stopping import seeds_wanted, wide_points
+from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.campaigns.storage.parts import done, part_path
 from bindusbl_des.campaigns.workers.crews import crew_for
 
@@ -101,7 +103,9 @@ def test_a_campaign_that_lost_rows_runs_them_again() -> None:
     whole = sweep("short.yaml", "lost", **asked).missions.drop(columns="wall_time_s")
     part_path(Path("lost"), "missions", "all-0001").unlink()
     assert len(done(Path("lost"))) == 0
-    assert load_campaign("lost").state().missing == 16
+    assert unfinished_campaign("lost").state().missing == 16
+    with pytest.raises(CampaignError, match=r"lost the rows of 16 of 16 missions; .*resume lost"):
+        load_campaign("lost")
     again = resume("lost").missions.drop(columns="wall_time_s")
     pd.testing.assert_frame_equal(again, whole)
 

@@ -22,12 +22,13 @@ PARTS: Mapping[str, str] = {
     "vehicles": "vehicles voyages motion logs dynamics guidance paths dubins turns routes currents "
     "track_file",
     "acoustics": "acoustics propagation uplink downlink ranging",
-    "protocol": "protocol schedules conflicts slots boards broadcasters world",
+    "protocol": "protocol chart schedules conflicts slots boards broadcasters world",
     "USBL": "usbl hydrophones reception fusion",
     "navigation": "navigation own_navigator belief dead_reckoning",
     "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
     "result",
-    "set-up": "scenario consistency vehicle_choice scenario_keys wording launch fleet formations "
+    "set-up": "scenario key_types route_keys idle_keys worth_knowing "
+    "consistency vehicle_choice scenario_keys wording launch fleet formations "
     "coverage streams compiled simulation",
 }
 PART_OF = {module: part for part, modules in PARTS.items() for module in modules.split()}

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from ..campaigns.campaign import Campaign, load_campaign
+from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.experiments.plan import Plan
 from ..campaigns.running import resume, sweep
@@ -57,7 +57,7 @@ def _run(
 ) -> Campaign:
     if not (folder / RECORD).is_file():
         return sweep(experiment, folder, workers=workers, quiet=quiet)
-    campaign = load_campaign(folder)
+    campaign = unfinished_campaign(folder)
     if campaign.record["plan_sha256"] != plan.fingerprint():
         raise CampaignError(
             f"{folder}: holds other missions than `reproduce` would run (of another version, "
