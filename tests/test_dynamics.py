@@ -781,6 +781,9 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"step_s": 0.0}, r"step_s must be a finite number above zero"),
     ({"overrides": {"yaw_time_constant": 5}}, r"did you mean 'yaw_time_constant_s'.*allowed: leng"),
     ({"overrides": {"yaw_time_constant_s": 0}}, r"yaw_time_constant_s must be above zero"),
+    ({"overrides": {"oswald_efficiency": 0}}, r"oswald_efficiency must be above zero"),
+    ({"overrides": {"reference_area_fraction": 0}}, r"reference_area_fraction must be above zero"),
+    ({"overrides": {"advance_at_speed": 0}}, r"advance_at_speed must be above zero"),
     ({"overrides": {"rudder_lift": np.nan}}, r"rudder_lift must be a finite number"),
     ({"overrides": {"diameter_m": 2.0}}, r"diameter_m 2.0 must be below length_m"),
 ]

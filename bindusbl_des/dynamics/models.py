@@ -13,6 +13,7 @@ from .frames import Floats
 # A quantity so named is above zero: lags, masses, densities, sizes, and the limits of actuators.
 _ABOVE_ZERO = (
     "_s", "mass_kg", "inertia_kg_m2", "_m3", "length_m", "diameter_m", "_rad", "_rpm", "_n",
+    "oswald_efficiency", "reference_area_fraction", "advance_at_speed",
 )  # fmt: skip
 
 
