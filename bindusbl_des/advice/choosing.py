@@ -130,6 +130,6 @@ class Race:
         found = self._winners()
         pairs = [it for it in self._best(len(self._running), 1) if it.kind == PAIR]
         if pairs and found and self.mean(pairs[0]) < self.mean(found[0]):
-            found.insert(0, pairs[0])
+            found.insert(1, pairs[0])  # after what it is made of, which is simpler
         found = [it for it in found if self.mean(it) < least]
         return sorted(found, key=lambda it: it.kind not in first)

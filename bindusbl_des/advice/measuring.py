@@ -19,7 +19,7 @@ MOST_CHANGES, MOST_SEEDS = 6, 20
 # Whether fixes do harm shows at once, or it is little.
 SEEDS_OF_NONE = 6
 # Rather fewer changes than fewer seeds for each: Student's t is wide for few.
-SEEDS_EACH, SEEDS_OF_TWO, FEWEST_SEEDS = 6, 4, 3
+SEEDS_EACH, SEEDS_OF_TWO, FEWEST_SEEDS = 5, 4, 3
 # Missions take now longer, now shorter than they did.
 SLACK = 0.95
 
@@ -42,10 +42,16 @@ def measured(
             fresh = [first_seed + len(seeds) + k for k in range(more)]
             seeds += fresh
             _fly(trials, [AS_IT_IS, *now], fresh)
-            while waiting and len(seeds) >= SEEDS_EACH and _fits(trials, waiting[0], len(seeds)):
+            while (
+                waiting
+                and len(seeds) >= _enough(len(now) + 1)
+                and _fits(trials, waiting[0], len(seeds))
+            ):
                 now.append(waiting.pop(0))
                 _fly(trials, now[-1:], seeds)
             more = _more(trials, now, len(seeds))
+            if waiting:  # further changes before further seeds
+                more = min(more, max(1, _enough(len(now) + 1) - len(seeds)))
     return now, seeds
 
 

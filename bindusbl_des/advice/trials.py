@@ -65,8 +65,8 @@ class Trials:
     @property
     def setup(self) -> float:
         """How long (s) the first mission of a change takes more than others: routes are kept."""
-        extra = [spent[0] - min(spent) for spent in self._spent.values() if len(spent) > 1]
-        return median(extra) if extra else 0.0
+        extra = [spent[0] - median(spent[1:]) for spent in self._spent.values() if len(spent) > 1]
+        return max(0.0, median(extra)) if extra else 0.0
 
     def cost(self, change: Change) -> float:
         """Return how long (s) one more mission with a change takes, as far as one knows."""
