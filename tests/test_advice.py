@@ -107,6 +107,16 @@ def test_stations_are_proposed_where_they_serve() -> None:
     assert abs(y) > 20  # beside the line of the others
 
 
+def test_stations_follow_a_track_in_its_own_time(tmp_path: Path) -> None:
+    """A track that begins at 1000 s, with that as its offset, is followed from its first sample."""
+    track = tmp_path / "track.csv"
+    track.write_text("time_s,x_m,y_m,depth_m\n1000,0,0,5\n1100,100,50,5\n")
+    route = {"kind": "track", "files": [str(track)], "time_offset_s": 1000.0}
+    ways = Ways(scenario(duration_s=100.0, auvs={"count": 1, "route": route}))
+    assert ways.places[0, 0] == pytest.approx([0.0, 0.0])
+    assert ways.places[0, -1] == pytest.approx([100.0, 50.0])
+
+
 class Dice(Trials):
     """Trials of a sea in which nothing has any effect but the changes named in `true`."""
 

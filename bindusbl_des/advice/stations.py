@@ -83,6 +83,6 @@ def _way(scenario: Scenario, auv: int) -> Floats:
     if route.kind == "hold":
         return np.tile(np.array(route.positions_m[auv]), (PLACES, 1))
     if route.kind == "track":
-        at, places = read_track(route.files[auv])
+        at, places = read_track(route.files[auv], route.time_offset_s)
         return np.column_stack([np.interp(times, at, places[:, axis]) for axis in (0, 1)])
     return planned_tour(scenario, auv).sample(scenario.auvs.speed_m_per_s * times)[:, :2]
