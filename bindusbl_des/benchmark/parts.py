@@ -28,7 +28,7 @@ PARTS: Mapping[str, str] = {
     "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
     "result",
     "set-up": "scenario key_types route_keys idle_keys worth_knowing "
-    "consistency vehicle_choice scenario_keys wording launch fleet formations "
+    "consistency vehicle_choice scenario_keys wording durable launch fleet formations "
     "coverage streams compiled simulation",
 }
 PART_OF = {module: part for part, modules in PARTS.items() for module in modules.split()}

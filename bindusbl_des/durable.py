@@ -1,0 +1,64 @@
+"""Files that are there whole or not at all, and that no link of a stranger's folder leads astray."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+# What a draft is called until it takes its file's name: hidden, and known to whoever clears up.
+DRAFT = ".draft"
+
+
+@contextmanager
+def draft_of(path: Path) -> Iterator[Path]:
+    """Yield a new file beside `path` to be written; at the end it is synced and takes its name.
+
+    The draft has a name that nobody can foretell, so that no symbolic link awaits it; a link at
+    `path` itself is replaced, not followed.  Whatever goes wrong, no draft stays.
+
+    Raises:
+        OSError: when the folder cannot be written to, or is full.
+    """
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", suffix=DRAFT, dir=path.parent)
+    os.close(descriptor)
+    draft = Path(name)
+    try:
+        yield draft
+        draft.chmod(0o666 & ~_umask())
+        sync(draft)
+        os.replace(draft, path)
+        sync(path.parent)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in UTF-8, all of it or nothing.
+
+    Raises:
+        OSError: when the folder cannot be written to, or is full.
+    """
+    with draft_of(path) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
+def sync(path: Path) -> None:
+    """Have the operating system put a file or folder on its disk before going on.
+
+    Raises:
+        OSError: when the disk is full or broken.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    unable = (OSError,) if path.is_dir() else ()  # some file systems do not sync folders
+    try:
+        with suppress(*unable):
+            os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
