@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, and that no link of a stranger's folder leads astray."""
+"""Files that are there whole or not at all, and that follow no link of a stranger's folder."""
 
 import os
 import tempfile

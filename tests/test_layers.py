@@ -9,7 +9,8 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled durable own_parts wording events worst columns streams progress palette quantities effects",
+    "compiled durable own_parts wording events worst columns streams progress palette quantities "
+    "effects",
     "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
