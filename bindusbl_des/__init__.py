@@ -10,7 +10,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .acoustics import absorption, range_loss, sound_speed, travel_time
     from .advice.advising import advise
     from .campaigns.campaign import Campaign, load_campaign
     from .campaigns.compare import compare
@@ -18,11 +17,14 @@ if TYPE_CHECKING:
     from .coverage import covered_area, covering_radius
     from .formations import formation
     from .fusion import fuse
+    from .light_time import travel_time
+    from .loss import range_loss
     from .result import Result, load_result
     from .scenario import Scenario
     from .scenario_file import ScenarioError, load_scenario
     from .simulation import simulate
     from .slots import airtime, downlink_slot, uplink_slot
+    from .water import absorption, sound_speed
     from .worth_knowing import cautions
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
@@ -32,7 +34,7 @@ _HOMES = {
     "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
-    "absorption": "acoustics",
+    "absorption": "water",
     "airtime": "slots",
     "cautions": "worth_knowing",
     "covered_area": "coverage",
@@ -42,13 +44,13 @@ _HOMES = {
     "fuse": "fusion",
     "load_result": "result",
     "load_scenario": "scenario_file",
-    "range_loss": "acoustics",
+    "range_loss": "loss",
     "Result": "result",
     "Scenario": "scenario",
     "ScenarioError": "scenario_file",
     "simulate": "simulation",
-    "sound_speed": "acoustics",
-    "travel_time": "acoustics",
+    "sound_speed": "water",
+    "travel_time": "light_time",
     "uplink_slot": "slots",
 }
 

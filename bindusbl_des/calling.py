@@ -8,7 +8,6 @@ from math import nan
 
 import numpy as np
 
-from .acoustics import loss_probability
 from .columns import (
     ARRIVED_AT,
     AT_ASV,
@@ -21,7 +20,9 @@ from .columns import (
 )
 from .compiled import compiled
 from .events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
-from .motion import Floats, Ints, light_time, where
+from .light_time import light_time
+from .loss import loss_probability
+from .motion import Floats, Ints, where
 from .propagation import overlap, within
 
 

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import simpy
 
-from .acoustics import travel_time
+from .clock import Clock
 from .columns import (
     ARRIVES_AT,
     AUV_OF_FIX,
@@ -20,11 +20,11 @@ from .columns import (
 from .compiled import compiled
 from .events import DELIVERED, IN_FLIGHT
 from .fleet import Fleet
+from .light_time import travel_time
 from .motion import Floats, Ints, where
 from .navigation import Navigator
 from .propagation import arrivals
 from .recorder import Recorder
-from .slots import Clock
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98

@@ -114,7 +114,9 @@ def _service(fixes: Array, world: World) -> dict[str, Any]:
     outcomes = fixes[:, OUTCOME_OF_FIX].astype(int).tolist()
     protocol = world.scenario.protocol
     in_slots = protocol.ranging == "owtt_sync" and protocol.downlink != "direct_reply"
-    slot = world.slots.clock.after(0.0, world.slots.uplink_slot)  # pings begin with their slots
+    slot = world.network.slots.clock.after(
+        0.0, world.network.slots.uplink_slot
+    )  # pings begin with their slots
     return {
         "fixes": len(fixes),
         "fixes_delivered": len(latency),
@@ -245,11 +247,12 @@ def _rms(values: Array) -> float | None:
 def utilisation(world: World) -> Utilisation:
     """Return what only the mission as a whole has."""
     record, duration = world.record, world.scenario.duration_s
+    ping = world.network.slots.ping_duration
     on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
     return Utilisation(
         rounds=len(record.rounds),
         collisions=int(np.sum(record.receptions.rows[:, OUTCOME] == COLLIDED)),
-        hf_utilisation=_covered(_sounds(record), world.slots.ping_duration, duration) / duration,
+        hf_utilisation=_covered(_sounds(record), ping, duration) / duration,
         mf_utilisation=sum(on_air) / duration,
     )
 

@@ -6,14 +6,13 @@ a reader need not know which it is.  Survey frame: m, z down, yaw in rad from +x
 """
 
 from collections.abc import Sequence
-from math import cos, sin, sqrt
+from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import logs
-from .acoustics import MOST_STEPS, SETTLED
 from .compiled import compiled, inlined
 
 Floats = NDArray[np.float64]
@@ -30,9 +29,6 @@ COS_YAW, SIN_YAW, LEG_COLUMNS = COLUMNS, COLUMNS + 1, COLUMNS + 2  # of its firs
 # Where a vehicle is: x, y, z (m), yaw (rad); integrals of cos(yaw) and sin(yaw) (s); distance (m)
 Line = tuple[float, float, float, float, float, float, float]
 PLACE, HEADINGS = slice(0, 4), slice(4, 6)
-
-# Within this share of its last digit an instant is the same (light-time loop).
-LAST_DIGIT = 2.3e-16
 
 
 class Motion(NamedTuple):
@@ -161,25 +157,3 @@ def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) 
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
         out[k, 4], out[k, 5] = ahead, aside
     return out
-
-
-@compiled
-def light_time(
-    x: float, y: float, z: float, table: Floats, first: Ints, step: float, vehicle: int,
-    sent_at: float, sound_speed: float,
-) -> float:  # fmt: skip
-    """Return how long (s) a sound sent from a place (m) at `sent_at` travels until it meets a
-    vehicle: :func:`.acoustics.travel_time` for a motion that is known.
-
-    Raises ValueError when the vehicle outruns the sound.
-    """
-    settled = SETTLED + LAST_DIGIT * sent_at
-    delay = 0.0
-    for _ in range(MOST_STEPS):
-        there = where(table, first, step, vehicle, sent_at + delay)
-        ahead, aside, below = there[0] - x, there[1] - y, there[2] - z
-        reached = sqrt(ahead * ahead + aside * aside + below * below) / sound_speed
-        if abs(reached - delay) < settled:
-            return reached
-        delay = reached
-    raise ValueError("a vehicle outruns the sound; check its track, its speed and the sound speed")

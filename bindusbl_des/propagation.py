@@ -6,6 +6,7 @@ These are the compiled inner loops of the bands.  Motions come as the fields of 
 
 from math import inf, isnan, nan
 
+from .clock import after
 from .columns import (
     ARRIVED_AT,
     ARRIVES_AT,
@@ -40,8 +41,8 @@ from .columns import (
 )
 from .compiled import compiled
 from .events import HEARD, IN_FLIGHT, OUT_OF_RANGE
-from .motion import Floats, Ints, light_time, where
-from .slots import after
+from .light_time import light_time
+from .motion import Floats, Ints, where
 
 # Arrivals that overlap by less (s) only touch: rounding of the instants is far smaller.
 TOUCH = 1e-9
@@ -122,7 +123,7 @@ def arrivals(
     """Let an ASV send the fixes first..end in a frame at an instant (s), which lasts `airtime` (s).
 
     Their rows tell when they will be at their AUVs, on a clock of a `rate` (Hz, see
-    :func:`.slots.after`); an AUV out of the horizontal range (m) when the frame begins never gets
+    :func:`.clock.after`); an AUV out of the horizontal range (m) when the frame begins never gets
     its fix, and where its way is not `foreseen` the arrival is left open (NaN).  Return the last
     instant (s) of those known, or -1.
     """

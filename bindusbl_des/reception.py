@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .acoustics import loss_probability
 from .calling import drowned
 from .columns import (
     ARRIVED_AT,
@@ -41,6 +40,7 @@ from .columns import (
 )
 from .compiled import compiled
 from .events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from .loss import loss_probability
 from .measurement import measured
 from .motion import Floats, Ints
 from .propagation import overlap

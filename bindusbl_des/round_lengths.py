@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from .scenario import Scenario
 from .schedules import is_framed, schedule_named
-from .slots import Slots
-from .world import slots_of
+from .slots import Slots, slots_of
 
 
 def sequential(slots: Slots, groups: int, fixes: int) -> float:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .world import slots_of
+from .slots import slots_of
 
 if TYPE_CHECKING:
     from .result import Result

@@ -1,19 +1,19 @@
 """Run one mission: scenario in, tables out."""
 
-import math
 import time
 from collections.abc import Callable
 
 import numpy as np
 import simpy
 
+from .build import build_world
 from .event_tables import event_tables
 from .metrics import auv_metrics, mission_metrics, utilisation
 from .protocol import serve
 from .result import Result
 from .scenario import Scenario
 from .tables import from_columns, from_rows
-from .world import World, build_world
+from .world import World
 
 # How often a mission tells how far it is.
 PROGRESS_STEPS = 200
@@ -50,16 +50,12 @@ def run(scenario: Scenario, seed: int, progress: Callable[[float], None] | None 
     """Run the event kernel through a mission; return the world as it is at the end."""
     env = simpy.Environment()
     world = build_world(env, scenario, seed)
-    env.process(serve(world))
+    env.process(serve(world.network))
     if progress is not None:
         for step in range(1, PROGRESS_STEPS):
             env.run(until=scenario.duration_s * step / PROGRESS_STEPS)
             progress(env.now)
     env.run(until=scenario.duration_s)
-    before_the_end = math.nextafter(scenario.duration_s, 0.0)
-    world.board.take(before_the_end)  # pings that were heard but not broadcast any more
-    world.uplink.close(scenario.duration_s)
-    world.ranging.close()
-    world.downlink.deliver(before_the_end)
+    world.network.close(scenario.duration_s)
     world.auv_fleet.reach(scenario.duration_s)
     return world

@@ -1,4 +1,4 @@
-"""How long the slots of the TDMA protocol last, and on which clock they start.
+"""How long the slots of the TDMA protocol last.
 
 All guards are counted in acoustic crossing times of the survey, so that the protocol stays valid
 as the survey grows (paper, section TDMA Acoustic Protocol).
@@ -6,16 +6,13 @@ as the survey grows (paper, section TDMA Acoustic Protocol).
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
-from .compiled import compiled
+from .clock import Clock, ExactClock, TickClock
+from .scenario import Scenario
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
 UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5
 DOWNLINK_GUARD, SHORTEST_DOWNLINK = 1.25, 10.0
-
-# A tick count within this of a whole number is that number: 2.5 * 420 / 1500 * 30 is 21, not 22.
-TICK_TOLERANCE = 1e-9
 
 
 def crossing_time(side: float, sound_speed: float = 1500.0) -> float:
@@ -82,51 +79,6 @@ def downlink_slot(frame_airtime: float, crossing: float) -> float:
     return max(frame_airtime + DOWNLINK_GUARD * crossing, SHORTEST_DOWNLINK * crossing)
 
 
-@compiled
-def after(rate: float, start: float, duration: float) -> float:
-    """Return the first instant at least `duration` after `start` (s) on a clock of a rate (Hz).
-
-    Both are rounded up to whole ticks (eq. UL_tick, deliver_tick); a rate of 0 rounds nothing.
-    """
-    if rate == 0.0:
-        return start + duration
-    first = math.ceil(start * rate - TICK_TOLERANCE)
-    return (first + math.ceil(duration * rate - TICK_TOLERANCE)) / rate
-
-
-class Clock(Protocol):
-    """The clock on which slots start and fixes are delivered; its rate (Hz) as in :func:`after`."""
-
-    @property
-    def rate(self) -> float: ...
-
-    def after(self, start: float, duration: float) -> float:
-        """Return the first instant of the clock at least `duration` after `start` (s)."""
-
-
-class ExactClock:
-    """Time as it is: nothing is rounded."""
-
-    rate = 0.0
-
-    def after(self, start: float, duration: float) -> float:
-        return start + duration
-
-
-@dataclass(frozen=True)
-class TickClock:
-    """Time in ticks of 1/rate: durations are rounded up to whole ticks.
-
-    >>> TickClock(30).after(0.1, 0.498)
-    0.6
-    """
-
-    rate: float
-
-    def after(self, start: float, duration: float) -> float:
-        return after(self.rate, start, duration)
-
-
 @dataclass(frozen=True)
 class Slots:
     """Every duration of the protocol for one survey, derived once and configured nowhere else."""
@@ -159,3 +111,26 @@ class Slots:
         for _ in range(groups):
             end = self.clock.after(end, self.uplink_slot)
         return self.clock.after(end, self.downlink_slot(fix_count))
+
+
+def clock_of(scenario: Scenario) -> Clock:
+    """Return the clock on which slots start and fixes are delivered."""
+    rate = scenario.protocol.tick_rate_hz
+    return ExactClock() if rate is None else TickClock(rate)
+
+
+def slots_of(scenario: Scenario) -> Slots:
+    """Derive every duration of the protocol from the survey and the bands."""
+    sound_speed = scenario.environment.sound_speed_m_per_s
+    hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
+    crossing = crossing_time(scenario.survey.side_m, sound_speed)
+    longest = longest_way(hf.range_m, scenario.survey.depth_m, hf.range_metric) / sound_speed
+    slot = (
+        uplink_slot(hf.ping_s, longest, crossing)
+        if scenario.protocol.ranging == "owtt_sync"
+        else two_way_uplink_slot(hf.ping_s, longest, scenario.protocol.turnaround_s, crossing)
+    )
+    return Slots(
+        crossing, hf.ping_s, longest, slot, mf.header_bytes, mf.fix_bytes, mf.bit_rate_bps,
+        mf.overhead, clock_of(scenario),
+    )  # fmt: skip

@@ -53,7 +53,7 @@ class Uplink:
         record: Recorder,
     ) -> None:
         """Put a band together; `strayed` (n,), m2, as of :func:`.reception.decide` for each AUV."""
-        self.ping_duration = ping_duration
+        self.ping_duration, self.hf_range, self.metric = ping_duration, hf_range, metric
         self._auvs, self._asvs, self._record, self._loss = auvs, asvs, record, loss
         self._limits = metric == "slant", hf_range, ping_duration, sound_speed
         self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels, strayed)

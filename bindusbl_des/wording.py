@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 from math import floor, isfinite, log10
+from typing import NoReturn
 
 # Longer values are cut in messages, which stay one readable line.
 LONGEST_VALUE = 60
@@ -108,3 +109,8 @@ def significant(value: float, digits: int = 3) -> str:
         return "0"
     whole = floor(log10(abs(value))) + 1
     return f"{value:.{min(max(digits - whole, 0), MOST_DECIMALS)}f}"
+
+
+def refuse(name: str, value: object, rule: str, remedy: str) -> NoReturn:
+    """Raise the ValueError of a value that breaks a rule, and say what to do."""
+    raise ValueError(f"{name} must {rule}; met {value}; {remedy}")

@@ -9,15 +9,15 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled durable own_parts wording events worst columns streams progress palette quantities "
-    "effects",
-    "acoustics formations coverage dubins paths turns routes slots hydrophones usbl fusion "
+    "compiled clock durable own_parts wording events worst columns streams progress palette "
+    "quantities effects",
+    "water loss light_time formations coverage dubins paths turns routes hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
     "key_types route_keys consistency vehicle_choice scenario idle_keys",
-    "navigation own_navigator recorder fleet",
-    "uplink downlink ranging boards broadcasters schedules",
-    "voyages launch chart world protocol samples metrics",
+    "navigation own_navigator recorder fleet slots",
+    "uplink downlink ranging boards broadcasters schedules chart network protocol",
+    "voyages launch courses build world samples metrics",
     "round_lengths worth_knowing effort arrow_columns tables event_tables rounds figures summary "
     "result simulation explain report export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
@@ -29,7 +29,7 @@ RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split(
 
 # Libraries that only these modules may import (numpy is everywhere).
 HOMES = {
-    "simpy": "boards downlink ranging protocol world simulation",
+    "simpy": "boards downlink ranging protocol network build simulation",
     "networkx": "conflicts schedules",
     "pyarrow": "arrow_columns tables event_tables result simulation campaigns export",
     "yaml": "plain_yaml yaml_syntax",

@@ -8,16 +8,15 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import load_scenario, simulate
+from bindusbl_des.clock import ExactClock, TickClock
 from bindusbl_des.slots import (
-    ExactClock,
-    TickClock,
     airtime,
     crossing_time,
     downlink_slot,
     payload_bytes,
+    slots_of,
     uplink_slot,
 )
-from bindusbl_des.world import slots_of
 
 TICK = 1 / 30
 

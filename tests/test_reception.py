@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, fixed_gain, scenario, still
 
 from bindusbl_des import simulate
-from bindusbl_des.acoustics import LOSS_LAWS, range_loss, travel_time
 from bindusbl_des.boards import Frame, ReplyBoard
+from bindusbl_des.clock import Clock, ExactClock, TickClock
 from bindusbl_des.columns import (
     ARRIVED_AT,
     AT_ASV,
@@ -54,10 +54,11 @@ from bindusbl_des.events import (
 )
 from bindusbl_des.fleet import Fleet
 from bindusbl_des.hydrophones import ARRAYS
-from bindusbl_des.motion import distance_at, light_time, lines, places, together
+from bindusbl_des.light_time import light_time, travel_time
+from bindusbl_des.loss import LOSS_LAWS, range_loss
+from bindusbl_des.motion import distance_at, lines, places, together
 from bindusbl_des.reception import Loss, overlapped
 from bindusbl_des.recorder import ROOM, Ledger, Recorder
-from bindusbl_des.slots import Clock, ExactClock, TickClock
 from bindusbl_des.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.uplink import NO_CALL, Uplink
 from bindusbl_des.usbl import NOISE_WIDTH, Usbl

@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 from worlds import scenario, still
 
 from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des.build import build_world
 from bindusbl_des.protocol import serve
-from bindusbl_des.world import World, build_world
+from bindusbl_des.world import World
 
 PRINT_HASH = """
 import hashlib, sys
@@ -232,7 +233,7 @@ def test_auvs_that_steer_by_fixes_do_so_whoever_looks(compensation: str) -> None
         env = simpy.Environment()
         mission = steering(compensation)
         world = build_world(env, mission, 3)
-        env.process(serve(world))
+        env.process(serve(world.network))
 
         def look(world: World = world, env: simpy.Environment = env, every: float = every) -> Any:
             while True:

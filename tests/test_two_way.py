@@ -12,7 +12,6 @@ from test_reception import LOSSY, PING, at, fleet, moving, uplink
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.acoustics import LOSS_LAWS, range_loss
 from bindusbl_des.boards import Board
 from bindusbl_des.columns import (
     ARRIVED_AT,
@@ -31,6 +30,7 @@ from bindusbl_des.columns import (
 from bindusbl_des.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from bindusbl_des.fleet import Fleet
 from bindusbl_des.fusion import fuse_shared
+from bindusbl_des.loss import LOSS_LAWS, range_loss
 from bindusbl_des.motion import places
 from bindusbl_des.ranging import TwoWay, nearest, strayed
 from bindusbl_des.recorder import Recorder

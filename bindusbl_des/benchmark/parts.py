@@ -21,15 +21,16 @@ PACKAGE = Path(__file__).resolve().parents[1]
 PARTS: Mapping[str, str] = {
     "vehicles": "vehicles voyages motion logs dynamics guidance paths dubins turns routes currents "
     "track_file",
-    "acoustics": "acoustics propagation uplink downlink ranging",
-    "protocol": "protocol chart schedules conflicts slots boards broadcasters world",
+    "acoustics": "water loss light_time propagation uplink downlink ranging",
+    "protocol": "protocol chart schedules conflicts slots boards broadcasters network clock "
+    "calling",
     "USBL": "usbl hydrophones reception fusion",
     "navigation": "navigation own_navigator belief dead_reckoning",
     "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
     "result",
     "set-up": "scenario key_types route_keys idle_keys worth_knowing "
     "consistency vehicle_choice scenario_keys wording durable launch fleet formations "
-    "coverage streams compiled simulation",
+    "coverage streams compiled build courses world simulation",
 }
 PART_OF = {module: part for part, modules in PARTS.items() for module in modules.split()}
 

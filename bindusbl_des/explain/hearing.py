@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from ..acoustics import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from ..loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
 from ..rounds import uplink_slots
 from .chain import Step
 from .numbers import compared, place, row_of, rows_where

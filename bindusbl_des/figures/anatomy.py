@@ -10,8 +10,7 @@ from matplotlib.lines import Line2D
 
 from ..palette import ALARM, INK, MF
 from ..rounds import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
-from ..slots import DOWNLINK_GUARD, UPLINK_GUARD
-from ..world import slots_of
+from ..slots import DOWNLINK_GUARD, UPLINK_GUARD, slots_of
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:

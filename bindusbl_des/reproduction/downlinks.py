@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING
 
 from ..campaigns.statistics.intervals import interval
 from ..scenario import Scenario
-from ..slots import Slots
-from ..world import slots_of
+from ..slots import Slots, slots_of
 from .claims import FAILS, HOLDS, Claimed
 from .measured import chosen
 from .running import Runs
