@@ -9,11 +9,12 @@ from .courses import chart_of
 from .downlink import MfDownlink
 from .fleet import Fleet
 from .hydrophones import ARRAYS
-from .launch import board_auvs, launch_asvs, launch_auvs
+from .launch import launch_asvs, launch_auvs
 from .loss import COMBINERS, LOSS_LAWS, contention_loss
 from .motion import places
 from .navigation import Navigator
 from .network import Network
+from .onboard import board_auvs
 from .ranging import OneWay, TwoWay, strayed
 from .reception import Loss
 from .recorder import Recorder

@@ -3,8 +3,8 @@
 from functools import lru_cache
 
 from .chart import Array, CarriedForward, Chart, Course, LastFixes, Shifted, Touring
-from .launch import planned_tour
 from .paths import Path
+from .planned import planned_tour
 from .scenario import Scenario
 from .track_file import read_tracks
 from .vehicles import Place, moored, recorded

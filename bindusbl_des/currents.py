@@ -9,6 +9,9 @@ from .compiled import compiled
 
 Array = NDArray[np.float64]
 
+# Controllers look and steer ten times a second (s); the current holds meanwhile.
+CONTROL_S = 0.1
+
 
 def current_series(
     speed: float,

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .conflicts import SMALL_FLEET
-from .launch import asv_stations
+from .currents import CONTROL_S
+from .planned import asv_stations
 from .round_lengths import Rounds, rounds_of
 from .scenario import Scenario
-from .voyages import CONTROL_S
 
 # Beyond this a mission is not begun without being asked for twice.
 LONGEST_S = 86_400.0

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .currents import carried, current_series
+from .currents import CONTROL_S, carried, current_series
 from .dead_reckoning import random_walk
 from .paths import Path
 from .scenario import Scenario
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from .guidance import Voyage
 
 Array = NDArray[np.float64]
-
-# Controllers look and steer ten times a second; the current holds meanwhile.
-CONTROL_S = 0.1
 
 # Sound is at least this fast (m/s), so that it has arrived this long after the mission's end.
 SLOWEST_SOUND = 1300.0

@@ -28,7 +28,7 @@ from bindusbl_des.benchmark.timing import elsewhere, of_length
 from bindusbl_des.cli import main
 from bindusbl_des.coverage import covered_area, covering_radius
 from bindusbl_des.formations import formation
-from bindusbl_des.launch import asv_stations
+from bindusbl_des.planned import asv_stations
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "benchmarks" / "peers")]  # programs

@@ -15,9 +15,9 @@ LAYERS = [
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
     "key_types route_keys consistency vehicle_choice scenario idle_keys",
-    "navigation own_navigator recorder fleet slots",
+    "navigation own_navigator recorder fleet slots planned",
     "uplink downlink ranging boards broadcasters schedules chart network protocol",
-    "voyages launch courses build world samples metrics",
+    "voyages launch onboard courses build world samples metrics",
     "round_lengths worth_knowing effort arrow_columns tables event_tables rounds figures summary "
     "result simulation explain report export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..effects import FILTER, GAIN
-from ..launch import asv_stations
+from ..planned import asv_stations
 from ..scenario import Scenario
 from ..wording import plain
 from .stations import Ways

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..formations import formation
-from ..launch import horizontal_reach, planned_tour
+from ..planned import horizontal_reach, planned_tour
 from ..scenario import Scenario
 from ..track_file import read_track
 

@@ -140,7 +140,7 @@ def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, forc
     if figure:
         check_figure(Path(figure), force)
     from ..coverage import coverage_map
-    from ..launch import asv_stations, horizontal_reach
+    from ..planned import asv_stations, horizontal_reach
 
     stations, reach = asv_stations(mission), horizontal_reach(mission)
     click.echo("\n".join(_coverage(mission, stations, reach)))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from foxglove.messages import ArrowPrimitive, Color, SpherePrimitive, TextPrimitive, Vector3
 
-from ..launch import planned_path
 from ..palette import HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
+from ..planned import planned_path
 from .drawing import auv_colour, line, ring, update, upright
 from .messages import MAP, Message, Messages, colour, timestamp
 

@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 
 from ..coverage import covered_area, loneliest_point
-from ..launch import asv_stations, horizontal_reach
 from ..palette import ALARM, HF, INK
+from ..planned import asv_stations, horizontal_reach
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 from .trajectory import X_LABEL, Y_LABEL
 

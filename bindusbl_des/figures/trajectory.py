@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 
-from ..launch import planned_path
 from ..palette import HF, INK, MF, PLANNED
+from ..planned import planned_path
 from .style import (
     LARGEST_LEGEND,
     add_lines,
