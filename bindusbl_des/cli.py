@@ -1,6 +1,7 @@
 """The command line `bindusbl-des`."""
 
 import errno
+import io
 import os
 import sys
 from typing import Any
@@ -11,6 +12,7 @@ from .commands.bench import bench
 from .commands.comparing import compare
 from .commands.console import BAD_INPUT
 from .commands.doctor import doctor
+from .commands.ending import ended_in_order
 from .commands.exports import export
 from .commands.files import init, params, schema, validate
 from .commands.missions import explain, run
@@ -39,8 +41,11 @@ class Commands(click.Group):
             ctx.exit(INTERRUPTED)
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
+        if isinstance(sys.stdout, io.TextIOWrapper):  # names of files need not be of any encoding
+            sys.stdout.reconfigure(errors="backslashreplace")
         try:
-            return super().main(*args, **kwargs)
+            with ended_in_order():
+                return super().main(*args, **kwargs)
         except ValueError as error:
             if "null byte" not in str(error):
                 raise
@@ -82,7 +87,7 @@ def main(context: click.Context, quiet: bool) -> None:
     """Simulate underwater acoustic networks that keep AUVs on their way.
 
     Exit codes: 0 ok, 1 the run failed, 2 bad input, 3 some missions of a campaign failed,
-    130 interrupted.
+    130 interrupted, 143 ended by SIGTERM (129 by SIGHUP).
     """
     context.obj = {"quiet": quiet}
 

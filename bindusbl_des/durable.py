@@ -11,13 +11,14 @@ DRAFT = ".draft"
 
 
 @contextmanager
-def draft_of(path: Path) -> Iterator[Path]:
+def draft_of(path: Path, *, replace: bool = True) -> Iterator[Path]:
     """Yield a new file beside `path` to be written; at the end it is synced and takes its name.
 
     The draft has a name that nobody can foretell, so that no symbolic link awaits it; a link at
     `path` itself is replaced, not followed.  Whatever goes wrong, no draft stays.
 
     Raises:
+        FileExistsError: when `path` is there at the end, and not to be replaced.
         OSError: when the folder cannot be written to, or is full.
     """
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", suffix=DRAFT, dir=path.parent)
@@ -27,19 +28,22 @@ def draft_of(path: Path) -> Iterator[Path]:
         yield draft
         draft.chmod(0o666 & ~_umask())
         sync(draft)
+        if not replace:  # an empty file of our own keeps the name free until the draft has it
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
         os.replace(draft, path)
         sync(path.parent)
     finally:
         draft.unlink(missing_ok=True)
 
 
-def write_text(path: Path, text: str) -> None:
+def write_text(path: Path, text: str, *, replace: bool = True) -> None:
     """Write a text file in UTF-8, all of it or nothing.
 
     Raises:
+        FileExistsError: when it is there, and not to be replaced.
         OSError: when the folder cannot be written to, or is full.
     """
-    with draft_of(path) as draft:
+    with draft_of(path, replace=replace) as draft:
         draft.write_text(text, encoding="utf-8")
 
 

@@ -2,10 +2,7 @@
 
 import hashlib
 import json
-import os
 import platform
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from importlib.metadata import version
@@ -14,24 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from .effects import Advice, as_data, from_data
+from .effects import Advice, from_data
+from .result_folder import ADVICE, fill, result_draft
 from .scenario import Scenario
 from .summary import summary
-from .tables import (
-    EVENT_TABLES,
-    DamagedFile,
-    data_dictionary,
-    read_parquet,
-    schema,
-    write_parquet,
-)
+from .tables import EVENT_TABLES, DamagedFile, read_parquet, schema
 from .worth_knowing import Caution, cautions
 
 if TYPE_CHECKING:
     import pandas as pd
-
-# The file of what would help, in folders whose mission was advised on.
-ADVICE = "advice.json"
 
 PACKAGES = ("bindusbl-des", "simpy", "numpy", "networkx", "pandas", "pyarrow", "numba")
 
@@ -101,65 +89,17 @@ class Result:
     ) -> Path:
         """Write the result folder, all of it or nothing; return its path.
 
-        Everything is written beside the folder first and then renamed, so that a run killed half
-        way leaves no folder that looks complete.
+        An earlier run's folder is replaced by force alone, and only if nothing else is in it.  If
+        another process takes the name meanwhile, the results are kept beside it.
 
         Raises:
-            FileExistsError: when the folder exists and `force` is not given.
+            FileExistsError: when the folder exists or came to exist; it says where results are.
+            OSError: when it cannot be written, or the disk is full.
         """
         folder = Path(folder)
-        if folder.exists() and not force:
-            raise FileExistsError(f"{folder} exists; choose another folder or use force (--force)")
-        if folder.exists() and not replaceable(folder):
-            raise FileExistsError(f"{folder} is not a result folder; it is left as it is")
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-        try:
-            self._write_into(draft, scenario_text)
-            draft.chmod(0o755)
-            if folder.exists():
-                discarded = draft.with_name(draft.name + "-old")
-                folder.rename(discarded)
-                draft.rename(folder)
-                shutil.rmtree(discarded) if discarded.is_dir() else discarded.unlink()
-            else:
-                os.rename(draft, folder)
-        except BaseException:
-            shutil.rmtree(draft, ignore_errors=True)
-            raise
+        with result_draft(folder, force=force) as draft:
+            fill(draft, self, scenario_text)
         return folder
-
-    def _write_into(self, draft: Path, scenario_text: str | None) -> None:
-        from .report.run_page import run_page
-
-        run = self.run_record()
-        origin = {
-            "bindusbl.scenario_sha256": run["scenario_sha256"],
-            "bindusbl.seed": str(self.seed),
-        }
-        for name, table in self.arrow.items():
-            write_parquet(table, name, draft / f"{name}.parquet", origin)
-        text = scenario_text or json.dumps(run["scenario"], indent=2)  # JSON is YAML
-        (draft / "scenario.yaml").write_text(text, encoding="utf-8")
-        _write_json(draft / "data_dictionary.json", data_dictionary())
-        if self.advice is not None:
-            (draft / ADVICE).write_text(advice_text(self.advice), encoding="utf-8")
-        (draft / "report.html").write_text(run_page(self), encoding="utf-8")
-        _write_json(draft / "run.json", run)
-
-
-def replaceable(folder: Path) -> bool:
-    """Tell whether a folder may be replaced by force: an earlier result, or empty."""
-    return folder.is_dir() and ((folder / "run.json").is_file() or not any(folder.iterdir()))
-
-
-def advice_text(advice: Advice) -> str:
-    """Return what `advice.json` holds."""
-    return json.dumps(as_data(advice), indent=2) + "\n"
-
-
-def _write_json(path: Path, data: Any) -> None:
-    path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
 
 
 def scenario_sha256(scenario: Scenario) -> str:

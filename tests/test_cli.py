@@ -101,7 +101,7 @@ def test_version() -> None:
         (("schema", "x"), "'x' is not one of 'scenario', 'experiment'"),
         (("init", "stil"), "no template 'stil'; did you mean 'still'?"),
         (("init", "--out", "f.yaml"), "f.yaml: exists; use --force to replace it"),
-        (("init", "--out", "none/f.yaml"), "none/f.yaml: cannot be written (No such file"),
+        (("init", "--out", "none/f.yaml"), "none/f.yaml: the folder none does not exist"),
         (("params", "sped"), "no key matches 'sped'; did you mean 'speed_m_per_s'?"),
         (("timing", "none.yaml"), "none.yaml: no such file"),
         (("coverage", "f.yaml", "--figure", "map.doc"), "ends in one of .png, .svg, .pdf"),

@@ -9,8 +9,8 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled clock durable own_parts wording events worst columns streams progress palette "
-    "quantities effects",
+    "compiled clock durable durable_folder own_parts wording events worst columns streams "
+    "progress palette quantities effects",
     "water loss light_time formations coverage dubins paths turns routes hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
@@ -19,7 +19,7 @@ LAYERS = [
     "uplink downlink ranging boards broadcasters schedules chart network protocol",
     "voyages launch onboard courses build world samples metrics",
     "round_lengths worth_knowing effort arrow_columns tables event_tables rounds figures summary "
-    "result simulation explain report export",
+    "result result_folder simulation explain report export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns advice sweep_data sweep_report benchmark",
     "reproduction",

@@ -131,7 +131,7 @@ def test_a_failed_write_leaves_nothing(
     result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A disk that fills up half way leaves neither folder nor draft."""
-    from bindusbl_des import result as module
+    from bindusbl_des import result_folder as module
 
     def full(*_: object) -> None:
         raise OSError("No space left on device")

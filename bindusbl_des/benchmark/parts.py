@@ -27,10 +27,10 @@ PARTS: Mapping[str, str] = {
     "USBL": "usbl hydrophones reception fusion",
     "navigation": "navigation own_navigator belief dead_reckoning",
     "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
-    "result",
+    "result result_folder",
     "set-up": "scenario key_types route_keys idle_keys worth_knowing "
-    "consistency vehicle_choice scenario_keys wording durable launch onboard planned fleet "
-    "formations coverage streams compiled build courses world simulation",
+    "consistency vehicle_choice scenario_keys wording durable durable_folder launch onboard "
+    "planned fleet formations coverage streams compiled build courses world simulation",
 }
 PART_OF = {module: part for part, modules in PARTS.items() for module in modules.split()}
 

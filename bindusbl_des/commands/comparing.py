@@ -1,13 +1,12 @@
 """The command `compare`: are two campaigns, or two points of one, different, and how surely?"""
 
-import os
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
 import click
 
-from .console import print_json, refuse, talk
+from .console import check_file, print_json, refuse, talk, writing
 from .sweeps import mistakes_told
 
 if TYPE_CHECKING:
@@ -45,7 +44,7 @@ def compare(
     if by_mean and metrics:
         refuse("--metric says what to compare; leave out --mean")
     if out:
-        _check_table(Path(out), force)
+        check_file(Path(out), force, TABLES, "table")
     with mistakes_told():
         from ..campaigns.compare import compared
         from ..campaigns.statistics.comparison_table import WIDEST, comparison_table
@@ -54,7 +53,7 @@ def compare(
         judged = metrics or (MEANS if by_mean else JUDGED)
         found = compared(folders, by=by, metrics=judged, baseline=baseline)
         if out:
-            _write_table(found, Path(out))
+            _write_table(found, Path(out), force)
     if as_json:
         print_json({"differences": found.records(), "notes": found.notes})
     else:
@@ -66,23 +65,13 @@ def compare(
         talk(f"Table: {out}")
 
 
-def _check_table(path: Path, force: bool) -> None:
-    if path.suffix.lower() not in TABLES:
-        refuse(f"{path}: a table's name ends in one of {', '.join(TABLES)}")
-    if path.exists() and (not force or path.is_dir()):
-        refuse(f"{path}: exists; use --force to replace it, or name another file")
-    if not path.absolute().parent.is_dir():
-        refuse(f"{path}: the folder {path.parent} does not exist")
+def _write_table(found: "Comparison", path: Path, force: bool) -> None:
+    """Write all rows, so that there is a whole table or none."""
+    from ..durable import draft_of
 
-
-def _write_table(found: "Comparison", path: Path) -> None:
-    """Write all rows beside the file, then rename, so that there is a whole one or none."""
-    frame, draft = found.frame(), path.with_name(f".{path.name}.tmp")
-    try:
+    frame = found.frame()
+    with writing(path), draft_of(path, replace=force) as draft:
         if path.suffix.lower() == ".csv":
             frame.to_csv(draft, index=False)
         else:
             frame.to_parquet(draft, index=False)
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)

@@ -1,11 +1,15 @@
 """What all commands share: results to stdout, talk to stderr, mistakes as exit code 2."""
 
 import json
-from collections.abc import Iterable
+import os
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
+
+from ..wording import printable
 
 if TYPE_CHECKING:
     from ..effort import Effort
@@ -23,8 +27,11 @@ class BadInput(click.ClickException):
     exit_code = BAD_INPUT
 
     def show(self, file: Any = None) -> None:
-        """Print the message alone: it says where the mistake is by itself."""
-        click.echo(self.message, err=True)
+        """Print the message alone: it says where the mistake is by itself.
+
+        What names of files may bring with them, a terminal neither obeys nor stumbles over.
+        """
+        click.echo("\n".join(map(printable, self.message.split("\n"))), err=True)
 
 
 class RunFailed(BadInput):
@@ -117,22 +124,55 @@ def weigh(name: str, cost: "Effort", anyway: bool, at_once: int = 1) -> None:
         talk(f"{name}: takes {cost}")
 
 
-def write_new(path: str, text: str, force: bool) -> None:
+def write_new(path: Path, text: str, force: bool) -> None:
     """Write a text file that the user named; an existing one only if forced."""
+    from ..durable import write_text
+
+    check_file(path, force)
+    with writing(path):
+        write_text(path, text, replace=force)
+
+
+def check_file(path: Path, force: bool, endings: Collection[str] = (), what: str = "file") -> None:
+    """Refuse, before anything is computed, a name that cannot take a file.
+
+    By force a file gives way, or a link, never a folder or a device.
+
+    Raises:
+        OSError: when no file can have that name.
+    """
+    if endings and path.suffix.lower() not in endings:
+        refuse(f"{path}: a {what}'s name ends in one of {', '.join(endings)}")
+    if path.is_dir():
+        refuse(f"{path}: is a folder; name a file")
+    if not path.absolute().parent.is_dir():
+        refuse(f"{path}: the folder {path.parent} does not exist")
     try:
-        with open(path, "w" if force else "x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
+        os.lstat(path)
+    except FileNotFoundError:
+        return
+    if not force:
         refuse(f"{path}: exists; use --force to replace it, or name another file")
-    except OSError as error:
-        refuse(f"{path}: cannot be written ({error.strerror})")
+    if path.exists() and not path.is_file():
+        refuse(f"{path}: is no file that could be replaced; name another")
 
 
 def check_figure(path: Path, force: bool) -> None:
-    """Refuse, before anything is computed, a file that cannot take a figure."""
-    if path.suffix.lower() not in FIGURES:
-        refuse(f"{path}: a figure's name ends in one of {', '.join(FIGURES)}")
-    if path.exists() and (not force or path.is_dir()):
-        refuse(f"{path}: exists; use --force to replace it, or name another file")
-    if not path.absolute().parent.is_dir():
-        refuse(f"{path}: the folder {path.parent} does not exist")
+    """Refuse, before anything is computed, a name that cannot take a figure."""
+    check_file(path, force, FIGURES, "figure")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """End the command with exit code 2 and one line where a file or folder cannot be written."""
+    from ..durable_folder import FolderTaken
+
+    try:
+        yield
+    except FolderTaken as error:
+        refuse(str(error))
+    except FileExistsError:
+        refuse(f"{path}: came to exist meanwhile and is left as it is; name another file")
+    except OSError as error:
+        reason = error.strerror or (str(error).splitlines() or [type(error).__name__])[0]
+        refuse(f"{path}: cannot be written ({reason})")

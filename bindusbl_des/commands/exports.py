@@ -1,13 +1,12 @@
 """The command `export`: a mission for viewers, tables for spreadsheets."""
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import RunFailed, refuse, talk
+from .console import check_file, refuse, talk, writing
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -37,10 +36,11 @@ def export(folder: str, kind: str, out: str | None, force: bool) -> None:
 def _to_mcap(source: Path, out: str | None, force: bool) -> Path:
     if _is_campaign(source):
         refuse(f"{source} is a campaign; MCAP shows one mission: give the folder of a run")
+    from ..result_folder import mcap_name_of
+
     result = _result(source)
-    name = re.sub(r"[^A-Za-z0-9._-]+", "_", result.scenario.name)
-    path = Path(out) if out else source / f"{name}.mcap"
-    _check(path, force, path.is_file())
+    path = Path(out) if out else source / mcap_name_of(result.scenario.name)
+    check_file(path, force)
     if "tracks" not in result.arrow:
         refuse(
             f"{source} holds metrics only, nothing that a viewer could show; run the scenario "
@@ -52,10 +52,8 @@ def _to_mcap(source: Path, out: str | None, force: bool) -> Path:
         if error.name != "foxglove":
             raise
         refuse(REMEDY)
-    try:
-        counts = write_mcap(result, path)
-    except OSError as error:
-        raise RunFailed(f"{path}: cannot be written ({error.strerror or error})") from error
+    with writing(path):
+        counts = write_mcap(result, path, replace=force)
     talk(f"{sum(counts.values())} messages on {len(counts)} topics, {_size(path)}")
     if result.scenario.environment.origin.coordinates is None:
         talk("No positions on Earth: the scenario has no environment.origin.")
@@ -63,28 +61,16 @@ def _to_mcap(source: Path, out: str | None, force: bool) -> Path:
 
 
 def _to_csv(source: Path, out: str | None, force: bool) -> Path:
-    from ..export.csv_folder import replaceable, write_csv
+    from ..export.csv_folder import write_csv
 
     tables = _campaign_tables(source) if _is_campaign(source) else _result(source).arrow
     path = Path(out) if out else source / "csv"
-    _check(path, force, replaceable(path))
-    try:
-        counts = write_csv(tables, path)
-    except OSError as error:
-        raise RunFailed(f"{path}: cannot be written ({error.strerror or error})") from error
-    talk(", ".join(f"{name}: {rows} rows" for name, rows in counts.items()))
-    return path
-
-
-def _check(path: Path, force: bool, replaceable: bool) -> None:
-    """Refuse a place that cannot take an export; by force an earlier export gives way."""
-    if path.exists():
-        if not force:
-            refuse(f"{path}: exists; use --force to replace it, or name another --out")
-        if not replaceable:
-            refuse(f"{path}: is no earlier export, so --force will not replace it")
     if not path.absolute().parent.is_dir():
         refuse(f"{path}: the folder {path.parent} does not exist")
+    with writing(path):
+        counts = write_csv(tables, path, force=force)
+    talk(", ".join(f"{name}: {rows} rows" for name, rows in counts.items()))
+    return path
 
 
 def _is_campaign(source: Path) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -95,7 +96,7 @@ def init(name: str, out: str | None, force: bool) -> None:
     if out is None:
         click.echo(text, nl=False)
         return
-    write_new(out, text, force)
+    write_new(Path(out), text, force)
     talk(f"Now try: bindusbl-des run {out}")
 
 

@@ -22,6 +22,7 @@ from .console import (
     talk_of,
     tell_of_compiling,
     weigh,
+    writing,
 )
 
 if TYPE_CHECKING:
@@ -58,15 +59,17 @@ def run(
     talk(models(mission))
     talk_of(reading.warnings)
     from ..effort import effort
+    from ..result_folder import fill, result_draft
 
     weigh(mission.name, effort(mission), anyway)
-    result = _simulated(mission, seed)
     written = _text(scenario)
     again = _as_written(written, scenario, overrides)
-    result.advice = advice_on(result, 0.0 if no_advice else advice_s, again)
-    # With overrides the file's text would not tell what was run.
-    text = None if overrides else written
-    _write(result, folder, force, text)
+    # Made before the mission is run, so that a place that cannot be written to is told at once.
+    with writing(folder), result_draft(folder, force=force) as draft:
+        result = _simulated(mission, seed)
+        result.advice = advice_on(result, 0.0 if no_advice else advice_s, again)
+        # With overrides the file's text would not tell what was run.
+        fill(draft, result, None if overrides else written)
     if as_json:
         print_json(_metrics(result))
         talk(f"Results: {folder}")
@@ -84,16 +87,18 @@ def default_folder(scenario: "Scenario", seed: int) -> Path:
 def check_folder(folder: Path, force: bool) -> None:
     """Refuse, before anything is computed, a folder that cannot take the results.
 
-    `--force` replaces the results of an earlier run, never a folder of other things.
+    `--force` replaces the results of an earlier run, never a folder that holds other things.  What
+    runs left there that were killed is removed, or told where it may be of one that goes on.
     """
-    if folder.exists() or folder.is_symlink():
-        if not force:
-            refuse(f"{folder}: exists; use --force to replace it, or name another --out")
-        if not folder.is_dir() or (any(folder.iterdir()) and not (folder / "run.json").exists()):
-            refuse(f"{folder}: holds no results of a run, so --force will not replace it")
-    above = next(parent for parent in folder.absolute().parents if parent.exists())
-    if not above.is_dir():
-        refuse(f"{folder}: cannot be made, since {above} is a file; name another --out")
+    from ..durable_folder import clear_killed, refusal
+    from ..result_folder import objection
+
+    with writing(folder):
+        for left in clear_killed(folder):
+            talk(f"{left}: of a run that was killed, or goes on elsewhere; delete it if none does")
+    taken = refusal(folder, objection, force=force)
+    if taken:
+        refuse(f"{folder}: {taken}")
 
 
 def models(scenario: "Scenario") -> str:
@@ -191,13 +196,6 @@ def _as_written(
     return lambda options: parse_scenario(
         text, path, overrides=(*overrides, *options), folder=Path(path).parent
     )
-
-
-def _write(result: "Result", folder: Path, force: bool, text: str | None) -> None:
-    try:
-        result.write(folder, force=force, scenario_text=text)
-    except OSError as error:
-        raise RunFailed(f"{folder}: the results cannot be written: {_reason(error)}") from error
 
 
 def _metrics(result: "Result") -> dict[str, Any]:

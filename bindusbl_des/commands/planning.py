@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .console import check_figure, refuse, scenario_from, set_option, talk
+from .console import check_figure, refuse, scenario_from, set_option, talk, writing
 
 if TYPE_CHECKING:
     from ..round_lengths import Rounds
@@ -150,8 +150,8 @@ def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, forc
         from ..figures.coverage import coverage_figure
         from ..figures.style import TWO_COLUMNS, save, styled
 
-        with styled():
-            save(coverage_figure(mission, TWO_COLUMNS), Path(figure))
+        with writing(Path(figure)), styled():
+            save(coverage_figure(mission, TWO_COLUMNS), Path(figure), replace=force)
         talk(f"Figure: {figure}")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import FIGURES, RunFailed, check_figure, refuse, talk
+from .console import FIGURES, check_figure, check_file, refuse, talk, writing
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -79,10 +79,10 @@ def plot(
         name: Path(out) if out else Path(folder) / "figures" / f"{name}.{suffix}" for name in chosen
     }
     for path in paths.values():
-        if path.exists() and not force:
-            refuse(f"{path}: exists; use --force to replace it, or name another --out")
+        if path.parent.exists():
+            check_file(path, force)
     for name, path in paths.items():
-        _save(chosen[name], WIDTHS.get(columns or "", usual[name]), path, no_title)
+        _save(chosen[name], WIDTHS.get(columns or "", usual[name]), path, no_title, force)
         click.echo(path)
 
 
@@ -165,13 +165,12 @@ def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":
     }
 
 
-def _save(draw: "Callable[[float], Any]", width: float, path: Path, untitled: bool) -> None:
+def _save(
+    draw: "Callable[[float], Any]", width: float, path: Path, untitled: bool, force: bool
+) -> None:
     from ..figures.style import save, styled, without_titles
 
-    try:
+    with writing(path), styled():
         path.parent.mkdir(exist_ok=True)
-        with styled():
-            figure = draw(width)
-            save(without_titles(figure) if untitled else figure, path)
-    except OSError as error:
-        raise RunFailed(f"{path}: cannot be written: {error.strerror or error}") from error
+        figure = draw(width)
+        save(without_titles(figure) if untitled else figure, path, replace=force)

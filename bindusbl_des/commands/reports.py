@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..wording import printable
 from .advising import advice_on, advice_options
-from .console import RunFailed, refuse, talk
+from .console import BadInput, check_file, refuse, talk, writing
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
@@ -40,9 +41,11 @@ def report(
     if advice_s and (not alone or (Path(folders[0]) / CAMPAIGN).is_file()):
         refuse(f"--advice-s {advice_s:g}: advice is for one run; name the folder of one")
     path = Path(out or COMPARISON) if out or not alone else Path(folders[0]) / PAGE
-    if out or not alone:
-        _check_page(path, force)
-    _write(path, _page(folders[0], advice_s, keep=not out) if alone else _comparison(folders))
+    again = alone and not out  # the folder's own page gives way unasked
+    if not again:
+        check_file(path, force)
+    page = _page(folders[0], advice_s, keep=again) if alone else _comparison(folders)
+    _write(path, page, replace=again or force)
     click.echo(path)
 
 
@@ -52,7 +55,7 @@ def leave_report(campaign: "Campaign") -> None:
 
     try:
         _write(campaign.folder / PAGE, sweep_page(campaign))
-    except RunFailed as error:
+    except BadInput as error:
         talk(str(error))
 
 
@@ -67,7 +70,7 @@ def _page(folder: str, advice_s: float | None, *, keep: bool) -> str:
         except ValueError as error:
             refuse(str(error))
     from ..report.run_page import run_page
-    from ..result import ADVICE, advice_text
+    from ..result_folder import ADVICE, advice_text
 
     result = _result(folder)
     if advice_s is not None:
@@ -101,7 +104,7 @@ def _comparison(folders: tuple[str, ...]) -> str:
                 f"{folder}: is a campaign; give it alone, or runs only "
                 "(`bindusbl-des compare` compares campaigns)"
             )
-    return comparison_page([(folder, _result(folder)) for folder in folders])
+    return comparison_page([(printable(folder), _result(folder)) for folder in folders])
 
 
 def _result(folder: str) -> "Result":
@@ -113,21 +116,8 @@ def _result(folder: str) -> "Result":
         refuse(str(error))
 
 
-def _check_page(path: Path, force: bool) -> None:
-    if path.is_dir():
-        refuse(f"{path}: is a folder; name a file, such as {path / PAGE}")
-    if path.exists() and not force:
-        refuse(f"{path}: exists; use --force to replace it, or name another file with --out")
-    if not path.absolute().parent.is_dir():
-        refuse(f"{path}: the folder {path.parent} does not exist")
+def _write(path: Path, text: str, *, replace: bool = True) -> None:
+    from ..durable import write_text
 
-
-def _write(path: Path, page: str) -> None:
-    """Write a page beside its name and rename it, so that none is ever half there."""
-    draft = path.with_name(f".{path.name}.tmp")
-    try:
-        draft.write_text(page, encoding="utf-8")
-        draft.replace(path)
-    except OSError as error:
-        draft.unlink(missing_ok=True)
-        raise RunFailed(f"{path}: cannot be written ({error.strerror})") from error
+    with writing(path):
+        write_text(path, text, replace=replace)

@@ -1,35 +1,34 @@
 """Tables as CSV for spreadsheets: one file each, and one that says what every column is."""
 
-import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import pyarrow as pa
 from pyarrow import csv
 
+from ..durable_folder import folder_draft
+from ..tables import TABLES
+
 DICTIONARY = "columns.csv"
+# Campaigns have a table of missions as well.
+WRITTEN = {DICTIONARY, "missions.csv", *(f"{name}.csv" for name in TABLES)}
 
 
-def write_csv(tables: Mapping[str, pa.Table], folder: Path) -> Mapping[str, int]:
+def write_csv(
+    tables: Mapping[str, pa.Table], folder: Path, *, force: bool = False
+) -> Mapping[str, int]:
     """Write tables as a folder of CSV files, all of it or nothing; return the rows of each.
 
     UTF-8, commas, decimal points, a header; what is missing is empty, numbers read back as they
     were.  Units are in the names of the columns, and with their meaning in `columns.csv`.
 
     Raises:
+        FileExistsError: when the folder exists and must not be replaced, or came to exist.
         OSError: when the folder cannot be written.
     """
-    draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
+    with folder_draft(folder, objection, force=force) as draft:
         for name, table in {**tables, Path(DICTIONARY).stem: columns(tables)}.items():
             csv.write_csv(table, draft / f"{name}.csv")
-        draft.chmod(0o755)
-        if folder.exists():
-            shutil.rmtree(folder)
-        draft.rename(folder)
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
     return {name: len(table) for name, table in tables.items()}
 
 
@@ -50,8 +49,11 @@ def columns(tables: Mapping[str, pa.Table]) -> pa.Table:
     )
 
 
-def replaceable(folder: Path) -> bool:
-    """Tell whether a folder holds an earlier export and nothing else, or nothing at all."""
-    return folder.is_dir() and all(
-        path.suffix == ".csv" and (folder / DICTIONARY).is_file() for path in folder.iterdir()
-    )
+def objection(folder: Path) -> str | None:
+    """Return why force must not replace a folder; None for an earlier export, or nothing."""
+    found = list(folder.iterdir()) if folder.is_dir() else [folder]
+    foreign = sorted(it.name for it in found if it.name not in WRITTEN or not it.is_file())
+    if not foreign and (not found or folder / DICTIONARY in found):
+        return None
+    which = f" (it holds {foreign[0]})" if folder.is_dir() and foreign else ""
+    return f"is no earlier export{which}, so --force will not replace it"

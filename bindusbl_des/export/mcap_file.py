@@ -11,6 +11,7 @@ import foxglove
 from foxglove import Channel, Context
 from foxglove.mcap import MCAPWriteOptions
 
+from ..durable import draft_of
 from ..result import scenario_sha256
 from .frames import transforms
 from .locations import location_streams
@@ -29,7 +30,7 @@ FRAMES_TOLD = (
 )
 
 
-def write_mcap(result: "Result", path: Path) -> Mapping[str, int]:
+def write_mcap(result: "Result", path: Path, *, replace: bool = True) -> Mapping[str, int]:
     """Write a mission as an MCAP file; return the number of messages on each topic.
 
     Log times are mission times in nanoseconds from 0; on one topic they rise strictly, what falls
@@ -37,12 +38,12 @@ def write_mcap(result: "Result", path: Path) -> Mapping[str, int]:
 
     Raises:
         KeyError: when the result holds metrics only (`record.detail: summary`).
+        FileExistsError: when the file is there, and not to be replaced.
         OSError: when it cannot be written.
     """
     streams = [scenery(result), transforms(result), *sound_streams(result)]
     streams += [*location_streams(result), *row_streams(result)]
-    draft = path.with_name(f".{path.name}.tmp")
-    try:
+    with draft_of(path, replace=replace) as draft:
         log = _Log(draft)
         try:
             for message in heapq.merge(*streams, key=lambda message: message.at_s):
@@ -50,9 +51,6 @@ def write_mcap(result: "Result", path: Path) -> Mapping[str, int]:
             log.describe(result)
         finally:
             log.close()
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
     return log.counts
 
 

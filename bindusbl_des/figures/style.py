@@ -1,7 +1,5 @@
 """One style for all figures: colours, sizes and type that suit a paper of one or two columns."""
 
-import os
-import tempfile
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -15,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from ..durable import draft_of
 from ..palette import COLOURS
 
 # Width (in) of a figure over one and over two columns of a paper (IEEE)
@@ -76,18 +75,16 @@ def fits(text: str, axes: Axes, length: float, size: float) -> bool:
     return len(text) * 0.5 * size < room
 
 
-def save(figure: Figure, path: Path, **options: Any) -> None:
-    """Write a figure in the format that its name ends in, whole or not at all."""
+def save(figure: Figure, path: Path, *, replace: bool = True, **options: Any) -> None:
+    """Write a figure in the format that its name ends in, whole or not at all.
+
+    Raises:
+        FileExistsError: when the file is there, and not to be replaced.
+        OSError: when it cannot be written.
+    """
     kind = path.suffix[1:].lower()
-    handle, draft = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    try:
+    with draft_of(path, replace=replace) as draft:
         figure.savefig(draft, format=kind, metadata=METADATA[kind], **options)
-        os.chmod(draft, 0o644)
-        os.replace(draft, path)
-    except BaseException:
-        os.unlink(draft)
-        raise
 
 
 def without_titles(figure: Figure) -> Figure:

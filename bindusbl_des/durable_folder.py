@@ -1,0 +1,203 @@
+"""Folders that are there whole or not at all, and that replace nothing but what is ours.
+
+A folder is filled in a workshop beside its name: a hidden folder that nobody can foretell.  Its
+name is taken by making an empty folder, which fails where anything is, and by renaming the full one
+onto it, which fails where something has come into it: so nothing is ever replaced unasked, on any
+POSIX system.
+"""
+
+import errno
+import os
+import re
+import shutil
+import socket
+import stat
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from itertools import count
+from pathlib import Path
+
+from .durable import DRAFT, sync
+
+# Tells why a folder (or what stands in its place) is not ours to replace; None if it is.
+Objection = Callable[[Path], str | None]
+
+# In a workshop: the new folder, the earlier one on its way out, and the machine that works there.
+NEW, OLD, HOST = "new", "old", "host"
+
+# What renaming onto a folder that is not empty ends with.
+FILLED = (errno.EEXIST, errno.ENOTEMPTY)
+
+
+class FolderTaken(FileExistsError):
+    """A folder's name is taken; the message says by what, and where the new one is, if any."""
+
+
+@contextmanager
+def folder_draft(folder: Path, objection: Objection, *, force: bool = False) -> Iterator[Path]:
+    """Yield an empty folder to be filled; at the end it is synced and takes the name `folder`.
+
+    By force an earlier folder gives way if there is no `objection` to that.  If the name was taken
+    meanwhile, the new folder is kept beside it (`folder-2`).  Whatever goes wrong before, nothing
+    of it stays, and an earlier folder is as it was.
+
+    Raises:
+        FolderTaken: at once, when the name cannot be taken; at the end, naming where it went.
+        OSError: when it cannot be written, or the disk is full.
+    """
+    taken = refusal(folder, objection, force=force)
+    if taken:
+        raise FolderTaken(f"{folder}: {taken}")
+    missing = [it for it in folder.absolute().parents if not it.exists()]
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with _workshop(folder) as workshop:
+            new = workshop / NEW
+            new.mkdir()
+            yield new
+            for path in (*new.rglob("*"), new):
+                sync(path)
+            place, why = _place(workshop, folder, objection, force=force)
+    finally:
+        for it in missing:  # the innermost first; those that hold something stay
+            with suppress(OSError):
+                it.rmdir()
+    if place != folder:
+        raise FolderTaken(f"{folder}: {why}; what was to be written there is in {place}")
+
+
+def refusal(folder: Path, objection: Objection, *, force: bool) -> str | None:
+    """Return why a folder's name cannot be taken; None if it can.
+
+    Raises:
+        OSError: when no folder can have that name, or it cannot be looked at.
+    """
+    if folder.name in ("", ".."):
+        return "exists and has no name of its own; name another folder"
+    try:
+        mode = os.lstat(folder).st_mode
+    except FileNotFoundError:
+        return None
+    except NotADirectoryError:
+        above = next(it for it in folder.absolute().parents if it.exists())
+        return f"cannot be made, since {above} is a file; name another --out"
+    if not force:
+        return "exists; use --force to replace it, or name another --out"
+    if stat.S_ISLNK(mode):
+        return "is a link, so --force will not replace it; name the folder itself"
+    return objection(folder)
+
+
+def clear_killed(folder: Path) -> list[Path]:
+    """Remove what killed processes left of `folder`; return what may be of one that still runs.
+
+    The operating system frees the lock of a process that was killed; that of another machine
+    cannot be seen on every file system.  An earlier folder that was on its way out comes back.
+    """
+    ours = re.compile(rf"{re.escape(_prefix(folder))}[a-z0-9_]{{8}}{re.escape(DRAFT)}")
+    found = sorted(folder.parent.iterdir()) if folder.parent.is_dir() else []
+    left = [it for it in found if ours.fullmatch(it.name) and it.is_dir() and not it.is_symlink()]
+    return [it for it in left if not _cleared_if_dead(it, folder)]
+
+
+def _prefix(folder: Path) -> str:
+    return f".{folder.name[:40]}-"
+
+
+@contextmanager
+def _workshop(folder: Path) -> Iterator[Path]:
+    """Yield a locked folder beside `folder`; at the end it is gone."""
+    made = tempfile.mkdtemp(prefix=_prefix(folder), suffix=DRAFT, dir=folder.parent)
+    path = Path(made)
+    try:
+        lock = os.open(path, os.O_RDONLY)
+        try:
+            with suppress(OSError):  # file systems without locks: nobody clears up after us
+                _lock(lock)
+                (path / HOST).write_text(socket.gethostname())
+            yield path
+        finally:
+            os.close(lock)
+    finally:
+        _clear(path, folder)
+
+
+def _place(
+    workshop: Path, folder: Path, objection: Objection, *, force: bool
+) -> tuple[Path, str | None]:
+    """Give the new folder its name, or one beside it; return that, and why it is another."""
+    why = _moved_aside(folder, workshop / OLD, objection) if force else None
+    place = _settle(workshop / NEW, folder)
+    sync(folder.parent)
+    return place, why or "came to exist meanwhile"
+
+
+def _moved_aside(folder: Path, old: Path, objection: Objection) -> str | None:
+    """Move an earlier folder out of the way, or return why it stays."""
+    why = refusal(folder, objection, force=True)
+    if why or not os.path.lexists(folder):
+        return why
+    os.rename(folder, old)
+    why = objection(old)  # what came into it until it was moved
+    if why:
+        _settle(old, folder)
+    return why
+
+
+def _settle(source: Path, folder: Path) -> Path:
+    """Rename a folder to a name that nothing has: `folder`, `folder-2`, ...; return it."""
+    for number in count(1):
+        place = folder if number == 1 else folder.with_name(f"{folder.name[:200]}-{number}")
+        try:
+            place.mkdir()
+        except FileExistsError:
+            continue
+        try:
+            os.rename(source, place)
+            break
+        except BaseException as error:
+            with suppress(OSError):
+                place.rmdir()
+            if not isinstance(error, OSError) or error.errno not in FILLED:
+                raise
+    return place
+
+
+def _clear(workshop: Path, folder: Path) -> None:
+    """Remove a workshop; an earlier folder in it comes back where nothing has taken its place."""
+    if (workshop / OLD).exists() and not os.path.lexists(folder):
+        _settle(workshop / OLD, folder)
+    shutil.rmtree(workshop, ignore_errors=True)
+
+
+def _cleared_if_dead(workshop: Path, folder: Path) -> bool:
+    """Clear a workshop whose process is gone; return whether it is known to be gone or to run."""
+    try:
+        if (workshop / HOST).read_text() != socket.gethostname():
+            return False
+        lock = os.open(workshop, os.O_RDONLY)
+    except (OSError, ValueError):
+        return False
+    try:
+        _lock(lock)
+        _clear(workshop, folder)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    finally:
+        os.close(lock)
+    return True
+
+
+def _lock(descriptor: int) -> None:
+    """Take the operating system's lock of a folder, which it frees when the process ends.
+
+    Raises:
+        BlockingIOError: when another process has it.
+        OSError: when the file system has no locks.
+    """
+    import fcntl  # of POSIX alone; reading results works everywhere
+
+    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

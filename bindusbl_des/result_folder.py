@@ -1,0 +1,123 @@
+"""The folder of a run: what lies in it, and how it is written, all of it or nothing."""
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .durable import DRAFT
+from .durable_folder import folder_draft
+from .effects import Advice, as_data
+from .tables import TABLES, data_dictionary, write_parquet
+
+if TYPE_CHECKING:
+    from .result import Result
+
+RECORD = "run.json"
+# The file of what would help, in folders whose mission was advised on.
+ADVICE = "advice.json"
+
+WRITTEN = {RECORD, "scenario.yaml", "data_dictionary.json", "report.html", ADVICE}
+WRITTEN |= {f"{name}.parquet" for name in TABLES}
+
+# What `plot` adds to the folder; the kinds stand here as well, since matplotlib is slow to import.
+FIGURES = "figures"
+KINDS = ("trajectory", "error", "fixes", "coverage", "timeline", "round", "latency")
+DRAWN = {f"{kind}.{suffix}" for kind in KINDS for suffix in ("png", "svg", "pdf")}
+
+# Of what is not ours in a folder so much is named.
+MOST_NAMED = 3
+
+
+def result_draft(folder: Path, *, force: bool = False) -> AbstractContextManager[Path]:
+    """Return the context in which a run's folder is filled: see `folder_draft`."""
+    return folder_draft(folder, objection, force=force)
+
+
+def objection(folder: Path) -> str | None:
+    """Return why force must not replace a folder; None for results of a run, or an empty folder."""
+    if not (folder / RECORD).is_file():
+        empty = folder.is_dir() and not any(folder.iterdir())
+        return None if empty else "holds no results of a run, so --force will not replace it"
+    foreign = sorted(_foreign(folder))
+    if not foreign:
+        return None
+    more = f" and {len(foreign) - MOST_NAMED} more" if len(foreign) > MOST_NAMED else ""
+    named = ", ".join(foreign[:MOST_NAMED])
+    return f"holds {named}{more}, which no run wrote, so --force will not replace it"
+
+
+def _foreign(folder: Path) -> Iterator[str]:
+    """Yield the names of what lies in a run's folder, but is neither its results nor made of them.
+
+    That are also the files of `plot` and `export`, and drafts that killed processes left.
+    """
+    from .export.csv_folder import objection as objection_to_csv
+
+    ours = {*WRITTEN, mcap_name(folder)}
+    for path in folder.iterdir():
+        if path.name == "csv" and path.is_dir() and not objection_to_csv(path):
+            continue
+        if path.name == FIGURES and path.is_dir():
+            yield from (f"{FIGURES}/{it.name}" for it in path.iterdir() if not _is(it, DRAWN))
+        elif not _is(path, ours):
+            yield path.name
+
+
+def _is(path: Path, names: set[str]) -> bool:
+    """Tell whether a path is a file of such a name, or a draft of one."""
+    draft = path.name.startswith(".") and path.name.endswith(DRAFT)
+    return path.is_file() and (draft or path.name in names)
+
+
+def mcap_name(folder: Path) -> str:
+    """Return what `export --to mcap` calls the mission of a folder: `scenario.name` as a file."""
+    try:
+        name = json.loads((folder / RECORD).read_text(encoding="utf-8"))["scenario"]["name"]
+        return mcap_name_of(str(name))
+    except (OSError, ValueError, KeyError, TypeError):
+        return mcap_name_of("")
+
+
+def mcap_name_of(name: str) -> str:
+    """Return the file that a mission of some name is exported to.
+
+    >>> mcap_name_of("two AUVs")
+    'two_AUVs.mcap'
+    """
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", name) + ".mcap"
+
+
+def fill(folder: Path, result: "Result", scenario_text: str | None) -> None:
+    """Write a result into a folder; the scenario as its user wrote it, where that is known.
+
+    Raises:
+        OSError: when the folder cannot be written to, or is full.
+    """
+    from .report.run_page import run_page
+
+    run = result.run_record()
+    origin = {
+        "bindusbl.scenario_sha256": run["scenario_sha256"],
+        "bindusbl.seed": str(result.seed),
+    }
+    for name, table in result.arrow.items():
+        write_parquet(table, name, folder / f"{name}.parquet", origin)
+    text = scenario_text or json.dumps(run["scenario"], indent=2)  # JSON is YAML
+    (folder / "scenario.yaml").write_text(text, encoding="utf-8")
+    _write_json(folder / "data_dictionary.json", data_dictionary())
+    if result.advice is not None:
+        (folder / ADVICE).write_text(advice_text(result.advice), encoding="utf-8")
+    (folder / "report.html").write_text(run_page(result), encoding="utf-8")
+    _write_json(folder / RECORD, run)
+
+
+def advice_text(advice: Advice) -> str:
+    """Return what `advice.json` holds."""
+    return json.dumps(as_data(advice), indent=2) + "\n"
+
+
+def _write_json(path: Path, data: Any) -> None:
+    path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
