@@ -21,7 +21,7 @@ from .commands.plot import plot
 from .commands.reports import report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
-from .wording import printable
+from .wording import printable, shortened
 
 INTERRUPTED = 130
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
@@ -46,6 +46,12 @@ class Commands(click.Group):
         try:
             with ended_in_order():
                 return super().main(*args, **kwargs)
+        except UnicodeEncodeError as error:
+            if error.reason != "surrogates not allowed":
+                raise
+            name = printable(shortened(error.object))
+            click.echo(f"{name}: not UTF-8, which a name must be here; rename it", err=True)
+            sys.exit(BAD_INPUT)
         except ValueError as error:
             if "null byte" not in str(error):
                 raise

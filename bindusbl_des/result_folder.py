@@ -104,7 +104,9 @@ def fill(folder: Path, result: "Result", scenario_text: str | None) -> None:
         "bindusbl.seed": str(result.seed),
     }
     for name, table in result.arrow.items():
-        write_parquet(table, name, folder / f"{name}.parquet", origin)
+        # Opened here, since Arrow takes no names that are not UTF-8.
+        with open(folder / f"{name}.parquet", "wb") as file:
+            write_parquet(table, name, file, origin)
     text = scenario_text or json.dumps(run["scenario"], indent=2)  # JSON is YAML
     (folder / "scenario.yaml").write_text(text, encoding="utf-8")
     _write_json(folder / "data_dictionary.json", data_dictionary())

@@ -70,8 +70,8 @@ def _write_table(found: "Comparison", path: Path, force: bool) -> None:
     from ..durable import draft_of
 
     frame = found.frame()
-    with writing(path), draft_of(path, replace=force) as draft:
+    with writing(path), draft_of(path, replace=force) as draft, open(draft, "wb") as file:
         if path.suffix.lower() == ".csv":
-            frame.to_csv(draft, index=False)
+            frame.to_csv(file, index=False)
         else:
-            frame.to_parquet(draft, index=False)
+            frame.to_parquet(file, index=False)

@@ -260,6 +260,8 @@ def mistakes_told() -> Iterator[None]:
     except (CampaignError, ValueError) as error:
         refuse(str(error))
     except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:  # bad input, which `cli` tells
+            raise
         reason = error.strerror or str(error)
         raise RunFailed(f"{error.filename or 'the folder'}: {reason}") from error
 

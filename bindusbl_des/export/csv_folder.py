@@ -28,7 +28,8 @@ def write_csv(
     """
     with folder_draft(folder, objection, force=force) as draft:
         for name, table in {**tables, Path(DICTIONARY).stem: columns(tables)}.items():
-            csv.write_csv(table, draft / f"{name}.csv")
+            with open(draft / f"{name}.csv", "wb") as file:
+                csv.write_csv(table, file)
     return {name: len(table) for name, table in tables.items()}
 
 
