@@ -32,3 +32,14 @@ def test_link_is_replaced_and_not_followed(tmp_path: Path) -> None:
     write_text(tmp_path / "page", "theirs")
     assert (tmp_path / "victim").read_text() == "mine"
     assert not (tmp_path / "page").is_symlink()
+
+
+def test_file_that_came_to_exist_is_not_replaced_unasked(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    write_text(path, "first", replace=False)
+    (tmp_path / "link").symlink_to("nowhere")
+    for taken in (path, tmp_path / "link"):
+        with pytest.raises(FileExistsError):
+            write_text(taken, "second", replace=False)
+    assert path.read_text() == "first"
+    assert sorted(os.listdir(tmp_path)) == ["a.txt", "link"]
