@@ -1,17 +1,22 @@
 """The command line: results to stdout, talk to stderr, mistakes told with exit code 2."""
 
+import errno
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
 
+from bindusbl_des import load_result, simulate, simulation
 from bindusbl_des.cli import main
 from bindusbl_des.commands import doctor as doctor_module
+from bindusbl_des.commands.ending import ended_in_order
 from bindusbl_des.commands.missions import default_folder, models
 from bindusbl_des.key_types import Part
 from bindusbl_des.plain_yaml import read_yaml
@@ -253,6 +258,12 @@ def test_init_prints_or_writes_the_same() -> None:
     assert Path("f.yaml").read_text() == printed == template()
     assert call("init", "paper", "--out", "f.yaml", "--force").exit_code == 0
     assert Path("f.yaml").read_text() == template("paper")
+    Path("link.yaml").symlink_to("f.yaml")
+    assert call("init", "--out", "link.yaml", "--force").exit_code == 0
+    assert Path("f.yaml").read_text() == template("paper")
+    assert Path("link.yaml").read_text() == template()
+    os.mkfifo("pipe")
+    assert "pipe: is no file" in call("init", "--out", "pipe", "--force").stderr
 
 
 def test_run_writes_a_folder_and_prints_metrics() -> None:
@@ -295,6 +306,108 @@ def test_run_never_overwrites_before_it_is_told_to(monkeypatch: pytest.MonkeyPat
     result = call("run", "f.yaml", "--out", "o")
     assert result.exit_code == 2
     assert result.stderr == "o: exists; use --force to replace it, or name another --out\n"
+
+
+def test_of_two_runs_with_one_folder_none_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folder of the run that ends first stays; the other's lies beside it, and says so."""
+    Path("f.yaml").write_text(TINY)
+    simulate = simulation.simulate
+
+    def overtaken(*words: Any, **options: Any) -> Any:
+        monkeypatch.setattr("bindusbl_des.simulation.simulate", simulate)
+        first = call("-q", "run", "f.yaml", "--seed", "1", "--out", "o", "--no-advice")
+        assert first.exit_code == 0
+        return simulate(*words, **options)
+
+    monkeypatch.setattr("bindusbl_des.simulation.simulate", overtaken)
+    second = call("-q", "run", "f.yaml", "--seed", "2", "--out", "o", "--no-advice")
+    assert (second.exit_code, second.stdout) == (2, "")
+    assert second.stderr == ("o: came to exist meanwhile; what was to be written there is in o-2\n")
+    assert [load_result(folder).seed for folder in ("o", "o-2")] == [1, 2]
+    assert sorted(os.listdir()) == ["f.yaml", "o", "o-2"]
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_mission(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The draft is made first, so that nobody waits for results that have no place."""
+    Path("f.yaml").write_text(TINY)
+
+    def refused(*_: object, **__: object) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), ".o-abc.draft")
+
+    monkeypatch.setattr("bindusbl_des.simulation.simulate", _must_not_run)
+    monkeypatch.setattr("bindusbl_des.durable_folder.tempfile.mkdtemp", refused)
+    told = call("-q", "run", "f.yaml", "--out", "new/o")
+    assert (told.exit_code, told.stderr) == (2, "new/o: cannot be written (Permission denied)\n")
+    assert os.listdir() == ["f.yaml"]
+
+
+def test_a_disk_that_fills_up_is_told_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing stays of results that have no room."""
+    Path("f.yaml").write_text(TINY)
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("bindusbl_des.result_folder.write_parquet", full)
+    told = call("-q", "run", "f.yaml", "--out", "new/o", "--no-advice")
+    assert told.exit_code == 2
+    assert told.stderr == "new/o: cannot be written (No space left on device)\n"
+    assert os.listdir() == ["f.yaml"]
+
+
+@pytest.mark.parametrize(("request_", "code"), [("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_run_that_is_asked_to_end_leaves_nothing(request_: str, code: int) -> None:
+    """Neither its draft nor the folders that were made for it."""
+    Path("f.yaml").write_text("name: long\nduration_s: 100000\n")
+    words = ["-q", "run", "f.yaml", "--out", "new/o", "--no-advice"]
+    run = subprocess.Popen([sys.executable, "-m", "bindusbl_des.cli", *words])
+    while not list(Path().glob("new/.o-*.draft/host")):
+        assert run.poll() is None
+        time.sleep(0.01)
+    run.send_signal(signal.Signals[request_])
+    assert run.wait(60) == code
+    assert os.listdir() == ["f.yaml"]
+
+
+def test_requests_to_end_that_nobody_hears_stay_unheard() -> None:
+    """What `nohup` ignores is ignored; afterwards all is as it was; one sent twice counts once."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ended_in_order():
+            assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+            with pytest.raises(SystemExit, match="143"):
+                signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(signal.SIGTERM)
+        assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+PATHS = ("x" * 300, "y" * 5000, "nul\0byte", os.fsdecode(b"bytes\xff\xfe"))
+PLACES = (
+    "run {}", "run f.yaml --no-advice --out {}", "run f.yaml --no-advice --force --out {}/o",
+    "validate {}", "timing {}", "coverage f.yaml --figure {}.png", "init --out {}",
+    "report {}", "report o --out {}", "report o {} --out r.html", "plot {}",
+    "plot o coverage --out {}.svg", "export {} --to csv", "export o --to csv --out {}",
+    "explain {} --ping 1", "status {}", "resume {}", "compare {} {}", "merge {} --out m",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_name_that_no_file_has_is_told_in_one_line(place: str) -> None:
+    """Too long, with a NUL, or of bytes that are not UTF-8: exit code 2, or as any other name."""
+    Path("f.yaml").write_text(TINY)
+    simulate(load_scenario("f.yaml")).write("o")
+    for path in PATHS:
+        told = call("-q", *(word.replace("{}", path) for word in place.split()))
+        if told.exit_code == 0:  # files may have the last one
+            assert path == PATHS[-1]
+            continue
+        lines = told.stderr or told.stdout  # `validate` prints what it finds
+        assert (told.exit_code, lines.count("\n")) == (2, 1), told.output
+        assert "\0" not in told.output
 
 
 def _must_not_run(*_: object, **__: object) -> None:
@@ -416,10 +529,13 @@ def test_a_closed_pipe_is_no_traceback() -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
-@pytest.mark.parametrize("command", ["schema", "--help"])
+@pytest.mark.parametrize(
+    "command", ["schema", "--help", "params", "-q run f.yaml --no-advice", "validate f.yaml"]
+)
 def test_an_output_on_a_full_disk_is_told_in_one_line(command: str) -> None:
     """What cannot be written ends with 1 and the reason, not with a traceback."""
-    words = [sys.executable, "-m", "bindusbl_des.cli", command]
+    Path("f.yaml").write_text(TINY)
+    words = [sys.executable, "-m", "bindusbl_des.cli", *command.split()]
     with open("/dev/full", "w") as full:
         done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1

@@ -156,6 +156,9 @@ def test_points_of_a_grid_are_compared_where_all_else_is_equal() -> None:
     assert len(table) == 3 * 5
     assert call("compare", "grid", "--by", "count", "--out", "g.parquet").exit_code == 0
     pd.testing.assert_frame_equal(pd.read_parquet("g.parquet"), table, check_dtype=False)
+    Path(".g.csv.tmp").symlink_to("g.parquet")
+    assert call("compare", "grid", "--by", "count", "--out", "g.csv", "--force").exit_code == 0
+    assert len(pd.read_parquet("g.parquet")) == len(table)
     assert "g.csv: exists" in call("compare", "grid", "--by", "count", "--out", "g.csv").stderr
 
 

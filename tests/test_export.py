@@ -329,6 +329,26 @@ def test_what_cannot_be_exported_is_refused_with_a_remedy(
     assert invoke("export", tmp_path / "metrics", "--to", "csv").exit_code == 0
 
 
+def test_a_link_where_a_draft_was_leads_nowhere(run: Path, tmp_path: Path) -> None:
+    """An export into a stranger's folder changes no file of one's own."""
+    (tmp_path / "mine").write_text("precious")
+    (tmp_path / ".a.mcap.tmp").symlink_to(tmp_path / "mine")
+    assert invoke("export", run, "--to", "mcap", "--out", tmp_path / "a.mcap").exit_code == 0
+    assert (tmp_path / "mine").read_text() == "precious"
+    assert sorted(it.name for it in tmp_path.iterdir()) == [".a.mcap.tmp", "a.mcap", "mine"]
+
+
+def test_a_table_of_ones_own_keeps_the_folder_of_an_export(run: Path, tmp_path: Path) -> None:
+    """Force replaces the files that an export writes, and no other CSV file."""
+    arguments = ("export", run, "--to", "csv", "--out", tmp_path / "csv", "--force")
+    assert invoke(*arguments).exit_code == 0
+    (tmp_path / "csv" / "mine.csv").write_text("precious")
+    outcome = invoke(*arguments)
+    assert outcome.exit_code == 2
+    assert "csv: is no earlier export (it holds mine.csv)" in outcome.output
+    assert (tmp_path / "csv" / "mine.csv").read_text() == "precious"
+
+
 def test_a_missing_extra_is_named_with_its_remedy(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -355,6 +355,36 @@ def test_the_command_writes_what_the_run_wrote(recovery: Result, tmp_path: Path)
     assert [path.name for path in folder.iterdir() if path.name.startswith(".")] == []
 
 
+@pytest.mark.parametrize("name", ["report.html", ".report.html.tmp"])
+def test_links_in_the_folder_lead_nowhere(recovery: Result, tmp_path: Path, name: str) -> None:
+    """Who makes the report of a stranger's folder anew changes no file of his own."""
+    folder = recovery.write(tmp_path / "run")
+    (folder / "report.html").unlink()
+    (tmp_path / "mine").write_text("precious")
+    (folder / name).symlink_to(tmp_path / "mine")
+    assert call("report", str(folder)).exit_code == 0
+    assert (folder / "report.html").read_text().startswith("<!doctype html>")
+    assert not (folder / "report.html").is_symlink()
+    assert (tmp_path / "mine").read_text() == "precious"
+
+
+def test_a_page_that_came_to_exist_is_left_as_it_is(
+    recovery: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between the look at its name and the writing, too."""
+    folder = recovery.write(tmp_path / "run")
+
+    def overtaken(_: Result) -> str:
+        (tmp_path / "page.html").write_text("precious")
+        return "page"
+
+    monkeypatch.setattr("bindusbl_des.report.run_page.run_page", overtaken)
+    told = call("report", str(folder), "--out", str(tmp_path / "page.html"))
+    assert told.exit_code == 2
+    assert "page.html: came to exist meanwhile" in told.stderr
+    assert (tmp_path / "page.html").read_text() == "precious"
+
+
 def test_mistakes_of_the_command(recovery: Result, tmp_path: Path) -> None:
     """A wrong folder, a file in the way and a folder that is not there: exit 2, nothing written."""
     folder = recovery.write(tmp_path / "run")

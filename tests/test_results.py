@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 from worlds import scenario, still
 
-from bindusbl_des import Result, load_result, simulate
+from bindusbl_des import Result, load_result, result_folder, simulate
 from bindusbl_des.arrow_columns import arrow, named, numpy_columns
 from bindusbl_des.tables import EVENT_TABLES, TABLES, data_dictionary, schema
 
@@ -127,16 +127,47 @@ def test_an_existing_folder_is_kept(result: Result, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "out"]
 
 
+def test_force_replaces_results_and_what_was_made_of_them(result: Result, tmp_path: Path) -> None:
+    """Figures and exports go with the results; any other file keeps the whole folder."""
+    folder = result.write(tmp_path / "out")
+    for name in ("figures/error.svg", "csv/columns.csv", "csv/fixes.csv", "test.mcap",
+                 ".report.html-abc.draft"):  # fmt: skip
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("made of the results")
+    assert result.scenario.name == "test"
+    result.write(folder, force=True)
+    assert not {"figures", "csv", "test.mcap"} & set(os.listdir(folder))
+    for name in ("thesis.tex", "figures/mine.svg", "csv/mine.csv", "other.mcap", "notes/a"):
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("precious")
+        said = name if name.startswith("figures") else name.partition("/")[0]
+        with pytest.raises(FileExistsError, match=f"out: holds {said}, which no run wrote"):
+            result.write(folder, force=True)
+        assert path.read_text() == "precious"
+        path.unlink()
+        if path.parent != folder:
+            path.parent.rmdir()
+    assert set(load_result(folder).arrow) == set(TABLES)
+
+
+def test_the_kinds_of_figures_are_known_without_drawing() -> None:
+    """The names that force may replace are those that `plot` gives."""
+    from bindusbl_des.figures.kinds import KINDS
+    from bindusbl_des.figures.style import FORMATS
+
+    assert {f"{kind}.{suffix}" for kind in KINDS for suffix in FORMATS} == result_folder.DRAWN
+
+
 def test_a_failed_write_leaves_nothing(
     result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A disk that fills up half way leaves neither folder nor draft."""
-    from bindusbl_des import result_folder as module
 
     def full(*_: object) -> None:
         raise OSError("No space left on device")
 
-    monkeypatch.setattr(module, "write_parquet", full)
+    monkeypatch.setattr(result_folder, "write_parquet", full)
     with pytest.raises(OSError, match="No space left"):
         result.write(tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
