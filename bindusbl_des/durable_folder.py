@@ -96,7 +96,10 @@ def clear_killed(folder: Path) -> list[Path]:
     cannot be seen on every file system.  An earlier folder that was on its way out comes back.
     """
     ours = re.compile(rf"{re.escape(_prefix(folder))}[a-z0-9_]{{8}}{re.escape(DRAFT)}")
-    found = sorted(folder.parent.iterdir()) if folder.parent.is_dir() else []
+    try:
+        found = sorted(folder.parent.iterdir())
+    except OSError:  # not there, or not to be listed; whether it can be written shows by itself
+        return []
     left = [it for it in found if ours.fullmatch(it.name) and it.is_dir() and not it.is_symlink()]
     return [it for it in left if not _cleared_if_dead(it, folder)]
 

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from time import monotonic
 from typing import TextIO
 
@@ -32,7 +33,7 @@ class ProgressLine:
         """Say how far the work has come, and end the line that was redrawn."""
         if self._redrawn and self._drawn:
             self._tell(line())
-            self._stream.write("\n")
+            self._write("\n")
 
     def _tell(self, line: str) -> None:
         self._due = monotonic() + self._every
@@ -40,8 +41,12 @@ class ProgressLine:
             return
         self._drawn = True
         start, end = ("\r", "\x1b[K") if self._redrawn else ("", "\n")
-        self._stream.write(f"{start}{line}{end}")
-        self._stream.flush()
+        self._write(f"{start}{line}{end}")
+
+    def _write(self, text: str) -> None:
+        with suppress(OSError):  # work goes on when nobody reads how far it is
+            self._stream.write(text)
+            self._stream.flush()
 
 
 def duration(seconds: float) -> str:

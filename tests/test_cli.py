@@ -542,6 +542,17 @@ def test_an_output_on_a_full_disk_is_told_in_one_line(command: str) -> None:
     assert done.stderr == "Error: the output cannot be written: No space left on device\n"
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+def test_a_mission_is_not_lost_for_want_of_talk() -> None:
+    """Where stderr cannot be written the results are; so too where the progress line cannot."""
+    Path("f.yaml").write_text(TINY)
+    words = [sys.executable, "-m", "bindusbl_des.cli", "run", "f.yaml", "--out", "o", "--no-advice"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(words, stdout=subprocess.PIPE, stderr=full, text=True)
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "Results: o")
+    assert load_result("o").seed == 0
+
+
 def test_the_first_compilation_is_told_once() -> None:
     """Why the first mission takes longer is said before it does, and not again."""
     from bindusbl_des.compiled import before_compiling, compiled

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Collection, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -41,9 +41,10 @@ class RunFailed(BadInput):
 
 
 def talk(text: str) -> None:
-    """Tell the user something on stderr, unless asked to be quiet."""
+    """Tell the user something on stderr, unless asked to be quiet; no result is lost over it."""
     if not is_quiet():
-        click.echo(text, err=True)
+        with suppress(OSError):  # stderr is on a full disk, or read by nobody any more
+            click.echo(text, err=True)
 
 
 def is_quiet() -> bool:
