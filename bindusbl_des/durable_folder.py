@@ -23,8 +23,9 @@ from .durable import DRAFT, sync
 # Tells why a folder (or what stands in its place) is not ours to replace; None if it is.
 Objection = Callable[[Path], str | None]
 
-# In a workshop: the new folder, the earlier one on its way out, and the machine that works there.
-NEW, OLD, HOST = "new", "old", "host"
+# In a workshop: the new folder, the earlier one on its way out, and later when it is replaced; the
+# machine that works there.
+NEW, OLD, REPLACED, HOST = "new", "old", "replaced", "host"
 
 # What renaming onto a folder that is not empty ends with.
 FILLED = (errno.EEXIST, errno.ENOTEMPTY)
@@ -77,7 +78,8 @@ def refusal(folder: Path, objection: Objection, *, force: bool) -> str | None:
         return "exists and has no name of its own; name another folder"
     try:
         mode = os.lstat(folder).st_mode
-    except FileNotFoundError:
+        objected = objection(folder) if force else None
+    except FileNotFoundError:  # or gone while it was looked at
         return None
     except NotADirectoryError:
         above = next(it for it in folder.absolute().parents if it.exists())
@@ -86,7 +88,7 @@ def refusal(folder: Path, objection: Objection, *, force: bool) -> str | None:
         return "exists; use --force to replace it, or name another --out"
     if stat.S_ISLNK(mode):
         return "is a link, so --force will not replace it; name the folder itself"
-    return objection(folder)
+    return objected
 
 
 def clear_killed(folder: Path) -> list[Path]:
@@ -130,8 +132,13 @@ def _place(
     workshop: Path, folder: Path, objection: Objection, *, force: bool
 ) -> tuple[Path, str | None]:
     """Give the new folder its name, or one beside it; return that, and why it is another."""
-    why = _moved_aside(folder, workshop / OLD, objection) if force else None
+    why = None
+    if force:
+        with suppress(FileNotFoundError):  # another process moved it aside just now
+            why = _moved_aside(folder, workshop / OLD, objection)
     place = _settle(workshop / NEW, folder)
+    if (workshop / OLD).exists():  # replaced: it must not come back
+        os.rename(workshop / OLD, workshop / REPLACED)
     sync(folder.parent)
     return place, why or "came to exist meanwhile"
 

@@ -141,6 +141,24 @@ def test_a_failure_leaves_everything_as_it_was(
     assert os.listdir(tmp_path) == ["out"]
 
 
+def test_a_replaced_folder_does_not_come_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not even if the new one is gone again when what is left of the work is removed."""
+    folder = tmp_path / "out"
+    write(folder, "first")
+    clear = durable_folder._clear
+
+    def moved(workshop: Path, place: Path) -> None:
+        folder.rename(tmp_path / "elsewhere")
+        clear(workshop, place)
+
+    monkeypatch.setattr(durable_folder, "_clear", moved)
+    write(folder, "second", force=True)
+    assert os.listdir(tmp_path) == ["elsewhere"]
+    assert (tmp_path / "elsewhere" / "ours").read_text() == "second"
+
+
 def test_all_is_on_the_disk_before_it_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
