@@ -88,7 +88,7 @@ def _network(
         else TwoWay(env, uplink, board, turnaround=protocol.turnaround_s)
     )
     schedule = schedule_named(protocol.schedule)
-    framed = is_framed(protocol.schedule, schedule)
+    framed = is_framed(protocol.schedule)
     return Network(
         env,
         slots,

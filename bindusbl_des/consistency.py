@@ -5,13 +5,13 @@ from itertools import pairwise
 from math import dist
 from typing import TYPE_CHECKING, NamedTuple
 
+from .families import parts_of
+from .plugins import is_plugin
 from .wording import did_you_mean
 
 if TYPE_CHECKING:
     from .scenario import Scenario
 
-SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
-FILTERS = ("fixed_gain", "kalman", "dead_reckoning")
 FRAMED_SCHEDULES = ("round_robin", "random")
 
 # A mission larger than this would exhaust the memory of any workstation.
@@ -40,8 +40,8 @@ def problems(scenario: "Scenario") -> list[Problem]:
         *_origin(scenario),
         *_route(scenario),
         *_formation(scenario),
+        *_parts(scenario),
         *_protocol(scenario),
-        *_navigation(scenario),
         *_usbl(scenario),
         *_sizes(scenario),
     ]
@@ -163,25 +163,18 @@ def _formation(scenario: "Scenario") -> Iterator[Problem]:
         )
 
 
-def _navigation(scenario: "Scenario") -> Iterator[Problem]:
-    name = scenario.navigation.filter
-    if name not in FILTERS and ":" not in name:
-        yield Problem(
-            "navigation.filter",
-            f"{name!r} is no filter{did_you_mean(name, FILTERS)} (one of {', '.join(FILTERS)}, or "
-            "your own as module:object)",
-        )
+def _parts(scenario: "Scenario") -> Iterator[Problem]:
+    for family, name in parts_of(scenario):
+        if name not in family.siblings and not is_plugin(name):
+            yield Problem(
+                family.key,
+                f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
+                f"{', '.join(family.siblings)}, or your own as module:object)",
+            )
 
 
 def _protocol(scenario: "Scenario") -> Iterator[Problem]:
-    protocol = scenario.protocol
-    if protocol.schedule not in SCHEDULES and ":" not in protocol.schedule:
-        yield Problem(
-            "protocol.schedule",
-            f"{protocol.schedule!r} is no schedule{did_you_mean(protocol.schedule, SCHEDULES)} "
-            f"(one of {', '.join(SCHEDULES)}, or your own as module:object)",
-        )
-    if protocol.ranging == "passive":
+    if scenario.protocol.ranging == "passive":
         yield Problem(
             "protocol.ranging", "'passive' is not available yet; use 'owtt_sync' or 'twtt'"
         )

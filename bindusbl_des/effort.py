@@ -112,11 +112,7 @@ def spoken(seconds: float) -> str:
 
 
 def effort(scenario: Scenario) -> Effort:
-    """Return about how much a mission is; within a factor of three where it takes long.
-
-    Raises:
-        ValueError: when it names a schedule that cannot be loaded.
-    """
+    """Return about how much a mission is; within a factor of three where it takes long."""
     counts = {**_protocol(scenario), **_sampling(scenario), **_ways(scenario)}
     auvs, record = scenario.auvs.count, scenario.record
     seconds = 0.05 + auvs * AUV_S + sum(n * COSTS[name][0] for name, n in counts.items())

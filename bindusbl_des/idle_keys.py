@@ -7,7 +7,8 @@ fails where a key does nothing and no rule here says so, and where a rule here i
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from .consistency import FRAMED_SCHEDULES, SCHEDULES, Problem
+from .consistency import FRAMED_SCHEDULES, Problem
+from .families import SCHEDULES
 from .key_types import Part
 from .scenario import Scenario
 from .vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice

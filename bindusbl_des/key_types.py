@@ -4,12 +4,15 @@ from typing import Annotated, Any
 
 from pydantic import (
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     Strict,
     ValidatorFunctionWrapHandler,
     WrapValidator,
 )
+
+from .plugins import name_of
 
 PAPER = "BIND-USBL paper"
 THESIS = "Nitsch 2024, USBL-Simulator"
@@ -21,6 +24,8 @@ PRINTABLE = r"^[^\u0000-\u001f\u007f-\u009f\u2028\u2029]*$"
 Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Whole = Annotated[int, Strict()]
 Text = Annotated[str, Strict(), Field(pattern=PRINTABLE)]
+# A part of the mission: a name that ships, one's own as `module:object` or, in Python, that object.
+PartName = Annotated[Text, BeforeValidator(lambda part: name_of(part) if callable(part) else part)]
 Coordinate = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Point = tuple[Coordinate, Coordinate]
 

@@ -5,13 +5,13 @@ import math
 import numpy as np
 
 from .belief import Growth, first_belief
-from .consistency import FILTERS
 from .dead_reckoning import DeadReckoning
+from .families import NAVIGATOR
 from .fleet import Fleet
 from .launch import Array
 from .navigation import WEIGHED, LinearNavigator, Navigator, Rule
 from .own_navigator import OwnNavigator
-from .own_parts import own_part
+from .plugins import is_plugin, load
 from .scenario import Scenario
 
 
@@ -28,8 +28,8 @@ def board_auvs(
     else:
         fleet.voyage.has_learnt = navigation.filter == "kalman"
         steering = fleet.voyage.corrections, fleet.voyage.learnt
-    if ":" in navigation.filter:
-        make = own_part("navigation.filter", navigation.filter, FILTERS)
+    if is_plugin(navigation.filter):
+        make = load(NAVIGATOR, navigation.filter)
         return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
     return reckoning, LinearNavigator(
         reckoning, _rule(scenario), _growth(scenario), _first_belief(scenario), *steering

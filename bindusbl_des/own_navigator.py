@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 
 from .columns import AUV_OF_FIX, CORRECTION, DELIVERED_AT
 from .dead_reckoning import DeadReckoning, Odometry
+from .families import NAVIGATOR
 from .motion import Floats, Ints
 from .navigation import Navigator
+from .plugins import PluginError, asked
 
 Array = NDArray[np.float64]
 
@@ -21,16 +23,20 @@ class OwnNavigator:
     """
 
     def __init__(self, name: str, make: Any, reckoning: DeadReckoning, corrections: Array) -> None:
-        """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds."""
+        """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds.
+
+        Raises:
+            PluginError: when it cannot be made, or lacks a verb.
+        """
         self._name, self._reckoning, self._corrections = name, reckoning, corrections
         self._navigator: Navigator = self._asked(make, reckoning, len(corrections))
         missing = [
             verb
             for verb in ("correct", "estimate", "covariance")
-            if not callable(getattr(self._navigator, verb, None))
+            if not callable(self._asked(getattr, self._navigator, verb, None))
         ]
         if missing:
-            raise ValueError(f"navigation.filter: {name!r} lacks {', '.join(missing)}")
+            raise PluginError(NAVIGATOR.key, f"{name!r} lacks {', '.join(missing)}")
 
     def correct(self, fixes: Floats, due: Ints) -> None:
         """Hand the fixes whose rows are due on; note how far each moved its AUV's estimate (m)."""
@@ -49,21 +55,34 @@ class OwnNavigator:
 
     def covariance(self, auv: int, odometry: Odometry) -> Array:
         """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
-        return self._checked("covariance", auv, odometry, 3)
+        found = self._checked("covariance", auv, odometry, 3)
+        if (found[:, :2] < 0.0).any():
+            raise PluginError(
+                NAVIGATOR.key, f"{self._name!r} answered covariance with a variance below 0"
+            )
+        return found
 
     def _checked(self, verb: str, auv: int, odometry: Odometry, width: int) -> Array:
-        found = np.asarray(self._asked(getattr(self._navigator, verb), auv, odometry), np.float64)
-        if found.shape != (len(odometry.times), width) or not np.isfinite(found).all():
-            raise ValueError(
-                f"navigation.filter: {self._name!r} answered {verb} with an array of shape "
-                f"{found.shape}; it must be ({len(odometry.times)}, {width}) of finite numbers"
+        answer = self._asked(lambda: getattr(self._navigator, verb)(auv, odometry))
+        found: Array | None = self._asked(_numbers, answer)
+        wanted = (len(odometry.times), width)
+        if found is None or found.shape != wanted or not np.isfinite(found).all():
+            shape = "of no numbers" if found is None else f"of shape {found.shape}"
+            raise PluginError(
+                NAVIGATOR.key,
+                f"{self._name!r} answered {verb} with an array {shape}; it must be {wanted} of "
+                "finite numbers",
             )
         return found
 
     def _asked(self, verb: Any, *arguments: Any) -> Any:
-        try:
-            return verb(*arguments)
-        except Exception as error:
-            raise ValueError(
-                f"navigation.filter: {self._name!r} raised {type(error).__name__}: {error}"
-            ) from error
+        return asked(NAVIGATOR.key, self._name, verb, *arguments)
+
+
+def _numbers(answer: Any) -> Array | None:
+    """Return an answer as an array; None for what is no array of real numbers."""
+    try:
+        found = np.asarray(answer)
+        return found.astype(np.float64) if found.dtype.kind in "fiu" else None
+    except (TypeError, ValueError):
+        return None

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from .scenario import Scenario
-from .schedules import is_framed, schedule_named
+from .schedules import is_framed
 from .slots import Slots, slots_of
 
 
@@ -67,14 +67,10 @@ class Rounds:
 
 
 def rounds_of(scenario: Scenario) -> Rounds:
-    """Return the rounds of a scenario's protocol.
-
-    Raises:
-        ValueError: when it names a schedule that cannot be loaded.
-    """
+    """Return the rounds of a scenario's protocol; a plug-in not loaded yet has no frames."""
     protocol, count = scenario.protocol, scenario.auvs.count
     slots = slots_of(scenario)
-    if is_framed(protocol.schedule, schedule_named(protocol.schedule)):
+    if is_framed(protocol.schedule):
         return Rounds(slots, protocol.downlink, 1, 1, 1, protocol.frame_s)
     fewest = count if protocol.schedule == "one_per_slot" else 1
     return Rounds(slots, protocol.downlink, fewest, count, count, 0.0)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from .key_types import PAPER, THESIS, Part, Point, Real, Text, Whole, formerly, key
+from .key_types import PAPER, THESIS, Part, PartName, Point, Real, Text, Whole, formerly, key
 from .route_keys import Lawnmower, Route
 from .vehicle_choice import AsvVehicle, AuvVehicle
 
@@ -158,7 +158,7 @@ class Acoustics(Part):
 class Protocol(Part):
     """Who pings when, who answers how, and what the clock is."""
 
-    schedule: Text = key(
+    schedule: PartName = key(
         "spatial_reuse",
         "",
         "spatial_reuse | dsatur | one_per_slot | round_robin | random, or module:object",
@@ -240,7 +240,7 @@ class Navigation(Part):
     )
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
-    filter: Text = key(
+    filter: PartName = key(
         "fixed_gain",
         "",
         "fixed_gain | kalman | dead_reckoning, or module:object: how a fix corrects",

@@ -10,9 +10,11 @@ from pydantic import ValidationError
 
 from .consistency import Problem
 from .explanations import ROUTE, Finding, explained, guessed_kind
+from .families import load_plugins, plugins_of
 from .mistakes import Mistake, Place, ScenarioError
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
+from .plugins import refusal
 from .scenario import Scenario
 from .wording import printable
 from .worth_knowing import cautions
@@ -28,38 +30,52 @@ class Reading:
     """A scenario as it was read from a file, and what is worth knowing about it, each at its place.
 
     `about` are the keys of each warning: that at which it is told, and those behind it.
+    `unloaded` are the plug-ins that it names and that were not to be loaded, each at its place.
     """
 
     scenario: Scenario
     warnings: tuple[Mistake, ...]
     about: tuple[tuple[str, ...], ...]
+    unloaded: tuple[Mistake, ...] = ()
 
 
-def load_scenario(path: str | FilePath, *, overrides: Sequence[str] = ()) -> Scenario:
+def load_scenario(
+    path: str | FilePath, *, overrides: Sequence[str] = (), allow_plugins: bool = False
+) -> Scenario:
     """Read a scenario file.
 
     `overrides` are laid over it, each as ``dotted.key=value``.  Track files are sought beside the
-    scenario file.
+    scenario file.  Plug-ins that it names (``module:object``) are code of its author's: with
+    `allow_plugins` they are loaded and checked, without it nothing is, and `simulate` refuses.
 
     Raises:
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
     path = FilePath(path)
-    return parse_scenario(read_text(path), str(path), overrides=overrides, folder=path.parent)
+    text = read_text(path)
+    return _parsed(text, str(path), overrides, path.parent, allow_plugins)[1]
 
 
-def read_scenario(path: str | FilePath, *, overrides: Sequence[str] = ()) -> Reading:
+def read_scenario(
+    path: str | FilePath, *, overrides: Sequence[str] = (), allow_plugins: bool = False
+) -> Reading:
     """Read a scenario file as `load_scenario` does; return its warnings as well.
 
     Raises:
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
     path = FilePath(path)
-    document, scenario = _parsed(read_text(path), str(path), overrides, path.parent)
+    document, scenario = _parsed(read_text(path), str(path), overrides, path.parent, allow_plugins)
     places = {found: _told_at(document, found) for found in cautions(scenario)}
     found = sorted(places, key=lambda it: (places[it].file != str(path), places[it].line))
     warnings = tuple(Mistake.at(places[it], it.key, it.message) for it in found)
-    return Reading(scenario, warnings, tuple((it.key, *it.others) for it in found))
+    unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
+    return Reading(scenario, warnings, tuple((it.key, *it.others) for it in found), unloaded)
+
+
+def _plugins(document: Document, scenario: Scenario) -> Iterator[Mistake]:
+    for key, name in plugins_of(scenario).items():
+        yield Mistake.at(_place(document, _split(key)), key, refusal(name))
 
 
 def read_text(path: str | FilePath) -> str:
@@ -108,7 +124,7 @@ def parse_scenario(
 
 
 def _parsed(
-    text: str, name: str, overrides: Sequence[str], folder: FilePath
+    text: str, name: str, overrides: Sequence[str], folder: FilePath, allow_plugins: bool = False
 ) -> tuple[Document, Scenario]:
     document = read_yaml(text, name)
     if not document.mistakes or document.data is not None:
@@ -116,6 +132,9 @@ def _parsed(
     for option in overrides:
         override(document, option)
     scenario = _settled(document, folder) if isinstance(document.data, dict) else None
+    if scenario is not None and allow_plugins and not document.mistakes:
+        found = (Problem(it.key, it.message) for it in load_plugins(scenario))
+        _note_contradictions(document, found)
     if scenario is None or document.mistakes:
         options = enumerate(overrides, 1)
         order = {printable(name): 0} | {printable(f"--set {option}"): n for n, option in options}

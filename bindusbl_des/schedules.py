@@ -8,6 +8,8 @@ is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import index
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -21,7 +23,9 @@ from .conflicts import (
     ping_groups,
 )
 from .consistency import FRAMED_SCHEDULES
-from .own_parts import own_part
+from .families import SCHEDULE
+from .plugins import PluginError, asked, load, loaded
+from .wording import shortened
 
 Array = NDArray[np.float64]
 Groups = Sequence[Sequence[int]]
@@ -83,20 +87,23 @@ SCHEDULES: dict[str, Schedule] = {
 }
 
 
-def is_framed(name: str, schedule: Schedule) -> bool:
-    """Tell whether the rounds of a schedule start on frames."""
-    return name in FRAMED_SCHEDULES or bool(getattr(schedule, "framed", False))
+def is_framed(name: str) -> bool:
+    """Tell whether the rounds of a schedule start on frames; one not loaded yet is not asked."""
+    own = loaded(name)
+    return name in FRAMED_SCHEDULES or asked(
+        SCHEDULE.key, name, lambda: bool(getattr(own, "framed", False))
+    )
 
 
 def schedule_named(name: str) -> Schedule:
     """Return a schedule by its name in the scenario; one's own is named ``module:object``.
 
     Raises:
-        ValueError: when there is no such module or object, or it cannot be called.
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
     if name in SCHEDULES:
         return SCHEDULES[name]
-    return OwnSchedule(name, own_part("protocol.schedule", name, SCHEDULES))
+    return OwnSchedule(name, load(SCHEDULE, name))
 
 
 @dataclass(frozen=True)
@@ -106,38 +113,47 @@ class OwnSchedule:
     name: str
     schedule: Schedule
 
-    @property
-    def framed(self) -> bool:
-        return bool(getattr(self.schedule, "framed", False))
-
     def __call__(self, view: View) -> Groups:
-        try:
-            groups = self.schedule(view)
-        except Exception as error:
-            raise ValueError(
-                f"protocol.schedule: {self.name!r} raised {type(error).__name__} in round "
-                f"{view.round}: {error}"
-            ) from error
-        return checked(groups, len(view.auvs), self.name)
+        """Return the ping groups of a round.
+
+        Raises:
+            PluginError: when it raises anything, or what it returns is no round.
+        """
+        when = f" in round {view.round}"
+        groups = asked(SCHEDULE.key, self.name, self.schedule, view, when=when)
+        # Lists may be made as they are read, so they are read as it is asked.
+        plain = asked(SCHEDULE.key, self.name, _as_lists, groups, when=when)
+        if plain is None:
+            said = asked(SCHEDULE.key, self.name, repr, groups, when=when)
+            raise PluginError(
+                SCHEDULE.key,
+                f"{self.name!r} returned {shortened(' '.join(said.split()))}{when}; a round is a "
+                "list of groups, each a list of AUV numbers (whole)",
+            )
+        return self._checked(plain, len(view.auvs), when)
+
+    def _checked(self, groups: list[list[int]], auvs: int, when: str) -> Groups:
+        """Refuse groups that break the rules of a round."""
+        flat = [auv for group in groups for auv in group]
+        if not groups or len(set(flat)) != len(flat) or not set(flat) <= set(range(auvs)):
+            raise PluginError(
+                SCHEDULE.key,
+                f"{self.name!r} returned {shortened(str(groups))}{when}; a round needs at least "
+                f"one group, and each of the AUVs 0..{auvs - 1} at most once",
+            )
+        return groups
 
 
-def checked(groups: Groups, auv_count: int, name: str) -> list[list[int]]:
-    """Return ping groups as lists of int; a schedule of one's own that breaks the rules is refused.
-
-    Raises:
-        ValueError: when there is no group, an AUV does not exist or pings twice in a round.
-    """
+def _as_lists(groups: Any) -> list[list[int]] | None:
+    """Return ping groups as lists of int; None for what is none."""
     try:
-        plain = [[int(auv) for auv in group] for group in groups]
+        return [[_number(auv) for auv in group] for group in groups]
     except (TypeError, ValueError):
-        raise ValueError(
-            f"protocol.schedule: {name!r} returned {groups!r}; a round is a list of groups, each a "
-            "list of AUV numbers"
-        ) from None
-    flat = [auv for group in plain for auv in group]
-    if not plain or len(set(flat)) != len(flat) or not set(flat) <= set(range(auv_count)):
-        raise ValueError(
-            f"protocol.schedule: {name!r} returned {plain}; a round needs at least one group, and "
-            f"each of the AUVs 0..{auv_count - 1} at most once"
-        )
-    return plain
+        return None
+
+
+def _number(auv: Any) -> int:
+    """Return a whole number as int; 0.7 and True are none."""
+    if isinstance(auv, bool | np.bool_):
+        raise TypeError
+    return index(auv)

@@ -13,9 +13,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, cautions, simulate
-from bindusbl_des.consistency import FILTERS, SCHEDULES
 from bindusbl_des.dynamics import DivergenceError, parameters
 from bindusbl_des.effort import effort
+from bindusbl_des.families import FILTERS, SCHEDULES
 from bindusbl_des.guidance import VoyageError
 from bindusbl_des.round_lengths import rounds_of
 from bindusbl_des.scenario_keys import json_schema

@@ -9,12 +9,12 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled clock durable durable_folder own_parts wording events worst columns streams "
+    "compiled clock durable durable_folder plugins wording events worst columns streams "
     "progress palette quantities effects",
     "water loss light_time formations coverage dubins paths turns routes hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
-    "key_types route_keys consistency vehicle_choice scenario idle_keys",
+    "key_types route_keys families consistency vehicle_choice scenario idle_keys",
     "navigation own_navigator recorder fleet slots planned",
     "uplink downlink ranging boards broadcasters schedules chart network protocol",
     "voyages launch onboard courses build world samples metrics",

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.consistency import FILTERS, SCHEDULES
+from bindusbl_des.families import FILTERS, SCHEDULES
 from bindusbl_des.scenario_keys import Key, keys
 
 Data = dict[str, Any]

@@ -28,7 +28,7 @@ PARTS: Mapping[str, str] = {
     "navigation": "navigation own_navigator belief dead_reckoning",
     "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
     "result result_folder",
-    "set-up": "scenario key_types route_keys idle_keys worth_knowing "
+    "set-up": "scenario key_types route_keys idle_keys worth_knowing plugins families "
     "consistency vehicle_choice scenario_keys wording durable durable_folder launch onboard "
     "planned fleet formations coverage streams compiled build courses world simulation",
 }

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..plugins import allow, load
 from ..result import PACKAGES, scenario_sha256
 from .campaign import Campaign, unfinished_campaign
 from .experiments.experiment import Detail, Experiment
@@ -56,25 +57,29 @@ def sweep(
     shard: Shard | None = None,
     quiet: bool = True,
     mission_timeout_s: float | None = None,
+    allow_plugins: bool = False,
 ) -> Campaign:
     """Run every mission of an experiment; return the campaign, which its folder keeps.
 
     `experiment` is an experiment file or a scenario file; `vary` (dotted keys with their values),
     `seeds`, `detail` and `until_ci` (metrics with the half width of their 95 % confidence interval
     at which a point stops, such as ``"5%"``) are laid over it.  A mission that takes longer than
-    `mission_timeout_s` is ended and counts as failed.  Interrupted or killed, the campaign is
-    continued by `resume`.
+    `mission_timeout_s` is ended and counts as failed.  Plug-ins (``module:object``) are loaded with
+    `allow_plugins` only, or where they were admitted before.  Interrupted or killed, the campaign
+    is continued by `resume`.
 
     Raises:
         ScenarioError: when the experiment file or its scenario is wrong.
+        PluginError: when a plug-in is not allowed.
         CampaignError: when the folder cannot take a new campaign.
         NotWritten: when the disk is full or the folder gone; what was written counts.
     """
     if not isinstance(experiment, Experiment):
         targets = tuple(f"{metric}={width}" for metric, width in (until_ci or {}).items())
         options = Options(written(vary or {}), targets, seeds, detail)
-        experiment = load_experiment(experiment, options)
+        experiment = load_experiment(experiment, options, allow_plugins=allow_plugins)
     plan, folder = Plan(experiment), Path(out)
+    check_plugins(plan, allow_plugins)
     check_new(folder, plan)
     settings = Settings(workers, backend, quiet, mission_timeout_s)
     crew_for_check(settings)
@@ -91,15 +96,31 @@ def crew_for_check(settings: Settings) -> None:
     crew_for(settings.backend, 1).close(now=True)
 
 
-def resume(folder: str | Path, *, retry_failed: bool = False, **settings: Any) -> Campaign:
-    """Run what is missing of a campaign.
+def check_plugins(plan: Plan, allowed: bool) -> None:
+    """Load the plug-ins of a plan, before any worker does; refuse one that is not allowed."""
+    if allowed:
+        allow(plan.plugins)
+    for name, family in plan.plugins.items():
+        load(family, name)
+
+
+def resume(
+    folder: str | Path,
+    *,
+    retry_failed: bool = False,
+    allow_plugins: bool = False,
+    **settings: Any,
+) -> Campaign:
+    """Run what is missing of a campaign; its plug-ins must be allowed again.
 
     Raises:
+        PluginError: when a plug-in is not allowed.
         CampaignError: when the model has changed since, or another process runs it.
         NotWritten: when the disk is full or the folder gone; what was written counts.
     """
     campaign = unfinished_campaign(folder)
     check_unchanged(campaign)
+    check_plugins(campaign.plan, allow_plugins)
     with locked(campaign.folder):
         clean(campaign.folder)
         clean_parts(campaign.folder)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from ..plugins import allowed_everywhere
 from ..wording import printable
 
 if TYPE_CHECKING:
@@ -75,13 +76,15 @@ def scenario_from(path: str, overrides: tuple[str, ...] = ()) -> "Scenario":
     return reading_from(path, overrides).scenario
 
 
-def reading_from(path: str, overrides: tuple[str, ...] = ()) -> "Reading":
+def reading_from(
+    path: str, overrides: tuple[str, ...] = (), allow_plugins: bool = False
+) -> "Reading":
     """Return a scenario and its warnings, or end the command with all its mistakes."""
     from ..mistakes import ScenarioError
     from ..scenario_file import read_scenario
 
     try:
-        return read_scenario(path, overrides=overrides)
+        return read_scenario(path, overrides=overrides, allow_plugins=allow_plugins)
     except ScenarioError as error:
         refuse(str(error))
 
@@ -111,6 +114,23 @@ def anyway_option(command: Any) -> Any:
         is_flag=True,
         help="Begin even what needs more memory than this machine has, or more than a day.",
     )(command)
+
+
+def plugins_option(command: Any) -> Any:
+    """Give a command that runs missions the option ``--allow-plugins``."""
+    return click.option(
+        "--allow-plugins",
+        is_flag=True,
+        callback=lambda context, parameter, given: given or allowed_everywhere(),
+        help="Load the code that the file names as module:object (or BINDUSBL_ALLOW_PLUGINS=1).",
+    )(command)
+
+
+def refuse_plugins(unloaded: "Iterable[Mistake]") -> None:
+    """End the command if a file names plug-ins that were not allowed."""
+    told = [str(mistake) for mistake in unloaded]
+    if told:
+        refuse("\n".join(told))
 
 
 def weigh(name: str, cost: "Effort", anyway: bool, at_once: int = 1) -> None:

@@ -17,15 +17,23 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @click.option("--strict", is_flag=True, help="Let warnings count as mistakes.")
+@click.option("--allow-plugins", is_flag=True, help="Load and check what is named module:object.")
 @click.option("--json", "as_json", is_flag=True, help="Print mistakes and warnings as JSON.")
 @click.pass_context
-def validate(context: click.Context, files: tuple[str, ...], strict: bool, as_json: bool) -> None:
+def validate(
+    context: click.Context,
+    files: tuple[str, ...],
+    strict: bool,
+    allow_plugins: bool,
+    as_json: bool,
+) -> None:
     """List every mistake in scenario or experiment files, with its place and remedy.
 
     What is not wrong but worth knowing is listed as well: keys without effect, tracks that end
-    early, frames too short for their rounds.  Such warnings leave the exit code at 0.
+    early, frames too short for their rounds, plug-ins that were not loaded.  Such warnings leave
+    the exit code at 0.
     """
-    found = {file: _findings(file) for file in files}
+    found = {file: _findings(file, allow_plugins) for file in files}
     mistakes, warnings = (sum(len(it[n]) for it in found.values()) for n in (0, 1))
     refused = bool(mistakes or (strict and warnings))
     if as_json:
@@ -46,7 +54,7 @@ def _counted(number: int, noun: str) -> list[str]:
     return [f"{number} {noun}{'s' if number > 1 else ''}"] if number else []
 
 
-def _findings(file: str) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
+def _findings(file: str, allow_plugins: bool) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and what is worth knowing about it."""
     from ..campaigns.experiments.kinds import is_experiment
     from ..mistakes import ScenarioError
@@ -58,8 +66,10 @@ def _findings(file: str) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
         if is_experiment(data):
             from ..campaigns.experiments.experiment_file import load_experiment
 
-            return (), load_experiment(file).warnings
-        return (), read_scenario(file).warnings
+            plan = load_experiment(file, allow_plugins=allow_plugins)
+            return (), (*plan.warnings, *plan.unloaded)
+        reading = read_scenario(file, allow_plugins=allow_plugins)
+        return (), (*reading.warnings, *reading.unloaded)
     except ScenarioError as error:
         return error.mistakes, ()
 

@@ -14,9 +14,11 @@ from .console import (
     RunFailed,
     anyway_option,
     is_quiet,
+    plugins_option,
     print_json,
     reading_from,
     refuse,
+    refuse_plugins,
     set_option,
     talk,
     talk_of,
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 @set_option
 @click.option("--force", is_flag=True, help="Replace the result folder if it exists.")
 @anyway_option
+@plugins_option
 @click.option("--json", "as_json", is_flag=True, help="Print the mission's metrics as JSON.")
 @advice_options(SECONDS, "Try changes of the plan for so long, and say what helps (default 3).")
 def run(
@@ -46,16 +49,17 @@ def run(
     overrides: tuple[str, ...],
     force: bool,
     anyway: bool,
+    allow_plugins: bool,
     as_json: bool,
     advice_s: float,
     no_advice: bool,
 ) -> None:
     """Run one mission; write its result folder and print a summary."""
-    reading = reading_from(scenario, overrides)
+    reading = reading_from(scenario, overrides, allow_plugins)
+    refuse_plugins(reading.unloaded)
     mission = reading.scenario
     folder = Path(out) if out else default_folder(mission, seed)
     check_folder(folder, force)
-    _check_schedule(mission)
     talk(models(mission))
     talk_of(reading.warnings)
     from ..effort import effort
@@ -116,18 +120,6 @@ def models(scenario: "Scenario") -> str:
 
 def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
-
-
-def _check_schedule(scenario: "Scenario") -> None:
-    """Load a schedule of the user's own now, so that its absence counts as bad input."""
-    if ":" not in scenario.protocol.schedule:
-        return
-    from ..schedules import schedule_named
-
-    try:
-        schedule_named(scenario.protocol.schedule)
-    except ValueError as error:
-        refuse(str(error))
 
 
 def _simulated(scenario: "Scenario", seed: int) -> "Result":

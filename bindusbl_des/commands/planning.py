@@ -38,10 +38,7 @@ def timing(scenario: str, overrides: tuple[str, ...]) -> None:
     mission = scenario_from(scenario, overrides)
     from ..round_lengths import rounds_of
 
-    try:
-        rounds = rounds_of(mission)
-    except ValueError as error:
-        refuse(str(error))
+    rounds = rounds_of(mission)
     click.echo("\n".join([*_durations(mission, rounds.slots), "", *_policy(mission, rounds)]))
 
 

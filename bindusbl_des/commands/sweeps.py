@@ -15,8 +15,10 @@ from .console import (
     RunFailed,
     anyway_option,
     is_quiet,
+    plugins_option,
     print_json,
     refuse,
+    refuse_plugins,
     talk,
     talk_of,
     tell_of_compiling,
@@ -100,6 +102,7 @@ def _experiment_options(command: Any) -> Any:
 )
 @click.option("--dry-run", is_flag=True, help="Tell missions, time and disk; write nothing.")
 @anyway_option
+@plugins_option
 def sweep(
     file: str,
     vary: tuple[str, ...],
@@ -114,6 +117,7 @@ def sweep(
     shard: tuple[int, int] | None,
     dry_run: bool,
     anyway: bool,
+    allow_plugins: bool,
 ) -> None:
     """Run an experiment, or a scenario, over many points and seeds.
 
@@ -124,8 +128,11 @@ def sweep(
         from ..campaigns.experiments.experiment_file import load_experiment
         from ..campaigns.experiments.options import Options
 
-        plan = load_experiment(file, Options(vary, until_ci, seeds, detail))
-        talk_of(plan.warnings)
+        options, load = Options(vary, until_ci, seeds, detail), allow_plugins and not dry_run
+        plan = load_experiment(file, options, allow_plugins=load)
+        if not dry_run:
+            refuse_plugins(plan.unloaded)
+        talk_of((*plan.warnings, *plan.unloaded))
         folder = Path(out) if out else default_folder(plan.name, shard)
         _weigh_heaviest(plan, workers if backend == "local" else 1, anyway)
         if dry_run:
@@ -169,6 +176,7 @@ def default_folder(name: str, shard: tuple[int, int] | None) -> Path:
 @click.command()
 @click.argument("folder", metavar="DIR")
 @_worker_options
+@plugins_option
 @click.option("--retry-failed", is_flag=True, help="Also run missions again that failed.")
 def resume(
     folder: str,
@@ -176,6 +184,7 @@ def resume(
     mission_timeout: float | None,
     backend: str,
     as_json: bool,
+    allow_plugins: bool,
     retry_failed: bool,
 ) -> None:
     """Run what is missing of a campaign."""
@@ -186,6 +195,7 @@ def resume(
         campaign = resume_campaign(
             folder,
             retry_failed=retry_failed,
+            allow_plugins=allow_plugins,
             workers=workers,
             backend=backend,
             quiet=is_quiet(),

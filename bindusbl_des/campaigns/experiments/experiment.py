@@ -24,7 +24,8 @@ class Experiment:
     `given` holds the keys of the base scenario that its author gave, so that a point may choose
     another kind of route without inheriting the defaults of the first; a point maps dotted keys to
     values.  Where `until_ci` says how sure to be, a point takes as many of the seeds as that needs.
-    `warnings` are what is worth knowing about the base scenario, but for what the points vary.
+    `warnings` are what is worth knowing about the base scenario, but for what the points vary;
+    `unloaded` the plug-ins that were not to be loaded.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Experiment:
     detail: Detail = "summary"
     until_ci: tuple[Target, ...] = ()
     warnings: tuple[Mistake, ...] = field(default=(), compare=False)
+    unloaded: tuple[Mistake, ...] = field(default=(), compare=False)
 
     def base(self) -> Scenario:
         """Return the scenario before it is varied."""

@@ -10,10 +10,10 @@ from ...scenario import Scenario
 from ...scenario_file import Reading, read_scenario, read_text
 from ...wording import described, did_you_mean
 from .experiment import Detail, Experiment
-from .experiment_points import points_in
+from .experiment_points import Places, Points, points_in
 from .kinds import KEYS, is_experiment, is_scenario
 from .options import Options, lay_over
-from .point_checks import check_points
+from .point_checks import check_points, plugins_in
 from .precision import MOST_SEEDS, targets_in
 
 DETAILS = ("summary", "full")
@@ -25,10 +25,13 @@ LONGEST_NAME = 200
 NO_OPTIONS = Options()
 
 
-def load_experiment(path: str | FilePath, options: Options = NO_OPTIONS) -> Experiment:
+def load_experiment(
+    path: str | FilePath, options: Options = NO_OPTIONS, *, allow_plugins: bool = False
+) -> Experiment:
     """Read an experiment file and the scenario it names, which is sought beside it.
 
-    A scenario file is an experiment of one point, which options may vary.
+    A scenario file is an experiment of one point, which options may vary.  Plug-ins are loaded and
+    checked with `allow_plugins` only.
 
     Raises:
         ScenarioError: listing every mistake in either.
@@ -52,12 +55,23 @@ def load_experiment(path: str | FilePath, options: Options = NO_OPTIONS) -> Expe
         _note(document, ("seeds",), f"makes {count:,} missions; at most {MOST_MISSIONS:,} can run")
     elif base is not None:
         file = path.parent / document.data["scenario"]
-        points = check_points(document, file, base, points, places)
+        points = check_points(document, file, base, points, places, allow_plugins)
     if reading is None or base is None or document.mistakes:
         raise _wrong(document)
     given = base.model_dump(mode="json", exclude_unset=True)
     warnings = _fixed(reading, {key for point in points for key in point})
-    return Experiment(name, given, tuple(points), tuple(seeds), detail, until_ci, warnings)
+    unloaded = () if allow_plugins else _unloaded(reading, document, points, places)
+    return Experiment(
+        name, given, tuple(points), tuple(seeds), detail, until_ci, warnings, unloaded
+    )
+
+
+def _unloaded(
+    reading: Reading, document: Document, points: Points, places: Places
+) -> tuple[Mistake, ...]:
+    """Return the plug-ins that points name, and those of the scenario that some point keeps."""
+    kept = (it for it in reading.unloaded if not all(it.key in point for point in points))
+    return (*kept, *plugins_in(document, points, places))
 
 
 def _fixed(reading: Reading, varied: set[str]) -> tuple[Mistake, ...]:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...families import parts_of
+from ...plugins import Family, is_plugin
 from ...scenario import Scenario
 from .experiment import Experiment
 
@@ -42,8 +44,11 @@ class Plan:
         self.model_version = model_version()
         varied = experiment.varied()
         self.points: list[PlannedPoint] = []
+        self.plugins: dict[str, Family] = {}  # what is to be loaded
         for number in range(len(experiment.points)):
             scenario = experiment.scenario(number)
+            parts = parts_of(scenario)
+            self.plugins |= {name: family for family, name in parts if is_plugin(name)}
             values = {key: _value(scenario, key) for key in varied}
             self.points.append(
                 PlannedPoint(_canonical(scenario), values, dict(experiment.points[number]))

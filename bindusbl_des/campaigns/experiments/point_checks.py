@@ -1,14 +1,15 @@
 """Whether every point of an experiment is a valid scenario, told in the experiment's own lines."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
+from ...families import FAMILIES, load_plugins
 from ...mistakes import Mistake, Place, ScenarioError
 from ...plain_yaml import Document, Path
+from ...plugins import is_plugin, refusal
 from ...scenario import Scenario
 from ...scenario_file import load_scenario
-from ...schedules import schedule_named
 from .experiment import as_written, laid_over
 from .experiment_points import Places, Points
 
@@ -19,11 +20,16 @@ MOST_MISTAKES = 100
 
 DETAIL = "record.detail"
 TRACKS = "auvs.route.files"
-SCHEDULE = "protocol.schedule"
+PARTS = tuple(family.key for family in FAMILIES)
 
 
 def check_points(
-    document: Document, file: FilePath, base: Scenario, points: Points, places: Places
+    document: Document,
+    file: FilePath,
+    base: Scenario,
+    points: Points,
+    places: Places,
+    allow_plugins: bool = False,
 ) -> Points:
     """Return the points with track files made absolute; what is wrong goes to the document."""
     given = base.model_dump(mode="json", exclude_unset=True)
@@ -34,17 +40,28 @@ def check_points(
     for number, (point, where) in enumerate(zip(points, places, strict=True)):
         point = _with_absolute_tracks(point, file.parent)
         settled.append(point)
-        scenario = None if DETAIL in point else _valid(given, point)
+        scenario = None if DETAIL in point else _valid(given, point, allow_plugins)
         if scenario is None:
             wrong += 1
             if wrong <= MOST_WRONG_POINTS or not looked_at.issuperset(where.values()):
-                _explain(document, file, point, where)
+                _explain(document, file, point, where, allow_plugins)
             looked_at.update(where.values())
         else:
             _check_repeated(document, scenario, seen, number, where)
         if len(document.mistakes) >= MOST_MISTAKES:
             break
     return settled
+
+
+def plugins_in(document: Document, points: Points, places: Places) -> Iterator[Mistake]:
+    """Yield the plug-ins that points name, each once and at its place."""
+    told: set[str] = set()
+    for point, where in zip(points, places, strict=True):
+        for key in PARTS:
+            name = point.get(key)
+            if isinstance(name, str) and is_plugin(name) and name not in told:
+                told.add(name)
+                yield Mistake.at(document.values[where[key]], key, refusal(name))
 
 
 def _with_absolute_tracks(point: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
@@ -54,13 +71,16 @@ def _with_absolute_tracks(point: Mapping[str, Any], folder: FilePath) -> dict[st
     return {**point, TRACKS: [str((folder / file).resolve()) for file in files]}
 
 
-def _valid(given: Mapping[str, Any], point: Mapping[str, Any]) -> Scenario | None:
+def _valid(
+    given: Mapping[str, Any], point: Mapping[str, Any], allow_plugins: bool
+) -> Scenario | None:
     try:
         scenario = laid_over(given, point)
-        schedule_named(scenario.protocol.schedule)
     except ValueError:
         return None
-    return None if TRACKS in point else scenario
+    if TRACKS in point or (allow_plugins and any(load_plugins(scenario))):
+        return None
+    return scenario
 
 
 def _check_repeated(
@@ -87,7 +107,11 @@ def _last(document: Document, where: Mapping[str, Any]) -> tuple[str, Place]:
 
 
 def _explain(
-    document: Document, file: FilePath, point: Mapping[str, Any], where: Mapping[str, Any]
+    document: Document,
+    file: FilePath,
+    point: Mapping[str, Any],
+    where: Mapping[str, Any],
+    allow_plugins: bool,
 ) -> None:
     """Note what is wrong with a point: each value by itself first, then their combination."""
     if DETAIL in point:
@@ -95,17 +119,21 @@ def _explain(
         _add(document, document.keys.get(where[DETAIL], document.values[()]), DETAIL, message)
         return
     alone = [
-        (key, mistake) for key, value in point.items() for mistake in _mistakes(file, {key: value})
+        (key, mistake)
+        for key, value in point.items()
+        for mistake in _mistakes(file, {key: value}, allow_plugins)
     ]
-    together = _mistakes(file, point)
+    together = _mistakes(file, point, allow_plugins)
     for key, mistake in alone:
         # What another value of the point mends is no mistake.
         known = any((m.key, m.message) == (mistake.key, mistake.message) for m in together)
-        if known or mistake.key == SCHEDULE:  # schedules are loaded for valid scenarios only
+        if known or mistake.key in PARTS:  # plug-ins are loaded for valid scenarios only
             _add(document, _place(document, where[key], mistake), mistake.key, mistake.message)
     told = {(mistake.key, mistake.message) for _, mistake in alone}
     for mistake in together:
-        if (mistake.key, mistake.message) not in told:
+        if mistake.key in PARTS and mistake.key not in where:  # of the scenario, at its place there
+            document.mistakes += [mistake] if mistake not in document.mistakes else []
+        elif (mistake.key, mistake.message) not in told:
             key, place = _last(document, where)
             if mistake.key in where:
                 place = document.values[where[mistake.key]]
@@ -126,15 +154,11 @@ def _add(document: Document, place: Place, key: str, message: str) -> None:
         document.mistakes.append(mistake)
 
 
-def _mistakes(file: FilePath, point: Mapping[str, Any]) -> list[Mistake]:
+def _mistakes(file: FilePath, point: Mapping[str, Any], allow_plugins: bool) -> list[Mistake]:
     """Return what the loader of scenario files says to a point."""
     options = [f"{key}={as_written(value)}" for key, value in point.items()]
     try:
-        scenario = load_scenario(file, overrides=options)
-        schedule_named(scenario.protocol.schedule)
+        load_scenario(file, overrides=options, allow_plugins=allow_plugins)
     except ScenarioError as error:
         return error.mistakes
-    except ValueError as error:
-        key, _, message = str(error).partition(": ")
-        return [Mistake(str(file), 0, 0, key, message)]
     return []

@@ -14,6 +14,8 @@ from pathlib import Path
 import pyarrow as pa
 
 from ...arrow_columns import arrow
+from ...families import plugins_of
+from ...plugins import allow
 from ...scenario import Scenario
 from ...simulation import simulate
 from ..experiments.experiment import as_written
@@ -43,7 +45,10 @@ class NotWritten(OSError):
 
 @dataclass(frozen=True)
 class Batch:
-    """Missions for one worker, and all it must know to run them and write their rows."""
+    """Missions for one worker, and all it must know to run them and write their rows.
+
+    `plugins` are the names that the worker may load, by leave of whoever gave the command.
+    """
 
     folder: str
     part: str
@@ -53,6 +58,7 @@ class Batch:
     missions: tuple[Mission, ...]
     budget_s: float
     mission_timeout_s: float | None = None
+    plugins: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,6 +89,7 @@ def run_batch(batch: Batch) -> list[Row]:
     folder = Path(batch.folder)
     if part_path(folder, MISSIONS, batch.part).is_file():  # sent again by a cluster
         return rows_of(folder, batch.part)
+    allow(batch.plugins)
     ran: list[Ran] = []
     with _marked(folder, batch.part) as mark:
         began, size = time.monotonic(), 0
@@ -127,9 +134,9 @@ def _run(batch: Batch, mission: Mission) -> Ran:
     began = time.perf_counter()
     try:
         result = simulate(_scenario(batch.points[mission.point].scenario), mission.seed)
-    except (Exception, SystemExit) as error:  # a schedule of the user's own may raise anything
+    except Exception as error:  # what goes wrong in one mission is told, and the others go on
         spent = time.perf_counter() - began
-        text = "".join(traceback.format_exception_only(error)).strip()
+        text = f"{type(error).__name__}: {error}".rstrip(": ")
         _note_failure(batch, mission, text, traceback.format_exc())
         return Ran(mission, spent, error=text)
     return Ran(mission, time.perf_counter() - began, result.arrow)
@@ -160,7 +167,13 @@ def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> Non
             "error": error,
             "traceback": trace,
             "reproduce": " ".join(
-                ["bindusbl-des run", scenario, *values, f"--seed {mission.seed}"]
+                [
+                    "bindusbl-des run",
+                    scenario,
+                    *values,
+                    f"--seed {mission.seed}",
+                    *(["--allow-plugins"] if plugins_of(_scenario(point.scenario)) else []),
+                ]
             ),
         },
     )

@@ -1,13 +1,15 @@
 """What a campaign would cost, from one mission that is run for it."""
 
+import json
 import os
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
+from ...families import without_plugins
 from ..experiments.plan import Plan
-from .batches import run_batch
+from .batches import Batch, run_batch
 from .supervisor import batch_of
 from .warming import compile_kernels
 
@@ -29,12 +31,15 @@ class Estimate:
 
 
 def estimated(plan: Plan, missions: int, workers: int | None) -> Estimate:
-    """Run the first mission of a plan in a temporary folder; return what all would take."""
+    """Run the first mission of a plan in a temporary folder; return what all would take.
+
+    Shipped parts stand in for plug-ins, which are not loaded.
+    """
     compile_kernels(plan)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         began = perf_counter()
-        run_batch(batch_of(plan, folder, (0,), 0.0))
+        run_batch(_plain(batch_of(plan, folder, (0,), 0.0)))
         spent = perf_counter() - began
         size = sum(path.stat().st_size for path in folder.glob("*/*.parquet"))
     each = max(size - SHARED_BYTES, ROW_BYTES)
@@ -46,3 +51,12 @@ def estimated(plan: Plan, missions: int, workers: int | None) -> Estimate:
         spent * missions / at_once,
         SHARED_BYTES + each * missions,
     )
+
+
+def _plain(batch: Batch) -> Batch:
+    """Return a batch whose missions need no plug-in."""
+    points = {
+        number: replace(point, scenario=json.dumps(without_plugins(json.loads(point.scenario))))
+        for number, point in batch.points.items()
+    }
+    return replace(batch, points=points, plugins=())

@@ -16,6 +16,7 @@ from time import monotonic
 import numpy as np
 from numpy.typing import NDArray
 
+from ...plugins import is_allowed
 from ..experiments.plan import Plan
 from ..storage.folder import STOP
 from ..storage.parts import FAILED, MISSIONS, part_path
@@ -191,4 +192,5 @@ def batch_of(
         missions=missions,
         budget_s=budget_s,
         mission_timeout_s=mission_timeout_s,
+        plugins=tuple(name for name in plan.plugins if is_allowed(name)),
     )

@@ -3,6 +3,7 @@
 import json
 from contextlib import suppress
 
+from ...families import without_plugins
 from ...scenario import Scenario
 from ...simulation import simulate
 from ..experiments.plan import Plan
@@ -27,7 +28,8 @@ def warm(scenario: str) -> None:
     if vehicles in _ready:
         return
     _ready.add(vehicles)
+    data = without_plugins(data)  # one's own might do anything
     data["duration_s"] = min(data["duration_s"], WARMING_S)
-    data["protocol"]["schedule"] = "one_per_slot"  # one's own might do anything
+    data["protocol"]["schedule"] = "one_per_slot"
     with suppress(Exception):  # what is wrong with a mission is told by the mission
         simulate(Scenario.model_validate(data), 0)

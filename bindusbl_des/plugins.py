@@ -1,0 +1,187 @@
+"""Parts of a mission that somebody else has written: named `module:object`, loaded with leave only.
+
+To import a module is to run it, so a scenario from a stranger must not choose what is imported.  A
+name is loaded once it is admitted: by ``--allow-plugins`` for the files of a command, by
+``load_scenario(..., allow_plugins=True)``, because its object was given in Python, or all of them
+by the environment variable `PERMISSION`.  Leave is the process's, as imported modules are; it is
+never kept in a file.
+"""
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib import import_module
+from inspect import signature
+from operator import attrgetter
+from typing import Any, TypeVar
+
+from .wording import printable
+
+# Set to 1, every plug-in that is named is loaded by whoever runs missions.
+PERMISSION = "BINDUSBL_ALLOW_PLUGINS"
+
+# Names that may be loaded, and the parts that this process has by them.
+_admitted: set[str] = set()
+_loaded: dict[str, Any] = {}
+
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True)
+class Family:
+    """The parts that can be named at one key of the scenario.
+
+    `siblings` ship; one's own is called with `arguments`.
+    """
+
+    key: str
+    noun: str
+    siblings: tuple[str, ...]
+    arguments: tuple[str, ...]
+
+
+class PluginError(ValueError):
+    """A part of somebody's own cannot be used; `key` names it in the scenario."""
+
+    def __init__(self, key: str, message: str) -> None:
+        self.key, self.message = key, message
+        super().__init__(key, message)
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.message}"
+
+
+def is_plugin(name: str) -> bool:
+    """Tell whether a name is of the form ``module:object``, both dotted Python names.
+
+    >>> is_plugin("my_parts.fast:schedule"), is_plugin("dsatur"), is_plugin("a b:c")
+    (True, False, False)
+    """
+    module, _, path = name.partition(":")
+    return all(word.isidentifier() for word in (*module.split("."), *path.split(".")))
+
+
+def allow(names: Iterable[str]) -> None:
+    """Admit names: whoever runs missions in this process may import their modules."""
+    _admitted.update(names)
+
+
+def allowed_everywhere() -> bool:
+    """Tell whether the environment allows every plug-in."""
+    return os.environ.get(PERMISSION) == "1"
+
+
+def is_allowed(name: str) -> bool:
+    """Tell whether a plug-in may be loaded in this process."""
+    return name in _admitted or allowed_everywhere()
+
+
+def refusal(name: str) -> str:
+    """Return what would be loaded, and how to allow it."""
+    module, _, path = name.partition(":")
+    return (
+        f"{name!r} is a plug-in: the module {module} would be imported and its {path} called, with "
+        f"your rights. Not loaded; if you trust it, use --allow-plugins or {PERMISSION}=1 (in "
+        "Python load_scenario(..., allow_plugins=True), or give the object itself)"
+    )
+
+
+def name_of(part: Any) -> str:
+    """Return the ``module:object`` of a part that was given as an object, and admit it.
+
+    Raises:
+        ValueError: when that name would not find it again, so that no scenario could be written.
+    """
+    module, path = (getattr(part, word, None) for word in ("__module__", "__qualname__"))
+    name = f"{module}:{path}"
+    try:
+        known = module != "__main__" and is_plugin(name)
+        found = known and attrgetter(str(path))(import_module(str(module)))
+    except (ImportError, AttributeError):
+        found = None
+    if found is not part:
+        raise ValueError(
+            f"{part!r} has no importable module:object by which a scenario could name it; put the "
+            "function or class at the top of a module of its own"
+        )
+    allow([name])
+    _loaded[name] = part
+    return name
+
+
+def load(family: Family, name: str) -> Any:
+    """Return the object that a scenario names as ``module:object`` at the key of a family.
+
+    Raises:
+        PluginError: when it is not allowed, when there is no such module or object, or when it
+            cannot be called as the family's parts are.
+    """
+    if not is_allowed(name):
+        raise PluginError(family.key, refusal(name))
+    module, _, path = name.partition(":")
+    try:
+        found = attrgetter(path)(import_module(module))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # a module may raise anything, and call sys.exit
+        raise PluginError(
+            family.key,
+            f"cannot load {name!r} ({_reason(error)}); name an importable module:object (is its "
+            f"folder on PYTHONPATH?) or one of {', '.join(family.siblings)}",
+        ) from None
+    _check(family, name, found)
+    _loaded[name] = found
+    return found
+
+
+def loaded(name: str) -> Any:
+    """Return a part that this process has loaded or was given; None if not: nothing is imported."""
+    return _loaded.get(name)
+
+
+def asked(
+    key: str, name: str, verb: Callable[..., Answer], *arguments: Any, when: str = ""
+) -> Answer:
+    """Return what a verb of somebody's own answers; whatever it raises is that part's mistake.
+
+    `when` says when that was, in messages.
+
+    Raises:
+        PluginError: naming key, part and error, in one line; even where it called `sys.exit`.
+    """
+    try:
+        return verb(*arguments)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise PluginError(key, f"{name!r} raised {_told(error, when)}") from error
+
+
+def _check(family: Family, name: str, found: Any) -> None:
+    """Refuse what cannot be called with the arguments of a family."""
+    if not callable(found):
+        kind = type(found).__name__
+        raise PluginError(family.key, f"{name!r} is a {kind}, which cannot be called")
+    try:
+        form = signature(found)
+    except (TypeError, ValueError):  # what is compiled need not tell
+        return
+    try:
+        form.bind(*family.arguments)
+    except TypeError as error:
+        raise PluginError(
+            family.key,
+            f"{name!r} cannot be called as a {family.noun} is, with "
+            f"({', '.join(family.arguments)}): {error}",
+        ) from None
+
+
+def _reason(error: BaseException) -> str:
+    """Return why an import failed; Python's own words for that need no name of the error."""
+    plain = isinstance(error, ImportError | AttributeError)
+    return printable(str(error)) if plain else _told(error)
+
+
+def _told(error: BaseException, when: str = "") -> str:
+    kind, text = f"{type(error).__name__}{when}", " ".join(str(error).split())
+    return printable(f"{kind}: {text}" if text else kind)
