@@ -34,6 +34,7 @@ from bindusbl_des.campaigns.workers.batches import Row, run_batch
 from bindusbl_des.campaigns.workers.crews import LocalCrew
 from bindusbl_des.campaigns.workers.progress import Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
+from bindusbl_des.plugins import PERMISSION
 from bindusbl_des.scenario_file import load_scenario
 from bindusbl_des.simulation import simulate
 
@@ -88,6 +89,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         "scenario: slow_base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 30\n"
     )
     with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(PERMISSION, "1")
         patch.syspath_prepend(str(folder))
         yield folder
 
@@ -250,7 +252,7 @@ def test_a_mission_that_kills_its_worker_is_quarantined(home: Path, tmp_path: Pa
     assert len(failures) == 1
     assert all("SIGKILL" in failure["error"] for failure in failures)
     assert failures[0]["reproduce"] == (
-        f"bindusbl-des run {folder}/scenario.yaml --set asvs.count=2 --seed 3"
+        f"bindusbl-des run {folder}/scenario.yaml --set asvs.count=2 --seed 3 --allow-plugins"
     )
 
 
@@ -262,7 +264,7 @@ def test_a_mission_that_raises_is_a_failed_row(home: Path, tmp_path: Path) -> No
     missions = load_campaign(folder).missions
     failed = missions[missions["status"] == "failed"]
     told = "'accidents:raising' raised RuntimeError in round 0: seed 3 does not work"
-    assert list(failed["error"]) == [f"ValueError: protocol.schedule: {told}"] * 2
+    assert list(failed["error"]) == [f"PluginError: protocol.schedule: {told}"] * 2
     assert failed["position_error_m"].isna().all()
     assert len(load_campaign(folder).auvs) == 14 * 3
     trace = json.loads(next((folder / "failures").iterdir()).read_text())["traceback"]
@@ -449,15 +451,14 @@ WRONG = {
     ),
     "unknown varied keys, wrong values and more at once": (
         HEAD + "seeds: 0\nvary:\n  asvs.cuont: [2, 3]\n  acoustics.hf.range_m: [50, -1, x]\n  "
-        "protocol.schedule: [dsatur, 'nowhere:x']\ndetail: ful\n",
+        "protocol.schedule: [dsatur, 'no where:x']\ndetail: ful\n",
         [
             "2:8: seeds: must be >= 1 and <= 5000000, the number of seeds; got 0",
             "4:3: asvs.cuont: unknown key; did you mean 'count'?",
             "5:30: acoustics.hf.range_m: must be >= 0.1 and <= 100000 m; got -1",
             "5:34: acoustics.hf.range_m: needs a number (>= 0.1 and <= 100000 m); got the text 'x'",
-            "6:31: protocol.schedule: cannot load 'nowhere:x' (No module named 'nowhere'); name an "
-            "importable module:object (is its folder on PYTHONPATH?) or one of spatial_reuse, "
-            "dsatur, one_per_slot, round_robin, random",
+            "6:31: protocol.schedule: 'no where:x' is no schedule (one of spatial_reuse, dsatur, "
+            "one_per_slot, round_robin, random, or your own as module:object)",
             "7:9: detail: must be one of summary, full; got the text 'ful'; did you mean 'full'?",
         ],
     ),

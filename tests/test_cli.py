@@ -99,7 +99,7 @@ def test_version() -> None:
         (("run", "f.yaml", "--out", "full", "--force"), "full: holds no results of a run"),
         (("run", "f.yaml", "--out", "f.yaml/out"), "f.yaml is a file; name another --out"),
         (
-            ("run", "f.yaml", "--set", "protocol.schedule=none.such:thing"),
+            ("run", "f.yaml", "--allow-plugins", "--set", "protocol.schedule=none.such:thing"),
             "protocol.schedule: cannot load 'none.such:thing'",
         ),
         (("validate",), "Missing argument 'FILE...'"),

@@ -18,6 +18,7 @@ from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.parts import committed
+from bindusbl_des.plugins import PERMISSION
 
 pytest.importorskip("distributed")
 
@@ -64,6 +65,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         "scenario: base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 20\n"
     )
     with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(PERMISSION, "1")
         patch.syspath_prepend(str(folder))
         yield folder
 

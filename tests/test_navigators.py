@@ -298,7 +298,7 @@ def test_what_a_navigator_of_ones_own_gets_wrong_is_told() -> None:
     for name, message in (
         ("test_navigators:Silent", "answered estimate with an array of shape"),
         ("test_navigators:Nobody", "cannot load 'test_navigators:Nobody'"),
-        ("math:sqrt", "'math:sqrt' raised TypeError"),
+        ("math:sqrt", "'math:sqrt' cannot be called as a filter is"),
     ):
         with pytest.raises(ValueError, match=f"navigation.filter: .*{message}"):
             simulate(scenario(duration_s=5.0, navigation={"filter": name}))

@@ -314,7 +314,7 @@ def test_a_schedule_that_breaks_the_rules_is_refused(name: str) -> None:
     ("name", "said"),
     [
         ("broken", "raised IndexError in round 0: only integers"),
-        ("nothing", "returned None; a round"),
+        ("nothing", "returned None in round 0; a round"),
     ],
 )
 def test_a_schedule_that_fails_is_named(name: str, said: str) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from ...mistakes import Mistake
 from ...overrides import override
 from ...plain_yaml import Document
+from ...plugins import name_of
 from ...scenario import Scenario
 from .precision import Target
 
@@ -88,11 +89,11 @@ def laid_over(given: Mapping[str, Any], point: Point) -> Scenario:
 
 
 def as_written(value: Any) -> str:
-    """Return a value as one writes it after ``--set key=``.
+    """Return a value as one writes it after ``--set key=``; a part given as object, by its name.
 
     >>> as_written(0.5), as_written([1, "a"]), as_written(None)
     ('0.5', '[1, "a"]', 'null')
     """
     if isinstance(value, float) and not math.isfinite(value):
         return ".nan" if math.isnan(value) else f"{'-' if value < 0 else ''}.inf"
-    return json.dumps(value, ensure_ascii=False)
+    return json.dumps(value, ensure_ascii=False, default=name_of)
