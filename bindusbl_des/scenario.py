@@ -9,7 +9,19 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from .key_types import PAPER, THESIS, Part, PartName, Point, Real, Text, Whole, formerly, key
+from .key_types import (
+    LONGEST_NAME,
+    PAPER,
+    THESIS,
+    Part,
+    PartName,
+    Point,
+    Real,
+    Text,
+    Whole,
+    formerly,
+    key,
+)
 from .route_keys import Lawnmower, Route
 from .vehicle_choice import AsvVehicle, AuvVehicle
 
@@ -274,7 +286,7 @@ class Record(Part):
 class Scenario(Part):
     """One mission of ASVs and AUVs: everything that decides it but the seed."""
 
-    name: Text = Field(min_length=1, max_length=200, description="name of the scenario")
+    name: Text = Field(min_length=1, max_length=LONGEST_NAME, description="name of the scenario")
     duration_s: Real = key(300.0, "s", "length of the mission", PAPER, ge=0.001, le=1e7)
     survey: Survey = Field(default=Survey(), description="the survey area")
     auvs: Auvs = Field(default=Auvs(), description="underwater vehicles")

@@ -17,6 +17,8 @@ _PROBLEMS = {
     "expected <block end>": "the indentation fits no key above; align it",
     "did not find expected '-'": "the indentation fits no list item above; align it",
     "expected <document start>": "the indentation fits no key above; align it",
+    "invalid Unicode character escape": "an escape of half a character (\\ud83d); write "
+    "the character itself, or its one escape such as \\U0001f41f",
     "cannot start any token": "a character that starts no value (such as @ ` %); use quotes",
 }
 

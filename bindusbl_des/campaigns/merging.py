@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .campaign import Campaign, load_campaign
-from .storage.folder import RECORD, CampaignError, is_locked, write_json
+from .storage.folder import RECORD, CampaignError, is_locked, write_json, write_scenario
 from .storage.joining import merge_parts
 from .storage.parts import done
 
@@ -39,7 +39,7 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
     for campaign in campaigns:
         if (campaign.folder / "failures").is_dir():
             shutil.copytree(campaign.folder / "failures", folder / "failures", dirs_exist_ok=True)
-    write_json(folder / "scenario.yaml", first.plan.experiment.given)  # JSON is YAML
+    write_scenario(folder, first.plan.experiment.given)
     session = {"began_at": time.time(), "rows_before": len(done(folder))}
     record = {**first.record, "shard": None, "session": session}
     missing = Campaign(folder, first.plan, record).missing()

@@ -21,7 +21,7 @@ from .experiments.experiment_file import load_experiment
 from .experiments.options import Options, written
 from .experiments.plan import Plan
 from .refusals import check_new, check_unchanged
-from .storage.folder import FORMAT, RECORD, clean, locked, write_json
+from .storage.folder import FORMAT, RECORD, clean, locked, write_json, write_scenario
 from .storage.joining import compact
 from .storage.parts import clean_parts, done
 from .workers.batches import NotWritten
@@ -87,7 +87,7 @@ def sweep(
     with locked(folder):
         check_new(folder, plan)
         record = first_record(plan, shard)
-        write_json(folder / "scenario.yaml", experiment.given)  # JSON is YAML
+        write_scenario(folder, experiment.given)
         return _run(Campaign(folder, plan, record), settings)
 
 

@@ -68,12 +68,12 @@ def run(
     weigh(mission.name, effort(mission), anyway)
     written = _text(scenario)
     again = _as_written(written, scenario, overrides)
+    text = written if _tells(written, mission, folder) else None
     # Made before the mission is run, so that a place that cannot be written to is told at once.
     with writing(folder), result_draft(folder, force=force) as draft:
         result = _simulated(mission, seed)
         result.advice = advice_on(result, 0.0 if no_advice else advice_s, again)
-        # With overrides the file's text would not tell what was run.
-        fill(draft, result, None if overrides else written)
+        fill(draft, result, text)
     if as_json:
         print_json(_metrics(result))
         talk(f"Results: {folder}")
@@ -175,6 +175,20 @@ def _text(path: str) -> str | None:
         return read_text(path) if Path(path).is_file() else None
     except ScenarioError:
         return None
+
+
+def _tells(text: str | None, scenario: "Scenario", folder: Path) -> bool:
+    """Tell whether the user's text, lying in a folder, is what was run.
+
+    It is not if there were overrides, or tracks that are named from where the file lay.
+    """
+    from ..mistakes import ScenarioError
+    from ..scenario_file import parse_scenario
+
+    try:
+        return text is not None and parse_scenario(text, folder=folder) == scenario
+    except ScenarioError:
+        return False
 
 
 def _as_written(

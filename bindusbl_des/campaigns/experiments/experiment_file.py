@@ -1,9 +1,11 @@
 """Experiments from YAML files: every mistake at once, each with its place and a remedy."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
+from ...key_types import LONGEST_NAME, PRINTABLE
 from ...mistakes import Mistake, Place, ScenarioError
 from ...plain_yaml import Document, Path, read_yaml
 from ...scenario import Scenario
@@ -21,7 +23,6 @@ DETAILS = ("summary", "full")
 # Each point is a scenario that is validated, and each mission a line of the plan.
 MOST_MISSIONS = 5_000_000
 LARGEST_SEED = 2**63 - 1
-LONGEST_NAME = 200
 NO_OPTIONS = Options()
 
 
@@ -45,7 +46,7 @@ def load_experiment(
         raise _wrong_root(document)
     lay_over(document, options)
     _check_keys(document)
-    name, detail = _name(document, path.stem), _detail(document)
+    name, detail = _name(document, path.stem[:LONGEST_NAME]), _detail(document)
     seeds, until_ci = _seeds(document), targets_in(document)
     points, places = points_in(document)
     reading = _base(document, path.parent)
@@ -91,10 +92,14 @@ def _fixed(reading: Reading, varied: set[str]) -> tuple[Mistake, ...]:
 def _of_scenario(path: FilePath, data: Any) -> Document:
     """Return the experiment that runs a scenario as it is; what is wrong in it is told later."""
     name = data.get("name") if isinstance(data, dict) else None
-    named = {"name": name[:LONGEST_NAME]} if isinstance(name, str) and name else {}
+    named = {"name": name[:LONGEST_NAME]} if isinstance(name, str) and _is_name(name) else {}
     document = Document(str(path), {**named, "scenario": path.name})
     document.keys[()] = document.values[()] = Place(str(path), 1, 1)
     return document
+
+
+def _is_name(text: str) -> bool:
+    return bool(text) and bool(re.fullmatch(PRINTABLE, text))
 
 
 def _wrong(document: Document) -> ScenarioError:
@@ -138,7 +143,11 @@ def _check_keys(document: Document) -> None:
 def _name(document: Document, default: str) -> str:
     name = document.data.get("name", default)
     if not isinstance(name, str) or not 1 <= len(name) <= LONGEST_NAME:
-        message = f"needs a text of 1 to {LONGEST_NAME} letters; got {described(name)}"
+        message = f"needs a text of 1 to {LONGEST_NAME} characters; got {described(name)}"
+        _note(document, ("name",), message)
+        return default
+    if not re.fullmatch(PRINTABLE, name):
+        message = f"must not hold control characters; got {described(name)}"
         _note(document, ("name",), message)
         return default
     return name

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from ...durable import write_text
+
 RECORD = "campaign.json"
 LOCK = "campaign.lock"
 STOP = "stop"
@@ -47,6 +49,11 @@ def read_record(folder: Path) -> dict[str, Any]:
     if found != FORMAT:
         raise CampaignError(f"{path} has format {found}; this version reads format {FORMAT}")
     return record
+
+
+def write_scenario(folder: Path, given: Mapping[str, Any]) -> None:
+    """Write `scenario.yaml`: JSON is YAML, but for its escapes of characters beyond U+FFFF."""
+    write_text(folder / "scenario.yaml", json.dumps(given, indent=2, ensure_ascii=False) + "\n")
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
