@@ -537,7 +537,10 @@ WRONG = {
         HEAD + "seeds: 3\nseeds: 4\n",
         ["3:1: seeds: given twice, first in line 2; keep one"],
     ),
-    "name": (HEAD + "name: ''\n", ["2:7: name: needs a text of 1 to 200 letters; got the text ''"]),
+    "name": (
+        HEAD + "name: ''\n",
+        ["2:7: name: needs a text of 1 to 100 characters; got the text ''"],
+    ),
     "keys of a section": (
         HEAD + "vary: {asvs.count.x: [2]}\n",
         ["2:23: asvs.count: needs a whole number (>= 1 and <= 10000); got keys and values"],

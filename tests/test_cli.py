@@ -203,7 +203,7 @@ def test_keys_tell_what_the_models_hold() -> None:
     assert rows["auvs.route.points_m"].only == "waypoints"
     assert rows["protocol.tick_rate_hz"].kind == "number, or null"
     assert rows["usbl.array"].source.startswith("Nitsch 2024")
-    assert (rows["name"].default, rows["name"].range) == ("(required)", "1 to 200 characters")
+    assert (rows["name"].default, rows["name"].range) == ("(required)", "1 to 100 characters")
 
 
 def test_defaults_in_the_list_are_those_of_the_scenario() -> None:

@@ -97,7 +97,7 @@ WRONG = {
     ),
     "name is empty": (
         "!name: ''\n",
-        ["1:7: name: must have 1 to 200 characters; got the text ''"],
+        ["1:7: name: must have 1 to 100 characters; got the text ''"],
     ),
     "name is null": (
         "!name:\n",
