@@ -61,6 +61,7 @@ def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     scenario = load_scenario(
         ROOT / "scenarios" / "quickstart.yaml",
         overrides=["protocol.schedule=readme_schedules:nearest_first", "duration_s=20"],
+        allow_plugins=True,
     )
     assert simulate(scenario).auvs.fixes_delivered.min() > 5
 

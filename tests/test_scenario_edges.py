@@ -140,7 +140,9 @@ def test_a_name_that_cannot_be_is_told(name: str, said: str) -> None:
     assert len(str(raised.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("name", ["🐟", "a/b", "..", "null", "1", "#", "x" * 100, "日" * 100])
+@pytest.mark.parametrize(
+    "name", ["🐟", "a/b", "..", "null", "1", "#", "x" * 100, "日" * 100], ids=range(8)
+)
 def test_names_of_all_kinds_are_run(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -154,6 +156,12 @@ def test_names_of_all_kinds_are_run(
     outcome = CliRunner().invoke(main, again)
     assert outcome.exit_code == 0, outcome.output
     assert load_scenario("again/scenario.yaml").name == name
+
+
+def test_the_name_of_a_campaign_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The scenario in its folder reads as that which was swept."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.yaml").write_text("name: 🐟\nduration_s: 1\n")
     campaign = sweep("m.yaml", "campaign", workers=1)
     assert load_scenario(campaign.folder / "scenario.yaml") == load_scenario("m.yaml")
 
