@@ -6,9 +6,8 @@ is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name 
 ``module:object``.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from operator import index
 from typing import Any
 
 import networkx as nx
@@ -128,7 +127,7 @@ class OwnSchedule:
             raise PluginError(
                 SCHEDULE.key,
                 f"{self.name!r} returned {shortened(' '.join(said.split()))}{when}; a round is a "
-                "list of groups, each a list of AUV numbers (whole)",
+                "list of groups, each a list of whole AUV numbers",
             )
         return self._checked(plain, len(view.auvs), when)
 
@@ -145,15 +144,14 @@ class OwnSchedule:
 
 
 def _as_lists(groups: Any) -> list[list[int]] | None:
-    """Return ping groups as lists of int; None for what is none."""
-    try:
-        return [[_number(auv) for auv in group] for group in groups]
-    except (TypeError, ValueError):
+    """Return ping groups as lists of int; None for what is none, such as [[0.7]] or [[True]]."""
+    if not isinstance(groups, Iterable):
         return None
+    lists = [list(group) if isinstance(group, Iterable) else [None] for group in groups]
+    if not all(_is_whole(auv) for group in lists for auv in group):
+        return None
+    return [[int(auv) for auv in group] for group in lists]
 
 
-def _number(auv: Any) -> int:
-    """Return a whole number as int; 0.7 and True are none."""
-    if isinstance(auv, bool | np.bool_):
-        raise TypeError
-    return index(auv)
+def _is_whole(auv: Any) -> bool:
+    return isinstance(auv, int | np.integer) and not isinstance(auv, bool)

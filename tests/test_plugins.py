@@ -49,7 +49,7 @@ def base(view):
 
 def lazy(view):
     yield [0]
-    raise RuntimeError("late")
+    raise TypeError("late")
 
 def fraction(view): return [[0.7]]
 def truth(view): return [[True]]
@@ -195,6 +195,9 @@ def test_what_only_reads_never_imports(home: Path) -> None:
         outcome = call(*words)
         assert outcome.exit_code == 0, (words, outcome.output)
     assert load_result(home / "r").scenario.protocol.schedule == "stranger:fair"
+    outcome = call("report", "r", "--advice-s", "1")
+    assert outcome.exit_code == 2
+    assert "'stranger:fair' is a plug-in" in outcome.stderr
     assert not imported(home)
 
 
@@ -270,7 +273,7 @@ def test_a_plug_in_that_cannot_be_loaded_is_bad_input(home: Path, name: str, sai
         ("leaves", "raised SystemExit in round 0"),
         ("raises", "raised TypeError in round 0: no good"),
         ("base", "raised BaseException in round 0"),
-        ("lazy", "raised RuntimeError in round 0: late"),
+        ("lazy", "raised TypeError in round 0: late"),
         ("fraction", "returned [[0.7]] in round 0; a round is a list of groups"),
         ("truth", "returned [[True]] in round 0; a round is a list of groups"),
         ("words", "returned 'ab' in round 0; a round is a list of groups"),

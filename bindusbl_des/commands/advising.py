@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..families import parts_of
+from ..plugins import is_allowed, is_plugin, refusal
 from ..progress import ProgressLine
-from .console import is_quiet, talk
+from .console import is_quiet, refuse, talk
 
 if TYPE_CHECKING:
     from ..effects import Advice
@@ -52,6 +54,9 @@ def advice_on(
     """
     if seconds == 0:
         return None
+    for family, name in parts_of(result.scenario):
+        if is_plugin(name) and not is_allowed(name):
+            refuse(f"{family.key}: {refusal(name)}")
     from ..advice.advising import advise
 
     line = ProgressLine(quiet=is_quiet())
