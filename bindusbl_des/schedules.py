@@ -147,7 +147,9 @@ def _as_lists(groups: Any) -> list[list[int]] | None:
     """Return ping groups as lists of int; None for what is none, such as [[0.7]] or [[True]]."""
     if not isinstance(groups, Iterable):
         return None
-    lists = [list(group) if isinstance(group, Iterable) else [None] for group in groups]
+    lists: list[list[Any]] = [
+        list(group) if isinstance(group, Iterable) else [None] for group in groups
+    ]
     if not all(_is_whole(auv) for group in lists for auv in group):
         return None
     return [[int(auv) for auv in group] for group in lists]
