@@ -40,6 +40,10 @@ class Family:
     arguments: tuple[str, ...]
 
 
+class Ended(SystemExit):
+    """Somebody has asked the program to end: whatever it is doing, that is no part's mistake."""
+
+
 class PluginError(ValueError):
     """A part of somebody's own cannot be used; `key` names it in the scenario."""
 
@@ -121,7 +125,7 @@ def load(family: Family, name: str) -> Any:
     module, _, path = name.partition(":")
     try:
         found = attrgetter(path)(import_module(module))
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Ended):
         raise
     except BaseException as error:  # a module may raise anything, and call sys.exit
         raise PluginError(
@@ -151,7 +155,7 @@ def asked(
     """
     try:
         return verb(*arguments)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Ended):
         raise
     except BaseException as error:
         raise PluginError(key, f"{name!r} raised {_told(error, when)}") from error

@@ -107,7 +107,8 @@ def fill(folder: Path, result: "Result", scenario_text: str | None) -> None:
         # Opened here, since Arrow takes no names that are not UTF-8.
         with open(folder / f"{name}.parquet", "wb") as file:
             write_parquet(table, name, file, origin)
-    text = scenario_text or json.dumps(run["scenario"], indent=2, ensure_ascii=False)  # JSON is YAML
+    # JSON is YAML, but for its escapes of characters beyond U+FFFF.
+    text = scenario_text or json.dumps(run["scenario"], indent=2, ensure_ascii=False)
     (folder / "scenario.yaml").write_text(text, encoding="utf-8")
     _write_json(folder / "data_dictionary.json", data_dictionary())
     if result.advice is not None:

@@ -24,6 +24,7 @@ from bindusbl_des import (
 )
 from bindusbl_des.campaigns.running import resume
 from bindusbl_des.cli import main
+from bindusbl_des.commands.ending import ended_in_order
 from bindusbl_des.dead_reckoning import Odometry
 from bindusbl_des.plugins import PERMISSION, PluginError, allow, is_plugin
 from bindusbl_des.schedules import View
@@ -314,6 +315,16 @@ def test_ctrl_c_is_nobodys_mistake(home: Path) -> None:
     allow(["stranger:part"])
     with pytest.raises(KeyboardInterrupt):
         simulate(named("stranger:part"))
+
+
+def test_a_request_to_end_is_nobodys_mistake(home: Path) -> None:
+    """SIGTERM while a part is at work ends the program with 143, as elsewhere."""
+    text = "import os, signal\ndef part(view): os.kill(os.getpid(), signal.SIGTERM)\n"
+    (home / "stranger.py").write_text(text)
+    allow(["stranger:part"])
+    with ended_in_order(), pytest.raises(SystemExit) as ended:
+        simulate(named("stranger:part"))
+    assert ended.value.code == 143
 
 
 class Believing:

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from time import monotonic
 from types import FrameType
 
+from ..plugins import Ended
+
 # `timeout` and others send their request twice, to the process and to its group.
 SAME_REQUEST_S = 1.0
 
@@ -25,7 +27,7 @@ def ended_in_order() -> Iterator[None]:
         now = monotonic()
         if now - asked_s >= SAME_REQUEST_S:
             asked_s = now
-            raise SystemExit(128 + number)
+            raise Ended(128 + number)
 
     if threading.current_thread() is not threading.main_thread():
         yield

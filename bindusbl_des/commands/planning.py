@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .console import check_figure, refuse, scenario_from, set_option, talk, writing
+from .console import check_figure, scenario_from, set_option, talk, writing
 
 if TYPE_CHECKING:
     from ..round_lengths import Rounds
