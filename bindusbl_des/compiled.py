@@ -15,6 +15,8 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 
+from .code_cache import CodeCache, trouble
+
 Function = TypeVar("Function", bound=Callable[..., object])
 
 PACKAGE = Path(__file__).resolve().parent
@@ -88,14 +90,33 @@ def compiled(function: Function, **options: Any) -> Function:
     Compiled code is IEEE arithmetic in the order written (no fastmath), so results repeat bit for
     bit on one machine. Division by zero gives infinity as in numpy (`error_model="numpy"`): the
     integrator reports it with its time, and no division pays for a test. Where no folder can be
-    written (read-only installation without a home), the code is compiled anew by each process.
+    used (read-only installation without a home), the code is compiled anew by each process.
     """
+    dispatcher: Any = numba.njit(error_model="numpy", **options)(function)
+    source = _file(function)
     try:
-        dispatcher: Any = numba.njit(cache=True, error_model="numpy", **options)(function)
-        dispatcher._cache._cache_file._source_stamp = _digest(_file(function))
+        dispatcher._cache = CodeCache(function, _digest(source))
     except (RuntimeError, AttributeError, OSError):  # no place to cache, another numba, a zip file
-        dispatcher = numba.njit(error_model="numpy", **options)(function)
+        trouble(source.parent, "no folder can be written to keep it")
     return cast(Function, dispatcher)
+
+
+def _probe(number: float) -> float:
+    return number / 2.0
+
+
+def kept_and_loaded() -> bool:
+    """Tell whether code is found again on the disk after it was compiled and kept there.
+
+    Raises:
+        OSError: when what was kept before cannot be deleted.
+    """
+    first: Any = compiled(_probe)
+    first._cache.flush()
+    first(1.0)
+    again: Any = compiled(_probe)
+    again(1.0)
+    return bool(again.stats.cache_hits)
 
 
 class _Watch(event.Listener):

@@ -9,8 +9,8 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled clock durable durable_folder plugins wording events worst columns streams "
-    "progress palette quantities effects",
+    "compiled code_cache clock durable durable_folder plugins wording events worst columns "
+    "streams progress palette quantities effects",
     "water loss light_time formations coverage dubins paths turns routes hydrophones usbl fusion "
     "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
     "belief track_file currents vehicles dynamics guidance geodesy",
@@ -34,7 +34,7 @@ HOMES = {
     "pyarrow": "arrow_columns tables event_tables result simulation campaigns export",
     "yaml": "plain_yaml yaml_syntax",
     "click": "cli commands manual",
-    "numba": "compiled",
+    "numba": "compiled code_cache",
     "pydantic": "key_types route_keys scenario scenario_file scenario_keys campaigns",
     "pydantic_core": "scenario scenario_file vehicle_choice",
     "matplotlib": "figures reproduction",

@@ -30,7 +30,7 @@ PARTS: Mapping[str, str] = {
     "result result_folder",
     "set-up": "scenario key_types route_keys idle_keys worth_knowing plugins families "
     "consistency vehicle_choice scenario_keys wording durable durable_folder launch onboard "
-    "planned fleet formations coverage streams compiled build courses world simulation",
+    "planned fleet formations coverage streams compiled code_cache build courses world simulation",
 }
 PART_OF = {module: part for part, modules in PARTS.items() for module in modules.split()}
 

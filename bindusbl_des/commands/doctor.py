@@ -5,7 +5,6 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Literal
 
 import click
@@ -19,6 +18,11 @@ OLDEST_PYTHON = (3, 11)
 
 # Distributions whose import name is another one.
 IMPORT_NAMES = {"pyyaml": "yaml"}
+
+CACHE_REMEDY = (
+    "until then each process compiles anew; make the folder yours, writable by you alone and not "
+    "full, or point NUMBA_CACHE_DIR to one that is"
+)
 
 
 @dataclass(frozen=True)
@@ -105,16 +109,28 @@ def _first_line(error: Exception) -> str:
 
 
 def _numba_cache() -> Finding:
-    """See whether compiled code can be kept; without it each process compiles anew."""
-    named = os.environ.get("NUMBA_CACHE_DIR")
-    home = Path(__file__).resolve().parent.parent
-    places = [Path(named)] if named else [home / "__pycache__", home, Path.home() / ".cache"]
-    for place in places:
-        existing = next((part for part in (place, *place.parents) if part.exists()), Path("/"))
-        if existing.is_dir() and os.access(existing, os.W_OK):
-            return Finding("numba cache", "ok", str(place))
-    remedy = "each process compiles anew; point NUMBA_CACHE_DIR to a folder that can be written"
-    return Finding("numba cache", "note", remedy)
+    """Keep and load a piece of code, and read all that is kept."""
+    from importlib import import_module
+
+    from .. import code_cache
+    from ..compiled import kept_and_loaded
+
+    try:
+        for module in ("simulation", "guidance", "dynamics"):  # to know where they keep theirs
+            import_module(f"..{module}", __package__)
+        works = kept_and_loaded()
+    except Exception as error:  # the doctor tells rather than falls ill itself
+        return Finding("numba cache", "broken", _first_line(error))
+    bad = [path for folder in sorted(code_cache.folders) for path in code_cache.damaged(folder)]
+    if bad:
+        many = f" and {len(bad) - 1} more damaged" if bad[1:] else ""
+        remedy = "delete it and its like; they are compiled anew when needed"
+        return Finding("numba cache", "broken", f"{bad[0]} is damaged{many}; {remedy}")
+    if code_cache.troubles:
+        return Finding("numba cache", "broken", f"{code_cache.troubles[0]}; {CACHE_REMEDY}")
+    if not works:
+        return Finding("numba cache", "broken", f"does not keep what it is given; {CACHE_REMEDY}")
+    return Finding("numba cache", "ok", ", ".join(map(str, sorted(code_cache.folders))))
 
 
 def _tiny_mission() -> Finding:
