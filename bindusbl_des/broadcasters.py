@@ -8,6 +8,9 @@ from .boards import Frame
 from .fleet import Fleet
 from .motion import places
 
+# ASVs whose distances to all fixes are worked out at a time.
+BLOCK = 64
+
 Choice = Callable[[int, Frame, Fleet, float, np.random.Generator], int]
 
 
@@ -34,8 +37,11 @@ def nearest(number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random
         return 0
     goals = frame.positions[:, :2]
     vessels = places(asvs.motion, time)[:, :2]
-    distances = np.linalg.norm(vessels[:, None] - goals[None], axis=2).mean(axis=1)
-    return int(np.argmin(distances))
+    apart = [
+        np.linalg.norm(vessels[k : k + BLOCK, None] - goals, axis=2).mean(axis=1)
+        for k in range(0, len(vessels), BLOCK)
+    ]
+    return int(np.argmin(np.concatenate(apart)))
 
 
 def fixed(number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random.Generator) -> int:

@@ -20,6 +20,9 @@ Flags = NDArray[np.bool_]
 # digits cannot name.
 UNCOVERED, ONCE, SEVERAL, STATION = ".", "o", "#", "*"
 
+# ASVs whose distances to all points are worked out at a time.
+BLOCK = 200
+
 # A character of a terminal is about twice as high as it is wide.
 CHARACTER_HEIGHT = 2.0
 
@@ -115,15 +118,26 @@ def _arc_integral(half: float, places: Floats, number: int, reach: float) -> flo
     """Return the integral along what one circle adds to the boundary, counter-clockwise (m2)."""
     x, y = places[number]
     bearing, opening = _hidden_arcs(half, places, number, reach)
-    cuts = _wrapped(np.concatenate((bearing - opening, bearing + opening)))
-    angles = np.concatenate(([-np.pi], np.sort(cuts), [np.pi]))
+    lower, upper = _wrapped(bearing - opening), _wrapped(bearing + opening)
+    angles = np.concatenate(([-np.pi], np.sort(np.concatenate((lower, upper))), [np.pi]))
     start, end = angles[:-1], angles[1:]
-    middle = (start + end) / 2.0
-    hidden = np.abs(_wrapped(middle[:, None] - bearing)) <= opening
-    shown = ~hidden.any(axis=1)
+    shown = _times_hidden((start + end) / 2.0, lower, upper, opening) == 0
     start, end = start[shown], end[shown]
     swept = x * (np.sin(end) - np.sin(start)) - y * (np.cos(end) - np.cos(start))
     return reach / 2.0 * float(np.sum(reach * (end - start) + swept))
+
+
+def _times_hidden(
+    angles: Floats, lower: Floats, upper: Floats, opening: Floats
+) -> NDArray[np.intp]:
+    """Return in how many arcs each angle (rad) lies: those begun below it less those ended.
+
+    Arcs across +-pi count as begun before; one all around begins where it ends.
+    """
+    across = (lower > upper) | ((lower == upper) & (opening > 1.0))
+    begun = np.searchsorted(np.sort(lower), angles, side="right")
+    ended = np.searchsorted(np.sort(upper), angles, side="left")
+    return begun - ended + np.count_nonzero(across)
 
 
 def _hidden_arcs(half: float, places: Floats, number: int, reach: float) -> tuple[Floats, Floats]:
@@ -228,8 +242,11 @@ def _heard_by(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> NDArray[np
         raise ValueError(
             f"points must have the shape (..., 2); met {array.shape}; give x and y (m) of each"
         )
-    heard: Flags = _distances(array, stations(asvs)) <= _reach(hf_range)
-    count: NDArray[np.intp] = heard.sum(axis=-1, dtype=np.intp)
+    reach, count = _reach(hf_range), np.zeros(array.shape[:-1], dtype=np.intp)
+    places = stations(asvs)
+    for first in range(0, len(places), BLOCK):
+        heard: Flags = _distances(array, places[first : first + BLOCK]) <= reach
+        count += heard.sum(axis=-1, dtype=np.intp)
     return count
 
 

@@ -1,23 +1,32 @@
 """What a mission will take, from its counts alone: rounds, pings, samples, and so time and memory.
 
-The constants were measured on one core of 2.5 GHz (`tests/test_effort.py` holds the estimate to a
-factor of what missions take); a mission of some minutes is worth no estimate, one of a hundred
-thousand vehicles is.
+The constants were measured on one core of 2.5 GHz (`tests/test_effort.py` holds the memory to what
+`run` took, files included: 0 to 28 % more); a mission of some minutes is worth no estimate, one of
+a hundred thousand vehicles is.
 """
 
 import math
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .conflicts import SMALL_FLEET
 from .currents import CONTROL_S
 from .planned import asv_stations
 from .round_lengths import Rounds, rounds_of
 from .scenario import Scenario
+from .streams import FEWEST_ROWS, MOST_ROWS, ROWS
+from .usbl import NOISE_WIDTH
+
+# Where Linux says how much memory a container may take (bytes).
+CONTAINER_LIMITS = (
+    "/sys/fs/cgroup/memory.max",
+    "/sys/fs/cgroup/memory/memory.limit_in_bytes",
+)
 
 # Beyond this a mission is not begun without being asked for twice.
 LONGEST_S = 86_400.0
@@ -28,12 +37,16 @@ WORTH_TELLING_S, WORTH_TELLING_BYTES = 30.0, 2e9
 # Hearing is worked out vehicle by vehicle up to so many pairs, beyond from areas.
 MOST_PAIRS = 4_000_000
 
+# AUVs move: in the course of a mission an ASV hears more of them than at its start.
+NEW_PAIRS = 1.5
+
 # Rounds of more ping groups than this are not added up slot by slot.
 FEW_GROUPS = 100
 
 # Seconds and bytes of one of each: a round, a ping, its way to one ASV, a reception that is kept
-# (and written), a fix, an edge of a conflict graph, a sample of the metrics, of the IMU and of the
-# tracks (written), a control interval of a vehicle, a lane that is planned, a leg that is flown.
+# (and written), a fix, a pair of AUVs of a conflict graph (schedules of one's own) or of DSATUR, a
+# sample of the metrics, of the IMU and of the tracks (written), a control interval of a vehicle, a
+# lane that is planned, a leg that is flown, a pair of AUV and ASV, one of them that has noise.
 COSTS: dict[str, tuple[float, float]] = {
     "rounds": (40e-6, 600),
     "pings": (8e-6, 350),
@@ -41,40 +54,77 @@ COSTS: dict[str, tuple[float, float]] = {
     "receptions": (4.5e-6, 360),
     "fixes": (15e-6, 500),
     "edges": (6e-6, 0),
+    "choices": (70e-9, 0),
     "samples": (0.15e-6, 0),
     "imu_samples": (0.06e-6, 16),
-    "track_rows": (1.5e-6, 400),
+    "track_rows": (1.5e-6, 520),
     "intervals": (4e-6, 500),
     "lanes": (250e-6, 2000),
     "legs": (15e-6, 400),
+    "pairs": (0.0, 24),
+    "noises": (25e-6, 1200),
 }
 WORDS = {
     "ways": "ways from AUV to ASV",
     "edges": "conflicts to colour",
+    "choices": "choices of the next AUV to colour",
+    "pairs": "pairs of AUV and ASV",
+    "noises": "pairs of AUV and ASV in range",
     "imu_samples": "IMU samples",
     "track_rows": "rows of tracks",
     "intervals": "control intervals",
 }
-AUV_S, AUV_BYTES = 200e-6, 2000
+REMEDY = "Lower auvs.count, asvs.count or duration_s, or set record.detail to summary"
+REMEDIES = {
+    "samples": "Lower record.metrics_hz or duration_s",
+    "imu_samples": "Lower navigation.imu_rate_hz, auvs.count or duration_s",
+    "track_rows": "Lower record.tracks_hz or duration_s, or set record.detail to summary",
+    "edges": "Lower auvs.count, or name a schedule that ships, which needs no graph",
+    "pairs": "Lower auvs.count or asvs.count",
+    "noises": "Lower auvs.count or asvs.count",
+}
+PROCESS_BYTES = 240e6  # Python, its libraries, compiled code
+AUV_S, AUV_BYTES = 1e-3, 10_000
 GRAPH_EDGE_BYTES = 600  # of one graph at a time
-SAMPLE_BYTES = 24  # of one AUV at a time
+SAMPLE_BYTES, IMU_SAMPLE_BYTES = 130, 48  # of one AUV at a time
+ROW_BYTES = 8 * (NOISE_WIDTH + 1)
 CALL_S, CALLED_S = 60e-6, 2e-6  # of each ping, of each ASV that may call it (twtt)
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How much a mission is: how many of each thing that costs, and its time (s) and memory."""
+    """How much a mission is: how many of each thing that costs, its time (s), and its memory
+    (bytes), also by what holds it.
+    """
 
     counts: dict[str, float]
     seconds: float
-    bytes: float
+    held: dict[str, float]
+
+    @property
+    def bytes(self) -> float:
+        """The memory of its process."""
+        return sum(self.held.values())
+
+    @property
+    def remedy(self) -> str:
+        """What to change in a scenario that takes too much."""
+        largest = max(self.held, key=lambda name: self.held[name])
+        is_memory = self.bytes > WORTH_TELLING_BYTES
+        return REMEDIES.get(largest if is_memory else "", REMEDY)
 
     def __str__(self) -> str:
-        largest = sorted(self.counts.items(), key=lambda it: -it[1] * COSTS[it[0]][0])[:2]
+        if self.bytes > WORTH_TELLING_BYTES:
+            weights = {name: self.held.get(name, 0.0) for name in self.counts}
+        else:
+            weights = {name: number * COSTS[name][0] for name, number in self.counts.items()}
+        largest = sorted(weights, key=lambda name: -weights[name])[:2]
         things = ", ".join(
-            f"{float(f'{number:.2g}'):,.0f} {WORDS.get(name, name)}" for name, number in largest
+            f"{float(f'{self.counts[name]:.2g}'):,.0f} {WORDS.get(name, name)}" for name in largest
         )
-        return f"about {spoken(self.seconds)} and {self.bytes / 1e9:.2g} GB ({things})"
+        return (
+            f"about {spoken(self.seconds)} and {float(f'{self.bytes / 1e9:.2g}'):g} GB ({things})"
+        )
 
     @property
     def is_worth_telling(self) -> bool:
@@ -91,11 +141,17 @@ class Effort:
 
 
 def machine_memory() -> float:
-    """Return the memory of this machine (bytes), infinite where it cannot be told."""
+    """Return the memory (bytes) of this machine, or of the container that we are in; infinite where
+    it cannot be told.
+    """
     try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+        memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):
-        return math.inf
+        memory = math.inf
+    for limit in CONTAINER_LIMITS:
+        with suppress(OSError, ValueError):  # no container, or "max"
+            memory = min(memory, float(Path(limit).read_text()))
+    return memory
 
 
 def spoken(seconds: float) -> str:
@@ -114,14 +170,18 @@ def spoken(seconds: float) -> str:
 def effort(scenario: Scenario) -> Effort:
     """Return about how much a mission is; within a factor of three where it takes long."""
     counts = {**_protocol(scenario), **_sampling(scenario), **_ways(scenario)}
-    auvs, record = scenario.auvs.count, scenario.record
+    auvs, duration, record = scenario.auvs.count, scenario.duration_s, scenario.record
     seconds = 0.05 + auvs * AUV_S + sum(n * COSTS[name][0] for name, n in counts.items())
-    memory = auvs * AUV_BYTES + sum(n * COSTS[name][1] for name, n in counts.items())
-    memory += counts["edges"] / max(counts["rounds"], 1.0) * GRAPH_EDGE_BYTES
-    memory += scenario.duration_s * record.metrics_hz * SAMPLE_BYTES
     if scenario.protocol.ranging == "twtt":
         seconds += counts["pings"] * (CALL_S + scenario.asvs.count * CALLED_S)
-    return Effort(counts, seconds, memory)
+    held = {name: n * COSTS[name][1] for name, n in counts.items()}
+    rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * scenario.asvs.count)))
+    held["process"], held["auvs"] = PROCESS_BYTES, auvs * AUV_BYTES
+    held["edges"] += counts["edges"] / max(counts["rounds"], 1.0) * GRAPH_EDGE_BYTES
+    held["noises"] += counts["noises"] * rows * ROW_BYTES
+    held["samples"] += duration * record.metrics_hz * SAMPLE_BYTES
+    held["imu_samples"] += duration * scenario.navigation.imu_rate_hz * IMU_SAMPLE_BYTES
+    return Effort(counts, seconds, held)
 
 
 def _protocol(scenario: Scenario) -> dict[str, float]:
@@ -133,17 +193,22 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     pinging = 1 if rounds.frame else auvs
     fixed = min(float(heard.sum()), pinging)
     number = math.ceil(scenario.duration_s / _period(rounds, groups, round(fixed)))
-    pings = float(number * pinging)
+    lasts = scenario.duration_s / _period(rounds, groups, round(fixed))
+    pings = pinging * (lasts if groups > FEW_GROUPS else number)  # of a long round only a part
     share = min(float(heard.sum()) / auvs, asvs)
     edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2)
-    whole = scenario.record.detail == "full"
+    whole, schedule = scenario.record.detail == "full", scenario.protocol.schedule
+    met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
     return {
         "rounds": number,
         "pings": pings,
         "ways": pings * asvs,
         "receptions": pings * (asvs if whole else share),
         "fixes": pings * min(share, 1.0),
-        "edges": edges * number if auvs > SMALL_FLEET else 0.0,
+        "edges": edges * number if ":" in schedule else 0.0,
+        "choices": float(auvs) ** 2 * number if schedule == "dsatur" else 0.0,
+        "pairs": float(auvs * asvs),
+        "noises": met,
     }
 
 

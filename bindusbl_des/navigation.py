@@ -37,6 +37,7 @@ from .columns import (
 )
 from .compiled import compiled
 from .dead_reckoning import DeadReckoning, Odometry, reckoned
+from .growing import lengthened
 from .motion import Floats, Ints
 
 Array = NDArray[np.float64]
@@ -153,20 +154,27 @@ class Beliefs:
 
     def __init__(self, first: Array) -> None:
         """Take the first beliefs (n, BELIEF_COLUMNS), held from the start on."""
-        self.count = len(first)
+        self.count = self._fleet = len(first)
+        self._sorted = 0
         self._rows = np.zeros((2 * self.count, BELIEF + BELIEF_COLUMNS))
         self._rows[: self.count, HOLDER] = np.arange(self.count)
         self._rows[: self.count, BELIEF:] = first
 
     def room_for(self, count: int) -> Floats:
         """Return the rows, with room for further ones after the first `self.count`."""
-        while self.count + count > len(self._rows):
-            self._rows = np.concatenate((self._rows, np.empty_like(self._rows)))
+        if self.count + count > len(self._rows):
+            length = max(2 * len(self._rows), self.count + count)
+            self._rows = lengthened(self._rows[: self.count], length)
         return self._rows
 
     def of(self, auv: int) -> tuple[Array, Array]:
         """Return since when (k,), s, an AUV has believed what (k, BELIEF_COLUMNS)."""
-        own = self._rows[: self.count][self._rows[: self.count, HOLDER] == auv]
+        if self._sorted != self.count:  # not a search of all for each AUV
+            holders = self._rows[: self.count, HOLDER]
+            self._order = np.argsort(holders, kind="stable")
+            self._ends = np.searchsorted(holders[self._order], np.arange(self._fleet + 1))
+            self._sorted = self.count
+        own = self._rows[self._order[self._ends[auv] : self._ends[auv + 1]]]
         return own[:, SINCE].copy(), own[:, BELIEF:].copy()
 
 

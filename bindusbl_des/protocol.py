@@ -10,7 +10,7 @@ from itertools import count
 
 import simpy
 
-from .conflicts import conflict_count
+from .colouring import conflict_count
 from .events import Broadcast, Round
 from .network import Network
 from .schedules import Groups, View
@@ -38,7 +38,7 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
         # Positions have changed since the last downlink, and with them the conflict graph.
         view = network.view(number, time)
         groups = network.schedule(view)
-        turn = Turn(Round(number, time, len(groups), conflict_count(view.conflicts)), groups, view)
+        turn = Turn(Round(number, time, len(groups), conflict_count(view.heard)), groups, view)
         network.record.rounds.append(turn.row)
         time = yield from DOWNLINKS[network.policy](network, turn, time)
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .columns import FIX_COLUMNS, PING_COLUMNS
 from .events import Broadcast, Fix, Ping, Reception, Round
+from .growing import lengthened
 
 Rows = NDArray[np.float64]
 
@@ -33,8 +34,11 @@ class Ledger:
 
     def room_for(self, count: int) -> Rows:
         """Return the array with room for further rows after the first `self.count`."""
-        while self.count + count > len(self.array):
-            self.array = np.concatenate((self.array, np.empty_like(self.array)))
+        if self.count + count > len(self.array):
+            length = len(self.array)
+            while self.count + count > length:
+                length *= 2
+            self.array = lengthened(self.rows, length)
         return self.array
 
 

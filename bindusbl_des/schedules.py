@@ -8,19 +8,15 @@ is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name 
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from .conflicts import (
-    Hearing,
-    colour_dsatur,
-    colour_greedily,
-    conflict_graph,
-    ping_groups,
-)
+from .colouring import dsatur_groups, greedy_groups
+from .conflicts import Hearing, conflict_graph
 from .consistency import FRAMED_SCHEDULES
 from .families import SCHEDULE
 from .plugins import PluginError, asked, load, loaded
@@ -48,8 +44,10 @@ class View:
     range_metric: str
     random: np.random.Generator
 
-    def __post_init__(self) -> None:
-        self.conflicts: nx.Graph[int] = conflict_graph(self.heard)
+    @cached_property
+    def conflicts(self) -> "nx.Graph[int]":
+        """The conflict graph; of a large fleet it is large, so only made when asked for."""
+        return conflict_graph(self.heard)
 
 
 Schedule = Callable[[View], Groups]
@@ -57,12 +55,12 @@ Schedule = Callable[[View], Groups]
 
 def spatial_reuse(view: View) -> Groups:
     """Let AUVs without a common listener ping together, coloured greedily (the paper)."""
-    return ping_groups(view.conflicts, colour_greedily)
+    return greedy_groups(view.heard)
 
 
 def dsatur(view: View) -> Groups:
     """Let AUVs without a common listener ping together, coloured by DSATUR."""
-    return ping_groups(view.conflicts, colour_dsatur)
+    return dsatur_groups(view.heard)
 
 
 def one_per_slot(view: View) -> Groups:

@@ -8,8 +8,10 @@ from enum import IntEnum
 
 import numpy as np
 
-# Rows of noise that are drawn at a time.
-ROWS = 64
+from .growing import lengthened
+
+# Rows of noise that are drawn at a time; fewer where so many pairs would hold more than so many.
+ROWS, FEWEST_ROWS, MOST_ROWS = 64, 4, 6_400_000
 
 
 class Purpose(IntEnum):
@@ -52,9 +54,14 @@ class NoiseStore:
     def __init__(self, streams: Streams, auvs: int, asvs: int, width: int) -> None:
         self._streams = streams
         self._drawn: dict[tuple[int, int], np.random.Generator] = {}
+        rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * asvs)))
         self.shelf = np.full((auvs, asvs), -1, dtype=np.int64)
-        self.taken = np.full((auvs, asvs), ROWS, dtype=np.int64)
-        self.blocks = np.empty((2, ROWS, width))
+        self.taken = np.full((auvs, asvs), rows, dtype=np.int64)
+        self.blocks = np.empty((2, rows, width))
+
+    def is_spent(self, auv: int, asv: int) -> bool:
+        """Tell whether a pair has no row left."""
+        return bool(self.taken[auv, asv] == self.blocks.shape[1])
 
     def refill(self, auv: int, asv: int) -> None:
         """Draw the next rows of a pair."""
@@ -63,6 +70,6 @@ class NoiseStore:
             self._drawn[auv, asv] = self._streams.of(Purpose.MEASUREMENT, auv, asv)
         shelf = self.shelf[auv, asv]
         if shelf == len(self.blocks):
-            self.blocks = np.concatenate((self.blocks, np.empty_like(self.blocks)))
+            self.blocks = lengthened(self.blocks, 2 * len(self.blocks))
         self._drawn[auv, asv].standard_normal(out=self.blocks[shelf])
         self.taken[auv, asv] = 0

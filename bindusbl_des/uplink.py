@@ -7,7 +7,18 @@ from math import hypot
 import numpy as np
 
 from .calling import Call, interrogate
-from .columns import ARRIVED_AT, AUV, CALL_TIME, CALLED_AT, OF_PING, OUTCOME, PASSED_AT
+from .columns import (
+    ARRIVED_AT,
+    AT_ASV,
+    AUV,
+    CALL_TIME,
+    CALLED_AT,
+    FIRST,
+    OF_AUV,
+    OF_PING,
+    OUTCOME,
+    PASSED_AT,
+)
 from .events import IN_FLIGHT
 from .fleet import Fleet
 from .motion import Floats, Ints
@@ -125,10 +136,20 @@ class Uplink:
             )  # fmt: skip
             if asv == NOBODY:
                 break
-            noise.refill(auv, asv)
+            for other in {asv, *self._bound_for(auv)}:  # at once: `passed` begins anew each time
+                if noise.is_spent(auv, other):
+                    noise.refill(auv, other)
         while self._undecided < pings.count and pings.array[self._undecided, PASSED_AT] == np.inf:
             self._undecided += 1
         return range(first, fixes.count)
+
+    def _bound_for(self, auv: int) -> list[int]:
+        """Return the ASVs that pings of an AUV are under way to."""
+        first = int(self._record.pings.array[self._undecided, FIRST])
+        rows = self._record.receptions.rows[first:]
+        mine = (rows[:, OF_AUV] == auv) & (rows[:, OUTCOME] == IN_FLIGHT)
+        bound: list[int] = rows[mine, AT_ASV].astype(np.int64).tolist()
+        return bound
 
     def decide(self, ping: int, row: int) -> bool:
         """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""

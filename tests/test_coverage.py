@@ -2,6 +2,7 @@
 
 import json
 import math
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -488,3 +489,14 @@ def test_impossible_formations_are_refused() -> None:
         formation_radius(50.0, -1.0)
     with pytest.raises(ValueError, match=r"side must .* met -1.0"):
         formation_radius_bound(-1.0, 50.0)
+
+
+def test_the_area_of_many_asvs_needs_little_memory() -> None:
+    """A thousand ASVs: no array of ASVs by ASVs, in which arcs were looked up one by one."""
+    ring = formation(1000, 50.0)
+    tracemalloc.start()
+    assert covered_area(140.0, ring, 50.0) == pytest.approx(1.0)
+    assert len(coverage_map(140.0, ring, 50.0)) == 24
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 10e6

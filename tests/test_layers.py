@@ -10,10 +10,10 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
     "compiled code_cache clock durable durable_folder plugins wording events worst columns "
-    "streams progress palette quantities effects",
+    "growing streams progress palette quantities effects",
     "water loss light_time formations coverage dubins paths turns routes hydrophones usbl fusion "
-    "conflicts logs motion propagation calling round_trip measurement reception dead_reckoning "
-    "belief track_file currents vehicles dynamics guidance geodesy",
+    "conflicts colouring logs motion propagation calling round_trip measurement reception "
+    "dead_reckoning belief track_file currents vehicles dynamics guidance geodesy",
     "key_types route_keys families consistency vehicle_choice scenario idle_keys",
     "navigation own_navigator recorder fleet slots planned",
     "uplink downlink ranging boards broadcasters schedules chart network protocol",

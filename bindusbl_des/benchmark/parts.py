@@ -22,15 +22,16 @@ PARTS: Mapping[str, str] = {
     "vehicles": "vehicles voyages motion logs dynamics guidance paths dubins turns routes currents "
     "track_file",
     "acoustics": "water loss light_time propagation uplink downlink ranging",
-    "protocol": "protocol chart schedules conflicts slots boards broadcasters network clock "
-    "calling",
+    "protocol": "protocol chart schedules conflicts colouring slots boards broadcasters "
+    "network clock calling",
     "USBL": "usbl hydrophones reception fusion",
     "navigation": "navigation own_navigator belief dead_reckoning",
     "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
     "result result_folder",
     "set-up": "scenario key_types route_keys idle_keys worth_knowing plugins families "
     "consistency vehicle_choice scenario_keys wording durable durable_folder launch onboard "
-    "planned fleet formations coverage streams compiled code_cache build courses world simulation",
+    "planned fleet formations coverage streams growing compiled code_cache build courses "
+    "world simulation",
 }
 PART_OF = {module: part for part, modules in PARTS.items() for module in modules.split()}
 

@@ -137,9 +137,9 @@ def weigh(name: str, cost: "Effort", anyway: bool, at_once: int = 1) -> None:
     """Tell what a large mission takes; refuse what this machine should not begin unless asked."""
     excess = cost.excess(at_once)
     if excess and not anyway:
+        fewer = "use fewer --workers; " if at_once > 1 and not cost.excess() else ""
         refuse(
-            f"{name}: takes {cost}: {excess}. Lower auvs.count, asvs.count or duration_s, or set "
-            "record.detail to summary; --anyway begins it nevertheless"
+            f"{name}: takes {cost}: {excess}. {cost.remedy}; {fewer}--anyway begins it nevertheless"
         )
     if cost.is_worth_telling:
         talk(f"{name}: takes {cost}")

@@ -162,8 +162,8 @@ def _weigh_heaviest(experiment: "Experiment", workers: int | None, anyway: bool)
         n * (points - 1) // max(min(points, MOST_WEIGHED) - 1, 1) for n in range(MOST_WEIGHED)
     }
     efforts = {n: effort(experiment.scenario(n)) for n in looked_at if n < points}
-    heaviest = max(efforts, key=lambda n: (bool(efforts[n].excess()), efforts[n].seconds))
     at_once = min(workers or os.cpu_count() or 1, points * len(experiment.seeds))
+    heaviest = max(efforts, key=lambda n: (bool(efforts[n].excess(at_once)), efforts[n].seconds))
     weigh(f"each mission of point {heaviest}", efforts[heaviest], anyway, at_once)
 
 
