@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from .formations import formation
     from .fusion import fuse
     from .light_time import travel_time
+    from .loading import load_result
     from .loss import range_loss
-    from .result import Result, load_result
+    from .result import Result
     from .scenario import Scenario
     from .scenario_file import ScenarioError, load_scenario
     from .simulation import simulate
@@ -42,7 +43,7 @@ _HOMES = {
     "downlink_slot": "slots",
     "formation": "formations",
     "fuse": "fusion",
-    "load_result": "result",
+    "load_result": "loading",
     "load_scenario": "scenario_file",
     "range_loss": "loss",
     "Result": "result",

@@ -78,7 +78,7 @@ def _is_campaign(source: Path) -> bool:
 
 
 def _result(source: Path) -> "Result":
-    from ..result import load_result
+    from ..loading import load_result
 
     try:
         return load_result(source)

@@ -224,7 +224,7 @@ def explain(folder: str, ping: int | None, fix: int | None, as_json: bool) -> No
     if (ping is None) == (fix is None):
         raise click.UsageError("give either --ping ID or --fix ID")
     from ..explain import chain_of_fix, chain_of_ping
-    from ..result import load_result
+    from ..loading import load_result
 
     try:
         result = load_result(folder)

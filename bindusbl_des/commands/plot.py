@@ -107,7 +107,7 @@ def _chosen(offers: "Offers", folder: str, kind: str | None) -> "dict[str, Calla
 
 
 def _run_offers(folder: str, options: dict[str, Any]) -> "Offers":
-    from ..result import load_result
+    from ..loading import load_result
 
     for name in ("metric", "x", "series"):
         if options[name] is not None:

@@ -108,7 +108,7 @@ def _comparison(folders: tuple[str, ...]) -> str:
 
 
 def _result(folder: str) -> "Result":
-    from ..result import load_result
+    from ..loading import load_result
 
     try:
         return load_result(folder)
