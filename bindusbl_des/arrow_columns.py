@@ -101,12 +101,12 @@ def numpy_columns(table: pa.Table) -> dict[str, NDArray[Any]]:
 
     Whole numbers stay whole where none is missing.  Without pandas, for the same reason.
     """
-    return {
-        field.name: _numpy(table[field.name].combine_chunks(), field.type) for field in table.schema
-    }
+    return {field.name: numpy_array(table[field.name].combine_chunks()) for field in table.schema}
 
 
-def _numpy(array: pa.Array | pa.ChunkedArray, kind: pa.DataType) -> NDArray[Any]:
+def numpy_array(array: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
+    """Return one column as :func:`numpy_columns` does."""
+    kind = array.type
     if kind == pa.string() or isinstance(array, pa.ChunkedArray) or not len(array):
         values = array.to_pylist()
         return np.array(values, dtype=object if kind == pa.string() else kind.to_pandas_dtype())

@@ -5,9 +5,11 @@ by seed, so that both had the same noise; its interval says how well it is known
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
+from math import inf
 from shlex import quote
-from typing import Any, TypeVar
+from types import UnionType
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effect", "harms"
 
@@ -188,21 +190,44 @@ def from_data(data: Any) -> Advice:
     """Return the advice that a file holds.
 
     Raises:
-        ValueError: when it is none.
+        ValueError: when it is none, naming the first key that is wrong.
     """
-    try:
-        plain = _read(Advice, data)
-        return replace(
-            plain,
-            effects=tuple(_read(Effect, it) for it in plain.effects),
-            harms=tuple(_read(Harm, it) for it in plain.harms),
-        )
-    except (AttributeError, KeyError, TypeError) as error:
-        raise ValueError(f"advice.json: {error!r}") from None
+    plain = _read(Advice, data, "advice")
+    advice = replace(
+        plain,
+        effects=tuple(_read(Effect, it, "effects") for it in plain.effects),
+        harms=tuple(_read(Harm, it, "harms") for it in plain.harms),
+    )
+    if any(it.kind in (GAIN, FILTER) and not it.settings for it in advice.effects):
+        raise ValueError("effects: settings of a gain or filter is empty")
+    if advice.of(HELPS) and advice.error_m is None:
+        raise ValueError("advice: error_m is null beside effects")
+    return advice
 
 
-def _read(kind: type[Row], data: Any) -> Row:
+def _read(kind: type[Row], data: Any, name: str) -> Row:
     """Return one of the classes above from plain data: its fields by name, lists as tuples."""
-    values = {column.name: data[column.name] for column in fields(kind)}
-    plain: Any = {n: tuple(v) if isinstance(v, list) else v for n, v in values.items()}
-    return kind(**plain)
+    if not isinstance(data, Mapping):
+        raise ValueError(f"{name} holds no keys")
+    values: dict[str, Any] = {}
+    for key, hint in get_type_hints(kind).items():
+        if not _fits(data.get(key), hint):
+            raise ValueError(
+                f"{name}: {key} is not what it should be"
+                if key in data
+                else f"{name}: {key} is missing"
+            )
+        values[key] = tuple(data[key]) if isinstance(data[key], list) else data[key]
+    return kind(**values)
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Tell whether a value of a JSON file is of a field's type; a tuple's rows are read later."""
+    if get_origin(hint) is tuple:
+        texts = get_args(hint)[0] is str
+        return isinstance(value, list) and (not texts or all(isinstance(it, str) for it in value))
+    if isinstance(hint, UnionType):
+        return value is None or _fits(value, get_args(hint)[0])
+    if hint is float:
+        return type(value) in (int, float) and abs(value) < inf
+    return type(value) is hint and (hint is not int or value >= 0)

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields
 from functools import cache
 from operator import attrgetter
-from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
@@ -95,6 +94,15 @@ def _worst(column: "Field[Any]") -> tuple[pa.Field, pa.Field]:
     )
 
 
+@cache
+def never_null(table: str) -> frozenset[str]:
+    """Return the columns of a table that have a value in every row."""
+    if table == "mission":
+        return frozenset(column.name for column in fields(Utilisation))
+    hints = get_type_hints(ROWS[table])
+    return frozenset(name for name, hint in hints.items() if not isinstance(hint, types.UnionType))
+
+
 def mission_numbers() -> list[str]:
     """Return the metrics of a mission that are numbers: all but the names of AUVs."""
     return [field.name for field in schema("mission") if field.type != pa.string()]
@@ -154,43 +162,6 @@ def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, st
         compression="zstd",
         use_dictionary=[f.name for f in table.schema if f.type == pa.string()],
         write_page_checksum=True,  # so that damage is found, not read
-    )
-
-
-class DamagedFile(ValueError):
-    """A file of results is missing, cannot be read, or is not what its name says."""
-
-    def __init__(self, path: str, reason: str) -> None:
-        self.path, self.reason = path, reason
-        super().__init__(path, reason)
-
-    def __str__(self) -> str:
-        return f"{self.path} {self.reason}"
-
-
-def read_parquet(
-    path: Path, columns: Sequence[str] | None = None, needed: Sequence[str] = ()
-) -> pa.Table:
-    """Return a table from its file, or those of some columns that it has; it must have all needed.
-
-    Raises:
-        DamagedFile: saying what is wrong with the file.
-    """
-    try:
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            known = file.schema_arrow.names
-            lacking = [name for name in needed if name not in known]
-            if not lacking:
-                return file.read(columns and [name for name in columns if name in known])
-    except FileNotFoundError:
-        raise DamagedFile(str(path), "is missing") from None
-    except (OSError, pa.ArrowException) as error:
-        said = (str(error).splitlines() or [""])[0]
-        reason = "cannot be read" if isinstance(error, PermissionError) else "is damaged"
-        raise DamagedFile(str(path), f"{reason} ({said})") from None
-    named = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
-    raise DamagedFile(
-        str(path), f"has no column {named}: it is another table, or of another version"
     )
 
 

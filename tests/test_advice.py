@@ -324,7 +324,7 @@ def test_advice_stays_with_the_result(recovery: Result, tmp_path: Path) -> None:
     assert load_result(folder).advice is None
     assert "No change was tried" in run_page(load_result(folder))
     (folder / "advice.json").write_text('{"budget_s": 3}')
-    with pytest.raises(ValueError, match=r"damaged or of another version: advice.json"):
+    with pytest.raises(ValueError, match=r"advice.json is damaged or of another version"):
         load_result(folder)
 
 

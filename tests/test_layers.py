@@ -19,7 +19,7 @@ LAYERS = [
     "uplink downlink ranging boards broadcasters schedules chart network protocol",
     "voyages launch onboard courses build world samples metrics",
     "round_lengths worth_knowing effort arrow_columns tables event_tables rounds figures summary "
-    "result result_folder loading simulation explain report export",
+    "result result_folder loading parquet_reading contradictions simulation explain report export",
     "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
     "campaigns advice sweep_data sweep_report benchmark",
     "reproduction",
@@ -31,7 +31,8 @@ RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split(
 HOMES = {
     "simpy": "boards downlink ranging protocol network build simulation",
     "networkx": "conflicts schedules",
-    "pyarrow": "arrow_columns tables event_tables result loading simulation campaigns export",
+    "pyarrow": "arrow_columns tables event_tables result loading parquet_reading contradictions "
+    "simulation campaigns export",
     "yaml": "plain_yaml yaml_syntax",
     "click": "cli commands manual",
     "numba": "compiled code_cache",

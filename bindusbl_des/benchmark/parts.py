@@ -27,7 +27,7 @@ PARTS: Mapping[str, str] = {
     "USBL": "usbl hydrophones reception fusion",
     "navigation": "navigation own_navigator belief dead_reckoning",
     "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
-    "result result_folder loading",
+    "result result_folder loading plain_json parquet_reading contradictions",
     "set-up": "scenario key_types route_keys idle_keys worth_knowing plugins families "
     "consistency vehicle_choice scenario_keys wording durable durable_folder launch onboard "
     "planned fleet formations coverage streams growing compiled code_cache build courses "

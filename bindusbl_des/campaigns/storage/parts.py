@@ -18,7 +18,8 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from ...arrow_columns import arrow
-from ...tables import EVENT_TABLES, DamagedFile, read_parquet, schema, write_parquet
+from ...parquet_reading import DamagedFile, read_parquet
+from ...tables import EVENT_TABLES, schema, write_parquet
 from .folder import CampaignError
 
 MISSIONS = "missions"
