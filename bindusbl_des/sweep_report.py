@@ -3,7 +3,6 @@
 import html
 import json
 from collections.abc import Sequence
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +14,8 @@ from .campaigns.statistics.judging import JUDGED, MEANS
 from .campaigns.statistics.naming import written
 from .campaigns.statistics.outcomes import Outcomes, outcomes
 from .report.packing import Packer
-from .report.page import assembled, asset, table
+from .report.page import assembled, asset, filled, table
+from .report.run_page import footer
 from .sweep_data import described, keys, packed_names, packed_statistics, value_numbers
 from .tables import mission_numbers
 
@@ -61,12 +61,12 @@ def sweep_page(campaign: "Campaign") -> str:
 
 def _head(campaign: "Campaign") -> str:
     state, seeds = campaign.state(), len(campaign.plan.experiment.seeds)
-    return (
-        f"<header><div><h1>{html.escape(campaign.record['name'])}</h1><p>"
+    told = (
         f"{len(campaign.plan.points)} points with {seeds} seed{'s' * (seeds != 1)} each: "
-        f"{state.done} missions done, {state.failed} failed, {state.missing} missing</p></div>"
-        f"{asset('theme.html')}</header>"
+        f"{state.done} missions done, {state.failed} failed, {state.missing} missing"
     )
+    head = filled("<h1>{name}</h1><p>{told}</p>", name=campaign.record["name"], told=told)
+    return f"<header><div>{head}</div>{asset('theme.html')}</header>"
 
 
 def _story(campaign: "Campaign", found: Outcomes) -> str:
@@ -125,14 +125,20 @@ def _origin(campaign: "Campaign") -> str:
     more = ", ..." if len(campaign.plan.experiment.seeds) > 40 else ""
     text = json.dumps(record["scenario"], indent=2, ensure_ascii=False)
     return (
-        '<section id="origin"><h2>What made this sweep</h2><dl class="origin">'
-        f"<dt>Base scenario</dt><dd>{html.escape(record['scenario']['name'])}, sha256 "
-        f"<code>{record['scenario_sha256']}</code></dd>"
-        f"<dt>Plan</dt><dd>sha256 <code>{record['plan_sha256']}</code></dd>"
-        f"<dt>Seeds</dt><dd>{seeds}{more}</dd>"
-        f"<dt>Versions</dt><dd>{html.escape(versions)}</dd></dl>"
-        "<details><summary>The base scenario in full, as JSON (JSON is YAML)</summary>"
-        f"<pre>{html.escape(text)}</pre></details></section>"
-        f"<footer>Made by bindusbl-des {html.escape(version('bindusbl-des'))}; plots drawn with "
-        "uPlot (MIT licence, in this file).</footer>"
+        filled(
+            '<section id="origin"><h2>What made this sweep</h2><dl class="origin">'
+            "<dt>Base scenario</dt><dd>{name}, sha256 <code>{scenario}</code></dd>"
+            "<dt>Plan</dt><dd>sha256 <code>{plan}</code></dd><dt>Seeds</dt><dd>{seeds}{more}</dd>"
+            "<dt>Versions</dt><dd>{versions}</dd></dl>"
+            "<details><summary>The base scenario in full, as JSON (JSON is YAML)</summary>"
+            "<pre>{text}</pre></details></section>",
+            name=record["scenario"]["name"],
+            scenario=record["scenario_sha256"],
+            plan=record["plan_sha256"],
+            seeds=seeds,
+            more=more,
+            versions=versions,
+            text=text,
+        )
+        + footer()
     )

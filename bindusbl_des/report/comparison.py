@@ -1,16 +1,14 @@
 """Several runs side by side: what differs in their scenarios and in what came of them."""
 
-import html
 from collections.abc import Iterator, Mapping, Sequence
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from ..wording import plain
 from .packing import Packer
-from .page import assembled, asset, number, table
+from .page import assembled, asset, filled, number, table
 from .recording import recording
 from .run_data import run_data
-from .run_page import AUV_COLUMNS, MAP, TILES, described, mission_row
+from .run_page import AUV_COLUMNS, MAP, TILES, described, footer, mission_row
 from .story import story
 
 if TYPE_CHECKING:
@@ -58,7 +56,7 @@ def comparison_page(runs: Sequence[Named]) -> str:
             told = story(mission)
             said = f"{told.warning} {told.verdict}".lstrip()
             data["runs"].append({**run_data(mission, told.services, packer), "name": name})
-        verdicts.append(f"<li><b>{html.escape(name)}</b>: {html.escape(said)}</li>")
+        verdicts.append(filled("<li><b>{name}</b>: {said}</li>", name=name, said=said))
     body = (
         _head(names, runs)
         + f'<section id="story"><h2>What happened</h2><ul>{"".join(verdicts)}</ul></section>'
@@ -86,7 +84,7 @@ def _names(runs: Sequence[Named]) -> Iterator[str]:
 
 def _head(names: Sequence[str], runs: Sequence[Named]) -> str:
     lines = "".join(
-        f"<p><b>{html.escape(name)}</b>: {html.escape(described(result))}</p>"
+        filled("<p><b>{name}</b>: {what}</p>", name=name, what=described(result))
         for name, (_, result) in zip(names, runs, strict=True)
     )
     return (
@@ -211,6 +209,5 @@ def _origins(names: Sequence[str], runs: Sequence[Named]) -> str:
     return (
         '<section id="origin"><h2>What made these runs</h2>'
         + table(headings, rows, "What made these runs")
-        + f"</section><footer>Made by bindusbl-des {html.escape(version('bindusbl-des'))}; plots "
-        "drawn with uPlot (MIT licence, in this file).</footer>"
+        + f"</section>{footer()}"
     )

@@ -1,7 +1,10 @@
 """A page: its parts put together in one file that asks the network for nothing."""
 
+import base64
+import hashlib
 import html
 import json
+import re
 from collections.abc import Container, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
@@ -22,19 +25,60 @@ def asset(name: str) -> str:
 def assembled(
     title: str, body: str, scripts: Sequence[str], data: Mapping[str, Any], packed: str
 ) -> str:
-    """Return a whole page: HTML in `body`, the scripts named, JSON `data`, columns `packed`."""
-    names = ("base.js", *scripts)
-    code = "\n".join(f"<script>\n{_bare(asset(name))}</script>" for name in names)
+    """Return a whole page: HTML in `body`, the scripts named, JSON `data`, columns `packed`.
+
+    The page's policy names the hash of each script and of the style sheet, so that a browser runs
+    these and nothing else, whatever stands in the body.
+    """
+    first = _bare(asset("theme.js"))
+    library = [_bare(asset("ratio.js")), _uplot()]
+    code = [*library, *(_bare(asset(name)) for name in ("base.js", *scripts))]
+    styles = "\n".join((asset("uPlot.min.css"), variables(), _bare(asset("page.css"))))
     return Template(asset("page.html")).substitute(
+        policy=_policy([first, *code], styles),
         title=html.escape(title),
-        styles="\n".join((asset("uPlot.min.css"), variables(), _bare(asset("page.css")))),
-        library=asset("uPlot.iife.min.js"),
-        licence=asset("uPlot-LICENSE"),
+        first=_script(first),
+        styles=styles,
         body=body,
         data=as_script(data),
         packed=packed,
-        code=code,
+        code="\n".join(map(_script, code)),
     )
+
+
+def filled(markup: str, **values: object) -> str:
+    """Return markup with values put in for the {names} in it: as text, whatever they hold.
+
+    >>> filled("<b>{name}</b>", name="<script>")
+    '<b>&lt;script&gt;</b>'
+    """
+    return markup.format(**{name: html.escape(str(value)) for name, value in values.items()})
+
+
+def _uplot() -> str:
+    """Return the library of the plots with its licence; afterwards dots have their own size."""
+    return (
+        f"\n/*\nuPlot, drawn from its npm package:\n{asset('uPlot-LICENSE')}\n*/\n"
+        f"{asset('uPlot.iife.min.js')}\n"
+        'Object.defineProperty(window, "devicePixelRatio", ownRatio);\n'
+    )
+
+
+def _script(code: str) -> str:
+    return f"<script>{code}</script>"
+
+
+def _policy(scripts: Sequence[str], styles: str) -> str:
+    """Return the Content-Security-Policy of a page that has these scripts and this style sheet."""
+    allowed = " ".join(map(_fingerprint, scripts))
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src {_fingerprint(styles)}; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _fingerprint(code: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
 
 
 def _bare(code: str) -> str:
@@ -50,7 +94,7 @@ def _bare(code: str) -> str:
 def as_script(data: Mapping[str, Any]) -> str:
     """Return data as JSON that cannot end the script element it stands in."""
     text = json.dumps(data, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return re.sub("[<>&\u2028\u2029]", lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 def table(

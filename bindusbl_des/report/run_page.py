@@ -8,7 +8,7 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from .packing import Packer
-from .page import assembled, asset, number, table
+from .page import assembled, asset, filled, number, table
 from .recording import metrics_of, recording
 from .run_data import run_data
 from .story import Story, short_story, story
@@ -125,7 +125,7 @@ def worth_knowing(result: "Result") -> str:
     if not result.warnings:
         return ""
     items = "".join(
-        f"<li><code>{html.escape(it.key)}</code>: {html.escape(it.message)}</li>"
+        filled("<li><code>{key}</code>: {message}</li>", key=it.key, message=it.message)
         for it in result.warnings
     )
     return f'<section id="knowing"><h2>Worth knowing</h2><ul>{items}</ul></section>'
@@ -215,15 +215,31 @@ def origin(result: "Result") -> str:
     command = f"bindusbl-des run scenario.yaml --seed {result.seed}"
     text = json.dumps(run["scenario"], indent=2, ensure_ascii=False)
     return (
-        '<section id="origin"><h2>What made this run</h2><dl class="origin">'
-        f"<dt>Scenario</dt><dd>{html.escape(result.scenario.name)}, sha256 "
-        f"<code>{run['scenario_sha256']}</code></dd><dt>Seed</dt><dd>{result.seed}</dd>"
-        f"<dt>Versions</dt><dd>{html.escape(versions)}</dd>"
-        f"<dt>Computed</dt><dd>{run['wall_time_s']:.2f} s of computing for "
-        f"{result.scenario.duration_s:g} s of mission</dd>"
-        f"<dt>Again</dt><dd><code>{html.escape(command)}</code> with the scenario.yaml of this "
-        "folder</dd></dl><details><summary>The scenario in full, as JSON (JSON is YAML)</summary>"
-        f"<pre>{html.escape(text)}</pre></details></section>"
-        f"<footer>Made by bindusbl-des {html.escape(version('bindusbl-des'))}; plots drawn with "
-        "uPlot (MIT licence, in this file).</footer>"
+        filled(
+            '<section id="origin"><h2>What made this run</h2><dl class="origin">'
+            "<dt>Scenario</dt><dd>{name}, sha256 <code>{sha256}</code></dd>"
+            "<dt>Seed</dt><dd>{seed}</dd><dt>Versions</dt><dd>{versions}</dd>"
+            "<dt>Computed</dt><dd>{computed} s of computing for {duration} s of mission</dd>"
+            "<dt>Again</dt><dd><code>{command}</code> with the scenario.yaml of this folder</dd>"
+            "</dl><details><summary>The scenario in full, as JSON (JSON is YAML)</summary>"
+            "<pre>{text}</pre></details></section>",
+            name=result.scenario.name,
+            sha256=run["scenario_sha256"],
+            seed=result.seed,
+            versions=versions,
+            computed=f"{run['wall_time_s']:.2f}",
+            duration=f"{result.scenario.duration_s:g}",
+            command=command,
+            text=text,
+        )
+        + footer()
+    )
+
+
+def footer() -> str:
+    """Return the end of a page: what made it."""
+    return filled(
+        "<footer>Made by bindusbl-des {version}; plots drawn with uPlot (MIT licence, in this "
+        "file).</footer>",
+        version=version("bindusbl-des"),
     )

@@ -9,7 +9,10 @@ const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name === "style") element.style.cssText = value;  // as an attribute the policy forbids it
+    else element.setAttribute(name, value);
+  }
   element.append(...children);
   return element;
 }
