@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from json import dumps
 from math import floor, isfinite, log10
 from typing import NoReturn
 
@@ -90,6 +91,26 @@ def printable(text: str) -> str:
     ('a\\x00b\\x1b[31m', '\\udcff.yaml')
     """
     return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
+
+
+def printable_lines(text: str) -> str:
+    r"""Return a text of several lines, each of them printable.
+
+    >>> printable_lines("a\x9b31m\nb\r")
+    'a\\x9b31m\nb\\r'
+    """
+    return "\n".join(map(printable, text.split("\n")))
+
+
+def printable_json(text: str) -> str:
+    r"""Return the text of JSON in which a terminal obeys nothing, and which says the same.
+
+    >>> printable_json('"a\x9b31m\u202e"')
+    '"a\\u009b31m\\u202e"'
+    """
+    return "".join(
+        sign if sign.isprintable() or sign == "\n" else dumps(sign)[1:-1] for sign in text
+    )
 
 
 def shortened(text: str) -> str:

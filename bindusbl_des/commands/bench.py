@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from .console import print_json, refuse, talk
+from .console import print_json, refuse, say, talk
 
 
 @click.command()
@@ -35,7 +35,7 @@ def bench(quick: bool, only: str | None, with_commands: bool, as_json: bool) -> 
     if as_json:
         print_json(found)
     else:
-        click.echo("\n".join(_lines(found)))
+        say("\n".join(_lines(found)))
 
 
 def _lines(found: dict[str, Any]) -> Iterator[str]:

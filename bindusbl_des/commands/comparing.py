@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .console import check_file, print_json, refuse, talk, writing
+from .console import check_file, print_json, refuse, say, talk, writing
 from .sweeps import mistakes_told
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def compare(
         notes = (
             fill(it, WIDEST, break_long_words=False, break_on_hyphens=False) for it in found.notes
         )
-        click.echo("\n".join([comparison_table(found.differences), *notes]))
+        say("\n".join([comparison_table(found.differences), *notes]))
     if out:
         talk(f"Table: {out}")
 

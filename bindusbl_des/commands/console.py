@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from ..plugins import allowed_everywhere
-from ..wording import printable
+from ..wording import printable_json, printable_lines
 
 if TYPE_CHECKING:
     from ..effort import Effort
@@ -28,11 +28,8 @@ class BadInput(click.ClickException):
     exit_code = BAD_INPUT
 
     def show(self, file: Any = None) -> None:
-        """Print the message alone: it says where the mistake is by itself.
-
-        What names of files may bring with them, a terminal neither obeys nor stumbles over.
-        """
-        click.echo("\n".join(map(printable, self.message.split("\n"))), err=True)
+        """Print the message alone: it says where the mistake is by itself."""
+        say(self.message, err=True)
 
 
 class RunFailed(BadInput):
@@ -41,11 +38,16 @@ class RunFailed(BadInput):
     exit_code = 1
 
 
+def say(text: str, *, err: bool = False) -> None:
+    """Print lines; what a terminal would obey, from a file of whomever, is written as escapes."""
+    click.echo(printable_lines(text), err=err)
+
+
 def talk(text: str) -> None:
     """Tell the user something on stderr, unless asked to be quiet; no result is lost over it."""
     if not is_quiet():
         with suppress(OSError):  # stderr is on a full disk, or read by nobody any more
-            click.echo(text, err=True)
+            say(text, err=True)
 
 
 def is_quiet() -> bool:
@@ -63,7 +65,8 @@ def tell_of_compiling() -> None:
 
 def print_json(data: Any) -> None:
     """Print data as JSON; what JSON cannot say (nan, infinity) is a mistake of ours."""
-    click.echo(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))
+    text = json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False)
+    click.echo(printable_json(text))
 
 
 def refuse(message: str) -> NoReturn:

@@ -9,7 +9,7 @@ from typing import Literal
 
 import click
 
-from .console import print_json
+from .console import print_json, say
 
 State = Literal["ok", "missing", "broken", "note"]
 BROKEN = ("missing", "broken")
@@ -45,7 +45,7 @@ def doctor(context: click.Context, as_json: bool) -> None:
         print_json({"ok": not broken, "findings": [asdict(finding) for finding in findings]})
     else:
         for finding in findings:
-            click.echo(f"{finding.state:<8}{finding.name:<16}{finding.detail}")
+            say(f"{finding.state:<8}{finding.name:<16}{finding.detail}")
     if broken:
         context.exit(1)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .console import BAD_INPUT, print_json, refuse, talk, write_new
+from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
 
 if TYPE_CHECKING:
     from ..mistakes import Mistake
@@ -43,7 +43,7 @@ def validate(
         print_json({"valid": not refused, "files": listed[0], "warnings": listed[1]})
     else:
         for file, (wrong, worth_knowing) in found.items():
-            click.echo("\n".join(map(str, (*wrong, *worth_knowing))) or f"{file}: ok")
+            say("\n".join(map(str, (*wrong, *worth_knowing))) or f"{file}: ok")
     if mistakes or warnings:
         talk(", ".join(_counted(mistakes, "mistake") + _counted(warnings, "warning")))
     if refused:
@@ -128,7 +128,7 @@ def params(pattern: str, as_json: bool) -> None:
     if as_json:
         print_json([asdict(row) for row in rows])
     else:
-        click.echo("\n".join(_paragraph(row) for row in rows))
+        say("\n".join(_paragraph(row) for row in rows))
 
 
 def _matches(row: "Key", pattern: str) -> bool:

@@ -19,6 +19,7 @@ from .console import (
     reading_from,
     refuse,
     refuse_plugins,
+    say,
     set_option,
     talk,
     talk_of,
@@ -78,8 +79,8 @@ def run(
         print_json(_metrics(result))
         talk(f"Results: {folder}")
         return
-    click.echo(result.summary())
-    click.echo(f"Results: {folder}")
+    say(result.summary())
+    say(f"Results: {folder}")
     talk(f"Open {folder / 'report.html'} in a browser.")
 
 
@@ -234,4 +235,4 @@ def explain(folder: str, ping: int | None, fix: int | None, as_json: bool) -> No
     if as_json:
         print_json(chain.data())
     else:
-        click.echo(chain.text())
+        say(chain.text())

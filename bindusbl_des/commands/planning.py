@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .console import check_figure, scenario_from, set_option, talk, writing
+from .console import check_figure, say, scenario_from, set_option, talk, writing
 
 if TYPE_CHECKING:
     from ..round_lengths import Rounds
@@ -39,7 +39,7 @@ def timing(scenario: str, overrides: tuple[str, ...]) -> None:
     from ..round_lengths import rounds_of
 
     rounds = rounds_of(mission)
-    click.echo("\n".join([*_durations(mission, rounds.slots), "", *_policy(mission, rounds)]))
+    say("\n".join([*_durations(mission, rounds.slots), "", *_policy(mission, rounds)]))
 
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
@@ -140,9 +140,9 @@ def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, forc
     from ..planned import asv_stations, horizontal_reach
 
     stations, reach = asv_stations(mission), horizontal_reach(mission)
-    click.echo("\n".join(_coverage(mission, stations, reach)))
-    click.echo("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
-    click.echo("\n".join(coverage_map(mission.survey.side_m, stations, reach)))
+    say("\n".join(_coverage(mission, stations, reach)))
+    say("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
+    say("\n".join(coverage_map(mission.survey.side_m, stations, reach)))
     if figure:
         from ..figures.coverage import coverage_figure
         from ..figures.style import TWO_COLUMNS, save, styled

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import is_quiet, print_json, refuse, talk
+from .console import is_quiet, print_json, refuse, say, talk
 from .sweeps import SOME_FAILED, mistakes_told
 
 if TYPE_CHECKING:
@@ -108,9 +108,9 @@ def _tell(found: "Reproduction", one: "Reading | None", as_json: bool) -> None:
     from ..reproduction.tables import for_terminal
 
     if one:
-        click.echo(f"Reading: {one.name}")
-    click.echo(for_terminal(found.numbers, found.sentences()))
-    click.echo(f"Results: {found.folder}")
+        say(f"Reading: {one.name}")
+    say(for_terminal(found.numbers, found.sentences()))
+    say(f"Results: {found.folder}")
 
 
 def _summary(found: "Reproduction", one: "Reading | None") -> dict[str, Any]:
@@ -133,8 +133,8 @@ def _tell_count(found: "Counted", as_json: bool) -> None:
         return
     from ..reproduction.readings_section import for_terminal
 
-    click.echo(for_terminal(found.tally))
-    click.echo(f"Results: {found.folder}")
+    say(for_terminal(found.tally))
+    say(f"Results: {found.folder}")
 
 
 def _count(found: "Counted") -> dict[str, Any]:

@@ -19,6 +19,7 @@ from .console import (
     print_json,
     refuse,
     refuse_plugins,
+    say,
     talk,
     talk_of,
     tell_of_compiling,
@@ -230,7 +231,7 @@ def status(folder: str, as_json: bool) -> None:
         rows["rate"] = f"{state.missions_per_s:.1f} missions/s"
     if state.seconds_left is not None and state.status == "running":
         rows["left"] = duration(state.seconds_left)
-    click.echo("\n".join(f"{name:<10}{value}" for name, value in rows.items()))
+    say("\n".join(f"{name:<10}{value}" for name, value in rows.items()))
 
 
 @click.command()
@@ -303,9 +304,9 @@ def _tell_estimate(
         return
     share = f" in this shard of {len(plan)}" if shard else ""
     most = "at most " if experiment.until_ci else ""
-    click.echo(f"missions  {most}{missions}{share} ({cost.points} points x {cost.seeds} seeds)")
-    click.echo(f"time      about {duration(cost.seconds)}")
-    click.echo(f"disk      about {cost.bytes / 1e6:.1f} MB")
+    say(f"missions  {most}{missions}{share} ({cost.points} points x {cost.seeds} seeds)")
+    say(f"time      about {duration(cost.seconds)}")
+    say(f"disk      about {cost.bytes / 1e6:.1f} MB")
 
 
 def _summary(campaign: "Campaign") -> dict[str, Any]:
@@ -331,8 +332,8 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
         said = findings(campaign.folder, campaign.plan).sentences()
         print_json({**_summary(campaign), "findings": said})
     else:
-        click.echo(points_table(campaign.folder, campaign.plan))
-        click.echo(f"Results: {campaign.folder}")
+        say(points_table(campaign.folder, campaign.plan))
+        say(f"Results: {campaign.folder}")
     leave_report(campaign)
     context = click.get_current_context()
     if state.failed:
