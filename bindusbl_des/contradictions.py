@@ -27,6 +27,8 @@ ENUMERATIONS = {
     ("pings", "call"): _UPLINK,
     ("fixes", "outcome"): _DOWNLINK,
 }
+# Whose row counts follow from that of the pings.
+OF_PINGS = ("receptions", "rounds", "fixes", "broadcasts")
 # What a fix has once it was broadcast, and once it was delivered.
 BROADCAST = ("broadcast_at_s", "broadcast_by")
 ARRIVED = ("delivered_at_s", "latency_s", "innovation_m")
@@ -44,21 +46,22 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
     """
     auvs, asvs, duration = scenario.auvs.count, scenario.asvs.count, scenario.duration_s
     limits = {"auvs": (auvs, auvs), "mission": (1, 1)}
+    pings = rows.get("pings", 0)
     if "pings" in rows:
-        pings, rounds = rows["pings"], rows["rounds"]
         instants = int(duration * scenario.record.tracks_hz) + 2
         limits |= {
             "pings": (0, int(auvs * (duration / scenario.acoustics.hf.ping_s + 2))),
             "receptions": (pings * asvs, pings * asvs),
             "rounds": (0, pings + 2),
             "fixes": (0, pings),
-            "broadcasts": (0, rows["fixes"] + rounds),
+            "broadcasts": (0, rows["fixes"] + rows["rounds"]),
             "tracks": (auvs + asvs, (auvs + asvs) * instants),
         }
     for name, (fewest, most) in limits.items():
         if not fewest <= rows[name] <= most:
             expected = f"{most:,}" if fewest == most else f"from {fewest:,} to {most:,}"
-            yield name, f"has {rows[name]:,} rows, where its mission has {expected}"
+            by = f" by pings.parquet ({pings:,} rows)" if name in OF_PINGS else ""
+            yield name, f"has {rows[name]:,} rows, where its mission has {expected}{by}"
 
 
 def contradictions(
@@ -149,7 +152,7 @@ def _numbered(table: pa.Table, name: str) -> Iterator[str]:
 def _beyond(table: pa.Table, name: str, rows: int) -> Iterator[str]:
     """Yield what is wrong with numbers of the rows of another table."""
     if len(table) and _whole(table, name).max() >= rows:
-        yield f"names rows in its column {name} that {name}s has not"
+        yield f"names rows in its column {name} that {name}s.parquet has not"
 
 
 def _auvs(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:

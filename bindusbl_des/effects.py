@@ -6,7 +6,6 @@ by seed, so that both had the same noise; its interval says how well it is known
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from math import inf
 from shlex import quote
 from types import UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
@@ -17,6 +16,8 @@ HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effe
 MOST_NAMED = 3
 # What fixes cost in a single mission is worth a word from this share of the error on.
 NOTEWORTHY = 0.1
+# No number of a file of advice is as large, in whatever unit.
+BEYOND_MEASURE = 1e100
 
 GAIN, FILTER = "gain", "filter"
 REAL_REMEDY = (
@@ -211,12 +212,10 @@ def _read(kind: type[Row], data: Any, name: str) -> Row:
         raise ValueError(f"{name} holds no keys")
     values: dict[str, Any] = {}
     for key, hint in get_type_hints(kind).items():
-        if not _fits(data.get(key), hint):
-            raise ValueError(
-                f"{name}: {key} is not what it should be"
-                if key in data
-                else f"{name}: {key} is missing"
-            )
+        if key not in data:
+            raise ValueError(f"{name}: {key} is missing")
+        if not _fits(data[key], hint):
+            raise ValueError(f"{name}: {key} is not what it should be")
         values[key] = tuple(data[key]) if isinstance(data[key], list) else data[key]
     return kind(**values)
 
@@ -229,5 +228,5 @@ def _fits(value: Any, hint: Any) -> bool:
     if isinstance(hint, UnionType):
         return value is None or _fits(value, get_args(hint)[0])
     if hint is float:
-        return type(value) in (int, float) and abs(value) < inf
-    return type(value) is hint and (hint is not int or value >= 0)
+        return type(value) in (int, float) and abs(value) < BEYOND_MEASURE
+    return type(value) is hint and (hint is not int or 0 <= value < BEYOND_MEASURE)

@@ -2,14 +2,13 @@
 
 import hashlib
 import json
-import math
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import pyarrow as pa
 
-from .contradictions import contradictions, too_many_rows
+from .contradictions import BEYOND_MEASURE, contradictions, too_many_rows
 from .effects import Advice, from_data
 from .parquet_reading import DamagedFile, check_claims, read_table, read_words
 from .plain_json import read_json
@@ -140,7 +139,7 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
 
 
 def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and 0 < value < math.inf
+    return type(value) in (int, float) and 0 < value < BEYOND_MEASURE
 
 
 def _is_cautions(value: Any) -> bool:

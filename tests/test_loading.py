@@ -1,0 +1,286 @@
+"""Result folders that were damaged, mixed up or made up: told in a line, never believed."""
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from click.testing import CliRunner
+from damage_for_tests import changed, column_set, of_a_table, of_any_file, of_json, with_value
+from worlds import scenario
+
+from bindusbl_des import Result, load_result, simulate
+from bindusbl_des.cli import main
+from bindusbl_des.effects import GAIN, HELPS, Advice, Effect, Harm
+from bindusbl_des.plain_json import read_json
+from bindusbl_des.tables import TABLES, schema
+from bindusbl_des.wording import printable
+
+ADVICE = Advice(
+    3.0, 8, 0.5,
+    (Effect(GAIN, "a gain of 0.5", ("navigation.gain=0.5",), -0.1, -0.2, -0.05, 4, HELPS),),
+    (Harm("AUV0", 0.5, 0.4, 0.1, 0.05, 0.15, 4),), 4, ("more ASVs",),
+)  # fmt: skip
+COMMANDS: tuple[tuple[str, ...], ...] = (
+    ("report", "--out", "page.html", "--force"),
+    ("explain", "--ping", "0"),
+    ("explain", "--fix", "1", "--json"),
+    ("export", "--to", "csv", "--out", "csv", "--force"),
+    ("export", "--to", "mcap", "--out", "m.mcap", "--force"),
+    ("plot", "error", "--out", "error.png", "--force"),
+    ("plot", "timeline", "--out", "timeline.png", "--force"),
+)
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    """A short mission with every table, and advice."""
+    found = simulate(scenario(duration_s=20.0, auvs={"count": 2}, record={"tracks_hz": 1.0}), 7)
+    found.advice = ADVICE
+    return found
+
+
+@pytest.fixture(scope="module")
+def written(result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its folder."""
+    return result.write(tmp_path_factory.mktemp("written") / "run")
+
+
+@pytest.fixture
+def folder(written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of its folder."""
+    monkeypatch.chdir(tmp_path)
+    return Path(shutil.copytree(written, tmp_path / "run"))
+
+
+def call(words: tuple[str, ...], folder: Path) -> tuple[int, str]:
+    """Return how a command on a folder ended, and what it said if it refused."""
+    done = CliRunner().invoke(main, [words[0], str(folder), *words[1:]])
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    return done.exit_code, done.stderr
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
+def test_a_sound_folder_is_read(folder: Path, command: tuple[str, ...]) -> None:
+    """All commands that the damaged ones are tried on."""
+    assert call(command, folder)[0] == 0
+
+
+RUN_KEYS = [
+    "status", "scenario", "scenario_sha256", "seed", "warnings", "versions", "wall_time_s",
+    "sim_seconds_per_second",
+]  # fmt: skip
+ADVICE_KEYS = [
+    "budget_s", "missions", "error_m", "effects", "harms", "harm_seeds", "inert", "needless",
+    "dropped", "untried", "shortage", "fixed_gain",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*TABLES, "run.json", "advice.json"])
+def test_whatever_happens_to_a_file_is_told(folder: Path, name: str) -> None:
+    """Each damage is refused in a line that names the file and a remedy, or does no harm."""
+    file = name if name.endswith(".json") else f"{name}.parquet"
+    damages = list(of_any_file(file, seed=len(name)))
+    if name == "run.json":
+        damages += of_json(file, RUN_KEYS)
+    elif name == "advice.json":
+        damages += of_json(file, ADVICE_KEYS)
+    else:
+        damages += of_a_table(name, [other for other in TABLES if other != name])
+    whole, told = (folder / file).read_bytes(), 0
+    for number, (what, damage) in enumerate(damages):
+        damage(folder)
+        refused = _refusal(folder)
+        told += bool(refused)
+        if refused:
+            assert file in refused, what
+            assert "bindusbl-des" in refused, what
+            assert call(COMMANDS[number % 5], folder) == (2, f"{refused}\n"), what
+        else:
+            for command in (COMMANDS[0], COMMANDS[1 + number % 4]):
+                assert call(command, folder)[0] in (0, 2), what
+        if (folder / file).is_dir():
+            (folder / file).rmdir()
+        (folder / file).write_bytes(whole)
+    assert told > 0.6 * len(damages), "hardly any damage was found"
+    load_result(folder)
+
+
+def _refusal(folder: Path) -> str:
+    try:
+        load_result(folder)
+    except (ValueError, FileNotFoundError) as error:
+        return printable(str(error))
+    return ""
+
+
+def of_column(table: str, column: str, *values: Any) -> Callable[[Path], None]:
+    """Return what lays values over the beginning of a column."""
+    return changed(table, lambda it: column_set(it, column, list(values)))
+
+
+LIES: tuple[tuple[str, Callable[[Path], None], str], ...] = (
+    ("count", changed("auvs", lambda it: it.slice(1)), r"auvs\.parquet has 1 rows, .* has 2; run"),
+    ("missions", changed("mission", lambda it: it.slice(1)), r"mission\.parquet has 0 rows"),
+    ("order", changed("auvs", lambda it: it.take([1, 0])), "does not have each AUV in its place"),
+    ("nan", of_column("tracks", "x_m", float("nan")), "x_m that its mission cannot have"),
+    ("huge", of_column("pings", "z_m", 1e300), "z_m that its mission cannot have"),
+    ("late", of_column("fixes", "pinged_at_s", 21.0), "pinged_at_s that its mission cannot have"),
+    ("negative", of_column("fixes", "round", -1), "round that its mission cannot have"),
+    ("null", of_column("rounds", "colours", None), "no value in 1 rows of its column colours"),
+    ("outcome", of_column("receptions", "outcome", "\x1b[31m"), r"has '\\x1b\[31m' in its column"),
+    ("AUV", of_column("pings", "auv", "AUV2"), "has 'AUV2' in its column auv"),
+    ("ASV", of_column("broadcasts", "asv", "ASV9"), "has 'ASV9' in its column asv"),
+    ("ASVs", of_column("fixes", "asvs", "ASV0 ASV7"), "has 'ASV7' in its column asvs"),
+    ("worst", of_column("mission", "worst_fixes_auv", "me"), "has 'me' in its column worst_fixes"),
+    (
+        "ping",
+        of_column("fixes", "ping", 10**6),
+        "rows in its column ping that pings.parquet has not",
+    ),
+    ("number", of_column("pings", "ping", 5), "does not count its rows in its column ping"),
+    ("slot", of_column("pings", "slot", 99), "has slots that its rounds have not"),
+    ("vehicle", of_column("tracks", "vehicle", "ASV0"), "vehicles one after the other"),
+    ("time", of_column("tracks", "time_s", 1.5), "the same ascending instants"),
+    ("estimate", of_column("tracks", "estimate_x_m", None), "estimate_x_m for all AUVs"),
+    ("rows", changed("tracks", lambda it: it.slice(1)), "do not belong to 5 vehicles"),
+    ("unheard", changed("receptions", lambda it: it.slice(1)), r"receptions\.parquet has \d+ rows"),
+    ("arrived", of_column("fixes", "latency_s", None), "delivered fixes .* without latency_s"),
+)
+
+
+@pytest.mark.parametrize(("lie", "said"), [it[1:] for it in LIES], ids=[it[0] for it in LIES])
+def test_what_no_mission_has_is_told(folder: Path, lie: Callable[[Path], None], said: str) -> None:
+    """Files that are whole, of this mission by their metadata, and hold what cannot be."""
+    lie(folder)
+    with pytest.raises(ValueError, match=said) as caught:
+        load_result(folder)
+    assert f"; run the mission again: bindusbl-des run {folder / 'scenario.yaml'}" in str(
+        caught.value
+    )
+
+
+def test_tables_of_another_mission_are_told(result: Result, folder: Path) -> None:
+    """Another seed, another scenario, another version: the metadata says so."""
+    for other, said in (
+        (simulate(result.scenario, 8), "fixes.parquet is of another mission: its seed is 8, "),
+        (simulate(scenario(duration_s=20.0, auvs={"count": 2}), 7), "its scenario_sha256 is "),
+    ):
+        there = other.write(folder.parent / "other", force=True)
+        shutil.copy(there / "fixes.parquet", folder)
+        with pytest.raises(ValueError, match=said):
+            load_result(folder)
+    newer = {**pq.read_schema(folder / "fixes.parquet").metadata, b"bindusbl.schema": b"fixes/2"}
+    changed("fixes", lambda it: it.replace_schema_metadata(newer))(folder)
+    with pytest.raises(ValueError, match="is of version 2; this package reads version 1"):
+        load_result(folder)
+
+
+def test_an_edited_scenario_is_told(folder: Path) -> None:
+    """The scenario in run.json is that of its fingerprint, or not believed."""
+    run = json.loads((folder / "run.json").read_text())
+    run["scenario"]["navigation"]["gain"] = 0.123
+    (folder / "run.json").write_text(json.dumps(run))
+    with pytest.raises(ValueError, match="scenario_sha256 is not that of its scenario"):
+        load_result(folder)
+
+
+def test_a_folder_of_an_older_version_is_read(folder: Path) -> None:
+    """Its scenario lacks a key that came later: its fingerprint is of what was written then."""
+    from bindusbl_des.loading import _sha256
+
+    run = json.loads((folder / "run.json").read_text())
+    before = run["scenario_sha256"]
+    del run["scenario"]["usbl"]["quantum_s"], run["warnings"]
+    after = run["scenario_sha256"] = _sha256(run["scenario"])
+    (folder / "run.json").write_text(json.dumps(run))
+    for name in TABLES:
+        metadata = pq.read_schema(folder / f"{name}.parquet").metadata
+        assert metadata[b"bindusbl.scenario_sha256"].decode() == before
+        signed = {**metadata, b"bindusbl.scenario_sha256": after.encode()}
+        changed(name, lambda it, signed=signed: it.replace_schema_metadata(signed))(folder)
+    assert load_result(folder).seed == 7
+
+
+def test_units_are_the_packages_own(folder: Path) -> None:
+    """What a file calls its columns' units and meanings reaches nobody, nor do further columns."""
+
+    def stranger(table: pa.Table) -> pa.Table:
+        bare = pa.schema(
+            [pa.field(it.name, it.type, metadata={"unit": "<b>"}) for it in table.schema]
+        )
+        table = pa.table(table.columns, schema=bare.with_metadata(table.schema.metadata))
+        return table.append_column("more", pa.array(["x"] * len(table)))
+
+    changed("pings", stranger)(folder)
+    assert load_result(folder).arrow["pings"].schema.equals(schema("pings"), check_metadata=True)
+
+
+def test_what_would_fill_the_memory_is_not_read(folder: Path, tmp_path: Path) -> None:
+    """A large JSON file, and a small Parquet file that unpacks to gigabytes or a text too long."""
+    with open(folder / "run.json", "r+b") as file:
+        file.truncate(10**12)  # with a hole: it takes no place on the disk
+    with pytest.raises(ValueError, match=r"run\.json is damaged .*larger than 32,000,000 bytes"):
+        load_result(folder)
+    shutil.copy(folder / "advice.json", folder / "a.json")
+    with pytest.raises(ValueError, match="larger than 10 bytes"):
+        read_json(folder / "a.json", 10)
+
+
+def test_a_bomb_of_parquet_is_not_unpacked(folder: Path) -> None:
+    """Rows beyond the mission's, or pages that unpack to more than rows can hold."""
+    changed("auvs", lambda it: it.take([0, 1] * 200_000))(folder)
+    assert (folder / "auvs.parquet").stat().st_size < 3e6
+    with pytest.raises(ValueError, match=r"auvs\.parquet has 400,000 rows, where .* has 2"):
+        load_result(folder)
+
+
+def test_a_long_text_is_not_unpacked(folder: Path) -> None:
+    """Two rows do not hold a hundred megabytes."""
+    changed("mission", lambda it: column_set(it, "worst_fixes_auv", ["A" * 110_000_000]))(folder)
+    with pytest.raises(ValueError, match=r"would unpack to .* bytes, more than 1 rows can hold"):
+        load_result(folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[" * 100_000, "nested too deeply"), ('{"a": NaN}', "NaN is no number of JSON"),
+        ('["\\ud800"]', "half a letter"), ("{", "Expecting"), ("1" * 5000, "digits"),
+    ],
+)  # fmt: skip
+def test_json_that_is_none_is_told(tmp_path: Path, text: str, said: str) -> None:
+    """Depth, numbers and letters that Python would take, and what it would not."""
+    (tmp_path / "x.json").write_text(text)
+    with pytest.raises(ValueError, match=said):
+        read_json(tmp_path / "x.json")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("harms", [{"auv": "AUV5"}], "harms: with_m is missing"),
+        ("effects", [3], "effects holds no keys"),
+        ("error_m", "<script>", "advice: error_m is not what it should be"),
+        ("error_m", None, "error_m is null beside effects"),
+        ("inert", [1], "inert is not what it should be"),
+    ],
+)
+def test_advice_is_checked(folder: Path, key: str, value: Any, said: str) -> None:
+    """Each field has its type; AUVs are those of the mission."""
+    with_value("advice.json", key, value)(folder)
+    with pytest.raises(ValueError, match=rf"advice\.json is damaged .*{said}.*--advice-s 3"):
+        load_result(folder)
+
+
+def test_advice_of_strangers_is_told(folder: Path) -> None:
+    """An AUV that the mission has not."""
+    data = json.loads((folder / "advice.json").read_text())
+    data["harms"][0]["auv"] = "AUV5"
+    (folder / "advice.json").write_text(json.dumps(data))
+    with pytest.raises(ValueError, match="harms: the mission has no 'AUV5'"):
+        load_result(folder)
