@@ -15,10 +15,12 @@ from .events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, O
 from .parquet_reading import Words
 from .scenario import Scenario
 from .tables import VEHICLES, never_null, schema
+from .worst import WORST_IS_LARGEST
 
 # What nothing measured in a mission reaches, in whatever unit, its squares included.
 BEYOND_MEASURE = 1e100
 LARGEST_COUNT = 2**53
+LONGEST_S = 1e9
 
 _UPLINK = tuple(OUTCOMES[code] for code in (HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT))
 _DOWNLINK = tuple(OUTCOMES[code] for code in (DELIVERED, OUT_OF_RANGE, IN_FLIGHT))
@@ -120,10 +122,10 @@ def _bounds(field: pa.Field, scenario: Scenario) -> tuple[float, float]:
     name, asvs = field.name, scenario.asvs.count
     if field.type == pa.int64():
         return 0, asvs if name in ("in_range_of", "heard_by") else LARGEST_COUNT
-    if name == "arrived_at_s":  # at some ASV, after the end be it
-        return 0, BEYOND_MEASURE
-    if name == "time_s" or name.endswith("_at_s"):
+    if name == "time_s" or (name.endswith("_at_s") and name != "arrived_at_s"):
         return 0, scenario.duration_s
+    if name.endswith("_s") and not name.endswith("_per_s"):  # some arrive after the end
+        return 0, LONGEST_S
     return -BEYOND_MEASURE, BEYOND_MEASURE
 
 
@@ -158,6 +160,14 @@ def _beyond(table: pa.Table, name: str, rows: int) -> Iterator[str]:
 def _auvs(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     if arrow["auvs"]["auv"].to_pylist() != [f"AUV{n}" for n in range(scenario.auvs.count)]:
         yield "does not have each AUV in its place"
+
+
+def _mission(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
+    mission, auvs = arrow["mission"], arrow["auvs"]
+    for metric in WORST_IS_LARGEST:
+        name = f"worst_{metric}_auv"
+        if mission[name].null_count and auvs[metric].null_count < len(auvs):
+            yield f"names nobody in its column {name}, though auvs.parquet has values"
 
 
 def _rounds(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
@@ -229,6 +239,7 @@ def _tracks(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
 
 _OF_TABLES: Mapping[str, Callable[[Scenario, Tables, Texts], Iterator[str]]] = {
     "auvs": _auvs,
+    "mission": _mission,
     "rounds": _rounds,
     "pings": _pings,
     "receptions": _receptions,

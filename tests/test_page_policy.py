@@ -1,0 +1,173 @@
+"""Pages of strangers' folders: data stay data, and a browser runs the package's scripts alone."""
+
+import base64
+import hashlib
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+from test_report_browser import BROWSER, Open, browser, opened  # noqa: F401
+from test_report_sweep import BASE
+from worlds import scenario
+
+from bindusbl_des import Result, load_campaign, simulate, sweep
+from bindusbl_des.cli import main
+from bindusbl_des.report.comparison import comparison_page
+from bindusbl_des.report.page import as_script, assembled
+from bindusbl_des.report.run_page import run_page
+from bindusbl_des.sweep_report import sweep_page
+from bindusbl_des.worth_knowing import Caution
+
+ATTACK = "</code></script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>"
+TERMINAL = "\x1b]0;owned\x07\x1b[31m\r\x9b31m\u202e\x7f"
+OBEYED = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069]")
+
+
+class Parsed(HTMLParser):
+    """The elements of a page with their attributes, its scripts and styles, and its policy."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: dict[str, list[str]] = {"script": [], "style": []}
+        self.policy = ""
+        self._inside = ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.elements.append((tag, given))
+        runs = given.get("type") in (None, "module", "text/javascript")
+        self._inside = tag if tag == "style" or (tag == "script" and runs) else ""
+        if self._inside:
+            self.texts[tag].append("")
+        if given.get("http-equiv") == "Content-Security-Policy":
+            self.policy = given["content"] or ""
+
+    def handle_endtag(self, tag: str) -> None:
+        self._inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._inside:
+            self.texts[self._inside][-1] += data
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    """A mission with a name and warnings that would be scripts."""
+    found = simulate(scenario(name=ATTACK, duration_s=5.0), 1)
+    found._told = [Caution(ATTACK, ATTACK)]
+    return found
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign's folder whose record holds scripts, and what a terminal would obey."""
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "base.yaml").write_text(BASE)
+    sweep(folder / "base.yaml", folder / "out", vary={"asvs.count": [1, 2]}, seeds=2, workers=1)
+    record = json.loads((folder / "out" / "campaign.json").read_text())
+    record["name"] = record["plan_sha256"] = record["scenario_sha256"] = ATTACK + TERMINAL
+    record["versions"] = {ATTACK: ATTACK}
+    record["scenario"]["name"] = ATTACK
+    record["experiment"]["seeds"] = [ATTACK, f"{ATTACK}1"]
+    (folder / "out" / "campaign.json").write_text(json.dumps(record))
+    (folder / "out" / "failures").mkdir(exist_ok=True)
+    failure = {"mission": 0, "varied": {ATTACK: ATTACK}, "seed": ATTACK, "error": ATTACK}
+    text = json.dumps({**failure, "reproduce": ATTACK})
+    (folder / "out" / "failures" / "0.json").write_text(text)
+    return folder / "out"
+
+
+def pages(result: Result, campaign: Path) -> dict[str, str]:
+    """Return each kind of page."""
+    bare = scenario(name=ATTACK, duration_s=5.0, record={"detail": "summary"})
+    return {
+        "run": run_page(result),
+        "summary": run_page(simulate(bare)),
+        "comparison": comparison_page([(ATTACK, result), (ATTACK, result)]),
+        "sweep": sweep_page(load_campaign(campaign)),
+    }
+
+
+def fingerprint(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+@pytest.mark.parametrize("kind", ["run", "summary", "comparison", "sweep"])
+def test_a_page_allows_its_own_scripts_alone(result: Result, campaign: Path, kind: str) -> None:
+    """The policy names each script and style by its hash; nothing of the data became an element."""
+    page = Parsed(pages(result, campaign)[kind])
+    rules = dict(rule.split(" ", 1) for rule in page.policy.split("; "))
+    assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == "'none'"
+    assert rules["script-src"].split() == list(map(fingerprint, page.texts["script"]))
+    assert rules["style-src"].split() == list(map(fingerprint, page.texts["style"]))
+    assert not any("owned" in script for script in page.texts["script"])
+    for tag, attributes in page.elements:
+        assert tag not in ("img", "iframe", "object", "embed", "base", "link", "form")
+        assert not [name for name in attributes if name.startswith("on") or name == "style"]
+
+
+def test_data_cannot_end_their_script() -> None:
+    """What HTML or an old browser would read in JSON is escaped, and comes back as it was."""
+    data = {"a": "</script><!--&\u2028\u2029"}
+    assert not re.search("[<>&\u2028\u2029]", as_script(data))
+    assert json.loads(as_script(data)) == data
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no browser is installed")
+@pytest.mark.parametrize("kind", ["run", "summary", "comparison", "sweep"])
+def test_attacks_do_not_run(
+    opened: Open,  # noqa: F811
+    result: Result,
+    campaign: Path,
+    tmp_path: Path,
+    kind: str,
+) -> None:
+    """In a browser the page works under its policy, without a complaint, and shows the attack."""
+    (tmp_path / "page.html").write_text(pages(result, campaign)[kind], encoding="utf-8")
+    it = opened(tmp_path / "page.html")
+    assert it.ask("window.owned") is None
+    assert "window.owned = 1" in it.ask("document.body.innerText")
+    assert it.ask("getComputedStyle(document.getElementById('theme')).cursor") == "pointer"
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no browser is installed")
+def test_the_policy_holds_where_escaping_fails(browser: Any, tmp_path: Path) -> None:  # noqa: F811
+    """A script, a handler or an address that got into the body is refused by the browser."""
+    links = (
+        "<a id='link' href='javascript:window.owned = 3'>x</a><style>body { color: red }</style>"
+    )
+    page = assembled("x", ATTACK + links, ("summary.js",), {}, "")
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    tab, complaints = browser.new_page(), []
+    tab.on("console", lambda message: complaints.append(message.text))
+    tab.goto((tmp_path / "page.html").as_uri())
+    tab.click("#link")
+    tab.wait_for_timeout(100)
+    assert tab.evaluate("window.owned") is None
+    assert tab.evaluate("getComputedStyle(document.body).color") != "rgb(255, 0, 0)"
+    assert len([said for said in complaints if "Content Security Policy" in said]) >= 4
+    tab.close()
+
+
+def test_a_terminal_obeys_no_file(campaign: Path, tmp_path: Path) -> None:
+    """Escape sequences, bells, returns, C1 and changes of direction are shown, not obeyed."""
+    broken = shutil.copytree(campaign, tmp_path / "c")
+    record = json.loads((broken / "campaign.json").read_text())
+    (broken / "campaign.json").write_text(json.dumps({**record, "format": TERMINAL}))
+    (tmp_path / "x.yaml").write_text('name: x\n"owned\\e[31m\\a\\u009b\\u202e": 1\n')
+    for words in (
+        ("status", str(campaign)), ("status", str(campaign), "--json"), ("status", str(broken)),
+        ("report", str(broken)), ("validate", str(tmp_path / "x.yaml")),
+    ):  # fmt: skip
+        done = CliRunner().invoke(main, list(words))
+        assert "owned" in done.output, words
+        assert not OBEYED.search(done.stdout + done.stderr), words
+    shown = CliRunner().invoke(main, ["status", str(campaign), "--json"]).stdout
+    assert json.loads(shown)["name"] == ATTACK + TERMINAL
