@@ -3,6 +3,7 @@
 import html
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from .campaigns.statistics.findings import findings
 from .campaigns.statistics.judging import JUDGED, MEANS
 from .campaigns.statistics.naming import written
 from .campaigns.statistics.outcomes import Outcomes, outcomes
+from .plain_json import read_json
 from .report.packing import Packer
 from .report.page import assembled, asset, filled, table
 from .report.run_page import footer
@@ -30,6 +32,10 @@ FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)
 NAMED = (*JUDGED, "worst_fix_benefit_m")
 # More failures than this are counted, and found in the folder.
 MOST_FAILURES = 200
+# What the file of a mission that failed holds.
+FAILURE: dict[str, type] = {
+    "mission": int, "varied": dict, "seed": object, "error": str, "reproduce": str,
+}  # fmt: skip
 
 
 def sweep_page(campaign: "Campaign") -> str:
@@ -92,9 +98,27 @@ def _text(said: str) -> str:
 
 
 def _failures(campaign: "Campaign") -> list[dict[str, Any]]:
-    paths = (campaign.folder / "failures").glob("*.json")
-    found = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+    found = [_failure(path) for path in (campaign.folder / "failures").glob("*.json")]
     return sorted(found, key=lambda it: int(it["mission"]))
+
+
+def _failure(path: Path) -> dict[str, Any]:
+    """Return what is kept of a mission that failed.
+
+    Raises:
+        ValueError: when its file is damaged.
+    """
+    try:
+        found: dict[str, Any] = read_json(path)
+        for key, kind in FAILURE.items():
+            if not isinstance(found[key], kind):
+                raise ValueError(f"{key} is not what it should be")
+    except (KeyError, OSError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"{path} is damaged ({type(error).__name__}: {error}); delete it, then "
+            f"`bindusbl-des resume {path.parents[1]} --retry-failed`"
+        ) from None
+    return found
 
 
 def _failure_section(campaign: "Campaign", failures: list[dict[str, Any]]) -> str:

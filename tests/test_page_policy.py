@@ -171,3 +171,14 @@ def test_a_terminal_obeys_no_file(campaign: Path, tmp_path: Path) -> None:
         assert not OBEYED.search(done.stdout + done.stderr), words
     shown = CliRunner().invoke(main, ["status", str(campaign), "--json"]).stdout
     assert json.loads(shown)["name"] == ATTACK + TERMINAL
+
+
+def test_a_damaged_failure_is_told(campaign: Path, tmp_path: Path) -> None:
+    """The file of a failed mission that is damaged is named, with what to do."""
+    folder = shutil.copytree(campaign, tmp_path / "c")
+    for text in ("[]", "null", "[" * 10_000, '{"mission": "0"}', ""):
+        (folder / "failures" / "0.json").write_text(text)
+        done = CliRunner().invoke(main, ["report", str(folder)])
+        assert done.exit_code == 2
+        assert "0.json is damaged" in done.stderr
+        assert "resume" in done.stderr
