@@ -19,6 +19,9 @@ from .code_cache import CodeCache, trouble
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
+# Division by zero as in numpy; and other threads run meanwhile, so that Ctrl-C is answered.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+
 PACKAGE = Path(__file__).resolve().parent
 
 # What a file imports from files beside it: `from .motion import where`, `from . import logs`
@@ -70,7 +73,7 @@ def _digest(source: Path) -> str:
     Files outside the package may import each other in any way: theirs are all of their folder.
     """
     outside = () if PACKAGE in source.parents else source.parent.glob("*.py")
-    total = hashlib.sha256()
+    total = hashlib.sha256(repr(OPTIONS).encode())
     for file in sorted({*_made_of(source), *outside}):
         total.update(_text(file))
     return total.hexdigest()
@@ -92,7 +95,7 @@ def compiled(function: Function, **options: Any) -> Function:
     integrator reports it with its time, and no division pays for a test. Where no folder can be
     used (read-only installation without a home), the code is compiled anew by each process.
     """
-    dispatcher: Any = numba.njit(error_model="numpy", **options)(function)
+    dispatcher: Any = numba.njit(**OPTIONS, **options)(function)
     source = _file(function)
     try:
         dispatcher._cache = CodeCache(function, _digest(source))

@@ -1,8 +1,9 @@
 """What pydantic found wrong with a scenario, in words for the person who wrote the file."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from .plain_yaml import Path, dotted, scalar
@@ -36,11 +37,14 @@ class Finding:
     unsettled: tuple[Path, ...] = field(default=())
 
 
-def explained(error: Mapping[str, Any], data: Any) -> Finding:
-    """Return what one pydantic error means; `data` is the scenario that was validated."""
+def explained(error: Mapping[str, Any], data: Any, *, briefly: bool = False) -> Finding:
+    """Return what one pydantic error means; `data` is the scenario that was validated.
+
+    Briefly, nobody looks for what an unknown key was meant to be.
+    """
     path, kind, value = _path(error["loc"]), error["type"], error["input"]
     if kind == "extra_forbidden":
-        return _unknown(path, data)
+        return Finding(path, "unknown key", True) if briefly else _unknown(path, data)
     if kind == "missing" and not isinstance(path[-1], int):
         example = ", such as `name: my_mission`" if path == ("name",) else ""
         return Finding(path, f"missing; add it{example}", at_key=True)
@@ -76,11 +80,12 @@ def _row(path: Path) -> Key | None:
     return next((row for row in keys() if row.key == name), None)
 
 
-def _names(section: str, kind: str) -> list[str]:
+@cache
+def _names(section: str, kind: str) -> tuple[str, ...]:
     """Return the keys and sections that may stand in a section."""
     rows = [row.name for row in keys() if row.section == section and row.only in ("", kind)]
     inner = [name.rpartition(".") for name in sections()]
-    return rows + [name for outer, _, name in inner if outer == section]
+    return (*rows, *(name for outer, _, name in inner if outer == section))
 
 
 def _unknown(path: Path, data: Any) -> Finding:
@@ -103,7 +108,7 @@ def _unknown(path: Path, data: Any) -> Finding:
     return Finding(path, f"unknown key; {_elsewhere(name, section, here)}", True)
 
 
-def _elsewhere(name: str, section: str, here: list[str]) -> str:
+def _elsewhere(name: str, section: str, here: Sequence[str]) -> str:
     """Return the remedy for a key that is nowhere in this section."""
     if name.isdigit():
         return f"a decimal comma? write a point, as in 1.{name}"
@@ -111,7 +116,7 @@ def _elsewhere(name: str, section: str, here: list[str]) -> str:
     if near and near.startswith(f"{name}_"):
         full = " or ".join(repr(row.key) for row in keys() if row.name == near)
         return f"did you mean {full}?"
-    listed = here[:MOST_LISTED] + ["..."] * (len(here) > MOST_LISTED)
+    listed = [*here[:MOST_LISTED], *["..."] * (len(here) > MOST_LISTED)]
     where = f"under {section}" if section else "at the top level"
     return f"remove it; the keys {where} are {', '.join(listed)}"
 

@@ -10,6 +10,7 @@ import pyarrow as pa
 
 from .contradictions import BEYOND_MEASURE, contradictions, too_many_rows
 from .effects import Advice, from_data
+from .kept_tracks import placed
 from .parquet_reading import DamagedFile, check_claims, read_table, read_words
 from .plain_json import read_json
 from .result import Result
@@ -130,7 +131,7 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
                 raise ValueError(f"{key} is {'not ' if key in run else 'missing; it is '}{meaning}")
         if run["scenario_sha256"] != _sha256(run["scenario"]):
             raise ValueError("scenario_sha256 is not that of its scenario: one of them was edited")
-        return Scenario.model_validate(run["scenario"]), run
+        return Scenario.model_validate(placed(run["scenario"], path.parent)), run
     except (OSError, ValueError) as error:
         raise ValueError(
             f"{path} is damaged or of another version ({_reason(error)}); "

@@ -1,5 +1,7 @@
 """Options ``--set dotted.key=value`` laid over the data of a scenario file."""
 
+from copy import deepcopy
+from functools import cache, lru_cache
 from typing import Any
 
 from .mistakes import Mistake, Place
@@ -16,19 +18,18 @@ def override(document: Document, option: str) -> None:
     """
     place = Place(f"--set {option}")
     name, equals, text = option.partition("=")
-    parts = name.strip().split(".")
-    if not equals or not all(parts):
+    path = _path(name.strip())
+    if not equals or "" in path:
         message = "needs the form dotted.key=value, such as acoustics.hf.range_m=100"
         document.mistakes.append(Mistake.at(place, "", message))
         return
-    path: Path = tuple(int(part) if part.isascii() and part.isdigit() else part for part in parts)
     value = read_yaml(text, place.file)
     if value.mistakes:
         message = value.mistakes[0].message
         document.mistakes.append(Mistake.at(place, dotted(path), message))
         document.unsettled.add(path)
         return
-    problem = _put(document, path, value.data)
+    problem = _put(document.data, path, value.data)
     if problem:
         document.report(place, path, problem)
         return
@@ -40,14 +41,25 @@ def override(document: Document, option: str) -> None:
             places.setdefault(path[:length], place)
 
 
-def _put(document: Document, path: Path, value: Any) -> str:
+def put(data: dict[str, Any], key: str, value: Any) -> str:
+    """Put a value at a dotted key of a scenario's data; return what prevents it, or ""."""
+    return _put(data, _path(key), value)
+
+
+@lru_cache(maxsize=256)
+def _path(key: str) -> Path:
+    parts = key.split(".")
+    return tuple(int(part) if part.isascii() and part.isdigit() else part for part in parts)
+
+
+def _put(data: Any, path: Path, value: Any) -> str:
     """Put a value at a path, creating sections on the way; return what prevents it, or ""."""
-    if not isinstance(document.data, dict):
+    if not isinstance(data, dict):
         return ""
-    spot: Any = document.data
+    spot: Any = data
     for depth, part in enumerate(path):
         last = depth == len(path) - 1
-        problem = _misfit(spot, part, dotted(path[:depth]) or "the scenario")
+        problem = _misfit(spot, part, path[:depth])
         if problem:
             return problem
         if last:
@@ -59,28 +71,38 @@ def _put(document: Document, path: Path, value: Any) -> str:
     return ""
 
 
-def _misfit(spot: Any, part: str | int, name: str) -> str:
-    """Return why a dict or list cannot have such a key or item, or ""."""
+def _misfit(spot: Any, part: str | int, path: Path) -> str:
+    """Return why the dict or list at a path cannot have such a key or item, or ""."""
     if isinstance(part, str):
-        return f"{name} is a list; its items are numbered from 0" if isinstance(spot, list) else ""
+        fits = not isinstance(spot, list)
+    else:
+        fits = isinstance(spot, list) and part < len(spot)
+    if fits:
+        return ""
+    name = dotted(path) or "the scenario"
+    if isinstance(part, str):
+        return f"{name} is a list; its items are numbered from 0"
     if not isinstance(spot, list):
         return f"{name} is no list, so it has no item {part}"
-    if part >= len(spot):
-        items = f"the items are 0 to {len(spot) - 1}" if spot else "it is empty"
-        return f"{name} has no item {part}; {items}"
-    return ""
+    items = f"the items are 0 to {len(spot) - 1}" if spot else "it is empty"
+    return f"{name} has no item {part}; {items}"
 
 
 def _inside(spot: Any, part: str | int, path: Path) -> Any:
     """Return what is at a key of a dict or list; what the file leaves out begins as its default."""
     if isinstance(spot, dict) and part not in spot:
         default = _default(path)
-        spot[part] = list(default) if isinstance(default, list | tuple) else {}
+        spot[part] = deepcopy(default) if isinstance(default, list) else {}
     return spot[part]
 
 
+@cache
+def _defaults() -> dict[str, Any]:
+    return Scenario(name="default").model_dump(mode="json")
+
+
 def _default(path: Path) -> Any:
-    value: Any = Scenario(name="default").model_dump(mode="json")
+    value: Any = _defaults()
     for part in path:
         value = value.get(part) if isinstance(value, dict) else None
     return value

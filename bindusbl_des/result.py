@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pyarrow as pa
 
 from .effects import Advice
+from .kept_tracks import portable
 from .result_folder import fill, result_draft
 from .scenario import Scenario
 from .summary import summary
@@ -74,7 +75,7 @@ class Result:
         """Return what `run.json` holds: scenario, seed, warnings, versions, times, status."""
         return {
             "status": "complete",
-            "scenario": self.scenario.model_dump(mode="json"),
+            "scenario": portable(self.scenario.model_dump(mode="json")),
             "scenario_sha256": scenario_sha256(self.scenario),
             "seed": self.seed,
             "warnings": [{"key": it.key, "message": it.message} for it in self.warnings],
@@ -102,6 +103,10 @@ class Result:
 
 
 def scenario_sha256(scenario: Scenario) -> str:
-    """Return the fingerprint of a scenario: equal scenarios, equal fingerprints."""
-    canonical = json.dumps(scenario.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+    """Return the fingerprint of a scenario: equal scenarios, equal fingerprints.
+
+    Track files count by their contents and names, wherever they lie.
+    """
+    data = portable(scenario.model_dump(mode="json"))
+    canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()

@@ -1,6 +1,7 @@
 """The folder of a run: what lies in it, and how it is written, all of it or nothing."""
 
 import json
+import os
 import re
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
@@ -10,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from .durable import DRAFT
 from .durable_folder import folder_draft
 from .effects import Advice, as_data
+from .kept_tracks import FOLDER as TRACKS
+from .kept_tracks import KEPT, keep
 from .tables import TABLES, data_dictionary, write_parquet
 
 if TYPE_CHECKING:
@@ -62,6 +65,9 @@ def _foreign(folder: Path) -> Iterator[str]:
             continue
         if path.name == FIGURES and path.is_dir():
             yield from (f"{FIGURES}/{it.name}" for it in path.iterdir() if not _is(it, DRAWN))
+        elif path.name == TRACKS and path.is_dir():
+            names = [f"{TRACKS}/{it.name}" for it in path.iterdir()]
+            yield from (name for name in names if not KEPT.fullmatch(name))
         elif not _is(path, ours):
             yield path.name
 
@@ -107,6 +113,10 @@ def fill(folder: Path, result: "Result", scenario_text: str | None) -> None:
         # Opened here, since Arrow takes no names that are not UTF-8.
         with open(folder / f"{name}.parquet", "wb") as file:
             write_parquet(table, name, file, origin)
+    route = result.scenario.auvs.route
+    if route.kind == "track":
+        keep(filter(os.path.isfile, route.files), folder)
+        scenario_text = None  # which names them where they were
     # JSON is YAML, but for its escapes of characters beyond U+FFFF.
     text = scenario_text or json.dumps(run["scenario"], indent=2, ensure_ascii=False)
     (folder / "scenario.yaml").write_text(text, encoding="utf-8")

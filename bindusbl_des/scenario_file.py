@@ -24,6 +24,9 @@ __all__ = ["Mistake", "ScenarioError", "load_scenario", "parse_scenario", "read_
 # A scenario of thousands of vehicles has some 100 kB.
 LARGEST_FILE = 1_000_000
 
+# Unknown keys beyond these are told without what they may have been meant to be: 1 ms each.
+MOST_EXPLAINED = 500
+
 
 @dataclass(frozen=True)
 class Reading:
@@ -172,7 +175,10 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
         if details[0]["type"] == "inconsistent":
             _note_contradictions(document, details[0]["ctx"]["problems"])
             return None
-        findings = [explained(detail, data) for detail in details]  # before any is set aside
+        findings = [  # before any is set aside
+            explained(detail, data, briefly=number >= MOST_EXPLAINED)
+            for number, detail in enumerate(details)
+        ]
         # Unknown keys first: a key that was only misspelt is not missing as well.
         findings.sort(key=lambda finding: finding.message.startswith("missing"))
         for finding in findings:

@@ -9,8 +9,8 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the words of the domain to the faces; a module imports only from its own layer or lower ones.
 LAYERS = [
-    "compiled code_cache clock durable durable_folder plugins wording events worst columns "
-    "growing streams progress palette quantities plain_json effects",
+    "compiled code_cache clock ctrl_c durable durable_folder kept_tracks plugin_sources plugins "
+    "wording events worst columns growing streams progress palette quantities plain_json effects",
     "water loss light_time formations coverage dubins paths turns routes hydrophones usbl fusion "
     "conflicts colouring logs motion propagation calling round_trip measurement reception "
     "dead_reckoning belief track_file currents vehicles dynamics guidance geodesy",

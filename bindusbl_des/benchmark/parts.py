@@ -31,7 +31,7 @@ PARTS: Mapping[str, str] = {
     "set-up": "scenario key_types route_keys idle_keys worth_knowing plugins families "
     "consistency vehicle_choice scenario_keys wording durable durable_folder launch onboard "
     "planned fleet formations coverage streams growing compiled code_cache build courses "
-    "world simulation",
+    "world simulation kept_tracks plugin_sources ctrl_c",
 }
 PART_OF = {module: part for part, modules in PARTS.items() for module in modules.split()}
 

@@ -13,11 +13,15 @@ from .experiments.experiment import Experiment
 from .experiments.plan import Plan
 from .statistics.outcomes import outcomes
 from .statistics.stopping import seeds_wanted
-from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record
-from .storage.parts import MISSIONS, committed, done, part_path, read_table
+from .storage.folder import CampaignError, damaged_record, is_locked, read_record
+from .storage.parts import Done, committed, done, read_table
+from .storage.soundness import MISSIONS, part_path
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# What a plan that somebody made up may raise.
+WRONG = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError)
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,14 @@ class Campaign:
         frame: pd.DataFrame = pd.DataFrame() if rows is None else rows.to_pandas()
         return frame
 
+    def done(self) -> Done:
+        """Return the missions that have a row.
+
+        Raises:
+            CampaignError: when a part is damaged, or another campaign's.
+        """
+        return done(self.folder, self.record["plan_sha256"])
+
     def wanted(self) -> NDArray[np.int64]:
         """Return the numbers of this folder's missions: all, or those of its shard.
 
@@ -79,11 +91,11 @@ class Campaign:
 
     def missing(self) -> NDArray[np.int64]:
         """Return the numbers of wanted missions that have no row yet, in the plan's order."""
-        return np.setdiff1d(self.wanted(), done(self.folder).numbers, assume_unique=True)
+        return np.setdiff1d(self.wanted(), self.done().numbers, assume_unique=True)
 
     def state(self) -> State:
         """Return how far the campaign is."""
-        rows, wanted = done(self.folder), self.wanted()
+        rows, wanted = self.done(), self.wanted()
         failed = int(rows.failed.sum())
         status = "running" if is_locked(self.folder) else self.record["status"]
         if status == "running" and not is_locked(self.folder):
@@ -106,6 +118,7 @@ def load_campaign(folder: str | Path) -> Campaign:
         CampaignError: when it is none, damaged, or has lost rows since it was complete.
     """
     campaign = unfinished_campaign(folder)
+    campaign.done()  # a damaged part is told whatever is asked for
     lost = len(campaign.missing()) if campaign.record["status"] == "complete" else 0
     if lost:
         raise CampaignError(
@@ -125,10 +138,8 @@ def unfinished_campaign(folder: str | Path) -> Campaign:
     folder = Path(folder)
     record = read_record(folder)
     try:
-        plan = Plan(Experiment.from_record(record["experiment"]))
+        plan = Plan(Experiment.from_record(record["experiment"], folder))
         plan.model_version = record["model_version"]
-    except (KeyError, TypeError, ValueError) as error:
-        raise CampaignError(
-            f"{folder / RECORD} is damaged or was edited ({type(error).__name__}: {error}); {ANEW}"
-        ) from None
+    except WRONG as error:
+        raise damaged_record(folder, error) from None
     return Campaign(folder, plan, record)

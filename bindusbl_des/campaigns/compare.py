@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..kept_tracks import portable
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
 from .statistics.comparison_table import sentence, unserved
@@ -172,7 +173,7 @@ def _keys_that_differ(pair: Pair) -> list[str]:
     for side in (pair.baseline, pair.other):
         experiment = side.campaign.plan.experiment
         scenario = laid_over(experiment.given, experiment.points[side.point])
-        flat.append(dict(_leaves(scenario.model_dump(mode="json"), "")))
+        flat.append(dict(_leaves(portable(scenario.model_dump(mode="json")), "")))
     one, other = flat
     return [key for key in {**one, **other} if one.get(key) != other.get(key)]
 

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+from ..kept_tracks import FOLDER as TRACKS
+from ..kept_tracks import check_kept
+from ..plugin_sources import source_of
 from ..result import scenario_sha256
 from .campaign import Campaign
-from .experiments.plan import Plan
-from .storage.folder import RECORD, CampaignError, is_locked, read_record
+from .experiments.plan import Plan, model_version
+from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record
 
 
 def check_new(folder: Path, plan: Plan) -> None:
@@ -29,19 +32,22 @@ def check_new(folder: Path, plan: Plan) -> None:
 
 
 def check_unchanged(campaign: Campaign) -> None:
-    """Refuse to continue what would mix two models or two scenarios.
+    """Refuse to continue what would mix two models, scenarios, tracks or parts of one's own.
 
     Raises:
         CampaignError: showing what differs.
     """
-    now = Plan(campaign.plan.experiment)
-    record, folder = campaign.record, campaign.folder
-    if record["model_version"] != now.model_version:
+    now, record, folder = campaign.plan, campaign.record, campaign.folder
+    if record["model_version"] != model_version():
         raise CampaignError(
             f"{folder}: began with model {record['model_version']}, this is model "
-            f"{now.model_version}; their missions cannot be mixed. Sweep anew into another folder, "
+            f"{model_version()}; their missions cannot be mixed. Sweep anew into another folder, "
             f"or install bindusbl-des {record['model_version'].partition('/')[0]}"
         )
+    check_tracks(campaign)
+    for name, told in record["own_parts"].items():
+        if now.own_parts.get(name) != told:
+            raise CampaignError(_changed_part(folder, name))
     sha = scenario_sha256(now.experiment.base())
     if record["scenario_sha256"] != sha or record["plan_sha256"] != now.fingerprint():
         raise CampaignError(
@@ -49,3 +55,29 @@ def check_unchanged(campaign: Campaign) -> None:
             f"is {sha[:12]}, its plan {record['plan_sha256'][:12]} and "
             f"{now.fingerprint()[:12]}; sweep anew into another folder"
         )
+
+
+def check_tracks(campaign: Campaign) -> None:
+    """Refuse a campaign whose copies of tracks are not what they were.
+
+    Raises:
+        CampaignError: naming the file.
+    """
+    names = [f"{TRACKS}/{Path(file).name}" for file in campaign.plan.tracks.values()]
+    try:
+        check_kept(names, campaign.folder)
+    except ValueError as error:
+        raise CampaignError(f"{error}, or {ANEW}") from None
+
+
+def _changed_part(folder: Path, name: str) -> str:
+    file = source_of(name)
+    if file is None:
+        return (
+            f"{folder}: began with {name}, which is not found now; put its folder on PYTHONPATH, "
+            f"or {ANEW}"
+        )
+    return (
+        f"{folder}: {file} has changed since the campaign began with {name}, and missions of both "
+        f"cannot be mixed; put it back as it was, or {ANEW}"
+    )

@@ -1,9 +1,11 @@
 """Campaigns begun and continued."""
 
 import errno
+import math
 import os
 import time
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -13,6 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..ctrl_c import answered, end_now, say
+from ..durable import sync
+from ..kept_tracks import keep, portable
 from ..plugins import allow, load
 from ..result import PACKAGES, scenario_sha256
 from .campaign import Campaign, unfinished_campaign
@@ -21,9 +26,18 @@ from .experiments.experiment_file import load_experiment
 from .experiments.options import Options, written
 from .experiments.plan import Plan
 from .refusals import check_new, check_unchanged
-from .storage.folder import FORMAT, RECORD, clean, locked, write_json, write_scenario
+from .storage.folder import (
+    FORMAT,
+    RECORD,
+    check_no_links,
+    clean,
+    locked,
+    write_json,
+    write_scenario,
+)
 from .storage.joining import compact
 from .storage.parts import clean_parts, done
+from .storage.soundness import set_aside
 from .workers.batches import NotWritten
 from .workers.crews import crew_for
 from .workers.interruption import interruptible
@@ -33,15 +47,32 @@ from .workers.warming import compile_kernels
 
 Shard = tuple[int, int]
 
+# The longest limit of a mission's time that the operating system can keep: thirty years.
+LONGEST_LIMIT_S = 1e9
+
 
 @dataclass(frozen=True)
 class Settings:
-    """How a campaign is run, which changes nothing of what it finds."""
+    """How a campaign is run, which changes nothing of what it finds.
+
+    Raises:
+        ValueError: when the time that a mission may take is no time.
+    """
 
     workers: int | None = None
     backend: str = "local"
     quiet: bool = True
     mission_timeout_s: float | None = None
+
+    def __post_init__(self) -> None:
+        limit = self.mission_timeout_s
+        if limit is None or limit == math.inf:  # which means none
+            object.__setattr__(self, "mission_timeout_s", None)
+        elif not 0.0 < limit <= LONGEST_LIMIT_S:
+            raise ValueError(
+                f"--mission-timeout {limit:g}: needs a time (s) > 0 and <= {LONGEST_LIMIT_S:g}; "
+                "leave it out for no limit"
+            )
 
 
 def sweep(
@@ -74,6 +105,7 @@ def sweep(
         CampaignError: when the folder cannot take a new campaign.
         NotWritten: when the disk is full or the folder gone; what was written counts.
     """
+    settings = Settings(workers, backend, quiet, mission_timeout_s)
     if not isinstance(experiment, Experiment):
         targets = tuple(f"{metric}={width}" for metric, width in (until_ci or {}).items())
         options = Options(written(vary or {}), targets, seeds, detail)
@@ -81,13 +113,15 @@ def sweep(
     plan, folder = Plan(experiment), Path(out)
     check_plugins(plan, allow_plugins)
     check_new(folder, plan)
-    settings = Settings(workers, backend, quiet, mission_timeout_s)
     crew_for_check(settings)
     folder.mkdir(parents=True, exist_ok=True)
+    sync(folder.parent)
     with locked(folder):
         check_new(folder, plan)
+        check_no_links(folder)
+        keep(plan.tracks.values(), folder)
         record = first_record(plan, shard)
-        write_scenario(folder, experiment.given)
+        write_scenario(folder, portable(experiment.given))
         return _run(Campaign(folder, plan, record), settings)
 
 
@@ -104,30 +138,42 @@ def check_plugins(plan: Plan, allowed: bool) -> None:
         load(family, name)
 
 
+def _warn(text: str) -> None:
+    warnings.warn(text, stacklevel=3)
+
+
 def resume(
     folder: str | Path,
     *,
     retry_failed: bool = False,
     allow_plugins: bool = False,
+    tell: Callable[[str], None] = _warn,
     **settings: Any,
 ) -> Campaign:
-    """Run what is missing of a campaign; its plug-ins must be allowed again.
+    """Run what is missing of a campaign, and again what is damaged, of which it will `tell`.
+
+    Its plug-ins must be allowed again.
 
     Raises:
         PluginError: when a plug-in is not allowed.
-        CampaignError: when the model has changed since, or another process runs it.
+        CampaignError: when the model, a track or an own part has changed since, when the folder
+            holds links, or another process runs it.
         NotWritten: when the disk is full or the folder gone; what was written counts.
     """
+    how = Settings(**settings)
     campaign = unfinished_campaign(folder)
     check_unchanged(campaign)
     check_plugins(campaign.plan, allow_plugins)
     with locked(campaign.folder):
+        check_no_links(campaign.folder)
         clean(campaign.folder)
+        for line in set_aside(campaign.folder, campaign.record["plan_sha256"]):
+            tell(line)
         clean_parts(campaign.folder)
         if retry_failed:
             rows = done(campaign.folder)
             compact(campaign.folder, leave_out=rows.numbers[rows.failed].tolist())
-        return _run(campaign, Settings(**settings))
+        return _run(campaign, how)
 
 
 def first_record(plan: Plan, shard: Shard | None) -> dict[str, Any]:
@@ -143,7 +189,8 @@ def first_record(plan: Plan, shard: Shard | None) -> dict[str, Any]:
         "model_version": plan.model_version,
         "versions": {package: version(package) for package in PACKAGES},
         "scenario_sha256": scenario_sha256(base),
-        "scenario": base.model_dump(mode="json"),
+        "own_parts": plan.own_parts,
+        "scenario": portable(base.model_dump(mode="json")),
         "experiment": plan.experiment.record(),
     }
 
@@ -151,7 +198,7 @@ def first_record(plan: Plan, shard: Shard | None) -> dict[str, Any]:
 def _run(campaign: Campaign, settings: Settings) -> Campaign:
     """Run the missing missions of a campaign whose folder is ours."""
     folder = campaign.folder
-    session = {"began_at": time.time(), "rows_before": len(done(folder))}
+    session = {"began_at": time.time(), "rows_before": len(campaign.done())}
     record = {**campaign.record, "status": "running", "session": session}
     status = "killed"
     try:
@@ -185,16 +232,24 @@ def _settle(folder: Path, record: Mapping[str, Any]) -> None:
 
 def _supervise(campaign: Campaign, settings: Settings) -> str:
     """Run what is missing; return `complete` or `interrupted`."""
-    missing = campaign.missing()
+    folder, missing = campaign.folder, campaign.missing()
     if len(missing):
         if settings.backend == "local":
-            compile_kernels(campaign.plan)
+            with answered(_wait_or_end):
+                compile_kernels(campaign.plan, folder)
         missing = _run_missing(campaign, missing, settings)
         if len(missing):
             return "interrupted"
     with suppress(OSError):  # sorting needs room for a copy; unsorted parts hold the same rows
-        compact(campaign.folder)
+        compact(folder)
     return "complete"
+
+
+def _wait_or_end(asked: int) -> None:
+    """Answer Ctrl-C while the equations are compiled, when no mission is under way."""
+    if asked > 1:
+        end_now(asked)
+    say("interrupted: ends once this equation is compiled; Ctrl-C again ends at once")
 
 
 def _run_missing(
@@ -206,9 +261,15 @@ def _run_missing(
     crew = crew_for(settings.backend, workers)
     limit = settings.mission_timeout_s
     supervisor = Supervisor(campaign.plan, campaign.folder, crew, progress.note, limit)
+
+    def stop() -> None:
+        supervisor.stop()
+        if not settings.quiet:
+            say("stopping: the missions under way are finished; Ctrl-C again ends at once")
+
     ended = False
     try:
-        with interruptible(supervisor.stop):
+        with interruptible(stop):
             while len(missing) and not supervisor.stopping:
                 progress.total += len(missing)
                 supervisor.run(missing)

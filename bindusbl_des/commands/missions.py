@@ -1,6 +1,7 @@
 """Commands about one mission: run and explain."""
 
 import re
+import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import monotonic
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..ctrl_c import answered, end_now
 from ..progress import ProgressLine, duration
 from .advising import SECONDS, advice_on, advice_options
 from .console import (
@@ -72,7 +74,7 @@ def run(
     text = written if _tells(written, mission, folder) else None
     # Made before the mission is run, so that a place that cannot be written to is told at once.
     with writing(folder), result_draft(folder, force=force) as draft:
-        result = _simulated(mission, seed)
+        result = _simulated(mission, seed, draft)
         result.advice = advice_on(result, 0.0 if no_advice else advice_s, again)
         fill(draft, result, text)
     if as_json:
@@ -123,13 +125,19 @@ def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def _simulated(scenario: "Scenario", seed: int) -> "Result":
+def _simulated(scenario: "Scenario", seed: int, draft: Path) -> "Result":
+    """Return a mission's result; a Ctrl-C that Python cannot obey yet takes the draft along."""
     from ..simulation import simulate
+
+    def end(asked: int) -> None:
+        shutil.rmtree(draft.parent, ignore_errors=True)
+        end_now(asked)
 
     tell_of_compiling()
     progress = MissionProgress(scenario.duration_s, quiet=is_quiet())
     try:
-        return simulate(scenario, seed=seed, progress=progress.note)
+        with answered(end):
+            return simulate(scenario, seed=seed, progress=progress.note)
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, OSError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {_reason(error)}") from error
     finally:

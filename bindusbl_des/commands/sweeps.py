@@ -58,7 +58,7 @@ def _worker_options(command: Any) -> Any:
     )(command)
     command = click.option(
         "--mission-timeout",
-        type=click.FloatRange(min=0, min_open=True),
+        type=float,
         metavar="SECONDS",
         help="End a mission that takes longer; it counts as failed.",
     )(command)
@@ -197,6 +197,7 @@ def resume(
             folder,
             retry_failed=retry_failed,
             allow_plugins=allow_plugins,
+            tell=lambda line: click.echo(line, err=True),
             workers=workers,
             backend=backend,
             quiet=is_quiet(),

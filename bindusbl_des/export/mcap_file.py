@@ -12,6 +12,7 @@ from foxglove import Channel, Context
 from foxglove.mcap import MCAPWriteOptions
 
 from ..durable import draft_of
+from ..kept_tracks import portable
 from ..result import scenario_sha256
 from .frames import transforms
 from .locations import location_streams
@@ -104,7 +105,7 @@ class _Log:
             create_time=0,
             name="scenario.json",
             media_type="application/json",
-            data=json.dumps(result.scenario.model_dump(mode="json"), indent=2).encode(),
+            data=json.dumps(portable(result.scenario.model_dump(mode="json")), indent=2).encode(),
         )
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..kept_tracks import portable
 from ..wording import plain
 from .packing import Packer
 from .page import assembled, asset, filled, number, table
@@ -96,7 +97,7 @@ def _head(names: Sequence[str], runs: Sequence[Named]) -> str:
 def _differences(names: Sequence[str], runs: Sequence[Named]) -> str:
     """Return the table of scenario keys that are not the same in all runs."""
     scenarios = [
-        {"seed": result.seed, **dict(_flat(result.scenario.model_dump(mode="json")))}
+        {"seed": result.seed, **dict(_flat(portable(result.scenario.model_dump(mode="json"))))}
         for _, result in runs
     ]
     keys = dict.fromkeys(key for it in scenarios for key in it if key != "name")

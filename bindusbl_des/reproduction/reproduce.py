@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from ..campaigns.experiments.experiment import Experiment
-from ..campaigns.storage.parts import Draft
+from ..campaigns.storage.parts import whole_file
 from .catalogue import experiments
 from .claims import Claimed
 from .comparison import compared, table
@@ -154,10 +154,10 @@ def _figures(folder: Path) -> Path:
 def _write_table(folder: Path, name: str, frame: "pd.DataFrame") -> None:
     """Write a table as CSV and Parquet, each whole or not at all."""
     _write(folder / f"{name}.csv", frame.to_csv(index=False))
-    with Draft(folder / f"{name}.parquet") as file:
+    with whole_file(folder / f"{name}.parquet") as file:
         frame.to_parquet(file, compression="zstd")
 
 
 def _write(path: Path, text: str) -> None:
-    with Draft(path) as file:
+    with whole_file(path) as file:
         file.write(text.encode())

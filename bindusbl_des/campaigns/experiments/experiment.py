@@ -5,11 +5,12 @@ import math
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
+from ...kept_tracks import KEPT, kept_name, portable, renamed, renamed_point
 from ...mistakes import Mistake
-from ...overrides import override
-from ...plain_yaml import Document
+from ...overrides import put
 from ...plugins import name_of
 from ...scenario import Scenario
 from .precision import Target
@@ -51,23 +52,33 @@ class Experiment:
         return tuple(dict.fromkeys(key for point in self.points for key in point))
 
     def record(self) -> dict[str, Any]:
-        """Return the experiment as plain data, for `campaign.json`."""
+        """Return the experiment as plain data, for `campaign.json`; tracks as in its folder."""
         return {
             "name": self.name,
-            "scenario_as_given": self.given,
-            "points": [dict(point) for point in self.points],
+            "scenario_as_given": portable(self.given),
+            "points": [renamed_point(point, kept_name) for point in self.points],
             "seeds": list(self.seeds),
             "detail": self.detail,
             "until_ci": {target.metric: target.written for target in self.until_ci},
         }
 
     @classmethod
-    def from_record(cls, record: Mapping[str, Any]) -> "Experiment":
-        """Return the experiment that `record` described."""
+    def from_record(cls, record: Mapping[str, Any], folder: Path) -> "Experiment":
+        """Return the experiment that `record` described; its tracks lie in a folder.
+
+        Raises:
+            ValueError: when a track has a name that `record` does not give.
+        """
+
+        def within(name: str) -> str:
+            if not KEPT.fullmatch(name):
+                raise ValueError(f"{name!r} is no track of this folder")
+            return str((folder / name).absolute())
+
         return cls(
             record["name"],
-            record["scenario_as_given"],
-            tuple(record["points"]),
+            renamed(record["scenario_as_given"], within),
+            tuple(renamed_point(point, within) for point in record["points"]),
             tuple(record["seeds"]),
             record["detail"],
             tuple(Target(*item) for item in record["until_ci"].items()),
@@ -80,12 +91,12 @@ def laid_over(given: Mapping[str, Any], point: Point) -> Scenario:
     Raises:
         ValueError: when it is no valid scenario.
     """
-    document = Document("point", deepcopy(dict(given)))
+    data = deepcopy(dict(given))
     for key, value in point.items():
-        override(document, f"{key}={as_written(value)}")
-    if document.mistakes:
-        raise ValueError("\n".join(map(str, document.mistakes)))
-    return Scenario.model_validate(document.data)
+        problem = put(data, key, name_of(value) if callable(value) else deepcopy(value))
+        if problem:
+            raise ValueError(f"{key}: {problem}")
+    return Scenario.model_validate(data)
 
 
 def as_written(value: Any) -> str:

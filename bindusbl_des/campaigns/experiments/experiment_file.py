@@ -11,6 +11,7 @@ from ...plain_yaml import Document, Path, read_yaml
 from ...scenario import Scenario
 from ...scenario_file import Reading, read_scenario, read_text
 from ...wording import described, did_you_mean
+from ..storage.record import LARGEST_SEED, MOST_MISSIONS
 from .experiment import Detail, Experiment
 from .experiment_points import Places, Points, points_in
 from .kinds import KEYS, is_experiment, is_scenario
@@ -20,9 +21,6 @@ from .precision import MOST_SEEDS, targets_in
 
 DETAILS = ("summary", "full")
 
-# Each point is a scenario that is validated, and each mission a line of the plan.
-MOST_MISSIONS = 5_000_000
-LARGEST_SEED = 2**63 - 1
 NO_OPTIONS = Options()
 
 

@@ -3,8 +3,10 @@
 from typing import Any
 
 from ...scenario_keys import DIALECT, keys
-from ..storage.parts import MISSIONS, metric_schema
-from .experiment_file import DETAILS, LARGEST_SEED, MOST_MISSIONS
+from ..storage.parts import metric_schema
+from ..storage.record import LARGEST_SEED, MOST_MISSIONS
+from ..storage.soundness import MISSIONS
+from .experiment_file import DETAILS
 from .experiment_points import MOST_POINTS
 from .sampling import METHODS
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
@@ -10,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...families import parts_of
+from ...kept_tracks import FILES, kept_name, portable, renamed_point
+from ...plugin_sources import source_sha256
 from ...plugins import Family, is_plugin
-from ...scenario import Scenario
 from .experiment import Experiment
 
 # To be raised whenever a mission would give other numbers than before for the same scenario.
@@ -29,7 +31,10 @@ class Mission:
 
 @dataclass(frozen=True)
 class PlannedPoint:
-    """One point: its scenario as JSON text, all varied keys as they are in it, those it sets."""
+    """One point: its scenario as JSON text, all varied keys as they are in it, those it sets.
+
+    Track files are named as in the campaign's folder.
+    """
 
     scenario: str
     varied: dict[str, Any]
@@ -42,17 +47,26 @@ class Plan:
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
         self.model_version = model_version()
+        #: The track files of all points, each under the name of its copy in the folder.
+        self.tracks: dict[str, str] = {}
+        #: The fingerprints of the files of somebody's own parts, by ``module:object``.
+        self.own_parts: dict[str, str] = {}
         varied = experiment.varied()
         self.points: list[PlannedPoint] = []
         self.plugins: dict[str, Family] = {}  # what is to be loaded
-        for number in range(len(experiment.points)):
-            scenario = experiment.scenario(number)
-            parts = parts_of(scenario)
-            self.plugins |= {name: family for family, name in parts if is_plugin(name)}
+        for number, point in enumerate(experiment.points):
+            mission = experiment.scenario(number)
+            for family, name in parts_of(mission):
+                if is_plugin(name) and name not in self.plugins:
+                    self.plugins[name] = family
+                    self.own_parts[name] = source_sha256(name)
+            scenario = mission.model_dump(mode="json")
+            for file in scenario["auvs"]["route"].get(FILES[-1], ()):
+                self.tracks[kept_name(file)] = file
+            scenario = portable(scenario)
             values = {key: _value(scenario, key) for key in varied}
-            self.points.append(
-                PlannedPoint(_canonical(scenario), values, dict(experiment.points[number]))
-            )
+            sets = renamed_point(point, kept_name)
+            self.points.append(PlannedPoint(_canonical(scenario), values, sets))
         self.columns = {key: _kind([point.varied[key] for point in self.points]) for key in varied}
 
     def __len__(self) -> int:
@@ -79,7 +93,8 @@ class Plan:
 
     def fingerprint(self) -> str:
         """Return the sha256 of the whole plan; equal plans run the same missions."""
-        text = json.dumps(self.experiment.record(), sort_keys=True) + self.model_version
+        made_of = [self.experiment.record(), self.own_parts]
+        text = json.dumps(made_of, sort_keys=True) + self.model_version
         return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -93,13 +108,13 @@ def mission_id(scenario: str, seed: int, model: str) -> str:
     return hashlib.sha256(f"{scenario}\n{seed}\n{model}".encode()).hexdigest()
 
 
-def _canonical(scenario: Scenario) -> str:
-    return json.dumps(scenario.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+def _canonical(scenario: Mapping[str, Any]) -> str:
+    return json.dumps(scenario, sort_keys=True, separators=(",", ":"))
 
 
-def _value(scenario: Scenario, key: str) -> Any:
+def _value(scenario: Mapping[str, Any], key: str) -> Any:
     """Return the value of a dotted key in the whole scenario, null where it has none."""
-    value: Any = scenario.model_dump(mode="json")
+    value: Any = scenario
     for part in key.split("."):
         if isinstance(value, list):
             value = value[int(part)]

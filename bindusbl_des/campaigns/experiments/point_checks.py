@@ -5,6 +5,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ...families import FAMILIES, load_plugins
+from ...kept_tracks import names_tracks, renamed_point
 from ...mistakes import Mistake, Place, ScenarioError
 from ...plain_yaml import Document, Path
 from ...plugins import is_plugin, refusal
@@ -19,7 +20,6 @@ MOST_WRONG_POINTS = 20
 MOST_MISTAKES = 100
 
 DETAIL = "record.detail"
-TRACKS = "auvs.route.files"
 PARTS = tuple(family.key for family in FAMILIES)
 
 
@@ -38,7 +38,7 @@ def check_points(
     wrong = 0
     looked_at: set[Path] = set()
     for number, (point, where) in enumerate(zip(points, places, strict=True)):
-        point = _with_absolute_tracks(point, file.parent)
+        point = renamed_point(point, lambda name: str((file.parent / name).resolve()))
         settled.append(point)
         scenario = None if DETAIL in point else _valid(given, point, allow_plugins)
         if scenario is None:
@@ -64,13 +64,6 @@ def plugins_in(document: Document, points: Points, places: Places) -> Iterator[M
                 yield Mistake.at(document.values[where[key]], key, refusal(name))
 
 
-def _with_absolute_tracks(point: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
-    files = point.get(TRACKS)
-    if not isinstance(files, list) or not all(isinstance(file, str) for file in files):
-        return dict(point)
-    return {**point, TRACKS: [str((folder / file).resolve()) for file in files]}
-
-
 def _valid(
     given: Mapping[str, Any], point: Mapping[str, Any], allow_plugins: bool
 ) -> Scenario | None:
@@ -78,7 +71,7 @@ def _valid(
         scenario = laid_over(given, point)
     except ValueError:
         return None
-    if TRACKS in point or (allow_plugins and any(load_plugins(scenario))):
+    if any(map(names_tracks, point)) or (allow_plugins and any(load_plugins(scenario))):
         return None
     return scenario
 

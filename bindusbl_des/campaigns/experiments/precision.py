@@ -8,7 +8,8 @@ from typing import Any
 from ...mistakes import Place
 from ...plain_yaml import Document, Path
 from ...wording import described, did_you_mean
-from ..storage.parts import MISSIONS, metric_schema
+from ..storage.parts import metric_schema
+from ..storage.soundness import MISSIONS
 
 # Fewer seeds tell too little of their own spread to stop on.
 FEWEST_SEEDS = 8

@@ -13,7 +13,8 @@ from ...quantities import WORST
 from ...tables import mission_numbers
 from ...wording import did_you_mean
 from ..storage.folder import CampaignError
-from ..storage.parts import MISSIONS, OK, metric_schema, read_table
+from ..storage.parts import OK, metric_schema, read_table
+from ..storage.soundness import MISSIONS
 from .intervals import Floats
 from .judging import may_be_missing, of_an_auv
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from textwrap import fill
 
 from ..experiments.plan import Plan
-from ..storage.parts import MISSIONS
+from ..storage.soundness import MISSIONS
 from .contents import in_intervals
 from .findings import findings
 from .intervals import Interval, interval

@@ -4,19 +4,22 @@ import json
 import os
 import socket
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from ...durable import write_text
+from ...durable import DRAFT, write_text
+from ...wording import printable
+from .record import check_record
 
 RECORD = "campaign.json"
 LOCK = "campaign.lock"
 STOP = "stop"
-FORMAT = 1
 
-# What every record has, and the only remedy when it is lost.
-KEYS = ("name", "status", "shard", "plan_sha256", "model_version", "scenario_sha256", "experiment")
+# 2: parts say what belongs to them, and track files lie in the folder.
+FORMAT = 2
+
+# The only remedy when a record is lost.
 ANEW = "sweep the experiment anew into another folder"
 
 
@@ -39,15 +42,17 @@ def read_record(folder: Path) -> dict[str, Any]:
     try:
         record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         found = record["format"]
-        lacking = [key for key in KEYS if key not in record]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CampaignError(
-            f"{path} is damaged ({type(error).__name__}: {error}); {ANEW}"
-        ) from None
-    if lacking:
-        raise CampaignError(f"{path} is damaged: it has no {', '.join(lacking)}; {ANEW}")
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise damaged_record(folder, error) from None
     if found != FORMAT:
-        raise CampaignError(f"{path} has format {found}; this version reads format {FORMAT}")
+        raise CampaignError(
+            f"{path} has format {printable(str(found))[:20]}, of another version of bindusbl-des; "
+            f"this one reads and continues format {FORMAT}; {ANEW}"
+        )
+    try:
+        check_record(record)
+    except (ValueError, RecursionError) as error:
+        raise damaged_record(folder, error) from None
     return record
 
 
@@ -56,24 +61,49 @@ def write_scenario(folder: Path, given: Mapping[str, Any]) -> None:
     write_text(folder / "scenario.yaml", json.dumps(given, indent=2, ensure_ascii=False) + "\n")
 
 
+def damaged_record(folder: Path, error: Exception) -> CampaignError:
+    """Return what to tell of a `campaign.json` that cannot be used, in one line."""
+    said = printable((str(error).splitlines() or [""])[0])[:200]
+    return CampaignError(
+        f"{folder / RECORD} is damaged or was edited ({type(error).__name__}: {said}); {ANEW}"
+    )
+
+
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
     """Write a JSON file, all of it or nothing."""
-    draft = path.with_name(f".{path.name}.tmp")
-    try:
-        with open(draft, "w", encoding="utf-8") as file:
-            file.write(json.dumps(data, indent=2) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
+    write_text(path, json.dumps(data, indent=2) + "\n")
 
 
 def clean(folder: Path) -> None:
     """Remove what killed processes left half written."""
-    for leftover in (*folder.glob(".*.tmp"), *folder.glob("*/.*.tmp")):
-        leftover.unlink(missing_ok=True)
+    for pattern in (".*.tmp", f".*{DRAFT}"):
+        for leftover in (*folder.glob(pattern), *folder.glob(f"*/{pattern}")):
+            leftover.unlink(missing_ok=True)
     (folder / STOP).unlink(missing_ok=True)
+
+
+def check_no_links(folder: Path) -> None:
+    """Refuse a folder in which symbolic links lead elsewhere: what is written would go there.
+
+    Raises:
+        CampaignError: naming the first one.
+    """
+    for path in (*folder.iterdir(), *folder.glob("*/*")):
+        if path.is_symlink():
+            raise CampaignError(
+                f"{path}: is a symbolic link, which a campaign's folder has none of; remove it, or "
+                "put what it leads to in its place"
+            )
+
+
+def ask_to_stop(folder: Path) -> None:
+    """Leave the file that workers look for after each mission; through no link.
+
+    Raises:
+        OSError: when it cannot be written.
+    """
+    with suppress(FileExistsError):
+        os.close(os.open(folder / STOP, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644))
 
 
 @contextmanager
@@ -87,9 +117,9 @@ def locked(folder: Path) -> Iterator[None]:
         CampaignError: when another process holds it.
     """
     path = folder / LOCK
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    descriptor = _opened(path)
     try:
-        owner = _owner(path)
+        owner = _owner(descriptor)
         if not _taken(descriptor, path):
             raise CampaignError(f"{folder}: {_told(owner)} is running this campaign; wait for it")
         if owner and owner.get("host") != socket.gethostname():
@@ -107,41 +137,62 @@ def locked(folder: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
+def _opened(path: Path) -> int:
+    """Open the lock's file to be written, if it is one of this folder and nothing else."""
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o644)
+    except OSError as error:
+        if not path.is_symlink():
+            raise
+        raise CampaignError(f"{path}: is a symbolic link; remove it") from error
+    if os.fstat(descriptor).st_nlink > 1:
+        os.close(descriptor)
+        raise CampaignError(f"{path}: is a file of another folder, too; remove it")
+    return descriptor
+
+
 def is_locked(folder: Path) -> bool:
-    """Tell whether a process works in the folder."""
+    """Tell whether a process works in the folder, which need not be writable."""
     path = folder / LOCK
     try:
-        descriptor = os.open(path, os.O_RDWR)
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except PermissionError:
+        return True  # it is there, and somebody else's
     except OSError:
         return False
     try:
-        owner = _owner(path)
-        return not _taken(descriptor, path) or owner.get("host") != socket.gethostname()
+        owner = _owner(descriptor)
+        elsewhere = bool(owner) and owner.get("host") != socket.gethostname()
+        return not _taken(descriptor, path, shared=True) or elsewhere
     finally:
         os.close(descriptor)
 
 
-def _taken(descriptor: int, path: Path) -> bool:
-    """Take the operating system's lock; false when another process has it."""
+def _taken(descriptor: int, path: Path, *, shared: bool = False) -> bool:
+    """Take the operating system's lock; false when another process has it.
+
+    Shared, it tells whether somebody has it to himself.
+    """
     import fcntl  # of POSIX alone; reading results works everywhere
 
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        kind = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
+        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
         # Its last holder may have removed the file between our opening and our locking it.
         return os.fstat(descriptor).st_ino == os.stat(path).st_ino
     except OSError:
         return False
 
 
-def _owner(path: Path) -> dict[str, Any]:
+def _owner(descriptor: int) -> dict[str, Any]:
     try:
-        owner: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        owner = json.loads(os.pread(descriptor, 4096, 0))
+    except (OSError, ValueError, RecursionError):
         return {}
-    return owner
+    return owner if isinstance(owner, dict) else {}
 
 
 def _told(owner: Mapping[str, Any]) -> str:
     if not owner:
         return "another process"
-    return f"process {owner.get('pid')} on {owner.get('host')}"
+    return printable(f"process {owner.get('pid')} on {owner.get('host')}")[:200]

@@ -1,7 +1,6 @@
 """Parts put together in the order of the plan, a few hundred missions in memory at a time."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,17 +10,15 @@ import pyarrow.parquet as pq
 
 from ...arrow_columns import arrow
 from .parts import (
-    MISSIONS,
     REPLACES,
-    TABLES,
-    Draft,
     clean_parts,
     committed,
     in_order,
-    part_path,
     part_schema,
     read_part,
+    whole_file,
 )
+from .soundness import MISSIONS, TABLES, described, part_path, plan_of
 
 MISSIONS_AT_A_TIME = 500
 
@@ -52,14 +49,24 @@ def merge_parts(folders: Sequence[Path], out: Path) -> None:
 def _join(
     sources: Sequence[Source], out: Path, part: str, leave_out: set[int], replaces: Sequence[str]
 ) -> None:
+    if not sources:
+        return
     owners: dict[int, Source] = {}
+    ids: dict[int, str] = {}
     for source in sources:
-        rows = read_part(*_at(source, MISSIONS), columns=("mission",))
-        for number in rows["mission"].to_pylist() if rows is not None else ():
-            owners.setdefault(number, source)
+        rows = read_part(*_at(source, MISSIONS), columns=("mission", "mission_id"))
+        for row in rows.to_pylist() if rows is not None else ():
+            owners.setdefault(row["mission"], source)
+            ids.setdefault(row["mission"], row["mission_id"])
     order = sorted(set(owners) - leave_out)
+    mine, plan = [ids[number] for number in order], plan_of(*sources[0])
+    counts: dict[str, int] = {}
     for table in TABLES:
-        _join_table(table, sources, owners, order, part_path(out, table, part), replaces)
+        told = described(plan, part, mine, counts if table == MISSIONS else None)
+        told[REPLACES.decode()] = ",".join(replaces)
+        written = _join_table(table, sources, owners, order, part_path(out, table, part), told)
+        if written is not None:
+            counts[table] = written
 
 
 def _at(source: Source, table: str) -> tuple[Path, str, str]:
@@ -72,20 +79,24 @@ def _join_table(
     owners: Mapping[int, Source],
     order: Sequence[int],
     path: Path,
-    replaces: Sequence[str],
-) -> None:
+    told: Mapping[str, str],
+) -> int | None:
+    """Write a table of the joined part; return the number of its rows, None where it has none."""
     first = next((s for s in sources if part_path(*_at(s, table)).exists()), None)
     if first is None:
-        return
-    described = part_schema(*_at(first, table))
-    metadata = {**(described.metadata or {}), REPLACES: ",".join(replaces).encode()}
-    described = described.with_metadata(metadata)
-    path.parent.mkdir(exist_ok=True)
-    with ExitStack() as stack:
-        file = stack.enter_context(Draft(path))
-        writer = stack.enter_context(pq.ParquetWriter(file, described, compression="zstd"))
+        return None
+    kind = part_schema(*_at(first, table))
+    written = {key.encode(): value.encode() for key, value in told.items()}
+    kind = kind.with_metadata({**(kind.metadata or {}), **written})
+    count = 0
+    with (
+        whole_file(path) as file,
+        pq.ParquetWriter(file, kind, compression="zstd", write_page_checksum=True) as writer,
+    ):
         for rows in _chunks(table, owners, order):
-            writer.write_table(rows.cast(described))
+            writer.write_table(rows.cast(kind))
+            count += len(rows)
+    return count
 
 
 def _chunks(table: str, owners: Mapping[int, Source], order: Sequence[int]) -> Iterator[pa.Table]:

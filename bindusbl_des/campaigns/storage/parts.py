@@ -2,31 +2,30 @@
 
 A part has one name in all tables.  It counts from the moment when its file in `missions/` is there;
 a file of that name elsewhere without one in `missions/` is what a killed process left.  A part that
-replaces others names them in its metadata, so that no row is ever counted twice.
+replaces others names them in its metadata, so that no row is ever counted twice.  Each file says in
+its metadata which part of which plan it belongs to, that in `missions/` how many rows the others
+have (`soundness`).
 """
 
-import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from ...arrow_columns import arrow
+from ...durable import draft_of, sync
 from ...parquet_reading import DamagedFile, read_parquet
-from ...tables import EVENT_TABLES, schema, write_parquet
+from ...tables import schema, write_parquet
 from .folder import CampaignError
+from .soundness import MISSIONS, TABLES, check_part, described, metadata_of, part_path
 
-MISSIONS = "missions"
 OK, FAILED = "ok", "failed"
-
-# The missions come last: they commit the part.
-TABLES = ("auvs", *EVENT_TABLES, MISSIONS)
 REPLACES = b"bindusbl.replaces"
 ARROW_TYPES = {
     "bool": pa.bool_(),
@@ -36,54 +35,51 @@ ARROW_TYPES = {
     "json": pa.string(),
 }
 
-
-def part_path(folder: Path, table: str, part: str) -> Path:
-    """Return where a part of a table lies."""
-    return folder / table / f"part-{part}.parquet"
+Read = TypeVar("Read")
 
 
-def commit(
-    folder: Path, part: str, tables: Mapping[str, pa.Table], replaces: Sequence[str] = ()
-) -> None:
+def commit(folder: Path, part: str, tables: Mapping[str, pa.Table], plan_sha256: str) -> None:
     """Write a part of each table, `missions` last.
 
     Raises:
         OSError: when it cannot be written; nothing of it counts then.
     """
+    ids = tables[MISSIONS]["mission_id"].to_pylist()
+    rows = {name: len(table) for name, table in tables.items() if name != MISSIONS}
     for name in TABLES:
         if name in tables:
-            (folder / name).mkdir(exist_ok=True)
-            with Draft(part_path(folder, name, part)) as file:
-                write_parquet(tables[name], name, file, {REPLACES.decode(): ",".join(replaces)})
+            belonging = described(plan_sha256, part, ids, rows if name == MISSIONS else None)
+            with whole_file(part_path(folder, name, part)) as file:
+                write_parquet(tables[name], name, file, belonging)
 
 
-class Draft:
-    """A file that appears under its name only when it is whole and on the disk."""
+@contextmanager
+def whole_file(path: Path) -> Iterator[Any]:
+    """Yield a file to be written that appears under its name only when it is whole, on the disk.
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._draft = path.with_name(f".{path.name}.tmp")
-
-    def __enter__(self) -> Any:
-        self._file = open(self._draft, "wb")
-        return self._file
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        try:
-            if kind is None:
-                self._file.flush()
-                os.fsync(self._file.fileno())
-            self._file.close()
-            if kind is None:
-                os.replace(self._draft, self._path)
-        finally:
-            self._draft.unlink(missing_ok=True)
+    Raises:
+        OSError: when it cannot be written.
+    """
+    if not path.parent.is_dir():
+        path.parent.mkdir(exist_ok=True)
+        sync(path.parent.parent)
+    with draft_of(path) as draft, open(draft, "wb") as file:
+        yield file
 
 
 def committed(folder: Path) -> list[str]:
-    """Return the names of the parts that count, sorted."""
-    names = {path.stem.removeprefix("part-") for path in (folder / MISSIONS).glob("part-*.parquet")}
+    """Return the names of the parts that count, sorted.
+
+    Raises:
+        CampaignError: when one is damaged that may replace others.
+    """
+    names = part_names(folder)
     return sorted(names - _replaced(folder, names))
+
+
+def part_names(folder: Path) -> set[str]:
+    """Return the names of all parts that have a row of missions."""
+    return {path.stem.removeprefix("part-") for path in (folder / MISSIONS).glob("part-*.parquet")}
 
 
 def _replaced(folder: Path, names: Iterable[str]) -> set[str]:
@@ -101,12 +97,10 @@ def part_schema(folder: Path, table: str, part: str) -> pa.Schema:
     Raises:
         CampaignError: when it is damaged.
     """
-    path = part_path(folder, table, part)
     try:
-        return pq.read_schema(path)
-    except (OSError, pa.ArrowException) as error:
-        reason = f"is damaged ({(str(error).splitlines() or [''])[0]})"
-        raise damaged(folder, part, DamagedFile(str(path), reason)) from None
+        return metadata_of(part_path(folder, table, part)).schema.to_arrow_schema()
+    except DamagedFile as error:
+        raise damaged(folder, error) from None
 
 
 def clean_parts(folder: Path) -> None:
@@ -132,14 +126,13 @@ def read_part(
     try:
         return read_parquet(path, columns, ("mission",))
     except DamagedFile as error:
-        raise damaged(folder, part, error) from None
+        raise damaged(folder, error) from None
 
 
-def damaged(folder: Path, part: str, error: DamagedFile) -> CampaignError:
-    """Return what to tell of a part that cannot be read: its file, why, and what to do."""
+def damaged(folder: Path, error: DamagedFile) -> CampaignError:
+    """Return what to tell of a part that cannot be used: its file, why, and what to do."""
     return CampaignError(
-        f"{error}; delete {part_path(folder, MISSIONS, part)}, then `bindusbl-des resume {folder}` "
-        "runs its missions again"
+        f"{error}; `bindusbl-des resume {folder}` sets it aside and runs its missions again"
     )
 
 
@@ -154,48 +147,78 @@ class Done:
         return len(self.numbers)
 
 
-def done(folder: Path) -> Done:
+def done(folder: Path, plan_sha256: str | None = None) -> Done:
     """Return the missions that have a row.
+
+    Raises:
+        CampaignError: when a part is damaged, or belongs to another plan than is asked for.
+    """
+
+    def read(parts: Sequence[str]) -> Done:
+        numbers, failed = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
+        for part in parts:
+            _check(folder, part, plan_sha256)
+            rows = read_part(folder, MISSIONS, part, ("mission", "status"))
+            if rows is not None:
+                numbers.append(rows["mission"].to_numpy())
+                failed.append(pc.equal(rows["status"], FAILED).to_numpy())
+        unique, first = np.unique(np.concatenate(numbers), return_index=True)
+        return Done(unique, np.concatenate(failed)[first])
+
+    return _in_peace(folder, read)
+
+
+def _check(folder: Path, part: str, plan_sha256: str | None = None) -> None:
+    try:
+        check_part(folder, part, plan_sha256)
+    except DamagedFile as error:
+        raise damaged(folder, error) from None
+
+
+def _in_peace(folder: Path, read: Callable[[Sequence[str]], Read]) -> Read:
+    """Return what was read of the parts that count; again, where they were joined meanwhile."""
+    while True:
+        parts = committed(folder)
+        try:
+            return read(parts)
+        except CampaignError:
+            if committed(folder) == parts:
+                raise
+
+
+def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -> pa.Table | None:
+    """Return a table, or those columns of it, in the order of the plan, each mission once.
 
     Raises:
         CampaignError: when a part is damaged.
     """
-    numbers, failed = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
-    for part in committed(folder):
-        rows = read_part(folder, MISSIONS, part, ("mission", "status"))
-        if rows is not None:
-            numbers.append(rows["mission"].to_numpy())
-            failed.append(pc.equal(rows["status"], FAILED).to_numpy())
-            _check_companion(folder, part, whole=bool(failed[-1].all()))
-    unique, first = np.unique(np.concatenate(numbers), return_index=True)
-    return Done(unique, np.concatenate(failed)[first])
-
-
-def _check_companion(folder: Path, part: str, *, whole: bool) -> None:
-    """Refuse a part of missions of which not the `whole` failed without a sound table of AUVs."""
-    path = part_path(folder, "auvs", part)
-    if path.exists():
-        part_schema(folder, "auvs", part)
-    elif not whole:
-        raise damaged(folder, part, DamagedFile(str(path), "is missing"))
-
-
-def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -> pa.Table | None:
-    """Return a table, or those columns of it, in the order of the plan, each mission once."""
     wanted = ("mission", *columns) if columns else None
-    parts, seen = [], set[int]()
-    for part in committed(folder):
-        rows = read_part(folder, table, part, wanted)
-        if rows is None or not len(rows):
-            continue
-        numbers = set(rows["mission"].to_pylist())
-        if numbers & seen:
-            rows = rows.filter(
-                arrow([n not in seen for n in rows["mission"].to_pylist()], pa.bool_())
-            )
-        seen |= numbers
-        parts.append(rows)
-    return in_order(pa.concat_tables(parts)) if parts else None
+
+    def read(names: Sequence[str]) -> pa.Table | None:
+        parts, seen = [], set[int]()
+        for part in names:
+            _check(folder, part)
+            rows = read_part(folder, table, part, wanted)
+            if rows is None or not len(rows):
+                continue
+            numbers = set(rows["mission"].to_pylist())
+            if numbers & seen:
+                rows = rows.filter(
+                    arrow([n not in seen for n in rows["mission"].to_pylist()], pa.bool_())
+                )
+            seen |= numbers
+            parts.append(rows)
+        return in_order(_together(folder, parts)) if parts else None
+
+    return _in_peace(folder, read)
+
+
+def _together(folder: Path, parts: Sequence[pa.Table]) -> pa.Table:
+    try:
+        return pa.concat_tables(parts)
+    except pa.ArrowException as error:
+        said = (str(error).splitlines() or [""])[0]
+        raise CampaignError(f"{folder}: its parts do not fit together ({said})") from None
 
 
 def in_order(rows: pa.Table) -> pa.Table:

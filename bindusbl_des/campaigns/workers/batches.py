@@ -8,13 +8,15 @@ import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import pyarrow as pa
 
 from ...arrow_columns import arrow
 from ...families import plugins_of
+from ...kept_tracks import FILES, check_kept, placed
+from ...plugin_sources import source_sha256
 from ...plugins import allow
 from ...scenario import Scenario
 from ...simulation import simulate
@@ -24,14 +26,13 @@ from ..storage.folder import STOP, write_json
 from ..storage.parts import (
     ARROW_TYPES,
     FAILED,
-    MISSIONS,
     OK,
     commit,
     labelled,
     metric_schema,
-    part_path,
     read_part,
 )
+from ..storage.soundness import MISSIONS, part_path
 from .marks import Mark
 from .warming import warm
 
@@ -52,6 +53,7 @@ class Batch:
 
     folder: str
     part: str
+    plan_sha256: str
     model_version: str
     columns: Mapping[str, str]
     points: Mapping[int, PlannedPoint]
@@ -59,6 +61,7 @@ class Batch:
     budget_s: float
     mission_timeout_s: float | None = None
     plugins: tuple[str, ...] = ()
+    own_parts: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ def run_batch(batch: Batch) -> list[Row]:
         began, size = time.monotonic(), 0
         for mission in batch.missions:
             if batch.mission_timeout_s:  # loading compiled code is not the mission's time
-                warm(batch.points[mission.point].scenario)
+                warm(batch.points[mission.point].scenario, folder)
             with mark.at(mission.number, batch.mission_timeout_s):
                 ran.append(_run(batch, mission))
             size += sum(table.nbytes for table in ran[-1].tables.values())
@@ -126,20 +129,39 @@ def rows_of(folder: Path, part: str) -> list[Row]:
 
 
 @lru_cache(maxsize=16)
-def _scenario(text: str) -> Scenario:
-    return Scenario.model_validate(json.loads(text))
+def _scenario(text: str, folder: Path) -> tuple[Scenario, tuple[str, ...]]:
+    """Return a scenario with its tracks in a folder, and their names there."""
+    data = json.loads(text)
+    names = tuple(data["auvs"]["route"].get(FILES[-1], ()))
+    return Scenario.model_validate(placed(data, folder)), names
 
 
 def _run(batch: Batch, mission: Mission) -> Ran:
     began = time.perf_counter()
     try:
-        result = simulate(_scenario(batch.points[mission.point].scenario), mission.seed)
+        folder = Path(batch.folder)
+        scenario, tracks = _scenario(batch.points[mission.point].scenario, folder)
+        check_kept(tracks, folder)
+        _check_parts(batch.own_parts)
+        result = simulate(scenario, mission.seed)
     except Exception as error:  # what goes wrong in one mission is told, and the others go on
         spent = time.perf_counter() - began
         text = f"{type(error).__name__}: {error}".rstrip(": ")
         _note_failure(batch, mission, text, traceback.format_exc())
         return Ran(mission, spent, error=text)
     return Ran(mission, time.perf_counter() - began, result.arrow)
+
+
+def _check_parts(own_parts: Mapping[str, str]) -> None:
+    for name, told in own_parts.items():
+        if _source(name) != told:
+            raise ValueError(f"{name}: its source has changed since the campaign began")
+
+
+@cache
+def _source(name: str) -> str:
+    """Return the fingerprint of a part's file as this process found it, and goes on using it."""
+    return source_sha256(name)
 
 
 def _note_failure(batch: Batch, mission: Mission, error: str, trace: str) -> None:
@@ -156,6 +178,7 @@ def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> Non
     (folder / "failures").mkdir(exist_ok=True)
     values = [f"--set {shlex.quote(f'{k}={as_written(v)}')}" for k, v in point.sets.items()]
     scenario = shlex.quote(str(folder / "scenario.yaml"))
+    has_plugins = plugins_of(_scenario(point.scenario, folder)[0])
     write_json(
         folder / "failures" / f"{name}.json",
         {
@@ -172,7 +195,11 @@ def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> Non
                     scenario,
                     *values,
                     f"--seed {mission.seed}",
-                    *(["--allow-plugins"] if plugins_of(_scenario(point.scenario)) else []),
+                    *(
+                        ["--allow-plugins"]
+                        if plugins_of(_scenario(point.scenario, folder)[0])
+                        else []
+                    ),
                 ]
             ),
         },
@@ -189,7 +216,7 @@ def write(batch: Batch, ran: Sequence[Ran]) -> None:
     tables = {name: _table(batch, name, ran) for name in names}
     tables[MISSIONS] = _missions(batch, ran)
     try:
-        commit(Path(batch.folder), batch.part, tables)
+        commit(Path(batch.folder), batch.part, tables, batch.plan_sha256)
     except OSError as error:
         raise NotWritten(error.errno, error.strerror or str(error)) from None
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from time import perf_counter
 
 from ...families import without_plugins
+from ...kept_tracks import keep
 from ..experiments.plan import Plan
 from .batches import Batch, run_batch
 from .supervisor import batch_of
@@ -35,9 +36,10 @@ def estimated(plan: Plan, missions: int, workers: int | None) -> Estimate:
 
     Shipped parts stand in for plug-ins, which are not loaded.
     """
-    compile_kernels(plan)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        keep(plan.tracks.values(), folder)
+        compile_kernels(plan, folder)
         began = perf_counter()
         run_batch(_plain(batch_of(plan, folder, (0,), 0.0)))
         spent = perf_counter() - began
@@ -59,4 +61,4 @@ def _plain(batch: Batch) -> Batch:
         number: replace(point, scenario=json.dumps(without_plugins(json.loads(point.scenario))))
         for number, point in batch.points.items()
     }
-    return replace(batch, points=points, plugins=())
+    return replace(batch, points=points, plugins=(), own_parts={})

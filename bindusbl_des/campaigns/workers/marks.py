@@ -21,7 +21,8 @@ class Mark:
         """
         self._path = _path(folder, part)
         self._path.parent.mkdir(exist_ok=True)
-        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o644)
+        self._path.unlink(missing_ok=True)  # of a worker that died; and no link is followed
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
 
     def close(self) -> None:
         """Remove the mark."""

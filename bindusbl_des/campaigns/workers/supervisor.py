@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from ...plugins import is_allowed
 from ..experiments.plan import Plan
-from ..storage.folder import STOP
-from ..storage.parts import FAILED, MISSIONS, part_path
+from ..storage.folder import ask_to_stop
+from ..storage.parts import FAILED
+from ..storage.soundness import MISSIONS, part_path
 from .batches import (
     Batch,
     NotWritten,
@@ -74,12 +75,13 @@ class Supervisor:
         self._deaths = self._finished = 0
         self._running: dict[Future[list[Row]], Batch] = {}
         self._began = monotonic()
+        self._plan_sha256 = plan.fingerprint()
 
     def stop(self) -> None:
         """Let the workers finish the missions they are at, write their rows, and end."""
         self.stopping = True
         with suppress(OSError):  # on a full disk they stop when their time is spent
-            (self.folder / STOP).touch()
+            ask_to_stop(self.folder)
 
     def run(self, missions: NDArray[np.int64]) -> None:
         """Run missions until all have a row or a stop was asked for."""
@@ -105,7 +107,8 @@ class Supervisor:
         return self._batch(self._fresh.take(share), budget)
 
     def _batch(self, numbers: tuple[int, ...], budget_s: float) -> Batch:
-        return batch_of(self.plan, self.folder, numbers, budget_s, self.mission_timeout_s)
+        limit = self.mission_timeout_s
+        return batch_of(self.plan, self.folder, numbers, budget_s, limit, self._plan_sha256)
 
     def _take(self, batch: Batch, future: "Future[list[Row]]") -> None:
         """Count what a batch brought; what it did not come to waits again."""
@@ -180,12 +183,14 @@ def batch_of(
     numbers: tuple[int, ...],
     budget_s: float,
     mission_timeout_s: float | None = None,
+    plan_sha256: str = "",
 ) -> Batch:
     """Return the batch of some missions of a plan."""
     missions = tuple(plan.mission(number) for number in numbers)
     return Batch(
         folder=str(folder.absolute()),
         part=f"{numbers[0]:08d}-{uuid.uuid4().hex[:8]}",
+        plan_sha256=plan_sha256 or plan.fingerprint(),
         model_version=plan.model_version,
         columns=plan.columns,
         points={it.point: plan.points[it.point] for it in missions},
@@ -193,4 +198,5 @@ def batch_of(
         budget_s=budget_s,
         mission_timeout_s=mission_timeout_s,
         plugins=tuple(name for name in plan.plugins if is_allowed(name)),
+        own_parts=plan.own_parts,
     )

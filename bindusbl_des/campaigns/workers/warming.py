@@ -2,8 +2,10 @@
 
 import json
 from contextlib import suppress
+from pathlib import Path
 
 from ...families import without_plugins
+from ...kept_tracks import placed
 from ...scenario import Scenario
 from ...simulation import simulate
 from ..experiments.plan import Plan
@@ -15,15 +17,18 @@ WARMING_S = 3.0
 _ready: set[str] = set()
 
 
-def compile_kernels(plan: Plan) -> None:
+def compile_kernels(plan: Plan, folder: Path) -> None:
     """Make sure that workers find compiled code on the disk for all vehicles of a plan."""
     for point in plan.points:
-        warm(point.scenario)
+        warm(point.scenario, folder)
 
 
-def warm(scenario: str) -> None:
-    """Run the beginning of a mission, unless one with its vehicles was run in this process."""
-    data = json.loads(scenario)
+def warm(scenario: str, folder: Path) -> None:
+    """Run the beginning of a mission, unless one with its vehicles was run in this process.
+
+    Its track files lie in a folder.
+    """
+    data = placed(json.loads(scenario), folder)
     vehicles = str([data["auvs"]["vehicle"], data["asvs"]["vehicle"]])
     if vehicles in _ready:
         return

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from ...campaigns.storage.parts import TABLES, read_table
+from ...campaigns.storage.parts import read_table
+from ...campaigns.storage.soundness import TABLES
 from ...figures.error import draw_errors
 from ...figures.style import TWO_COLUMNS, colour_of, legend_below, new_figure, vehicle_handles
 from ...figures.trajectory import draw_map, map_handles
