@@ -195,11 +195,7 @@ def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> Non
                     scenario,
                     *values,
                     f"--seed {mission.seed}",
-                    *(
-                        ["--allow-plugins"]
-                        if plugins_of(_scenario(point.scenario, folder)[0])
-                        else []
-                    ),
+                    *(["--allow-plugins"] if has_plugins else []),
                 ]
             ),
         },
