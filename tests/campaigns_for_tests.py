@@ -97,5 +97,5 @@ def hand_made(
         )
 
     monkeypatch.setattr(running, "crew_for", OneThread)
-    monkeypatch.setattr(running, "compile_kernels", lambda plan: None)
+    monkeypatch.setattr(running, "compile_kernels", lambda *_: None)
     monkeypatch.setattr(batches, "simulate", simulate)

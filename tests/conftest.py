@@ -11,4 +11,4 @@ from bindusbl_des.plugins import allow
 SCHEDULES = ("all_at_once", "no_groups", "twice", "stranger", "broken", "nothing", "absent")
 allow(f"schedules_for_tests:{name}" for name in SCHEDULES)
 allow(f"test_navigators:{name}" for name in ("Still", "Silent", "Nobody"))
-allow(["math:sqrt"])
+allow(["math:sqrt", "test_report_sweep:raising"])

@@ -174,7 +174,12 @@ def test_campaigns_are_compared_point_by_point(monkeypatch: pytest.MonkeyPatch) 
     vary = ("--vary", "asvs.count=2,3")
     assert call("sweep", "short.yaml", *vary, "--seeds", 3, "--out", "one").exit_code == 0
     Path("other.yaml").write_text(f"{SCENARIO}protocol: {{schedule: 'mishaps:raising'}}\n")
-    assert call("sweep", "other.yaml", *vary, "--seeds", 4, "--out", "other").exit_code == 3
+    assert (
+        call(
+            "sweep", "other.yaml", *vary, "--seeds", 4, "--out", "other", "--allow-plugins"
+        ).exit_code
+        == 3
+    )
     told = call("compare", "one", "other", "--metric", "rounds")
     assert told.exit_code == 0, told.stderr
     assert "other compared with one, asvs.count=3; 2 paired seeds" in told.stdout

@@ -274,7 +274,7 @@ ODD = {
         auvs={"count": 1, "route": {"kind": "waypoints", "points_m": [[[-480, 0], [480, 0.5]]]}},
     ),
     "a long name, many AUVs": scenario(
-        name="x" * 200, duration_s=3.0, auvs={"count": 40}, asvs={"count": 12}
+        name="x" * 100, duration_s=3.0, auvs={"count": 40}, asvs={"count": 12}
     ),
 }
 

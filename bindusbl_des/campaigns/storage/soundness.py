@@ -9,7 +9,8 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ...tables import EVENT_TABLES, DamagedFile
+from ...parquet_reading import DamagedFile
+from ...tables import EVENT_TABLES
 
 MISSIONS = "missions"
 
