@@ -21,10 +21,11 @@ from bindusbl_des.campaigns.experiments.experiment import laid_over
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.storage.folder import is_locked, locked, read_record
 from bindusbl_des.campaigns.storage.parts import committed
-from bindusbl_des.loading import load_result, scenario_sha256
+from bindusbl_des.loading import load_result
 from bindusbl_des.overrides import override
 from bindusbl_des.plain_yaml import Document
 from bindusbl_des.plugin_sources import source_sha256
+from bindusbl_des.result import scenario_sha256
 from bindusbl_des.scenario_file import load_scenario
 
 BASE = "name: tiny\nduration_s: 5\n"
