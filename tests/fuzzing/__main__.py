@@ -1,11 +1,13 @@
 """Make inputs and tell how they end: `python -m tests.fuzzing KIND FIRST [END]`."""
 
+import json
 import os
 import shutil
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from random import Random
 
@@ -14,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from .commands import command
 from .files import Lines, experiment, scenario, track
 from .folders import campaign, run
-from .judging import as_line, shown, trouble
+from .judging import Ending, ending, shown
 from .material import prepare
 
 KINDS: dict[str, Callable[[int, Random], Lines]] = {
@@ -27,42 +29,58 @@ KINDS: dict[str, Callable[[int, Random], Lines]] = {
 }
 
 
-def judged(kind: str, seed: int, folder: Path, *, show: bool = False) -> list[tuple[list[str], str]]:
-    """Make an input in a folder of its own; return the command lines that end as none may."""
+@contextmanager
+def made(kind: str, seed: int, folder: Path) -> Iterator[Lines]:
+    """Make an input in a folder of its own, and go there; yield the command lines about it."""
     here = folder / f"{kind}{seed}"
     here.mkdir()
     os.chdir(here)
     try:
-        lines = KINDS[kind](seed, Random(f"{kind} {seed}"))
-        if show:
-            print(shown(here))
-        found = []
-        for words in lines:
-            why = trouble(words)
-            if show:
-                print(words, why or "ends well", sep="\n")
-            if why:
-                found.append((words, why))
-        return found
+        yield KINDS[kind](seed, Random(f"{kind} {seed}"))
     finally:
         os.chdir(folder)
-        shutil.rmtree(here, ignore_errors=True)
+        shutil.rmtree(here)
+
+
+def endings(kind: str, seed: int, folder: Path) -> list[Ending]:
+    """Return how the commands about an input end; one that was slow may try once more.
+
+    The first time it may have compiled what was needed for the first time.
+    """
+    for _ in range(2):
+        with made(kind, seed, folder) as lines:
+            found = [ending(words) for words in lines]
+        if not any(it.why.startswith("slow") for it in found):
+            break
+    return found
+
+
+def one(kind: str, seed: int, folder: Path) -> None:
+    """Show an input whole, each command line about it, and how it ends."""
+    with made(kind, seed, folder) as lines:
+        print(shown(Path.cwd()))
+        for words in lines:
+            print(f"{words}\n{ending(words, told=print).why or 'as documented'}\n")
+
+
+def many(kind: str, first: int, end: int, folder: Path) -> None:
+    """Print a line of JSON for each input: its number, exit codes, and what should not be."""
+    for seed in range(first, end):
+        found = endings(kind, seed, folder)
+        wrong = [(it.words, it.why) for it in found if it.why]
+        print(json.dumps([seed, [it.code for it in found], wrong]), flush=True)
 
 
 def main(kind: str, first: int, end: int | None = None) -> None:
-    """Go through inputs; what took too long may have been compiled, and gets a second trial."""
+    """Show one input, or go through many."""
     warnings.simplefilter("error")
+    if kind in ("run", "campaign"):  # the numbers of a damaged table may overflow anything
+        warnings.simplefilter("ignore", RuntimeWarning)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name).resolve()
         prepare(folder)
-        for seed in range(first, first + 1 if end is None else end):
-            found = judged(kind, seed, folder, show=end is None)
-            if any(why.startswith("slow") for _, why in found):
-                found = judged(kind, seed, folder)
-            for words, why in found:
-                print(as_line(kind, seed, words, why), flush=True)
+        one(kind, first, folder) if end is None else many(kind, first, end, folder)
         os.chdir("/")
-    print(f"{kind} {first} to {seed}: done", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -44,18 +44,24 @@ def _damaged(name: str, draw: Random) -> Lines:
 
 
 def _lines(name: str, draw: Random) -> Lines:
-    """Return a line, or some, for each command that takes a folder, and for readers in Python."""
+    """Return a line for each command that takes a folder, and for each reader in Python."""
     lines = [["load_result", name], ["load_campaign", name]]
-    for command, its in main.commands.items():
-        if not any((it.metavar or "").startswith("DIR") and it.param_type_name == "argument" for it in its.params):
-            continue
-        for options in _options(command, name, draw):
-            lines.append([command, name, *options])
+    for command in _reading_folders():
+        lines.append([command, name, *draw.choice(_options(command, name, draw))])
     return lines
 
 
+def _reading_folders() -> list[str]:
+    """Return the names of all commands with an argument that is a folder."""
+    return [
+        name
+        for name, command in main.commands.items()
+        if any((it.metavar or "").startswith("DIR") for it in command.params[:1])
+    ]
+
+
 def _options(command: str, name: str, draw: Random) -> Lines:
-    """Return the options with which a command is tried; one not known here gets none."""
+    """Return the options a command is tried with, some of them; one not known here gets none."""
     kinds = RUN_KINDS if name == "run" else SWEEP_KINDS
     return {
         "explain": [["--ping", str(draw.randrange(9))], ["--fix", str(draw.randrange(9))]],
@@ -123,7 +129,7 @@ def _json(file: Path, draw: Random) -> None:
         return
     try:
         data = json.loads(record.read_bytes())
-    except ValueError:
+    except (ValueError, RecursionError):
         return
     for _ in range(draw.choice((1, 1, 2, 5))):
         data = mutated(data, draw)

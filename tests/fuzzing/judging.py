@@ -1,7 +1,6 @@
 """How a command ends: as documented, or with what no user should see."""
 
 import faulthandler
-import json
 import os
 import resource
 import signal
@@ -9,11 +8,12 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
 from typing import Any
 
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
 from bindusbl_des import load_campaign, load_result
 from bindusbl_des.cli import main
@@ -36,39 +36,59 @@ class Hangs(BaseException):
     """A command does not end."""
 
 
-def trouble(words: list[str]) -> str:
-    """Run a command; return what was wrong with how it ended, "" if nothing was."""
+@dataclass(frozen=True)
+class Ending:
+    """How a command line ended: its exit code, and what no user should have seen, or ""."""
+
+    words: list[str]
+    code: int
+    why: str
+
+
+def ending(words: list[str], told: Callable[[str], object] | None = None) -> Ending:
+    """Run a command line, or a reader; `told` is given what it prints."""
     began = process_time()
     try:
         with _limits():
-            found = _read(*words) if words[0] in READERS else _command(words)
+            code, why = _read(*words) if words[0] in READERS else _command(words, told)
     except Hangs:
-        return f"hangs: not ended after {HANGS_S:g} s\n{traceback.format_exc()}"
+        code, why = 1, f"hangs: not ended after {HANGS_S:g} s\n{traceback.format_exc()}"
     took = process_time() - began
-    return found or (f"slow: took {took:.1f} s of processor time" if took > LIMIT_S else "")
+    if not why and took > LIMIT_S:
+        why = f"slow: took {took:.1f} s of processor time"
+    return Ending(words, code, why)
 
 
-def _command(words: list[str]) -> str:
+def _command(words: list[str], told: Callable[[str], object] | None) -> tuple[int, str]:
     ended = CliRunner().invoke(main, words)
-    if ended.exc_info and not isinstance(ended.exception, SystemExit | None):
+    if told is not None:
+        told(ended.output)
+    return ended.exit_code, _wrong(ended)
+
+
+def _wrong(ended: Result) -> str:
+    """Return what is not as documented about how a command ended."""
+    if not isinstance(ended.exception, SystemExit | None):
         return "".join(traceback.format_exception(ended.exception))
+    last = ended.output[-2000:]
     if any(isinstance(it, MemoryError) for it in _causes(ended.exception)):
-        return f"memory: wants more than {LIMIT_BYTES:.0e} bytes\n{ended.output[-2000:]}"
+        return f"memory: wants more than {LIMIT_BYTES:.0e} bytes\n{last}"
     if ended.exit_code not in CODES:
-        return f"exit code {ended.exit_code}\n{ended.output[-2000:]}"
+        return f"code: {ended.exit_code} is not documented\n{last}"
     if "Traceback (most recent" in ended.output:
-        return f"a traceback is printed:\n{ended.output[-4000:]}"
-    return "" if ended.output or not ended.exit_code else f"silent: exit code {ended.exit_code}"
+        return f"traceback: one is printed\n{last}"
+    return "" if last or not ended.exit_code else f"silent: exit code {ended.exit_code}"
 
 
-def _read(reader: str, folder: str) -> str:
+def _read(reader: str, folder: str) -> tuple[int, str]:
+    """Read a folder in Python, where a mistake is an OSError or a ValueError with a message."""
     try:
         READERS[reader](folder)
     except (OSError, ValueError) as error:
-        return "" if str(error) else f"silent: {error!r}"
+        return 2, "" if str(error) else f"silent: {error!r}"
     except Exception:
-        return traceback.format_exc()
-    return ""
+        return 1, traceback.format_exc()
+    return 0, ""
 
 
 def _causes(error: BaseException | None) -> Iterator[BaseException]:
@@ -115,8 +135,3 @@ def shown(folder: Path) -> str:
         elif not path.is_dir():
             lines.append(f"{name}: {path.stat().st_size} bytes")
     return "\n".join(lines)
-
-
-def as_line(kind: str, seed: int, words: list[str], why: str) -> str:
-    """Return a line of JSON that tells of an input that ended as none may."""
-    return json.dumps({"kind": kind, "seed": seed, "words": words, "why": why})
