@@ -17,6 +17,8 @@ from .values import LIKELY, NUMBERS, YAML
 HOME = Path(__file__).parents[2]
 Lines = list[list[str]]
 
+TINY = {"name": "tiny", "duration_s": 2.0, "record": {"detail": "summary"}}
+
 # Scenarios of these numbers and above lend their parts to others.
 OTHERS = 10**9
 
@@ -36,9 +38,12 @@ def scenario(seed: int, draw: Random) -> Lines:
 
 
 def _scenario(seed: int, draw: Random) -> Any:
-    """Return the data of a scenario: drawn from the schema, or one of those that come with it."""
-    if draw.random() < 0.5:
-        return drawn(seed, Path.cwd())
+    """Return the data of a scenario: tiny, drawn from the schema, or one that comes with it."""
+    how = draw.random()
+    if how < 0.25:
+        return copy.deepcopy(TINY)
+    if how < 0.65:
+        return drawn(seed, Path())
     file = draw.choice(sorted((HOME / "scenarios").glob("*.yaml")))
     return read_yaml(file.read_text(encoding="utf-8"), str(file)).data
 
@@ -51,7 +56,7 @@ def _damaged(data: Any, draw: Random, seed: int) -> bytes:
     """
     how = draw.random()
     if how < 0.35:
-        other = drawn(seed + OTHERS, Path.cwd())
+        other = drawn(seed + OTHERS, Path())
         data |= {name: other[name] for name in other if draw.random() < 0.5}
     elif how < 0.7:
         put(data, keys()[seed % len(keys())].key, _value(draw))
@@ -72,9 +77,6 @@ def _value(draw: Random) -> Any:
     if how < 0.6:
         return draw.choice(LIKELY if how < 0.3 else NUMBERS)
     return Raw(draw.choice(YAML)) if how < 0.7 else odd(draw)
-
-
-TINY = {"name": "tiny", "duration_s": 2.0, "record": {"detail": "summary"}}
 
 
 def experiment(seed: int, draw: Random) -> Lines:

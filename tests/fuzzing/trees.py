@@ -94,9 +94,9 @@ def _swap(where: Any, key: Any, draw: Random, places: list[tuple[Any, Any]]) -> 
 def _resize(where: Any, key: Any, draw: Random, _: Any) -> None:
     value = where[key]
     if not _is_list(value):
-        where[key] = [copy.deepcopy(value) for _ in range(draw.choice((0, 1, 2, 3, 1000)))]
+        where[key] = [copy.deepcopy(value) for _ in range(draw.choice((0, 1, 2, 3, 100)))]
     elif draw.random() < 0.5:
-        value += copy.deepcopy(value[-1:]) * draw.choice((1, 100))
+        value += copy.deepcopy(value[-1:]) * draw.choice((1, 30))
     else:
         del value[draw.randrange(len(value) + 1) :]
 
