@@ -22,9 +22,7 @@ def check(kind: str, first: int, count: int) -> None:
     replay = f"python -m tests.fuzzing {kind}"
     assert len(found) == count, f"`{replay} {first + len(found)}` dies:\n{ran.stderr[-4000:]}"
     assert ran.returncode == 0, ran.stderr[-4000:]
-    wrong = [
-        f"`{replay} {seed}`, {words}:\n{why}" for seed, _, its in found for words, why in its
-    ]
+    wrong = [f"`{replay} {seed}`, {words}:\n{why}" for seed, _, its in found for words, why in its]
     assert not wrong, f"{len(wrong)} endings are not as documented:\n" + "\n".join(wrong[:20])
     codes = Counter(code for _, codes, _ in found for code in codes)
     assert min(codes[0], codes[2]) > LEAST * codes.total(), codes

@@ -51,7 +51,8 @@ def command(seed: int, draw: Random) -> Lines:
     lay_out([word for word in ("run", "campaign") if any(word in it for it in line)])
     Path(SCENARIO).write_text(as_yaml(TINY), encoding="utf-8")
     Path(EXPERIMENT).write_text(
-        as_yaml({"scenario": SCENARIO, "vary": {"asvs.count": [2, 3]}, "seeds": 2}), encoding="utf-8"
+        as_yaml({"scenario": SCENARIO, "vary": {"asvs.count": [2, 3]}, "seeds": 2}),
+        encoding="utf-8",
     )
     return [line]
 
@@ -66,7 +67,9 @@ def _words(name: str, draw: Random) -> list[str]:
     parts: Lines = []
     for parameter in main.commands[name].params:
         if isinstance(parameter, click.Argument):
-            count = draw.choice((1, 1, 1, 1, 0, 2, 3) if parameter.nargs == -1 else (1, 1, 1, 1, 1, 1, 0, 2))
+            count = draw.choice(
+                (1, 1, 1, 1, 0, 2, 3) if parameter.nargs == -1 else (1, 1, 1, 1, 1, 1, 0, 2)
+            )
             parts += [[_value(parameter, draw)] for _ in range(count)]
         elif not set(parameter.opts) & set(guard):
             likely = 0.8 if parameter.required else 0.2

@@ -66,7 +66,7 @@ def _options(command: str, name: str, draw: Random) -> Lines:
     return {
         "explain": [["--ping", str(draw.randrange(9))], ["--fix", str(draw.randrange(9))]],
         "export": [["--to", "csv", "--out", "out"], ["--to", "mcap", "--out", "out.mcap"]],
-        "plot": [[draw.choice(list(kinds)), "--out", "out.png"]],
+        "plot": [[draw.choice(list(kinds)), "--out", "out.svg"]],
         "report": [[], ["whole", "--out", "out.html"]],
         "compare": [["whole"], ["--by", "asvs.count", "--out", "out.csv"]],
         "merge": [["--out", "merged"], ["whole", "--out", "twice"]],
@@ -117,7 +117,9 @@ def _foreign(file: Path, draw: Random) -> None:
     if draw.random() < 0.3:
         path.mkdir()
     else:
-        path.write_bytes(draw.choice((b"", b"{}", b"PAR1", b"\xff" * 99, b"null", file.read_bytes())))
+        path.write_bytes(
+            draw.choice((b"", b"{}", b"PAR1", b"\xff" * 99, b"null", file.read_bytes()))
+        )
 
 
 def _json(file: Path, draw: Random) -> None:
@@ -160,7 +162,11 @@ def _column(table: Any, path: Path, draw: Random) -> None:
     elif how < 0.25:
         table = table.rename_columns([*table.column_names[:at], "x", *table.column_names[at + 1 :]])
     else:
-        some = [value if draw.random() < 0.3 else it for it in values] if how < 0.7 else [value] * len(values)
+        some = (
+            [value if draw.random() < 0.3 else it for it in values]
+            if how < 0.7
+            else [value] * len(values)
+        )
         try:
             table = table.set_column(at, name, pa.array(some, old.type if how < 0.9 else None))
         except (pa.ArrowException, OverflowError, TypeError, ValueError):

@@ -105,7 +105,9 @@ def _limits() -> Iterator[None]:
     signal.signal(signal.SIGALRM, _alarm)
     signal.setitimer(signal.ITIMER_REAL, HANGS_S)
     most = resource.getrlimit(resource.RLIMIT_DATA)[1]
-    resource.setrlimit(resource.RLIMIT_DATA, (_data() + LIMIT_BYTES if STATM.exists() else most, most))
+    resource.setrlimit(
+        resource.RLIMIT_DATA, (_data() + LIMIT_BYTES if STATM.exists() else most, most)
+    )
     try:
         yield
     finally:

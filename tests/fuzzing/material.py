@@ -35,7 +35,7 @@ def prepare(folder: Path) -> None:
     global _masters
     _masters = folder
     running.crew_for = _crew_for  # type: ignore[assignment]
-    running.compile_kernels = lambda plan: None
+    running.compile_kernels = lambda *_: None  # type: ignore[assignment]
     missions.weigh = sweeps.weigh = _weigh
     os.chdir(folder)
     Path("master.yaml").write_text(MASTER, encoding="utf-8")

@@ -30,7 +30,9 @@ def lines_mutated(text: str, draw: Random) -> str:
     elif how == 7:
         lines *= draw.choice((2, 2, 20))
     else:
-        lines[where] += draw.choice((" # é", " #", ":", " !", " &a", "\t", " |", " >", "\x85", "\u2028"))
+        lines[where] += draw.choice(
+            (" # é", " #", ":", " !", " &a", "\t", " |", " >", "\x85", "\u2028")
+        )
     return draw.choice(("\n", "\n", "\n", "\r\n", "\r")).join(lines)
 
 

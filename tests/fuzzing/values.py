@@ -18,7 +18,26 @@ VALUES: tuple[Any, ...] = (
 NUMBERS: tuple[Any, ...] = tuple(it for it in VALUES if isinstance(it, int | float))
 
 # Numbers that belong in many a place, at the ends of their ranges or beside them.
-LIKELY = (0, 1, 2, 3, 0.0, 0.001, 0.01, 0.1, 0.5, 1.0, 10.0, 89.0, 90.0, 100.0, 180.0, 1e3, 1e4, 1e6)
+LIKELY = (
+    0,
+    1,
+    2,
+    3,
+    0.0,
+    0.001,
+    0.01,
+    0.1,
+    0.5,
+    1.0,
+    10.0,
+    89.0,
+    90.0,
+    100.0,
+    180.0,
+    1e3,
+    1e4,
+    1e6,
+)
 
 # YAML that stands for no plain value, or for one in an odd way.
 YAML = (
@@ -32,9 +51,7 @@ YAML = (
 )  # fmt: skip
 
 # Nine levels of nine aliases each: a file of some hundred bytes that would become a gigabyte.
-BOMB = "".join(
-    f"b{n}: &b{n} [{', '.join([f'*b{n - 1}' if n else 'ha'] * 9)}]\n" for n in range(10)
-)
+BOMB = "".join(f"b{n}: &b{n} [{', '.join([f'*b{n - 1}' if n else 'ha'] * 9)}]\n" for n in range(10))
 
 # What stands in a command line where a number, a word or the name of a file belongs.
 WORDS = (
