@@ -8,7 +8,6 @@ from pathlib import Path
 from stat import S_IFCHR
 from typing import Any
 
-import click
 from campaigns_for_tests import OneThread
 from click.testing import CliRunner
 
@@ -19,9 +18,9 @@ from bindusbl_des.commands.console import refuse, weigh
 from bindusbl_des.effort import Effort
 
 MASTERS = {
-    "run": ["run", "master.yaml", "--no-advice", "--out", "run"],
-    "campaign": ["sweep", "master.yaml", "--vary", "asvs.count=2,3", "--seeds", "2", "--out", "campaign"],
-}  # fmt: skip
+    "run": "run master.yaml --no-advice --out run",
+    "campaign": "sweep master.yaml --vary asvs.count=2,3 --seeds 2 --out campaign",
+}
 MASTER = "name: master\nduration_s: 8\nauvs: {count: 2}\nasvs: {count: 2}\n"
 
 # A mission that takes longer (s) or more memory (bytes) by its own estimate may well do so.
@@ -40,7 +39,7 @@ def prepare(folder: Path) -> None:
     os.chdir(folder)
     Path("master.yaml").write_text(MASTER, encoding="utf-8")
     for line in MASTERS.values():
-        ended = CliRunner().invoke(main, line, catch_exceptions=False)
+        ended = CliRunner().invoke(main, line.split(), catch_exceptions=False)
         assert ended.exit_code == 0, ended.output
 
 

@@ -4,8 +4,12 @@ from random import Random
 
 from .values import BOMB, YAML
 
-ODD = (b"\0", b"\xff", b"\xfe\xff", b"\xef\xbb\xbf", b"\r", b"\t", b"\x1b[31m", b"\xc3", b"\xed\xa0\x80",
-       b"\n\n", b"'", b'"', b",", b":", b"{", b"]", b"&a ", b"*a", b"\xe2\x80\xa8", b"1e999")  # fmt: skip
+# What is put between the bytes of a text
+ODD = (
+    b"\0", b"\xff", b"\xfe\xff", b"\xef\xbb\xbf", b"\r", b"\t", b"\x1b[31m", b"\xc3",
+    b"\xed\xa0\x80", b"\n\n", b"'", b'"', b",", b":", b"{", b"]", b"&a ", b"*a",
+    b"\xe2\x80\xa8", b"1e999",
+)  # fmt: skip
 
 
 def lines_mutated(text: str, draw: Random) -> str:
