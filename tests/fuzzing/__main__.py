@@ -32,14 +32,13 @@ KINDS: dict[str, Callable[[int, Random], Lines]] = {
 @contextmanager
 def made(kind: str, seed: int, folder: Path) -> Iterator[Lines]:
     """Make an input in a folder of its own, and go there; yield the command lines about it."""
-    here = folder / f"{kind}{seed}"
-    here.mkdir()
+    here = Path(tempfile.mkdtemp(dir=folder))
     os.chdir(here)
     try:
         yield KINDS[kind](seed, Random(f"{kind} {seed}"))
     finally:
         os.chdir(folder)
-        shutil.rmtree(here)
+        shutil.rmtree(here, ignore_errors=True)
 
 
 def endings(kind: str, seed: int, folder: Path) -> list[Ending]:

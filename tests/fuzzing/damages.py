@@ -18,7 +18,8 @@ from .values import VALUES
 # Files and folders that may turn up where they do not belong
 NAMES = (
     "part-all-0001.parquet", "part-all-0007.parquet", "part-x.parquet", "\udcff", "x" * 250,
-    "run.json", "campaign.json", "advice.json", "report.html", "figures", "csv", "failures", ".lock",
+    "run.json", "campaign.json", "advice.json", "report.html", "figures", "csv", "failures",
+    ".lock",
 )  # fmt: skip
 
 
@@ -31,7 +32,7 @@ def _gone(file: Path, draw: Random) -> None:
 
 
 def _swapped(file: Path, draw: Random) -> None:
-    other = draw.choice([it for it in file.parent.iterdir() if it.is_file()])
+    other = draw.choice(sorted(it for it in file.parent.iterdir() if it.is_file()))
     text = other.read_bytes()
     other.write_bytes(file.read_bytes())
     file.write_bytes(text)
