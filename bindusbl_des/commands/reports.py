@@ -55,7 +55,7 @@ def leave_report(campaign: "Campaign") -> None:
 
     try:
         _write(campaign.folder / PAGE, sweep_page(campaign))
-    except BadInput as error:
+    except (BadInput, ValueError) as error:
         talk(str(error))
 
 

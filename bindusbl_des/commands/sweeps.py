@@ -245,7 +245,7 @@ def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
         from ..campaigns.merging import merge as merge_campaigns
 
         campaign = merge_campaigns(folders, out)
-    missing = campaign.state().missing
+        missing = campaign.state().missing
     if missing:
         talk(f"{missing} missions are in none of them; `bindusbl-des resume {out}` runs them")
     _report(campaign, as_json, merged=True)
@@ -328,12 +328,16 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
     from ..campaigns.statistics.findings import findings
     from ..campaigns.statistics.points_table import points_table
 
-    state = campaign.state()
+    with mistakes_told():  # what an older version ran may lack a metric
+        state = campaign.state()
+        if as_json:
+            said = findings(campaign.folder, campaign.plan).sentences()
+        else:
+            shown = points_table(campaign.folder, campaign.plan)
     if as_json:
-        said = findings(campaign.folder, campaign.plan).sentences()
         print_json({**_summary(campaign), "findings": said})
     else:
-        say(points_table(campaign.folder, campaign.plan))
+        say(shown)
         say(f"Results: {campaign.folder}")
     leave_report(campaign)
     context = click.get_current_context()
