@@ -3,7 +3,7 @@
 import pytest
 from fuzzing.checking import check
 
-COUNTS = (("run", 320), ("campaign", 180))
+COUNTS = (("run", 400), ("campaign", 100))
 
 
 @pytest.mark.parametrize(("kind", "count"), COUNTS)
