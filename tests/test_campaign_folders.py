@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from campaigns_for_tests import OneThread, call, same
@@ -246,8 +247,29 @@ def another_name(folder: Path, part: str) -> Path:
     return path
 
 
+def another_type(folder: Path, part: str) -> Path:
+    """A table with words where its numbers were."""
+    path = folder / "missions" / f"part-{part}.parquet"
+    table = pq.read_table(path)
+    place = table.schema.get_field_index("worst_position_error_m")
+    words = pa.array(["far"] * len(table))
+    pq.write_table(table.set_column(place, "worst_position_error_m", words), path)
+    return path
+
+
+def of_no_mission(folder: Path, part: str) -> Path:
+    """A table with a row that says of no mission that it is of it."""
+    path = folder / "missions" / f"part-{part}.parquet"
+    table = pq.read_table(path)
+    numbers = pa.array([None, *table["mission"].to_pylist()[1:]], pa.int64())
+    place = table.schema.get_field_index("mission")
+    pq.write_table(table.set_column(place, "mission", numbers), path)
+    return path
+
+
 DAMAGE = (
     empty, truncated, lost_auvs, lost_pings, fewer_rows, foreign, a_stranger, another_name,
+    another_type, of_no_mission,
 )  # fmt: skip
 
 
@@ -336,6 +358,7 @@ def test_any_json_is_told_in_a_line(name: str) -> None:
     [
         ("name", 5), ("name", "\x1b[31mred"), ("status", None), ("shard", [2, 1]), ("shard", "1/2"),
         ("plan_sha256", "../../etc"), ("scenario_sha256", "A" * 64), ("own_parts", []),
+        ("versions", ["1"]), ("versions", {"numpy": 2}), ("scenario", {"name": 5}),
         ("session", {"began_at": float("nan"), "rows_before": 0}), ("missions", -1),
         ("experiment.seeds", [0.5]), ("experiment.seeds", [True]), ("experiment.seeds", [10**30]),
         ("experiment.seeds", []), ("experiment.points", {}), ("experiment.detail", "most"),

@@ -25,6 +25,10 @@ class _Section(BaseModel):
     model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
+class _Named(_Section):
+    name: Words
+
+
 class _Experiment(_Section):
     name: Words
     scenario_as_given: dict[str, Any]
@@ -49,7 +53,9 @@ class _Record(_Section):
     shard: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)] | None
     plan_sha256: Sha256
     model_version: Words
+    versions: dict[Words, Words]
     scenario_sha256: Sha256
+    scenario: _Named
     own_parts: dict[Words, Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")]]
     experiment: _Experiment
     session: _Session

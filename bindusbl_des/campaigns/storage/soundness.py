@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ...parquet_reading import DamagedFile
-from ...tables import EVENT_TABLES
+from ...tables import EVENT_TABLES, schema
 
 MISSIONS = "missions"
 
@@ -23,6 +23,18 @@ NAME = re.compile(r"all-[0-9]{4,9}|[0-9]{8,}-[0-9a-f]{8}")
 
 # What begins so is read by nobody: neither here nor by who reads the folder as one table.
 ASIDE = "_damaged"
+
+# What says of which mission a row is, and how that went
+LABELS = {
+    "mission": pa.int64(),
+    "mission_id": pa.string(),
+    "seed": pa.int64(),
+    "point": pa.int64(),
+    "status": pa.string(),
+    "error": pa.string(),
+    "wall_time_s": pa.float64(),
+}
+MAY_BE_MISSING = ("error",)
 
 
 def part_path(folder: Path, table: str, part: str) -> Path:
@@ -79,6 +91,7 @@ def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> None:
     """
     missions = part_path(folder, MISSIONS, part)
     own = metadata_of(missions)
+    _check_columns(missions, MISSIONS, own)
     plan, name, _ = batch = _batch(missions, own)
     rows = _rows(missions, own)
     if not NAME.fullmatch(part) or name != part:
@@ -92,8 +105,24 @@ def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> None:
                 raise DamagedFile(str(path), "does not belong to the other tables of this part")
             continue
         fellow = metadata_of(path)
+        _check_columns(path, table, fellow)
         if _batch(path, fellow) != batch or fellow.num_rows != rows[table]:
             raise DamagedFile(str(path), f"does not belong to {missions}")
+
+
+def _check_columns(path: Path, table: str, footer: pq.FileMetaData) -> None:
+    """Refuse a file with columns of other types, or with a row of no mission."""
+    described = schema("mission" if table == MISSIONS else table)
+    types = LABELS | {field.name: field.type for field in described}
+    for place, field in enumerate(footer.schema.to_arrow_schema()):
+        kind = types.get(field.name, field.type)
+        if field.type != kind:
+            raise DamagedFile(str(path), f"has {field.type} in its column {field.name}, not {kind}")
+        if field.name in LABELS and field.name not in MAY_BE_MISSING:
+            for group in range(footer.num_row_groups):
+                known = footer.row_group(group).column(place).statistics
+                if known is None or known.null_count:
+                    raise DamagedFile(str(path), f"lacks values in its column {field.name}")
 
 
 def _batch(path: Path, metadata: pq.FileMetaData) -> tuple[str, str, str]:
