@@ -17,8 +17,8 @@ import numpy as np
 
 from bindusbl_des import Scenario, advise, load_scenario, simulate
 from bindusbl_des.advice.trials import Trial
-from bindusbl_des.effects import Advice
-from bindusbl_des.scenario_file import parse_scenario
+from bindusbl_des.results.effects import Advice
+from bindusbl_des.scenario.files.scenario_file import parse_scenario
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 ASKED = ("recovery_140m", "failure_140m", "remus_1km", "bluerov_lawnmower_60m", "harbour_current")

@@ -10,23 +10,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .acoustics.loss import range_loss
+    from .acoustics.travel_time import travel_time
+    from .acoustics.water import absorption, sound_speed
     from .advice.advising import advise
     from .campaigns.campaign import Campaign, load_campaign
     from .campaigns.compare import compare
     from .campaigns.running import sweep
-    from .coverage import covered_area, covering_radius
-    from .formations import formation
-    from .fusion import fuse
-    from .light_time import travel_time
-    from .loading import load_result
-    from .loss import range_loss
-    from .result import Result
-    from .scenario import Scenario
-    from .scenario_file import ScenarioError, load_scenario
-    from .simulation import simulate
-    from .slots import airtime, downlink_slot, uplink_slot
-    from .water import absorption, sound_speed
-    from .worth_knowing import cautions
+    from .geometry.coverage import covered_area, covering_radius
+    from .geometry.formation import formation
+    from .mission.simulation import simulate
+    from .preflight.worth_knowing import cautions
+    from .protocol.slots import airtime, downlink_slot, uplink_slot
+    from .results.loading import load_result
+    from .results.result import Result
+    from .scenario.files.scenario_file import ScenarioError, load_scenario
+    from .scenario.scenario import Scenario
+    from .usbl.fusion import fuse
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
@@ -35,24 +35,24 @@ _HOMES = {
     "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
-    "absorption": "water",
-    "airtime": "slots",
-    "cautions": "worth_knowing",
-    "covered_area": "coverage",
-    "covering_radius": "coverage",
-    "downlink_slot": "slots",
-    "formation": "formations",
-    "fuse": "fusion",
-    "load_result": "loading",
-    "load_scenario": "scenario_file",
-    "range_loss": "loss",
-    "Result": "result",
-    "Scenario": "scenario",
-    "ScenarioError": "scenario_file",
-    "simulate": "simulation",
-    "sound_speed": "water",
-    "travel_time": "light_time",
-    "uplink_slot": "slots",
+    "absorption": "acoustics.water",
+    "airtime": "protocol.slots",
+    "cautions": "preflight.worth_knowing",
+    "covered_area": "geometry.coverage",
+    "covering_radius": "geometry.coverage",
+    "downlink_slot": "protocol.slots",
+    "formation": "geometry.formation",
+    "fuse": "usbl.fusion",
+    "load_result": "results.loading",
+    "load_scenario": "scenario.files.scenario_file",
+    "range_loss": "acoustics.loss",
+    "Result": "results.result",
+    "Scenario": "scenario.scenario",
+    "ScenarioError": "scenario.files.scenario_file",
+    "simulate": "mission.simulation",
+    "sound_speed": "acoustics.water",
+    "travel_time": "acoustics.travel_time",
+    "uplink_slot": "protocol.slots",
 }
 
 __all__ = [

@@ -21,7 +21,7 @@ from .commands.plot import plot
 from .commands.reports import report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
-from .wording import printable, shortened
+from .core.wording import printable, shortened
 
 INTERRUPTED = 130
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}

@@ -11,8 +11,8 @@ import click
 
 from .campaigns.experiments.experiment_schema import experiment_schema
 from .cli import main
-from .scenario_keys import Key, keys, sections
-from .tables import data_dictionary
+from .results.tables import data_dictionary
+from .scenario.keys import Key, keys, sections
 
 HEAD = """\
 # Reference

@@ -15,9 +15,9 @@ from bindusbl_des.campaigns.campaign import Campaign
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
-from bindusbl_des.events import AuvMetrics, Utilisation
-from bindusbl_des.metrics import mission_metrics
-from bindusbl_des.tables import from_columns, from_rows
+from bindusbl_des.mission.metrics import mission_metrics
+from bindusbl_des.records.events import AuvMetrics, Utilisation
+from bindusbl_des.results.tables import from_columns, from_rows
 
 
 class OneThread:

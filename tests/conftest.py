@@ -5,7 +5,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from bindusbl_des.plugins import allow
+from bindusbl_des.core.plugins import allow
 
 # Parts of the tests' own, named by scenarios in Python; files need leave as everywhere.
 SCHEDULES = ("all_at_once", "no_groups", "twice", "stranger", "broken", "nothing", "absent")

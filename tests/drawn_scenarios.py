@@ -13,12 +13,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, cautions, simulate
-from bindusbl_des.dynamics import DivergenceError, parameters
-from bindusbl_des.effort import effort
-from bindusbl_des.families import FILTERS, SCHEDULES
-from bindusbl_des.guidance import VoyageError
-from bindusbl_des.round_lengths import rounds_of
-from bindusbl_des.scenario_keys import json_schema
+from bindusbl_des.preflight.effort import effort
+from bindusbl_des.preflight.round_lengths import rounds_of
+from bindusbl_des.scenario.families import FILTERS, SCHEDULES
+from bindusbl_des.scenario.keys import json_schema
+from bindusbl_des.vehicles.guidance import VoyageError
+from bindusbl_des.vehicles.hulls import DivergenceError, parameters
 
 SCHEMA = json_schema()
 TINIEST = 5e-324

@@ -10,9 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.light_time import travel_time, travel_time_constant_velocity
-from bindusbl_des.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
-from bindusbl_des.water import absorption, absorption_thorp, sound_speed, sound_speed_medwin
+from bindusbl_des.acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from bindusbl_des.acoustics.travel_time import travel_time, travel_time_constant_velocity
+from bindusbl_des.acoustics.water import (
+    absorption,
+    absorption_thorp,
+    sound_speed,
+    sound_speed_medwin,
+)
 
 CHECKS = json.loads((Path(__file__).parent / "reference" / "physics_checks.json").read_text())
 C = 1500.0  # m/s, the paper's sound speed

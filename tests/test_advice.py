@@ -23,10 +23,10 @@ from bindusbl_des.advice.measuring import MOST_CHANGES, effect, interval, measur
 from bindusbl_des.advice.stations import Ways
 from bindusbl_des.advice.trials import Trial, Trials
 from bindusbl_des.cli import main
-from bindusbl_des.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
-from bindusbl_des.formations import formation
+from bindusbl_des.geometry.formation import formation
 from bindusbl_des.report.run_page import run_page
-from bindusbl_des.scenario_file import parse_scenario
+from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
+from bindusbl_des.scenario.files.scenario_file import parse_scenario
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 

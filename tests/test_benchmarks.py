@@ -26,9 +26,9 @@ from bindusbl_des.benchmark.parts import (
 )
 from bindusbl_des.benchmark.timing import elsewhere, of_length
 from bindusbl_des.cli import main
-from bindusbl_des.coverage import covered_area, covering_radius
-from bindusbl_des.formations import formation
-from bindusbl_des.planned import asv_stations
+from bindusbl_des.geometry.coverage import covered_area, covering_radius
+from bindusbl_des.geometry.formation import formation
+from bindusbl_des.scenario.planned import asv_stations
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "benchmarks" / "peers")]  # programs
@@ -134,8 +134,8 @@ def test_no_module_belongs_to_two_parts() -> None:
 
 
 def test_time_in_libraries_belongs_to_the_parts_that_waited_for_it() -> None:
-    """A library that USBL waits 1 s for and records 3 s, with all it calls, is split 1 to 3."""
-    usbl, metrics = (str(PACKAGE / name) for name in ("usbl.py", "metrics.py"))
+    """A library that USBL waits 1 s for and the mission 3 s, with all it calls, is split 1 to 3."""
+    usbl, metrics = (str(PACKAGE / name) for name in ("usbl/instrument.py", "mission/metrics.py"))
     ours, theirs = (usbl, 1, "locate"), (metrics, 1, "auv_metrics")
     outer, inner = ("~", 0, "outer"), ("~", 0, "inner")
     calls: Stats = {
@@ -145,13 +145,13 @@ def test_time_in_libraries_belongs_to_the_parts_that_waited_for_it() -> None:
         inner: (2, 2, 3.0, 3.0, {outer: (2, 2, 3.0, 3.0), inner: (9, 9, 1.0, 1.0)}),
     }
     found = shares(calls)
-    assert (found["USBL"], found["records"]) == pytest.approx((0.25, 0.75))
+    assert (found["USBL"], found["mission"]) == pytest.approx((0.25, 0.75))
 
 
 def test_profiles_see_the_libraries_at_work() -> None:
-    """The numpy that coverage calls is the set-up's, to which coverage belongs."""
+    """The numpy that coverage calls is that of geometry, which belongs to vehicles."""
     asvs = formation(12, 40.0)
-    assert shares(profiled(lambda: covering_radius(60.0, asvs)))["set-up"] > 0.95
+    assert shares(profiled(lambda: covering_radius(60.0, asvs)))["vehicles"] > 0.95
 
 
 def test_another_configuration_costs_as_much_but_is_another() -> None:

@@ -22,12 +22,12 @@ from bindusbl_des.campaigns.experiments.experiment import laid_over
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.storage.folder import is_locked, locked, read_record
 from bindusbl_des.campaigns.storage.parts import committed
-from bindusbl_des.loading import load_result
-from bindusbl_des.overrides import override
-from bindusbl_des.plain_yaml import Document
-from bindusbl_des.plugin_sources import source_sha256
-from bindusbl_des.result import scenario_sha256
-from bindusbl_des.scenario_file import load_scenario
+from bindusbl_des.core.plugin_sources import source_sha256
+from bindusbl_des.results.loading import load_result
+from bindusbl_des.results.result import scenario_sha256
+from bindusbl_des.scenario.files.overrides import override
+from bindusbl_des.scenario.files.plain_yaml import Document
+from bindusbl_des.scenario.files.scenario_file import load_scenario
 
 BASE = "name: tiny\nduration_s: 5\n"
 SWEEP = ("--vary", "asvs.count=2,3", "--seeds", 4)
@@ -489,8 +489,8 @@ def test_thousands_of_unknown_keys_are_all_told() -> None:
 
 SPINNING = """
 import numpy as np
-from bindusbl_des.compiled import compiled
-from bindusbl_des.ctrl_c import answered
+from bindusbl_des.core.compiled import compiled
+from bindusbl_des.core.ctrl_c import answered
 
 @compiled
 def spin(flags):

@@ -35,9 +35,9 @@ from bindusbl_des.campaigns.workers.batches import Row, run_batch
 from bindusbl_des.campaigns.workers.crews import LocalCrew
 from bindusbl_des.campaigns.workers.progress import Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
-from bindusbl_des.plugins import PERMISSION
-from bindusbl_des.scenario_file import load_scenario
-from bindusbl_des.simulation import simulate
+from bindusbl_des.core.plugins import PERMISSION
+from bindusbl_des.mission.simulation import simulate
+from bindusbl_des.scenario.files.scenario_file import load_scenario
 
 BASE = "name: tiny\nduration_s: 5\n"
 EXPERIMENT = "scenario: base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 8\n"

@@ -13,17 +13,18 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 
-from bindusbl_des import load_result, simulate, simulation
+from bindusbl_des import load_result, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.commands import doctor as doctor_module
 from bindusbl_des.commands.ending import ended_in_order
 from bindusbl_des.commands.missions import default_folder, models
-from bindusbl_des.key_types import Part
-from bindusbl_des.plain_yaml import read_yaml
-from bindusbl_des.scenario import Scenario
-from bindusbl_des.scenario_file import load_scenario, parse_scenario
-from bindusbl_des.scenario_keys import json_schema, keys
-from bindusbl_des.templates import IMPORTANT, TEMPLATES, template
+from bindusbl_des.mission import simulation
+from bindusbl_des.scenario.files.plain_yaml import read_yaml
+from bindusbl_des.scenario.files.scenario_file import load_scenario, parse_scenario
+from bindusbl_des.scenario.files.templates import IMPORTANT, TEMPLATES, template
+from bindusbl_des.scenario.key_types import Part
+from bindusbl_des.scenario.keys import json_schema, keys
+from bindusbl_des.scenario.scenario import Scenario
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 COMMANDS = (
@@ -302,7 +303,7 @@ def test_run_never_overwrites_before_it_is_told_to(monkeypatch: pytest.MonkeyPat
     Path("f.yaml").write_text(TINY)
     assert call("-q", "run", "f.yaml", "--out", "o", "--json", "--no-advice").exit_code == 0
     assert call("-q", "run", "f.yaml", "--out", "o", "--json", "--force").exit_code == 0
-    monkeypatch.setattr("bindusbl_des.simulation.simulate", _must_not_run)
+    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
     result = call("run", "f.yaml", "--out", "o")
     assert result.exit_code == 2
     assert result.stderr == "o: exists; use --force to replace it, or name another --out\n"
@@ -314,12 +315,12 @@ def test_of_two_runs_with_one_folder_none_is_lost(monkeypatch: pytest.MonkeyPatc
     simulate = simulation.simulate
 
     def overtaken(*words: Any, **options: Any) -> Any:
-        monkeypatch.setattr("bindusbl_des.simulation.simulate", simulate)
+        monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", simulate)
         first = call("-q", "run", "f.yaml", "--seed", "1", "--out", "o", "--no-advice")
         assert first.exit_code == 0
         return simulate(*words, **options)
 
-    monkeypatch.setattr("bindusbl_des.simulation.simulate", overtaken)
+    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", overtaken)
     second = call("-q", "run", "f.yaml", "--seed", "2", "--out", "o", "--no-advice")
     assert (second.exit_code, second.stdout) == (2, "")
     assert second.stderr == ("o: came to exist meanwhile; what was to be written there is in o-2\n")
@@ -336,8 +337,8 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_mission(
     def refused(*_: object, **__: object) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), ".o-abc.draft")
 
-    monkeypatch.setattr("bindusbl_des.simulation.simulate", _must_not_run)
-    monkeypatch.setattr("bindusbl_des.durable_folder.tempfile.mkdtemp", refused)
+    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
+    monkeypatch.setattr("bindusbl_des.core.durable_folder.tempfile.mkdtemp", refused)
     told = call("-q", "run", "f.yaml", "--out", "new/o")
     assert (told.exit_code, told.stderr) == (2, "new/o: cannot be written (Permission denied)\n")
     assert os.listdir() == ["f.yaml"]
@@ -350,7 +351,7 @@ def test_a_disk_that_fills_up_is_told_in_one_line(monkeypatch: pytest.MonkeyPatc
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("bindusbl_des.result_folder.write_parquet", full)
+    monkeypatch.setattr("bindusbl_des.results.result_folder.write_parquet", full)
     told = call("-q", "run", "f.yaml", "--out", "new/o", "--no-advice")
     assert told.exit_code == 2
     assert told.stderr == "new/o: cannot be written (No space left on device)\n"
@@ -421,7 +422,7 @@ def test_a_run_that_fails_ends_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
         raise FloatingPointError("the AUV left the sea")
 
     Path("f.yaml").write_text(TINY)
-    monkeypatch.setattr("bindusbl_des.simulation.simulate", fail)
+    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", fail)
     result = call("-q", "run", "f.yaml")
     assert (result.exit_code, result.stdout) == (1, "")
     assert result.stderr == "tiny: the run failed: the AUV left the sea\n"
@@ -435,7 +436,7 @@ def test_an_interrupted_run_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> No
         raise KeyboardInterrupt
 
     Path("f.yaml").write_text(TINY)
-    monkeypatch.setattr("bindusbl_des.simulation.simulate", interrupt)
+    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", interrupt)
     result = call("-q", "run", "f.yaml")
     assert (result.exit_code, result.stderr) == (130, "interrupted\n")
 
@@ -512,7 +513,7 @@ def test_doctor_prints_the_remedy_for_what_is_missing(monkeypatch: pytest.Monkey
 
 def test_doctor_survives_a_broken_mission(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever breaks in the tiny mission is a finding, no traceback."""
-    monkeypatch.setattr("bindusbl_des.simulation.simulate", _must_not_run)
+    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
     result = call("doctor")
     assert result.exit_code == 1
     assert "broken  tiny mission    AssertionError: simulated" in result.stdout
@@ -555,7 +556,7 @@ def test_a_mission_is_not_lost_for_want_of_talk() -> None:
 
 def test_the_first_compilation_is_told_once() -> None:
     """Why the first mission takes longer is said before it does, and not again."""
-    from bindusbl_des.compiled import before_compiling, compiled
+    from bindusbl_des.core.compiled import before_compiling, compiled
 
     told: list[str] = []
     before_compiling(lambda: told.append("compiling"))

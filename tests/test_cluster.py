@@ -18,7 +18,7 @@ from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import Campaign
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.parts import committed
-from bindusbl_des.plugins import PERMISSION
+from bindusbl_des.core.plugins import PERMISSION
 
 pytest.importorskip("distributed")
 

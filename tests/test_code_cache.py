@@ -16,11 +16,13 @@ import pytest
 from click.testing import CliRunner
 from numba.core.caching import _CacheLocator
 
-from bindusbl_des import Scenario, code_cache, conflicts, simulate
+from bindusbl_des import Scenario, simulate
 from bindusbl_des.cli import main
+from bindusbl_des.core import code_cache
+from bindusbl_des.protocol import conflicts
 
 TINY = """
-from bindusbl_des.compiled import compiled
+from bindusbl_des.core.compiled import compiled
 
 @compiled
 def twice(number):

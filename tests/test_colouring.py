@@ -5,8 +5,18 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from bindusbl_des.colouring import SMALL_FLEET, conflict_count, dsatur_groups, greedy_groups
-from bindusbl_des.conflicts import colour_dsatur, colour_greedily, conflict_graph, ping_groups
+from bindusbl_des.protocol.colouring import (
+    SMALL_FLEET,
+    conflict_count,
+    dsatur_groups,
+    greedy_groups,
+)
+from bindusbl_des.protocol.conflicts import (
+    colour_dsatur,
+    colour_greedily,
+    conflict_graph,
+    ping_groups,
+)
 
 
 @pytest.mark.parametrize("seed", range(60))

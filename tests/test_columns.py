@@ -4,10 +4,10 @@ from dataclasses import fields
 
 import pytest
 
-from bindusbl_des import columns as at
-from bindusbl_des.calling import Call
-from bindusbl_des.events import Fix, Ping, Reception, TrackPoint
-from bindusbl_des.recorder import Recorder
+from bindusbl_des.protocol.calling import Call
+from bindusbl_des.records import columns as at
+from bindusbl_des.records.events import Fix, Ping, Reception, TrackPoint
+from bindusbl_des.records.recorder import Recorder
 
 PING = {
     "ping": at.PING, "round": at.ROUND, "slot": at.SLOT, "auv": at.AUV, "sent_at_s": at.SENT_AT,

@@ -4,7 +4,7 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from bindusbl_des.conflicts import (
+from bindusbl_des.protocol.conflicts import (
     SMALL_FLEET,
     colour_dsatur,
     colour_greedily,

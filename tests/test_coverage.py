@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bindusbl_des.coverage import coverage_map, covered_area, covering_radius, is_covered
-from bindusbl_des.formations import (
+from bindusbl_des.geometry.coverage import coverage_map, covered_area, covering_radius, is_covered
+from bindusbl_des.geometry.formation import (
     corner_distance,
     formation,
     formation_radius,

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.manual import reference
-from bindusbl_des.scenario_keys import keys
+from bindusbl_des.scenario.keys import keys
 
 ROOT = Path(__file__).parents[1]
 MANUAL = (
@@ -140,8 +140,8 @@ def test_the_reference_is_that_of_this_program() -> None:
 def test_the_code_that_the_model_names_exists() -> None:
     """Each `module.name` on the page of the model is one, or a key of the scenario."""
     text = (ROOT / "docs" / "model.md").read_text()
-    named = set(re.findall(r"`([a-z_]+)\.([A-Za-z_.]+)`", text))
-    named -= {tuple(row.key.split(".", 1)) for row in keys() if row.section}
+    named = set(re.findall(r"`([a-z_.]+)\.([A-Za-z_]+)`", text))
+    named -= {tuple(row.key.rsplit(".", 1)) for row in keys() if row.section}
     assert len(named) > 25
     for module, name in named:
         assert hasattr(importlib.import_module(f"bindusbl_des.{module}"), name), (module, name)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.dubins import DubinsPath, Pose, shortest
+from bindusbl_des.geometry.dubins import DubinsPath, Pose, shortest
 
 REFERENCE = Path(__file__).parent / "reference" / "dubins_cases.csv"
 # The cases are written with 12 digits of lengths up to 1000 m, their pieces with 9.

@@ -18,7 +18,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.dynamics import (
+from bindusbl_des.vehicles.hulls import (
     MODELS,
     DivergenceError,
     Fleet,
@@ -810,7 +810,7 @@ def test_an_edited_hull_is_not_answered_with_old_physics(tmp_path: Path) -> None
     hull, keel = tmp_path / "hull.py", tmp_path / "keel.py"
     hull.write_text(
         textwrap.dedent("""
-        from bindusbl_des.compiled import compiled
+        from bindusbl_des.core.compiled import compiled
         from keel import drag
         @compiled
         def force(u: float) -> float:
@@ -821,7 +821,7 @@ def test_an_edited_hull_is_not_answered_with_old_physics(tmp_path: Path) -> None
     for coefficient in ("13.0", "14.0"):
         keel.write_text(
             textwrap.dedent(f"""
-            from bindusbl_des.compiled import compiled
+            from bindusbl_des.core.compiled import compiled
             @compiled
             def drag(u: float) -> float:
                 return {coefficient} * u
@@ -836,10 +836,13 @@ def test_an_edited_hull_is_not_answered_with_old_physics(tmp_path: Path) -> None
 
 def test_a_report_page_makes_no_equation_stale() -> None:
     """Compiled code is made of equations and their numbers; pages and commands are neither."""
-    from bindusbl_des.compiled import PACKAGE, _made_of
+    from bindusbl_des.core.compiled import PACKAGE, _made_of
 
-    found = {file.relative_to(PACKAGE).as_posix() for file in _made_of(PACKAGE / "reception.py")}
-    assert {"usbl.py", "fusion.py", "hydrophones.py", "columns.py", "motion.py"} <= found
-    assert not any("/" in file for file in found)
-    flight = {file.name for file in _made_of(PACKAGE / "guidance" / "flight.py")}
+    found = {
+        file.relative_to(PACKAGE).as_posix() for file in _made_of(PACKAGE / "protocol/reception.py")
+    }
+    assert {"usbl/instrument.py", "usbl/fusion.py", "usbl/array.py", "vehicles/motion.py"} <= found
+    rooms = {file.split("/")[0] for file in found}
+    assert rooms <= {"core", "records", "vehicles", "acoustics", "usbl", "navigation", "protocol"}
+    flight = {file.name for file in _made_of(PACKAGE / "vehicles/guidance/flight.py")}
     assert {"remus100_parameters.py", "otter.py", "rk4.py", "tracks.py"} <= flight

@@ -6,9 +6,10 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from bindusbl_des import Scenario, effort
+from bindusbl_des import Scenario
 from bindusbl_des.cli import main
-from bindusbl_des.effort import Effort
+from bindusbl_des.preflight import effort
+from bindusbl_des.preflight.effort import Effort
 
 # Peak resident memory (MB) of `run --no-advice`, files included, measured on Linux, x86-64, Python
 # 3.11, numpy 2.4, numba 0.68 with its code compiled before.

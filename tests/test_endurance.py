@@ -14,7 +14,7 @@ from bindusbl_des.campaigns.campaign import load_campaign
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.folder import read_record
 from bindusbl_des.campaigns.storage.parts import done
-from bindusbl_des.plugins import PERMISSION
+from bindusbl_des.core.plugins import PERMISSION
 
 # A schedule that never works for seed 450, and meets each other accident once where asked to.
 ACCIDENTS = """

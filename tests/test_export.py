@@ -19,7 +19,7 @@ from worlds import scenario
 
 from bindusbl_des import load_result, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.geodesy import ned_from_geodetic
+from bindusbl_des.geometry.geodesy import ned_from_geodetic
 
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
 TABLES = ("rounds", "pings", "receptions", "broadcasts", "fixes", "tracks", "auvs", "mission")

@@ -20,15 +20,15 @@ from bindusbl_des.campaigns.statistics.cells import means_of
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.cli import main
 from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
+from bindusbl_des.core.palette import ALARM
 from bindusbl_des.figures.anatomy import busiest
 from bindusbl_des.figures.kinds import KINDS, TABLES
 from bindusbl_des.figures.latency import BINS, latency, shown_until
 from bindusbl_des.figures.style import save, styled
 from bindusbl_des.figures.sweeps import Levels, Means, curves, heatmap
-from bindusbl_des.palette import ALARM
 from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.recording import recording
-from bindusbl_des.rounds import downlink_slots, uplink_slots
+from bindusbl_des.results.round_timeline import downlink_slots, uplink_slots
 
 UNIT = re.compile(r"\((m|s|ms|count|1)\)$")
 

@@ -12,6 +12,7 @@ import pytest
 from campaigns_for_tests import UNSERVED, auv, call, hand_made
 
 from bindusbl_des import Campaign, Scenario, compare, sweep
+from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.campaigns.statistics.cells import means_of
 from bindusbl_des.campaigns.statistics.findings import Findings, findings
 from bindusbl_des.campaigns.statistics.fleets import fleets
@@ -20,7 +21,6 @@ from bindusbl_des.campaigns.statistics.intervals import intervals
 from bindusbl_des.campaigns.statistics.points_table import points_table
 from bindusbl_des.figures.style import styled
 from bindusbl_des.figures.sweeps import curves, heatmap
-from bindusbl_des.sweep_report import sweep_page
 
 Fleet = Sequence[dict[str, float | None]]
 COUNT, GAIN = "asvs.count", "navigation.gain"

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bindusbl_des import logs, motion
-from bindusbl_des.dynamics import MODELS, Fleet
-from bindusbl_des.guidance import (
+from bindusbl_des.geometry.paths import Path, Pose, Segment
+from bindusbl_des.geometry.routes import lawnmower
+from bindusbl_des.geometry.turns import there_and_back
+from bindusbl_des.vehicles import logs, motion
+from bindusbl_des.vehicles.guidance import (
     Member,
     SteeringDrift,
     Voyage,
@@ -20,12 +22,10 @@ from bindusbl_des.guidance import (
     top_speed,
     tracks,
 )
-from bindusbl_des.guidance.bluerov2 import share_thrust
-from bindusbl_des.motion import Motion, lines
-from bindusbl_des.paths import Path, Pose, Segment
-from bindusbl_des.routes import lawnmower
-from bindusbl_des.turns import there_and_back
-from bindusbl_des.vehicles import Vehicle
+from bindusbl_des.vehicles.guidance.bluerov2 import share_thrust
+from bindusbl_des.vehicles.hulls import MODELS, Fleet
+from bindusbl_des.vehicles.motion import Motion, lines
+from bindusbl_des.vehicles.vehicle import Vehicle
 
 Floats = NDArray[np.float64]
 LINE = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 300.0),))

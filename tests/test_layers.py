@@ -1,45 +1,33 @@
-"""The layers of the package: data goes one way, and each library has one home."""
+"""The rooms of the package: arrows point downwards, and each library has one home."""
 
 import ast
 from pathlib import Path
 
+import networkx as nx
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
-# From the words of the domain to the faces; a module imports only from its own layer or lower ones.
-LAYERS = [
-    "compiled code_cache clock ctrl_c durable durable_folder kept_tracks plugin_sources plugins "
-    "wording events worst columns growing streams progress palette quantities plain_json effects",
-    "water loss light_time formations coverage dubins paths turns routes hydrophones usbl fusion "
-    "conflicts colouring logs motion propagation calling round_trip measurement reception "
-    "dead_reckoning belief track_file currents vehicles dynamics guidance geodesy",
-    "key_types route_keys families consistency vehicle_choice scenario idle_keys",
-    "navigation own_navigator recorder fleet slots planned",
-    "uplink downlink ranging boards broadcasters schedules chart network protocol",
-    "voyages launch onboard courses build world samples metrics",
-    "round_lengths worth_knowing effort arrow_columns tables event_tables rounds figures summary "
-    "result result_folder loading parquet_reading contradictions simulation explain report export",
-    "plain_yaml yaml_syntax mistakes overrides explanations scenario_keys templates scenario_file",
-    "campaigns advice sweep_data sweep_report benchmark",
-    "reproduction",
-    "commands cli manual __init__",
+# From the ground to the faces; a room imports only from itself and from those before it.
+ROOMS = [
+    *("core", "geometry", "records", "vehicles", "scenario"),
+    *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
+    *("explain", "report", "figures", "export", "campaigns", "advice", "benchmark", "reproduction"),
+    *("commands", "cli", "manual", "dynamics"),
 ]
-RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split()}
 
-# Libraries that only these modules may import (numpy is everywhere).
+# Libraries that only these rooms and modules may import (numpy is everywhere).
 HOMES = {
-    "simpy": "boards downlink ranging protocol network build simulation",
-    "networkx": "conflicts schedules",
-    "pyarrow": "arrow_columns tables event_tables result loading parquet_reading contradictions "
-    "simulation campaigns export",
-    "yaml": "plain_yaml yaml_syntax",
+    "simpy": "protocol mission",
+    "networkx": "protocol.conflicts protocol.schedules",
+    "pyarrow": "results mission.event_tables mission.simulation campaigns export",
+    "yaml": "scenario.files",
     "click": "cli commands manual",
-    "numba": "compiled code_cache",
-    "pydantic": "key_types route_keys scenario scenario_file scenario_keys campaigns",
-    "pydantic_core": "scenario scenario_file vehicle_choice",
+    "numba": "core.compiled core.code_cache",
+    "pydantic": "scenario campaigns",
+    "pydantic_core": "scenario",
     "matplotlib": "figures reproduction",
-    "pandas": "result summary campaigns reproduction",
+    "pandas": "results campaigns reproduction",
     "foxglove": "export",
 }
 
@@ -48,42 +36,59 @@ def modules() -> list[Path]:
     return sorted(PACKAGE.rglob("*.py"))
 
 
-def home(path: Path) -> str:
-    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+def name_of(path: Path) -> str:
+    """Return the dotted name of a module below the package, empty for the package itself."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+NAMES = {name_of(path): path for path in modules()}
 
 
 def imports(path: Path) -> tuple[set[str], set[str]]:
-    """Return the package's own modules and the libraries that a file imports."""
+    """Return the package's own modules and the libraries that a file imports, for types as well."""
     own, others = set(), set()
-    depth = len(path.relative_to(PACKAGE).parts)
+    folder = path.relative_to(PACKAGE).parent.parts
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             others |= {alias.name.split(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
             others.add((node.module or "").split(".")[0])
-        elif isinstance(node, ast.ImportFrom) and node.level == depth:
-            names = [node.module] if node.module else [alias.name for alias in node.names]
-            own |= {name.split(".")[0] for name in names}
+        elif isinstance(node, ast.ImportFrom):
+            above = folder[: len(folder) - node.level + 1]
+            module = ".".join([*above, *filter(None, [node.module])])
+            names = {f"{module}.{alias.name}".lstrip(".") for alias in node.names}
+            own |= names & set(NAMES) or {module}
     return own, others
 
 
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_a_module_imports_only_downwards(path: Path) -> None:
+def test_every_room_is_on_the_plan() -> None:
+    assert {name.split(".")[0] for name in NAMES if name} == set(ROOMS)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name])
+def test_a_room_imports_only_from_those_below(name: str) -> None:
     """Events know nothing of protocols, protocols nothing of tables, tables nothing of commands."""
-    if home(path) == "__init__":
-        return
-    own, others = imports(path)
+    own, others = imports(NAMES[name])
     assert "bindusbl_des" not in others, "the package imports its own modules relatively"
-    above = {name for name in own if RANK[name] > RANK[home(path)]}
-    assert not above, f"{home(path)} imports upwards: {above}"
-    for library, homes in HOMES.items():
-        if library in others:
-            assert home(path) in homes.split(), f"{library} has no home in {home(path)}"
+    room = name.split(".")[0]
+    above = {it for it in own if ROOMS.index(it.split(".")[0]) > ROOMS.index(room)}
+    assert not above, f"{name} imports upwards: {above}"
+    for library in others & set(HOMES):
+        homes = HOMES[library].split()
+        assert any(f"{name}.".startswith(f"{home}.") for home in homes), f"{library} in {name}"
 
 
-def test_every_module_has_a_layer() -> None:
-    """No room of the house is left off the plan, and the plan names no room that is gone."""
-    assert {home(path) for path in modules()} == set(RANK)
+def test_no_files_go_in_circles() -> None:
+    arrows = [(name, own) for name, path in NAMES.items() if name for own in imports(path)[0]]
+    circles = nx.strongly_connected_components(nx.DiGraph(arrows))
+    assert [sorted(circle) for circle in circles if len(circle) > 1] == []
+
+
+def test_rooms_are_not_crowded() -> None:
+    """A room of more than some sixteen files has rooms within it."""
+    for folder in {path.parent for path in modules()} - {PACKAGE}:
+        assert len(list(folder.glob("*.py"))) <= 17, folder
 
 
 def test_files_stay_readable() -> None:

@@ -15,10 +15,10 @@ from worlds import scenario
 
 from bindusbl_des import Result, load_result, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.effects import GAIN, HELPS, Advice, Effect, Harm
-from bindusbl_des.plain_json import read_json
-from bindusbl_des.tables import TABLES, schema
-from bindusbl_des.wording import printable
+from bindusbl_des.core.plain_json import read_json
+from bindusbl_des.core.wording import printable
+from bindusbl_des.results.effects import GAIN, HELPS, Advice, Effect, Harm
+from bindusbl_des.results.tables import TABLES, schema
 
 ADVICE = Advice(
     3.0, 8, 0.5,
@@ -191,7 +191,7 @@ def test_an_edited_scenario_is_told(folder: Path) -> None:
 
 def test_a_folder_of_an_older_version_is_read(folder: Path) -> None:
     """Its scenario lacks a key that came later: its fingerprint is of what was written then."""
-    from bindusbl_des.loading import _sha256
+    from bindusbl_des.results.loading import _sha256
 
     run = json.loads((folder / "run.json").read_text())
     before = run["scenario_sha256"]

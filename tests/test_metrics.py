@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from worlds import scenario, still
 
 from bindusbl_des import simulate
-from bindusbl_des.dead_reckoning import Odometry
-from bindusbl_des.metrics import _ages, _p95
-from bindusbl_des.navigation import LinearNavigator
-from bindusbl_des.worst import WORST_IS_LARGEST, worst
+from bindusbl_des.mission.metrics import _ages, _p95
+from bindusbl_des.navigation.dead_reckoning import Odometry
+from bindusbl_des.navigation.navigators import LinearNavigator
+from bindusbl_des.records.worst import WORST_IS_LARGEST, worst
 
 
 def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
@@ -150,6 +150,6 @@ def test_an_estimate_that_is_no_number_is_told(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(ArithmeticError, match=r"AUV1's estimate is no number from 12\.5 s on"):
         simulate(still(2, duration_s=20.0, record={"detail": "summary"}))
     monkeypatch.undo()
-    monkeypatch.setattr("bindusbl_des.metrics._rms", lambda values: math.nan)
+    monkeypatch.setattr("bindusbl_des.mission.metrics._rms", lambda values: math.nan)
     with pytest.raises(ArithmeticError, match="AUV0's fix_error_rms_m is no number"):
         simulate(still(2, duration_s=20.0, record={"detail": "summary"}))

@@ -8,8 +8,8 @@ import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.currents import carried, current_series
-from bindusbl_des.guidance import VoyageError
+from bindusbl_des.vehicles.currents import carried, current_series
+from bindusbl_des.vehicles.guidance import VoyageError
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 ROV = {"vehicle": "bluerov2", "speed_m_per_s": 0.6}
@@ -148,7 +148,7 @@ def test_noisy_fixes_do_not_lose_the_path() -> None:
 
 def test_coefficients_change_the_vehicle() -> None:
     """A REMUS whose yaw is damped less turns more tightly, and its plan uses that."""
-    from bindusbl_des.planned import turning_radius
+    from bindusbl_des.scenario.planned import turning_radius
 
     def radius(vehicle: object) -> float:
         return turning_radius(scenario(auvs={"vehicle": vehicle, "speed_m_per_s": 1.5}))

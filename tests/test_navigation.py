@@ -10,7 +10,11 @@ import pytest
 from worlds import believed, fixed_gain, scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.columns import (
+from bindusbl_des.geometry.paths import Path as RoutePath
+from bindusbl_des.geometry.paths import Pose, Segment
+from bindusbl_des.geometry.routes import lawnmower
+from bindusbl_des.navigation.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
+from bindusbl_des.records.columns import (
     AUV_OF_FIX,
     CORRECTION,
     DELIVERED_AT,
@@ -19,12 +23,8 @@ from bindusbl_des.columns import (
     POSITION,
     VALID_AT,
 )
-from bindusbl_des.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
-from bindusbl_des.motion import together
-from bindusbl_des.paths import Path as RoutePath
-from bindusbl_des.paths import Pose, Segment
-from bindusbl_des.routes import lawnmower
-from bindusbl_des.vehicles import Legged, Place, kinematic, moored, recorded
+from bindusbl_des.vehicles.motion import together
+from bindusbl_des.vehicles.vehicle import Legged, Place, kinematic, moored, recorded
 
 CHECKS = json.loads((Path(__file__).parent / "reference" / "physics_checks.json").read_text())
 BIAS = (0.06, 0.06)

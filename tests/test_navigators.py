@@ -10,8 +10,16 @@ from scipy import stats
 from worlds import QUIET_NAVIGATION, QUIET_USBL, paper_case, scenario
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.belief import SPREAD, STATE, STATES, Growth, carry, first_belief, weigh
-from bindusbl_des.columns import (
+from bindusbl_des.navigation.belief import SPREAD, STATE, STATES, Growth, carry, first_belief, weigh
+from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
+from bindusbl_des.navigation.navigators import (
+    MOST_REFUSED,
+    REMEMBERED,
+    WEIGHED,
+    LinearNavigator,
+    Rule,
+)
+from bindusbl_des.records.columns import (
     AUV_OF_FIX,
     CORRECTION,
     COVARIANCE,
@@ -23,10 +31,8 @@ from bindusbl_des.columns import (
     SD,
     VALID_AT,
 )
-from bindusbl_des.dead_reckoning import DeadReckoning, Odometry
-from bindusbl_des.motion import together
-from bindusbl_des.navigation import MOST_REFUSED, REMEMBERED, WEIGHED, LinearNavigator, Rule
-from bindusbl_des.vehicles import recorded
+from bindusbl_des.vehicles.motion import together
+from bindusbl_des.vehicles.vehicle import recorded
 
 KALMAN = Rule(WEIGHED, at_ping=True, gate=0.0)
 

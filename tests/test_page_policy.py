@@ -16,12 +16,12 @@ from test_report_sweep import BASE
 from worlds import scenario
 
 from bindusbl_des import Result, load_campaign, simulate, sweep
+from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.cli import main
+from bindusbl_des.preflight.worth_knowing import Caution
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.page import as_script, assembled
 from bindusbl_des.report.run_page import run_page
-from bindusbl_des.sweep_report import sweep_page
-from bindusbl_des.worth_knowing import Caution
 
 ATTACK = "</code></script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>"
 TERMINAL = "\x1b]0;owned\x07\x1b[31m\r\x9b31m\u202e\x7f"

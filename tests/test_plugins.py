@@ -25,9 +25,9 @@ from bindusbl_des import (
 from bindusbl_des.campaigns.running import resume
 from bindusbl_des.cli import main
 from bindusbl_des.commands.ending import ended_in_order
-from bindusbl_des.dead_reckoning import Odometry
-from bindusbl_des.plugins import PERMISSION, PluginError, allow, is_plugin
-from bindusbl_des.schedules import View
+from bindusbl_des.core.plugins import PERMISSION, PluginError, allow, is_plugin
+from bindusbl_des.navigation.dead_reckoning import Odometry
+from bindusbl_des.protocol.schedules import View
 
 # A module that says by a file that it was imported, with parts good and bad.
 STRANGER = """

@@ -5,9 +5,10 @@ import io
 import pytest
 from worlds import scenario
 
-from bindusbl_des import progress, simulate
+from bindusbl_des import simulate
 from bindusbl_des.commands.missions import MissionProgress
-from bindusbl_des.progress import ProgressLine
+from bindusbl_des.core import progress
+from bindusbl_des.core.progress import ProgressLine
 
 
 class Terminal(io.StringIO):

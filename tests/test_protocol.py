@@ -8,8 +8,8 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.clock import ExactClock, TickClock
-from bindusbl_des.slots import (
+from bindusbl_des.core.clock import ExactClock, TickClock
+from bindusbl_des.protocol.slots import (
     airtime,
     crossing_time,
     downlink_slot,

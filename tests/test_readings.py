@@ -14,15 +14,16 @@ from test_reproduction import Alone
 from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
 from bindusbl_des.cli import main
-from bindusbl_des.reproduction import catalogue, counting, crossing, readings_section
 from bindusbl_des.reproduction.captions import READINGS_CAPTION
-from bindusbl_des.reproduction.counting import Tally, gap, sign_test
-from bindusbl_des.reproduction.crossing import ANGLE
-from bindusbl_des.reproduction.factors import FACTOR_OF, FACTORS
-from bindusbl_des.reproduction.foretelling import asked, is_put_in
-from bindusbl_des.reproduction.measured import Measured, Reason
+from bindusbl_des.reproduction.experiments import catalogue
+from bindusbl_des.reproduction.experiments.measured import Measured, Reason
 from bindusbl_des.reproduction.published import Published, published
-from bindusbl_des.reproduction.readings import (
+from bindusbl_des.reproduction.readings import counting, crossing, readings_section
+from bindusbl_des.reproduction.readings.counting import Tally, gap, sign_test
+from bindusbl_des.reproduction.readings.crossing import ANGLE
+from bindusbl_des.reproduction.readings.factors import FACTOR_OF, FACTORS
+from bindusbl_des.reproduction.readings.foretelling import asked, is_put_in
+from bindusbl_des.reproduction.readings.readings import (
     DEFAULT,
     LIKELY,
     Reading,

@@ -14,9 +14,16 @@ from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, fixed_gain, scenario, still
 
 from bindusbl_des import simulate
-from bindusbl_des.boards import Frame, ReplyBoard
-from bindusbl_des.clock import Clock, ExactClock, TickClock
-from bindusbl_des.columns import (
+from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
+from bindusbl_des.acoustics.travel_time import light_time, travel_time
+from bindusbl_des.core.clock import Clock, ExactClock, TickClock
+from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
+from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
+from bindusbl_des.protocol.boards import Frame, ReplyBoard
+from bindusbl_des.protocol.downlink import MfDownlink
+from bindusbl_des.protocol.reception import Loss, overlapped
+from bindusbl_des.protocol.uplink import NO_CALL, Uplink
+from bindusbl_des.records.columns import (
     ARRIVED_AT,
     AT_ASV,
     AUV_OF_FIX,
@@ -39,9 +46,7 @@ from bindusbl_des.columns import (
     TRAVEL_TIME,
     VALID_AT,
 )
-from bindusbl_des.dead_reckoning import DeadReckoning, random_walk
-from bindusbl_des.downlink import MfDownlink
-from bindusbl_des.events import (
+from bindusbl_des.records.events import (
     COLLIDED,
     DELIVERED,
     HEARD,
@@ -52,17 +57,12 @@ from bindusbl_des.events import (
     Ping,
     Round,
 )
-from bindusbl_des.fleet import Fleet
-from bindusbl_des.hydrophones import ARRAYS
-from bindusbl_des.light_time import light_time, travel_time
-from bindusbl_des.loss import LOSS_LAWS, range_loss
-from bindusbl_des.motion import distance_at, lines, places, together
-from bindusbl_des.reception import Loss, overlapped
-from bindusbl_des.recorder import ROOM, Ledger, Recorder
-from bindusbl_des.streams import ROWS, NoiseStore, Purpose, Streams
-from bindusbl_des.uplink import NO_CALL, Uplink
-from bindusbl_des.usbl import NOISE_WIDTH, Usbl
-from bindusbl_des.vehicles import Legged, Place, moored, recorded
+from bindusbl_des.records.recorder import ROOM, Ledger, Recorder
+from bindusbl_des.usbl.array import ARRAYS
+from bindusbl_des.usbl.instrument import NOISE_WIDTH, Usbl
+from bindusbl_des.vehicles.fleet import Fleet
+from bindusbl_des.vehicles.motion import distance_at, lines, places, together
+from bindusbl_des.vehicles.vehicle import Legged, Place, moored, recorded
 
 SOUND = 1500.0  # m/s
 PING = 0.01  # s

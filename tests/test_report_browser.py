@@ -11,12 +11,12 @@ from campaigns_for_tests import UNSERVED, auv, hand_made
 from test_report_sweep import BASE, EXPERIMENT
 
 from bindusbl_des import Scenario, load_scenario, simulate, sweep
+from bindusbl_des.campaigns.page import sweep_page
+from bindusbl_des.core.palette import COLOURS
+from bindusbl_des.core.wording import significant
 from bindusbl_des.figures.latency import shown_until
-from bindusbl_des.palette import COLOURS
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.run_page import run_page
-from bindusbl_des.sweep_report import sweep_page
-from bindusbl_des.wording import significant
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

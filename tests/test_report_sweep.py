@@ -9,10 +9,10 @@ from click.testing import CliRunner
 from test_report import SCENARIOS, Cells, call, unpacked
 
 from bindusbl_des import Campaign, load_scenario, simulate, sweep
+from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.cli import main
 from bindusbl_des.report.comparison import comparison_page
-from bindusbl_des.sweep_report import sweep_page
 
 BASE = "name: tiny\nduration_s: 20\nsurvey: {side_m: 100}\n"
 EXPERIMENT = (

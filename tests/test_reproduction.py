@@ -15,10 +15,11 @@ from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
-from bindusbl_des.reproduction import case_study, catalogue, downlinks, running, tables
+from bindusbl_des.reproduction import tables
 from bindusbl_des.reproduction.captions import CAPTIONS
 from bindusbl_des.reproduction.drawings import DRAWINGS
-from bindusbl_des.reproduction.measured import Measured, Other, Reason
+from bindusbl_des.reproduction.experiments import case_study, catalogue, downlinks, running
+from bindusbl_des.reproduction.experiments.measured import Measured, Other, Reason
 from bindusbl_des.reproduction.published import Published, published
 from bindusbl_des.reproduction.reproduce import reproduce
 from bindusbl_des.reproduction.verdicts import (

@@ -15,9 +15,10 @@ import pyarrow.parquet as pq
 import pytest
 from worlds import scenario, still
 
-from bindusbl_des import Result, load_result, result_folder, simulate
-from bindusbl_des.arrow_columns import arrow, named, numpy_columns
-from bindusbl_des.tables import EVENT_TABLES, TABLES, data_dictionary, schema
+from bindusbl_des import Result, load_result, simulate
+from bindusbl_des.results import result_folder
+from bindusbl_des.results.arrow import arrow, named, numpy_columns
+from bindusbl_des.results.tables import EVENT_TABLES, TABLES, data_dictionary, schema
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from worlds import scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.paths import Path, Pose, Segment
-from bindusbl_des.routes import lane_order, lane_ordinates, lawnmower, waypoint_path
-from bindusbl_des.track_file import read_track
-from bindusbl_des.turns import there_and_back, turn_about
-from bindusbl_des.vehicles import Place, kinematic, moored, recorded
+from bindusbl_des.geometry.paths import Path, Pose, Segment
+from bindusbl_des.geometry.routes import lane_order, lane_ordinates, lawnmower, waypoint_path
+from bindusbl_des.geometry.turns import there_and_back, turn_about
+from bindusbl_des.vehicles.tracks import read_track
+from bindusbl_des.vehicles.vehicle import Place, kinematic, moored, recorded
 
 JOIN = math.radians(20)
 

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, sweep
 from bindusbl_des.cli import main
-from bindusbl_des.effort import effort
-from bindusbl_des.result import Result
-from bindusbl_des.scenario_file import parse_scenario
-from bindusbl_des.scenario_keys import json_schema
+from bindusbl_des.preflight.effort import effort
+from bindusbl_des.results.result import Result
+from bindusbl_des.scenario.files.scenario_file import parse_scenario
+from bindusbl_des.scenario.keys import json_schema
 
 MISSION: dict[str, Any] = {
     "name": "edge",

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from worlds import scenario, still
 
 from bindusbl_des import Result, Scenario, simulate
-from bindusbl_des.build import build_world
-from bindusbl_des.protocol import serve
-from bindusbl_des.world import World
+from bindusbl_des.mission.build import build_world
+from bindusbl_des.mission.world import World
+from bindusbl_des.protocol.tdma import serve
 
 PRINT_HASH = """
 import hashlib, sys

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.guidance import SteeringDrift, Voyage, VoyageError, drift
-from bindusbl_des.paths import Path, Pose, Segment
+from bindusbl_des.geometry.paths import Path, Pose, Segment
+from bindusbl_des.vehicles.guidance import SteeringDrift, Voyage, VoyageError, drift
 
 Floats = NDArray[np.float64]
 SCENARIOS = FilePath(__file__).parents[1] / "scenarios"

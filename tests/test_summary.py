@@ -6,7 +6,7 @@ import pytest
 from worlds import paper_case, scenario
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.effects import FILTER, GAIN, HELPS, NO_EFFECT, Advice, Effect, Harm
+from bindusbl_des.results.effects import FILTER, GAIN, HELPS, NO_EFFECT, Advice, Effect, Harm
 
 
 def table(result: Result) -> list[str]:

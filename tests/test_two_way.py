@@ -12,8 +12,12 @@ from test_reception import LOSSY, PING, at, fleet, moving, uplink
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.boards import Board
-from bindusbl_des.columns import (
+from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
+from bindusbl_des.protocol.boards import Board
+from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
+from bindusbl_des.protocol.schedules import View
+from bindusbl_des.protocol.uplink import Uplink
+from bindusbl_des.records.columns import (
     ARRIVED_AT,
     CALL,
     CALL_TIME,
@@ -27,16 +31,12 @@ from bindusbl_des.columns import (
     TRAVEL_TIME,
     VALID_AT,
 )
-from bindusbl_des.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from bindusbl_des.fleet import Fleet
-from bindusbl_des.fusion import fuse_shared
-from bindusbl_des.loss import LOSS_LAWS, range_loss
-from bindusbl_des.motion import places
-from bindusbl_des.ranging import TwoWay, nearest, strayed
-from bindusbl_des.recorder import Recorder
-from bindusbl_des.round_trip import own_range
-from bindusbl_des.schedules import View
-from bindusbl_des.uplink import Uplink
+from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from bindusbl_des.records.recorder import Recorder
+from bindusbl_des.usbl.fusion import fuse_shared
+from bindusbl_des.usbl.round_trip import own_range
+from bindusbl_des.vehicles.fleet import Fleet
+from bindusbl_des.vehicles.motion import places
 
 TWTT = {"ranging": "twtt", "tick_rate_hz": None}
 

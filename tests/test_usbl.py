@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from worlds import scenario
 
-from bindusbl_des.consistency import ARRAY_SIZES_M
-from bindusbl_des.fusion import fuse
-from bindusbl_des.hydrophones import ARRAYS, arrival_differences, direction, rotation, scatter
-from bindusbl_des.usbl import Usbl, element_sd, fix_covariance, range_sd
+from bindusbl_des.scenario.consistency import ARRAY_SIZES_M
+from bindusbl_des.usbl.array import ARRAYS, arrival_differences, direction, rotation, scatter
+from bindusbl_des.usbl.fusion import fuse
+from bindusbl_des.usbl.instrument import Usbl, element_sd, fix_covariance, range_sd
 
 CHECKS = json.loads((Path(__file__).parent / "reference" / "physics_checks.json").read_text())
 OEM = ARRAYS["oem5"]

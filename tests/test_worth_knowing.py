@@ -10,10 +10,11 @@ from toggles import BASES, alternatives, columns_that_differ, modes, put, toggle
 
 from bindusbl_des import Scenario, cautions, load_result, load_scenario, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.idle_keys import RULES, idle_keys
-from bindusbl_des.result import scenario_sha256
-from bindusbl_des.scenario_file import ScenarioError, read_scenario
-from bindusbl_des.templates import TEMPLATES, template
+from bindusbl_des.preflight.idle_keys import RULES, idle_keys
+from bindusbl_des.preflight.reading import read_scenario
+from bindusbl_des.results.result import scenario_sha256
+from bindusbl_des.scenario.files.scenario_file import ScenarioError
+from bindusbl_des.scenario.files.templates import TEMPLATES, template
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.families import FILTERS, SCHEDULES
-from bindusbl_des.scenario_keys import Key, keys
+from bindusbl_des.scenario.families import FILTERS, SCHEDULES
+from bindusbl_des.scenario.keys import Key, keys
 
 Data = dict[str, Any]
 TRACKS = Path(__file__).parent / "reference" / "tracks"

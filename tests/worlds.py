@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from bindusbl_des import Scenario
-from bindusbl_des.belief import Growth, first_belief
-from bindusbl_des.dead_reckoning import DeadReckoning
-from bindusbl_des.navigation import LinearNavigator, Rule
+from bindusbl_des.navigation.belief import Growth, first_belief
+from bindusbl_des.navigation.dead_reckoning import DeadReckoning
+from bindusbl_des.navigation.navigators import LinearNavigator, Rule
 
 QUIET_USBL = {
     "tdoa_sd_s": 0.0, "travel_time_sd_s": 0.0, "quantum_s": 0.0,

@@ -4,17 +4,17 @@ from collections.abc import Callable, Sequence
 from math import ceil, isfinite
 from typing import TYPE_CHECKING
 
-from ..effects import FILTER, GAIN, Advice, Effect
-from ..mistakes import ScenarioError
-from ..scenario import Scenario
-from ..scenario_file import parse_scenario
+from ..results.effects import FILTER, GAIN, Advice, Effect
+from ..scenario.files.mistakes import ScenarioError
+from ..scenario.files.scenario_file import parse_scenario
+from ..scenario.scenario import Scenario
 from .changes import Change, changed, proposals
 from .choosing import Race
 from .measuring import FEWEST_SEEDS, effect, harms, may_harm, measured
 from .trials import OutOfTime, Told, Trials
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 # Reads the user's scenario again with further `--set` options laid over it.
 Reader = Callable[[Sequence[str]], Scenario]

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..effects import FILTER, GAIN
-from ..planned import asv_stations
-from ..scenario import Scenario
-from ..wording import plain
+from ..core.wording import plain
+from ..results.effects import FILTER, GAIN
+from ..scenario.planned import asv_stations
+from ..scenario.scenario import Scenario
 from .stations import Ways
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 GAINS = (0.5, 0.2, 0.35, 0.7, 0.1, 0.05)
 # Where fixes raise the error, they are to be trusted less.

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from itertools import combinations
 
-from ..effects import FILTER
+from ..results.effects import FILTER
 from .changes import PAIR, Change, both, may_be_paired
 from .trials import AS_IT_IS, OutOfTime, Trials
 

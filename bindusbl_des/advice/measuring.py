@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..campaigns.statistics.intervals import CONFIDENCE, student
-from ..effects import HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Effect, Harm
+from ..results.effects import HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Effect, Harm
 from .changes import Change
 from .choosing import WORTHWHILE
 from .trials import AS_IT_IS, OutOfTime, Trial, Trials

@@ -7,10 +7,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..formations import formation
-from ..planned import horizontal_reach, planned_tour
-from ..scenario import Scenario
-from ..track_file import read_track
+from ..geometry.formation import formation
+from ..scenario.planned import horizontal_reach, planned_tour
+from ..scenario.scenario import Scenario
+from ..vehicles.tracks import read_track
 
 Floats = NDArray[np.float64]
 Score: TypeAlias = tuple[float, float, float]

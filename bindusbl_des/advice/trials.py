@@ -8,8 +8,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scenario import Scenario
-from ..simulation import simulate
+from ..mission.simulation import simulate
+from ..scenario.scenario import Scenario
 from .changes import Change, changed
 
 Floats = NDArray[np.float64]

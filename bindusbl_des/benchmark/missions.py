@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..scenario import Scenario
+from ..scenario.scenario import Scenario
 
 DURATION_S = 300.0
 

@@ -17,23 +17,17 @@ import numpy as np
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
-# Which modules and folders of the package make up each part.
+# Which rooms of the package make up each part.
 PARTS: Mapping[str, str] = {
-    "vehicles": "vehicles voyages motion logs dynamics guidance paths dubins turns routes currents "
-    "track_file",
-    "acoustics": "water loss light_time propagation uplink downlink ranging",
-    "protocol": "protocol chart schedules conflicts colouring slots boards broadcasters "
-    "network clock calling",
-    "USBL": "usbl hydrophones reception fusion",
-    "navigation": "navigation own_navigator belief dead_reckoning",
-    "records": "recorder columns events worst samples metrics arrow_columns tables event_tables "
-    "result result_folder loading plain_json parquet_reading contradictions",
-    "set-up": "scenario key_types route_keys idle_keys worth_knowing plugins families "
-    "consistency vehicle_choice scenario_keys wording durable durable_folder launch onboard "
-    "planned fleet formations coverage streams growing compiled code_cache build courses "
-    "world simulation kept_tracks plugin_sources ctrl_c",
+    "vehicles": "vehicles geometry dynamics",
+    "acoustics": "acoustics",
+    "protocol": "protocol",
+    "USBL": "usbl",
+    "navigation": "navigation",
+    "records": "records results",
+    "mission": "mission scenario core preflight",
 }
-PART_OF = {module: part for part, modules in PARTS.items() for module in modules.split()}
+PART_OF = {room: part for part, rooms in PARTS.items() for room in rooms.split()}
 
 # What cannot be told: an unknown module of ours, or a library that none of ours called.
 OTHER = "other"
@@ -69,7 +63,7 @@ def profiled(work: Callable[[], object]) -> Stats:
 def part_of_file(file: str) -> str | None:
     """Return the part that a source file belongs to; None for what is not ours.
 
-    >>> part_of_file(str(PACKAGE / "guidance" / "voyage.py"))
+    >>> part_of_file(str(PACKAGE / "vehicles" / "guidance" / "voyage.py"))
     'vehicles'
     """
     path = Path(file)

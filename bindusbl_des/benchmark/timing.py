@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..result import Result
-from ..scenario import Scenario
-from ..simulation import simulate
-from ..tables import write_parquet
+from ..mission.simulation import simulate
+from ..results.result import Result
+from ..results.tables import write_parquet
+from ..scenario.scenario import Scenario
 from .parts import profiled, shares
 from .stopwatch import Took, clocked, peak_memory_mb, spread
 

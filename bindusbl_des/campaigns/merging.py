@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..durable import sync
-from ..kept_tracks import keep, portable
+from ..core.durable import sync
+from ..core.kept_tracks import keep, portable
 from .campaign import Campaign, load_campaign
 from .refusals import check_tracks
 from .storage.folder import RECORD, CampaignError, is_locked, write_json, write_scenario

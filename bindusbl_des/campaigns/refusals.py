@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from ..kept_tracks import FOLDER as TRACKS
-from ..kept_tracks import check_kept
-from ..plugin_sources import source_of
-from ..result import scenario_sha256
+from ..core.kept_tracks import FOLDER as TRACKS
+from ..core.kept_tracks import check_kept
+from ..core.plugin_sources import source_of
+from ..results.result import scenario_sha256
 from .campaign import Campaign
 from .experiments.plan import Plan, model_version
 from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record

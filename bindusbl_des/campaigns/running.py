@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ctrl_c import answered, end_now, say
-from ..durable import sync
-from ..kept_tracks import keep, portable
-from ..plugins import allow, load
-from ..result import PACKAGES, scenario_sha256
+from ..core.ctrl_c import answered, end_now, say
+from ..core.durable import sync
+from ..core.kept_tracks import keep, portable
+from ..core.plugins import allow, load
+from ..results.result import PACKAGES, scenario_sha256
 from .campaign import Campaign, unfinished_campaign
 from .experiments.experiment import Detail, Experiment
 from .experiments.experiment_file import load_experiment

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..families import parts_of
-from ..plugins import is_allowed, is_plugin, refusal
-from ..progress import ProgressLine
+from ..core.plugins import is_allowed, is_plugin, refusal
+from ..core.progress import ProgressLine
+from ..scenario.families import parts_of
 from .console import is_quiet, refuse, talk
 
 if TYPE_CHECKING:
-    from ..effects import Advice
-    from ..result import Result
-    from ..scenario import Scenario
+    from ..results.effects import Advice
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
 
 SECONDS = 3.0
 

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from ..plugins import allowed_everywhere
-from ..wording import printable_json, printable_lines
+from ..core.plugins import allowed_everywhere
+from ..core.wording import printable_json, printable_lines
 
 if TYPE_CHECKING:
-    from ..effort import Effort
-    from ..mistakes import Mistake
-    from ..scenario import Scenario
-    from ..scenario_file import Reading
+    from ..preflight.effort import Effort
+    from ..preflight.reading import Reading
+    from ..scenario.files.mistakes import Mistake
+    from ..scenario.scenario import Scenario
 
 BAD_INPUT = 2
 FIGURES = (".png", ".svg", ".pdf")
@@ -58,7 +58,7 @@ def is_quiet() -> bool:
 
 def tell_of_compiling() -> None:
     """Tell the user why the first mission after an installation takes longer, if it does."""
-    from ..compiled import before_compiling
+    from ..core.compiled import before_compiling
 
     before_compiling(lambda: talk("Compiling the equations, once; this takes a few seconds ..."))
 
@@ -83,8 +83,8 @@ def reading_from(
     path: str, overrides: tuple[str, ...] = (), allow_plugins: bool = False
 ) -> "Reading":
     """Return a scenario and its warnings, or end the command with all its mistakes."""
-    from ..mistakes import ScenarioError
-    from ..scenario_file import read_scenario
+    from ..preflight.reading import read_scenario
+    from ..scenario.files.mistakes import ScenarioError
 
     try:
         return read_scenario(path, overrides=overrides, allow_plugins=allow_plugins)
@@ -150,7 +150,7 @@ def weigh(name: str, cost: "Effort", anyway: bool, at_once: int = 1) -> None:
 
 def write_new(path: Path, text: str, force: bool) -> None:
     """Write a text file that the user named; an existing one only if forced."""
-    from ..durable import write_text
+    from ..core.durable import write_text
 
     check_file(path, force)
     with writing(path):
@@ -189,7 +189,7 @@ def check_figure(path: Path, force: bool) -> None:
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
     """End the command with exit code 2 and one line where a file or folder cannot be written."""
-    from ..durable_folder import FolderTaken
+    from ..core.durable_folder import FolderTaken
 
     try:
         yield

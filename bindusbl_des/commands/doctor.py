@@ -112,11 +112,15 @@ def _numba_cache() -> Finding:
     """Keep and load a piece of code, and read all that is kept."""
     from importlib import import_module
 
-    from .. import code_cache
-    from ..compiled import kept_and_loaded
+    from ..core import code_cache
+    from ..core.compiled import kept_and_loaded
 
     try:
-        for module in ("simulation", "guidance", "dynamics"):  # to know where they keep theirs
+        for module in (
+            "mission.simulation",
+            "vehicles.guidance",
+            "vehicles.hulls",
+        ):  # to know where they keep theirs
             import_module(f"..{module}", __package__)
         works = kept_and_loaded()
     except Exception as error:  # the doctor tells rather than falls ill itself
@@ -149,8 +153,8 @@ def _tiny_mission() -> Finding:
 
 
 def _pings_of_tiny_mission() -> int:
-    from ..scenario import Scenario
-    from ..simulation import simulate
+    from ..mission.simulation import simulate
+    from ..scenario.scenario import Scenario
 
     result = simulate(Scenario(name="doctor", duration_s=10.0), seed=0)
     return int(result.auvs["pings"].sum())

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from time import monotonic
 from types import FrameType
 
-from ..plugins import Ended
+from ..core.plugins import Ended
 
 # `timeout` and others send their request twice, to the process and to its group.
 SAME_REQUEST_S = 1.0

@@ -9,7 +9,7 @@ import click
 from .console import check_file, refuse, talk, writing
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 REMEDY = (
     "MCAP files are written by the package foxglove-sdk, which is not installed here; install it "
@@ -36,7 +36,7 @@ def export(folder: str, kind: str, out: str | None, force: bool) -> None:
 def _to_mcap(source: Path, out: str | None, force: bool) -> Path:
     if _is_campaign(source):
         refuse(f"{source} is a campaign; MCAP shows one mission: give the folder of a run")
-    from ..result_folder import mcap_name_of
+    from ..results.result_folder import mcap_name_of
 
     result = _result(source)
     path = Path(out) if out else source / mcap_name_of(result.scenario.name)
@@ -78,7 +78,7 @@ def _is_campaign(source: Path) -> bool:
 
 
 def _result(source: Path) -> "Result":
-    from ..loading import load_result
+    from ..results.loading import load_result
 
     try:
         return load_result(source)

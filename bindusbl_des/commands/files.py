@@ -10,8 +10,8 @@ import click
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
 
 if TYPE_CHECKING:
-    from ..mistakes import Mistake
-    from ..scenario_keys import Key
+    from ..scenario.files.mistakes import Mistake
+    from ..scenario.keys import Key
 
 
 @click.command()
@@ -57,9 +57,10 @@ def _counted(number: int, noun: str) -> list[str]:
 def _findings(file: str, allow_plugins: bool) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and what is worth knowing about it."""
     from ..campaigns.experiments.kinds import is_experiment
-    from ..mistakes import ScenarioError
-    from ..plain_yaml import read_yaml
-    from ..scenario_file import read_scenario, read_text
+    from ..preflight.reading import read_scenario
+    from ..scenario.files.mistakes import ScenarioError
+    from ..scenario.files.plain_yaml import read_yaml
+    from ..scenario.files.scenario_file import read_text
 
     try:
         data = read_yaml(read_text(file), file).data
@@ -83,7 +84,7 @@ def schema(kind: str) -> None:
 
         print_json(experiment_schema())
         return
-    from ..scenario_keys import json_schema
+    from ..scenario.keys import json_schema
 
     print_json(json_schema())
 
@@ -97,7 +98,7 @@ def init(name: str, out: str | None, force: bool) -> None:
 
     TEMPLATE is starter (the default), paper, still or large.
     """
-    from ..templates import template
+    from ..scenario.files.templates import template
 
     try:
         text = template(name)
@@ -118,8 +119,8 @@ def params(pattern: str, as_json: bool) -> None:
 
     PATTERN selects keys that contain it, or match it if it has a * in it.
     """
-    from ..scenario_keys import keys
-    from ..wording import did_you_mean
+    from ..core.wording import did_you_mean
+    from ..scenario.keys import keys
 
     rows = [row for row in keys() if _matches(row, pattern)]
     if not rows:

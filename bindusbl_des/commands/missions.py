@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..ctrl_c import answered, end_now
-from ..progress import ProgressLine, duration
+from ..core.ctrl_c import answered, end_now
+from ..core.progress import ProgressLine, duration
 from .advising import SECONDS, advice_on, advice_options
 from .console import (
     RunFailed,
@@ -31,8 +31,8 @@ from .console import (
 )
 
 if TYPE_CHECKING:
-    from ..result import Result
-    from ..scenario import Scenario
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
 
 
 @click.command()
@@ -65,8 +65,8 @@ def run(
     check_folder(folder, force)
     talk(models(mission))
     talk_of(reading.warnings)
-    from ..effort import effort
-    from ..result_folder import fill, result_draft
+    from ..preflight.effort import effort
+    from ..results.result_folder import result_draft
 
     weigh(mission.name, effort(mission), anyway)
     written = _text(scenario)
@@ -76,7 +76,7 @@ def run(
     with writing(folder), result_draft(folder, force=force) as draft:
         result = _simulated(mission, seed, draft)
         result.advice = advice_on(result, 0.0 if no_advice else advice_s, again)
-        fill(draft, result, text)
+        result.fill(draft, text)
     if as_json:
         print_json(_metrics(result))
         talk(f"Results: {folder}")
@@ -97,8 +97,8 @@ def check_folder(folder: Path, force: bool) -> None:
     `--force` replaces the results of an earlier run, never a folder that holds other things.  What
     runs left there that were killed is removed, or told where it may be of one that goes on.
     """
-    from ..durable_folder import clear_killed, refusal
-    from ..result_folder import objection
+    from ..core.durable_folder import clear_killed, refusal
+    from ..results.result_folder import objection
 
     with writing(folder):
         for left in clear_killed(folder):
@@ -127,7 +127,7 @@ def _counted(count: int, noun: str) -> str:
 
 def _simulated(scenario: "Scenario", seed: int, draft: Path) -> "Result":
     """Return a mission's result; a Ctrl-C that Python cannot obey yet takes the draft along."""
-    from ..simulation import simulate
+    from ..mission.simulation import simulate
 
     def end(asked: int) -> None:
         shutil.rmtree(draft.parent, ignore_errors=True)
@@ -177,8 +177,8 @@ def _reason(error: BaseException) -> str:
 
 def _text(path: str) -> str | None:
     """Return the text of the scenario file; None if it can be read only once (a pipe)."""
-    from ..mistakes import ScenarioError
-    from ..scenario_file import read_text
+    from ..scenario.files.mistakes import ScenarioError
+    from ..scenario.files.scenario_file import read_text
 
     try:
         return read_text(path) if Path(path).is_file() else None
@@ -191,8 +191,8 @@ def _tells(text: str | None, scenario: "Scenario", folder: Path) -> bool:
 
     It is not if there were overrides, or tracks that are named from where the file lay.
     """
-    from ..mistakes import ScenarioError
-    from ..scenario_file import parse_scenario
+    from ..scenario.files.mistakes import ScenarioError
+    from ..scenario.files.scenario_file import parse_scenario
 
     try:
         return text is not None and parse_scenario(text, folder=folder) == scenario
@@ -204,7 +204,7 @@ def _as_written(
     text: str | None, path: str, overrides: tuple[str, ...]
 ) -> "Callable[[Sequence[str]], Scenario] | None":
     """Return what reads the user's scenario again with further options; None for a pipe."""
-    from ..scenario_file import parse_scenario
+    from ..scenario.files.scenario_file import parse_scenario
 
     if text is None:
         return None
@@ -233,7 +233,7 @@ def explain(folder: str, ping: int | None, fix: int | None, as_json: bool) -> No
     if (ping is None) == (fix is None):
         raise click.UsageError("give either --ping ID or --fix ID")
     from ..explain import chain_of_fix, chain_of_ping
-    from ..loading import load_result
+    from ..results.loading import load_result
 
     try:
         result = load_result(folder)

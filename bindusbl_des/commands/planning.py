@@ -9,9 +9,9 @@ import click
 from .console import check_figure, say, scenario_from, set_option, talk, writing
 
 if TYPE_CHECKING:
-    from ..round_lengths import Rounds
-    from ..scenario import Scenario
-    from ..slots import Slots
+    from ..preflight.round_lengths import Rounds
+    from ..protocol.slots import Slots
+    from ..scenario.scenario import Scenario
 
 Stations = list[tuple[float, float]]
 
@@ -36,7 +36,7 @@ MOST_ASVS = 50
 def timing(scenario: str, overrides: tuple[str, ...]) -> None:
     """Print slots, rounds and fix rates of a scenario's protocol."""
     mission = scenario_from(scenario, overrides)
-    from ..round_lengths import rounds_of
+    from ..preflight.round_lengths import rounds_of
 
     rounds = rounds_of(mission)
     say("\n".join([*_durations(mission, rounds.slots), "", *_policy(mission, rounds)]))
@@ -136,8 +136,8 @@ def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, forc
     mission = scenario_from(scenario, overrides)
     if figure:
         check_figure(Path(figure), force)
-    from ..coverage import coverage_map
-    from ..planned import asv_stations, horizontal_reach
+    from ..geometry.coverage import coverage_map
+    from ..scenario.planned import asv_stations, horizontal_reach
 
     stations, reach = asv_stations(mission), horizontal_reach(mission)
     say("\n".join(_coverage(mission, stations, reach)))
@@ -153,8 +153,8 @@ def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, forc
 
 
 def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> Iterator[str]:
-    from ..coverage import covered_area, covering_radius
-    from ..formations import corner_distance, formation_radius_bound
+    from ..geometry.coverage import covered_area, covering_radius
+    from ..geometry.formation import corner_distance, formation_radius_bound
 
     side, hf_range = scenario.survey.side_m, scenario.acoustics.hf.range_m
     for number, (x, y) in enumerate(stations[:MOST_ROWS]):

@@ -10,7 +10,7 @@ import click
 from .console import FIGURES, check_figure, check_file, refuse, talk, writing
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
     # How to draw a figure of some width (in), or why it cannot be drawn
     Offers = dict[str, Callable[[float], Any] | str]
@@ -95,7 +95,7 @@ def _chosen(offers: "Offers", folder: str, kind: str | None) -> "dict[str, Calla
         able = {name: offer for name, offer in offers.items() if not isinstance(offer, str)}
         return able or refuse(f"{folder}: nothing can be drawn of it")
     if kind not in offers:
-        from ..wording import did_you_mean
+        from ..core.wording import did_you_mean
 
         which = "a campaign" if "curves" in offers else "a run"
         hint = did_you_mean(kind, offers)
@@ -107,7 +107,7 @@ def _chosen(offers: "Offers", folder: str, kind: str | None) -> "dict[str, Calla
 
 
 def _run_offers(folder: str, options: dict[str, Any]) -> "Offers":
-    from ..loading import load_result
+    from ..results.loading import load_result
 
     for name in ("metric", "x", "series"):
         if options[name] is not None:

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..wording import printable
+from ..core.wording import printable
 from .advising import advice_on, advice_options
 from .console import BadInput, check_file, refuse, talk, writing
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
-    from ..result import Result
-    from ..scenario import Scenario
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
 
 PAGE, COMPARISON = "report.html", "comparison.html"
 CAMPAIGN = "campaign.json"
@@ -51,7 +51,7 @@ def report(
 
 def leave_report(campaign: "Campaign") -> None:
     """Write the report of a campaign into its folder; a sweep is no failure for want of one."""
-    from ..sweep_report import sweep_page
+    from ..campaigns.page import sweep_page
 
     try:
         _write(campaign.folder / PAGE, sweep_page(campaign))
@@ -63,14 +63,14 @@ def _page(folder: str, advice_s: float | None, *, keep: bool) -> str:
     """Return the page of a folder; new advice on a run is kept in its folder, if so wanted."""
     if (Path(folder) / CAMPAIGN).is_file():
         from ..campaigns.campaign import load_campaign
-        from ..sweep_report import sweep_page
+        from ..campaigns.page import sweep_page
 
         try:
             return sweep_page(load_campaign(folder))
         except ValueError as error:
             refuse(str(error))
     from ..report.run_page import run_page
-    from ..result_folder import ADVICE, advice_text
+    from ..results.result_folder import ADVICE, advice_text
 
     result = _result(folder)
     if advice_s is not None:
@@ -82,8 +82,8 @@ def _page(folder: str, advice_s: float | None, *, keep: bool) -> str:
 
 def _as_written(folder: str, scenario: "Scenario") -> "Callable[[Sequence[str]], Scenario] | None":
     """Return what reads a folder's scenario file with further options; None if it is another's."""
-    from ..mistakes import ScenarioError
-    from ..scenario_file import parse_scenario, read_text
+    from ..scenario.files.mistakes import ScenarioError
+    from ..scenario.files.scenario_file import parse_scenario, read_text
 
     path = Path(folder) / "scenario.yaml"
     try:
@@ -108,7 +108,7 @@ def _comparison(folders: tuple[str, ...]) -> str:
 
 
 def _result(folder: str) -> "Result":
-    from ..loading import load_result
+    from ..results.loading import load_result
 
     try:
         return load_result(folder)
@@ -117,7 +117,7 @@ def _result(folder: str) -> "Result":
 
 
 def _write(path: Path, text: str, *, replace: bool = True) -> None:
-    from ..durable import write_text
+    from ..core.durable import write_text
 
     with writing(path):
         write_text(path, text, replace=replace)

@@ -10,8 +10,8 @@ from .console import is_quiet, print_json, refuse, say, talk
 from .sweeps import SOME_FAILED, mistakes_told
 
 if TYPE_CHECKING:
-    from ..reproduction.counting import Tally
-    from ..reproduction.readings import Reading
+    from ..reproduction.readings.counting import Tally
+    from ..reproduction.readings.readings import Reading
     from ..reproduction.reproduce import Counted, Reproduction
 
 FOLDER = "results/reproduction"
@@ -67,7 +67,7 @@ def reproduce(
         refuse("--reading runs one joint reading, --readings counts all; give one of them")
     with mistakes_told():
         from ..reproduction import reproduce as ways
-        from ..reproduction.running import Interrupted, SomeFailed
+        from ..reproduction.experiments.running import Interrupted, SomeFailed
 
         one = _reading(reading) if reading is not None else None
         folder = Path(out or _folder(one, quick))
@@ -87,7 +87,7 @@ def reproduce(
 
 
 def _reading(name: str) -> "Reading":
-    from ..reproduction.readings import UnknownReading, reading_named
+    from ..reproduction.readings.readings import UnknownReading, reading_named
 
     try:
         return reading_named(name)
@@ -131,7 +131,7 @@ def _tell_count(found: "Counted", as_json: bool) -> None:
     if as_json:
         print_json(_count(found))
         return
-    from ..reproduction.readings_section import for_terminal
+    from ..reproduction.readings.readings_section import for_terminal
 
     say(for_terminal(found.tally))
     say(f"Results: {found.folder}")

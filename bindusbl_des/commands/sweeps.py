@@ -156,7 +156,7 @@ def sweep(
 
 def _weigh_heaviest(experiment: "Experiment", workers: int | None, anyway: bool) -> None:
     """Tell what the heaviest point takes, or refuse it; of many points some are looked at."""
-    from ..effort import effort
+    from ..preflight.effort import effort
 
     points = len(experiment.points)
     looked_at = {
@@ -213,7 +213,7 @@ def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign is."""
     with mistakes_told():
         from ..campaigns.campaign import load_campaign
-        from ..progress import duration
+        from ..core.progress import duration
 
         campaign = load_campaign(folder)
         state = campaign.state()
@@ -295,7 +295,7 @@ def _tell_estimate(
 ) -> None:
     from ..campaigns.experiments.plan import Plan
     from ..campaigns.workers.estimate import estimated
-    from ..progress import duration
+    from ..core.progress import duration
 
     plan = Plan(experiment)
     missions = len(plan.shard(*(shard or (1, 1))))

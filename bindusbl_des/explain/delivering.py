@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..rounds import uplink_slots
+from ..results.round_timeline import uplink_slots
 from .chain import Part, Step
 from .numbers import compared, place, rows_where
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 
 def known_at(result: "Result", fix: Any) -> float:

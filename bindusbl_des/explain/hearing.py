@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from ..loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
-from ..rounds import uplink_slots
+from ..acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from ..results.round_timeline import uplink_slots
 from .chain import Step
 from .numbers import compared, place, row_of, rows_where
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 
 def sending(result: "Result", ping: Any) -> Iterator[Step]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 # A distance this near to a limit (m) is told with all its digits.
 MOST_DIGITS = 6

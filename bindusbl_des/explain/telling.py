@@ -8,7 +8,7 @@ from .hearing import is_sent, receptions, sending, why_unanswered
 from .numbers import row_of, rows_where
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 
 def explain_ping(result: "Result", number: int) -> str:

@@ -6,12 +6,8 @@ from pathlib import Path
 import pyarrow as pa
 from pyarrow import csv
 
-from ..durable_folder import folder_draft
-from ..tables import TABLES
-
-DICTIONARY = "columns.csv"
-# Campaigns have a table of missions as well.
-WRITTEN = {DICTIONARY, "missions.csv", *(f"{name}.csv" for name in TABLES)}
+from ..core.durable_folder import folder_draft
+from ..results.result_folder import CSV_DICTIONARY, objection_to_csv
 
 
 def write_csv(
@@ -26,8 +22,8 @@ def write_csv(
         FileExistsError: when the folder exists and must not be replaced, or came to exist.
         OSError: when the folder cannot be written.
     """
-    with folder_draft(folder, objection, force=force) as draft:
-        for name, table in {**tables, Path(DICTIONARY).stem: columns(tables)}.items():
+    with folder_draft(folder, objection_to_csv, force=force) as draft:
+        for name, table in {**tables, Path(CSV_DICTIONARY).stem: columns(tables)}.items():
             with open(draft / f"{name}.csv", "wb") as file:
                 csv.write_csv(table, file)
     return {name: len(table) for name, table in tables.items()}
@@ -48,13 +44,3 @@ def columns(tables: Mapping[str, pa.Table]) -> pa.Table:
             **told,
         }
     )
-
-
-def objection(folder: Path) -> str | None:
-    """Return why force must not replace a folder; None for an earlier export, or nothing."""
-    found = list(folder.iterdir()) if folder.is_dir() else [folder]
-    foreign = sorted(it.name for it in found if it.name not in WRITTEN or not it.is_file())
-    if not foreign and (not found or folder / DICTIONARY in found):
-        return None
-    which = f" (it holds {foreign[0]})" if folder.is_dir() and foreign else ""
-    return f"is no earlier export{which}, so --force will not replace it"

@@ -17,8 +17,8 @@ from foxglove.messages import (
 )
 from numpy.typing import ArrayLike
 
-from ..geodesy import Floats, enu_from_ned
-from ..palette import COLOURS_ON_DARK
+from ..core.palette import COLOURS_ON_DARK
+from ..geometry.geodesy import Floats, enu_from_ned
 from .messages import colour
 
 # Sides of the polygon that stands for a circle or an ellipse

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from foxglove.messages import FrameTransform, FrameTransforms, Quaternion, Vector3
 
-from ..geodesy import enu_from_ned, enu_yaw
+from ..geometry.geodesy import enu_from_ned, enu_yaw
 from .messages import MAP, Message, Messages, timestamp
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 Row = Mapping[str, Any]
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from foxglove.messages import LocationFix, LocationFixPositionCovarianceType
 
-from ..geodesy import Floats, enu_covariance, geodetic_from_ned
+from ..geometry.geodesy import Floats, enu_covariance, geodetic_from_ned
 from .frames import FRAMES
 from .messages import Message, Messages, timestamp
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 KNOWN = LocationFixPositionCovarianceType.Known
 NAMES = {"{}": "location", "{}/estimate": "location/estimate", "{}/imu": "location/imu"}

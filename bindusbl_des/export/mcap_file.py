@@ -11,9 +11,9 @@ import foxglove
 from foxglove import Channel, Context
 from foxglove.mcap import MCAPWriteOptions
 
-from ..durable import draft_of
-from ..kept_tracks import portable
-from ..result import scenario_sha256
+from ..core.durable import draft_of
+from ..core.kept_tracks import portable
+from ..results.result import scenario_sha256
 from .frames import transforms
 from .locations import location_streams
 from .messages import Message, nanoseconds
@@ -22,7 +22,7 @@ from .scenery import scenery
 from .sound import sound_streams
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 FRAMES_TOLD = (
     "Messages with a Foxglove schema: east, north, up (ENU, m) in the frame 'map', whose origin is "

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
-from ..tables import schema
+from ..results.tables import schema
 from .messages import Message, Messages
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 # The instant to which a row of each table belongs, and the vehicle on whose topic it goes.
 INSTANT = {

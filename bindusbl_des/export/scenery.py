@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from foxglove.messages import ArrowPrimitive, Color, SpherePrimitive, TextPrimitive, Vector3
 
-from ..palette import HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
-from ..planned import planned_path
+from ..core.palette import HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
+from ..scenario.planned import planned_path
 from .drawing import auv_colour, line, ring, update, upright
 from .messages import MAP, Message, Messages, colour, timestamp
 
 if TYPE_CHECKING:
-    from ..result import Result
-    from ..scenario import Scenario
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
 
 WHITE = "#FFFFFF"
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from foxglove.messages import Duration, SpherePrimitive, Vector3
 
-from ..palette import MF_ON_DARK
+from ..core.palette import MF_ON_DARK
 from .drawing import auv_colour, ellipse, line, rays, ring, update, upright
 from .locations import fix_covariance
 from .messages import MAP, Message, Messages, colour, timestamp
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 # How long a ping and a fix stay in sight (s): sound crosses the HF range within a frame of video.
 PING_LASTS, FIX_LASTS = 0.5, 5.0

@@ -8,13 +8,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..palette import ALARM, INK, MF
-from ..rounds import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
-from ..slots import DOWNLINK_GUARD, UPLINK_GUARD, slots_of
+from ..core.palette import ALARM, INK, MF
+from ..protocol.slots import DOWNLINK_GUARD, UPLINK_GUARD, slots_of
+from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 # Vehicles of each kind that have a row
 MOST_ROWS = 12

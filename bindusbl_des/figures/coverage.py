@@ -9,15 +9,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 
-from ..coverage import covered_area, loneliest_point
-from ..palette import ALARM, HF, INK
-from ..planned import asv_stations, horizontal_reach
+from ..core.palette import ALARM, HF, INK
+from ..geometry.coverage import covered_area, loneliest_point
+from ..scenario.planned import asv_stations, horizontal_reach
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 from .trajectory import X_LABEL, Y_LABEL
 
 if TYPE_CHECKING:
-    from ..result import Result
-    from ..scenario import Scenario
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
 
 Points = list[tuple[float, float]]
 

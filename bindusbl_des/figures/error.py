@@ -11,8 +11,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
-from ..dead_reckoning import drift_rms
-from ..palette import FAINT, INK
+from ..core.palette import FAINT, INK
+from ..navigation.dead_reckoning import drift_rms
 from ..report.envelope import SIGMAS, error_envelope
 from ..report.recording import Recording, recording
 from .fixes import deliveries
@@ -28,7 +28,7 @@ from .style import (
 )
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 Array = NDArray[np.float64]
 

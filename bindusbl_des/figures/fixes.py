@@ -20,7 +20,7 @@ from .style import (
 )
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 
 def fixes(result: "Result", width: float) -> Figure:

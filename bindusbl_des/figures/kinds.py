@@ -14,7 +14,7 @@ from .timeline import timeline
 from .trajectory import trajectory
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 # Each takes a result, the width of the figure (in) and options of its own.
 KINDS: dict[str, Callable[..., Figure]] = {

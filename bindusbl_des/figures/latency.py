@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..palette import INK
-from ..wording import significant
+from ..core.palette import INK
+from ..core.wording import significant
 from .fixes import deliveries
 from .style import (
     LARGEST_LEGEND,
@@ -21,7 +21,7 @@ from .style import (
 )
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 BINS = 30
 

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from ..durable import draft_of
-from ..palette import COLOURS
+from ..core.durable import draft_of
+from ..core.palette import COLOURS
 
 # Width (in) of a figure over one and over two columns of a paper (IEEE)
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.16

@@ -12,9 +12,9 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from ..palette import COLOURS
-from ..quantities import quantity
-from ..wording import significant
+from ..core.palette import COLOURS
+from ..core.wording import significant
+from ..records.quantities import quantity
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 
 # More columns or rows than this leave no room for numbers in the cells of a heatmap.

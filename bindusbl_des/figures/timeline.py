@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..palette import ALARM, HF, INK, MF
-from ..rounds import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
+from ..core.palette import ALARM, HF, INK, MF
+from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 Boxes = list[tuple[float, float, float]]  # start (s), end (s), row
 

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 
-from ..palette import HF, INK, MF, PLANNED
-from ..planned import planned_path
+from ..core.palette import HF, INK, MF, PLANNED
+from ..scenario.planned import planned_path
 from .style import (
     LARGEST_LEGEND,
     add_lines,
@@ -23,8 +23,8 @@ from .style import (
 )
 
 if TYPE_CHECKING:
-    from ..result import Result
-    from ..scenario import Scenario
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
 
 # Points at which a planned path is drawn
 PLAN_POINTS = 1000

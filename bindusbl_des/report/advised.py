@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from html import escape
 
-from ..effects import HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice, Effect, interval
+from ..results.effects import HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice, Effect, interval
 
 HOW = (
     "Changes were chosen in missions with some seeds and measured in missions with others, paired "

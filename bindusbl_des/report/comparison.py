@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..kept_tracks import portable
-from ..wording import plain
+from ..core.kept_tracks import portable
+from ..core.wording import plain
 from .packing import Packer
 from .page import assembled, asset, filled, number, table
 from .recording import recording
@@ -13,7 +13,7 @@ from .run_page import AUV_COLUMNS, MAP, TILES, described, footer, mission_row
 from .story import story
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 SCRIPTS = (*MAP, "plots.js", "comparison.js")
 

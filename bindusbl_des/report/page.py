@@ -11,7 +11,7 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from ..palette import variables
+from ..core.palette import variables
 
 MARK = ' class="worst"'
 

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrow_columns import numpy_columns
+from ..results.arrow import numpy_columns
 
 if TYPE_CHECKING:
-    from ..effects import Advice
-    from ..result import Result
-    from ..scenario import Scenario
+    from ..results.effects import Advice
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..planned import horizontal_reach, planned_path
+from ..scenario.planned import horizontal_reach, planned_path
 from .envelope import error_envelope
 from .packing import Packer
 from .recording import FATES, Recording

@@ -14,7 +14,7 @@ from .run_data import run_data
 from .story import Story, short_story, story
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 Row = dict[str, Any]
 

@@ -9,7 +9,7 @@ from math import isnan
 
 import numpy as np
 
-from ..effects import harm_told
+from ..results.effects import harm_told
 from .advised import advised
 from .losses import broadcast_distances, loss_by_listeners
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording

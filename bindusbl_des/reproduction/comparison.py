@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from . import baseline, case_study, sweep
-from .measured import Measured
+from .experiments import baseline, case_study, sweep
+from .experiments.measured import Measured
+from .experiments.running import Runs
 from .published import Published, published
-from .running import Runs
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,14 +6,15 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 
 from ..campaigns.experiments.plan import model_version
-from ..result import PACKAGES
-from . import ablations, downlinks, schedulers, sentences
+from ..results.result import PACKAGES
 from .captions import CAPTIONS
 from .claims import Claimed
-from .crossing import READINGS_FOLDER
-from .measured import Measured
+from .experiments import ablations, downlinks, schedulers
+from .experiments.measured import Measured
+from .experiments.running import Runs
 from .published import published
-from .running import Runs
+from .readings import sentences
+from .readings.crossing import READINGS_FOLDER
 from .tables import claims_in_markdown, count, markdown, numbers_in_markdown, readings_in_markdown
 
 FIGURES = "figures/reproduction"

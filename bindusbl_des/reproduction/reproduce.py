@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.storage.parts import whole_file
-from .catalogue import experiments
 from .claims import Claimed
 from .comparison import compared, table
-from .counting import Tally, ranking, tally
-from .crossing import READINGS_FOLDER, all_readings, one_reading
 from .document import FIGURES, claimed, document
 from .drawings import draw, draw_readings
-from .foretelling import Foretelling
-from .measured import Measured
+from .experiments.catalogue import experiments
+from .experiments.measured import Measured
+from .experiments.running import Runs, run_all
 from .published import published
-from .reading_page import page
-from .readings import Reading
-from .readings_section import readings_document, section
-from .running import Runs, run_all
+from .readings.counting import Tally, ranking, tally
+from .readings.crossing import READINGS_FOLDER, all_readings, one_reading
+from .readings.foretelling import Foretelling
+from .readings.reading_page import page
+from .readings.readings import Reading
+from .readings.readings_section import readings_document, section
 
 if TYPE_CHECKING:
     import pandas as pd

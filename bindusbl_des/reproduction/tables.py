@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
 from .claims import Claimed
-from .measured import Measured
+from .experiments.measured import Measured
 from .verdicts import REPRODUCED, Prediction
 
 # Beside a number that differs in the paper's own words but not in another reading of them

@@ -6,7 +6,7 @@ from random import Random
 import click
 
 from bindusbl_des.cli import main
-from bindusbl_des.scenario_keys import keys
+from bindusbl_des.scenario.keys import keys
 
 from .files import EXPERIMENT, SCENARIO, TINY, Lines
 from .material import lay_out

@@ -7,8 +7,8 @@ from typing import Any
 
 from drawn_scenarios import drawn
 
-from bindusbl_des.plain_yaml import read_yaml
-from bindusbl_des.scenario_keys import keys
+from bindusbl_des.scenario.files.plain_yaml import read_yaml
+from bindusbl_des.scenario.keys import keys
 
 from .texts import bytes_mutated, encoded, lines_mutated
 from .trees import Raw, as_yaml, mutated, odd, put

@@ -17,7 +17,7 @@ from bindusbl_des.campaigns import running
 from bindusbl_des.cli import main
 from bindusbl_des.commands import missions, sweeps
 from bindusbl_des.commands.console import refuse, weigh
-from bindusbl_des.effort import Effort
+from bindusbl_des.preflight.effort import Effort
 
 MASTERS = {
     "run": "run master.yaml --no-advice --out run",

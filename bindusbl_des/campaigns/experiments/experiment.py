@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from ...kept_tracks import KEPT, kept_name, portable, renamed, renamed_point
-from ...mistakes import Mistake
-from ...overrides import put
-from ...plugins import name_of
-from ...scenario import Scenario
+from ...core.kept_tracks import KEPT, kept_name, portable, renamed, renamed_point
+from ...core.plugins import name_of
+from ...scenario.files.mistakes import Mistake
+from ...scenario.files.overrides import put
+from ...scenario.scenario import Scenario
 from .precision import Target
 
 Detail = Literal["summary", "full"]

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
-from ...key_types import LONGEST_NAME, PRINTABLE
-from ...mistakes import Mistake, Place, ScenarioError
-from ...plain_yaml import Document, Path, read_yaml
-from ...scenario import Scenario
-from ...scenario_file import Reading, read_scenario, read_text
-from ...wording import described, did_you_mean
+from ...core.wording import described, did_you_mean
+from ...preflight.reading import Reading, read_scenario
+from ...scenario.files.mistakes import Mistake, Place, ScenarioError
+from ...scenario.files.plain_yaml import Document, Path, read_yaml
+from ...scenario.files.scenario_file import read_text
+from ...scenario.key_types import LONGEST_NAME, PRINTABLE
+from ...scenario.scenario import Scenario
 from ..storage.record import LARGEST_SEED, MOST_MISSIONS
 from .experiment import Detail, Experiment
 from .experiment_points import Places, Points, points_in

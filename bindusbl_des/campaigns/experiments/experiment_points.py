@@ -4,9 +4,9 @@ from itertools import product
 from math import isfinite, prod
 from typing import Any
 
-from ...mistakes import Place
-from ...plain_yaml import Document, Path
-from ...wording import described, did_you_mean
+from ...core.wording import described, did_you_mean
+from ...scenario.files.mistakes import Place
+from ...scenario.files.plain_yaml import Document, Path
 from .sampling import METHODS, sampled
 
 Points = list[dict[str, Any]]

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ...scenario_keys import DIALECT, keys
+from ...scenario.keys import DIALECT, keys
 from ..storage.parts import metric_schema
 from ..storage.record import LARGEST_SEED, MOST_MISSIONS
 from ..storage.soundness import MISSIONS

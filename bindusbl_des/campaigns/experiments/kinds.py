@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ...scenario import Scenario
+from ...scenario.scenario import Scenario
 
 KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "until_ci", "detail")
 

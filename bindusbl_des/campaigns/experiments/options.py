@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...mistakes import Mistake, Place
-from ...plain_yaml import Document, Path, read_yaml
+from ...scenario.files.mistakes import Mistake, Place
+from ...scenario.files.plain_yaml import Document, Path, read_yaml
 from .experiment import as_written
 
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...families import parts_of
-from ...kept_tracks import FILES, kept_name, portable, renamed_point
-from ...plugin_sources import source_sha256
-from ...plugins import Family, is_plugin
+from ...core.kept_tracks import FILES, kept_name, portable, renamed_point
+from ...core.plugin_sources import source_sha256
+from ...core.plugins import Family, is_plugin
+from ...scenario.families import parts_of
 from .experiment import Experiment
 
 # To be raised whenever a mission would give other numbers than before for the same scenario.

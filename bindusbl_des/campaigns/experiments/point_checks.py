@@ -4,13 +4,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from ...families import FAMILIES, load_plugins
-from ...kept_tracks import names_tracks, renamed_point
-from ...mistakes import Mistake, Place, ScenarioError
-from ...plain_yaml import Document, Path
-from ...plugins import is_plugin, refusal
-from ...scenario import Scenario
-from ...scenario_file import load_scenario
+from ...core.kept_tracks import names_tracks, renamed_point
+from ...core.plugins import is_plugin, refusal
+from ...scenario.families import FAMILIES, load_plugins
+from ...scenario.files.mistakes import Mistake, Place, ScenarioError
+from ...scenario.files.plain_yaml import Document, Path
+from ...scenario.files.scenario_file import load_scenario
+from ...scenario.scenario import Scenario
 from .experiment import as_written, laid_over
 from .experiment_points import Places, Points
 

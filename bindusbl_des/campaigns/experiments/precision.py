@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ...mistakes import Place
-from ...plain_yaml import Document, Path
-from ...wording import described, did_you_mean
+from ...core.wording import described, did_you_mean
+from ...scenario.files.mistakes import Place
+from ...scenario.files.plain_yaml import Document, Path
 from ..storage.parts import metric_schema
 from ..storage.soundness import MISSIONS
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any, Literal
 
-from ...scenario_keys import keys
+from ...scenario.keys import keys
 
 Method = Literal["lhs", "sobol"]
 METHODS = ("lhs", "sobol")

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.wording import did_you_mean
 from ...figures.sweeps import Levels, Means
-from ...scenario_keys import keys
-from ...tables import mission_numbers, schema
-from ...wording import did_you_mean
+from ...results.tables import mission_numbers, schema
+from ...scenario.keys import keys
 from .intervals import interval
 from .outcomes import outcomes
 

@@ -5,8 +5,8 @@ from itertools import groupby
 from math import isfinite
 from textwrap import fill
 
-from ...quantities import WORST
-from ...wording import plain, significant
+from ...core.wording import plain, significant
+from ...records.quantities import WORST
 from .differences import Difference, End
 from .findings import seeds, who_is_worst, who_lacks
 from .intervals import CONFIDENCE

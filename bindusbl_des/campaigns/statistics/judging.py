@@ -3,9 +3,9 @@
 from functools import cache
 from typing import get_args, get_type_hints
 
-from ...events import AuvMetrics
-from ...quantities import WORST
-from ...worst import WORST_IS_LARGEST
+from ...records.events import AuvMetrics
+from ...records.quantities import WORST
+from ...records.worst import WORST_IS_LARGEST
 
 # What a mission is for, first; what the network did for it, after.  A mission is as good as what
 # its worst AUV got (interface: a plan is judged by it, averaged over seeds).

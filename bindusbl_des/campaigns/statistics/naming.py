@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import floor, isfinite, log10
 from typing import Any
 
-from ...wording import significant
+from ...core.wording import significant
 
 # More decimals of a number, or digits of a mean, nobody reads.
 MOST_DECIMALS = MOST_DIGITS = 4

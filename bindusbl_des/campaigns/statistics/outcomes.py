@@ -9,9 +9,9 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from ...quantities import WORST
-from ...tables import mission_numbers
-from ...wording import did_you_mean
+from ...core.wording import did_you_mean
+from ...records.quantities import WORST
+from ...results.tables import mission_numbers
 from ..storage.folder import CampaignError
 from ..storage.parts import OK, metric_schema, read_table
 from ..storage.soundness import MISSIONS

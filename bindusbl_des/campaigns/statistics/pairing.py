@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...plain_yaml import read_yaml
-from ...wording import did_you_mean, plain
+from ...core.wording import did_you_mean, plain
+from ...scenario.files.plain_yaml import read_yaml
 from ..campaign import Campaign
 from ..storage.folder import CampaignError
 

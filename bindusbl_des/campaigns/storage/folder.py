@@ -8,8 +8,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from ...durable import DRAFT, write_text
-from ...wording import printable
+from ...core.durable import DRAFT, write_text
+from ...core.wording import printable
 from .record import check_record
 
 RECORD = "campaign.json"

@@ -8,16 +8,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from ...arrow_columns import arrow
-from .parts import (
-    REPLACES,
-    clean_parts,
-    committed,
-    in_order,
-    part_schema,
-    read_part,
-    whole_file,
-)
+from ...results.arrow import arrow
+from .parts import REPLACES, clean_parts, committed, in_order, part_schema, read_part, whole_file
 from .soundness import MISSIONS, TABLES, described, part_path, plan_of
 
 MISSIONS_AT_A_TIME = 500

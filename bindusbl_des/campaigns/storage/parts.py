@@ -18,10 +18,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from ...arrow_columns import arrow
-from ...durable import draft_of, sync
-from ...parquet_reading import DamagedFile, read_parquet
-from ...tables import schema, write_parquet
+from ...core.durable import draft_of, sync
+from ...results.arrow import arrow
+from ...results.parquet import DamagedFile, read_parquet
+from ...results.tables import schema, write_parquet
 from .folder import CampaignError
 from .soundness import MISSIONS, TABLES, check_part, described, metadata_of, part_path
 

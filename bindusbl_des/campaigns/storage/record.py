@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ...key_types import PRINTABLE
+from ...scenario.key_types import PRINTABLE
 
 # A seed is at most what a column of whole numbers holds.
 LARGEST_SEED = 2**63 - 1

@@ -9,8 +9,8 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ...parquet_reading import DamagedFile
-from ...tables import EVENT_TABLES, schema
+from ...results.parquet import DamagedFile
+from ...results.tables import EVENT_TABLES, schema
 
 MISSIONS = "missions"
 

@@ -13,25 +13,17 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from ...arrow_columns import arrow
-from ...families import plugins_of
-from ...kept_tracks import FILES, check_kept, placed
-from ...plugin_sources import source_sha256
-from ...plugins import allow
-from ...scenario import Scenario
-from ...simulation import simulate
+from ...core.kept_tracks import FILES, check_kept, placed
+from ...core.plugin_sources import source_sha256
+from ...core.plugins import allow
+from ...mission.simulation import simulate
+from ...results.arrow import arrow
+from ...scenario.families import plugins_of
+from ...scenario.scenario import Scenario
 from ..experiments.experiment import as_written
 from ..experiments.plan import Mission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
-from ..storage.parts import (
-    ARROW_TYPES,
-    FAILED,
-    OK,
-    commit,
-    labelled,
-    metric_schema,
-    read_part,
-)
+from ..storage.parts import ARROW_TYPES, FAILED, OK, commit, labelled, metric_schema, read_part
 from ..storage.soundness import MISSIONS, part_path
 from .marks import Mark
 from .warming import warm

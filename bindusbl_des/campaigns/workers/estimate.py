@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
-from ...families import without_plugins
-from ...kept_tracks import keep
+from ...core.kept_tracks import keep
+from ...scenario.families import without_plugins
 from ..experiments.plan import Plan
 from .batches import Batch, run_batch
 from .supervisor import batch_of

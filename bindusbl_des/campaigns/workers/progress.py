@@ -3,7 +3,7 @@
 from time import monotonic
 from typing import TextIO
 
-from ...progress import ProgressLine, duration
+from ...core.progress import ProgressLine, duration
 from ..storage.parts import FAILED
 from .batches import Row
 

@@ -16,21 +16,12 @@ from time import monotonic
 import numpy as np
 from numpy.typing import NDArray
 
-from ...plugins import is_allowed
+from ...core.plugins import is_allowed
 from ..experiments.plan import Plan
 from ..storage.folder import ask_to_stop
 from ..storage.parts import FAILED
 from ..storage.soundness import MISSIONS, part_path
-from .batches import (
-    Batch,
-    NotWritten,
-    Ran,
-    Row,
-    rows_of,
-    signal_name,
-    write,
-    write_failure,
-)
+from .batches import Batch, NotWritten, Ran, Row, rows_of, signal_name, write, write_failure
 from .crews import Crew
 from .marks import take_mark
 from .waiting import Waiting

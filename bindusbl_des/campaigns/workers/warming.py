@@ -4,10 +4,10 @@ import json
 from contextlib import suppress
 from pathlib import Path
 
-from ...families import without_plugins
-from ...kept_tracks import placed
-from ...scenario import Scenario
-from ...simulation import simulate
+from ...core.kept_tracks import placed
+from ...mission.simulation import simulate
+from ...scenario.families import without_plugins
+from ...scenario.scenario import Scenario
 from ..experiments.plan import Plan
 
 # Long enough for a ping to be heard and its fix to be computed.

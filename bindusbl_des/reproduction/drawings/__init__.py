@@ -6,8 +6,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from ...figures.style import save, styled
-from ..counting import Tally
-from ..running import Runs
+from ..experiments.running import Runs
+from ..readings.counting import Tally
 from .ablations import ablations
 from .downlinks import downlinks
 from .missions import baseline, errors_and_fixes, failure_and_recovery

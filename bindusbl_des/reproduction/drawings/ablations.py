@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...figures.style import TWO_COLUMNS, colour_of, legend_below, new_figure, vehicle_handles
-from ..ablations import AUVS, compared
+from ..experiments.ablations import AUVS, compared
 from ..published import published
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..running import Runs
+    from ..experiments.running import Runs
 
 
 def ablations(runs: "Runs") -> Figure:

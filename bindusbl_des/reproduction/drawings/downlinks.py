@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ...core.palette import COLOURS, INK
 from ...figures.style import TWO_COLUMNS, legend_below, new_figure
-from ...palette import COLOURS, INK
-from ..downlinks import LATENCY_S, POLICIES, compared
+from ..experiments.downlinks import LATENCY_S, POLICIES, compared
 
 if TYPE_CHECKING:
-    from ..running import Runs
+    from ..experiments.running import Runs
 
 SIDES = (60.0, 100.0, 140.0)
 PAINTS = dict(zip(POLICIES, (COLOURS[1], COLOURS[0], COLOURS[2]), strict=True))

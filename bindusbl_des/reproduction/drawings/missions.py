@@ -14,14 +14,14 @@ from ...campaigns.storage.soundness import TABLES
 from ...figures.error import draw_errors
 from ...figures.style import TWO_COLUMNS, colour_of, legend_below, new_figure, vehicle_handles
 from ...figures.trajectory import draw_map, map_handles
-from ...result import Result
+from ...results.result import Result
 from ..published import published
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from ...campaigns.campaign import Campaign
-    from ..running import Runs
+    from ..experiments.running import Runs
 
 Array = NDArray[np.float64]
 AUVS = ("AUV0", "AUV1", "AUV2")

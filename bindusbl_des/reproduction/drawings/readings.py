@@ -3,10 +3,10 @@
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ...core.palette import COLOURS, FAINT, INK
 from ...figures.style import ONE_COLUMN, new_figure
-from ...palette import COLOURS, FAINT, INK
-from ..counting import Tally
-from ..readings import DEFAULT
+from ..readings.counting import Tally
+from ..readings.readings import DEFAULT
 
 
 def readings(counted: Tally) -> Figure:

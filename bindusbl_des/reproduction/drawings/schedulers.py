@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ...core.palette import COLOURS, INK
 from ...figures.style import TWO_COLUMNS, legend_below, new_figure
-from ...palette import COLOURS, INK
-from ..schedulers import DSATUR, MOVING, ONE_PER_SLOT, REUSE, STILL, compared
+from ..experiments.schedulers import DSATUR, MOVING, ONE_PER_SLOT, REUSE, STILL, compared
 
 if TYPE_CHECKING:
-    from ..running import Runs
+    from ..experiments.running import Runs
 
 LOOKS = {
     REUSE: {"color": COLOURS[0], "marker": "o", "ms": 3.5},

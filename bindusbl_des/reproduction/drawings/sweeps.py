@@ -9,16 +9,16 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
+from ...core.palette import COLOURS, INK
 from ...figures.style import TWO_COLUMNS, legend_below, new_figure
-from ...palette import COLOURS, INK
-from ..measured import chosen
+from ..experiments.measured import chosen
+from ..experiments.sweep import BOUNDS, cells
 from ..published import published
-from ..sweep import BOUNDS, cells
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..running import Runs
+    from ..experiments.running import Runs
 
 SIDES, ASVS, ANGLES = (60.0, 100.0, 140.0), (1, 2, 3), (0.0, 30.0, 60.0, 90.0)
 SIGNS = {"at most": "< ", "at least": "> "}

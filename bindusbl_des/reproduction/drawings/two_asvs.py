@@ -9,15 +9,15 @@ from matplotlib.lines import Line2D
 
 from ...campaigns.statistics.intervals import interval
 from ...figures.style import TWO_COLUMNS, colour_of, legend_below, new_figure, vehicle_handles
-from ..case_study import READINGS
-from ..measured import per_seed
+from ..experiments.case_study import READINGS
+from ..experiments.measured import per_seed
 from ..published import published
-from ..readings import Reading
+from ..readings.readings import Reading
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..running import Runs
+    from ..experiments.running import Runs
 
 ANGLES = (0.0, 30.0, 60.0, 90.0)
 AUVS = ("AUV0", "AUV1", "AUV2")

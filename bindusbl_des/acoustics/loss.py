@@ -1,0 +1,143 @@
+"""How likely a ping is lost on its way: a law of range, and what other AUVs add."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import compiled
+from ..core.wording import refuse
+
+Floats = NDArray[np.float64]
+
+# Range (m) beyond which the loss law is held constant (eq. fix_loss).
+LONGEST_LOSS_RANGE = 800.0
+
+# Largest loss probability by range alone (eq. fix_loss_total; same cap in the thesis simulator).
+LARGEST_RANGE_LOSS = 0.999
+
+
+@dataclass(frozen=True)
+class LossLaw:
+    """How likely a ping is lost by range r (m): a e^(b r) + c e^(d r) (eq. fix_loss)."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+    source: str
+
+
+_SIMULATOR = "github.com/rwth-irt/USBL-Simulator (e9f29b7)"
+
+LOSS_LAWS: Mapping[str, LossLaw] = MappingProxyType(
+    {
+        "paper": LossLaw(-6.070, 2.12e-3, 5.987, 2.25e-3, "paper, eq. fix_loss"),
+        "thesis": LossLaw(
+            -6.07039718341056,
+            0.00212458825600739,
+            5.98749360969012,
+            0.00225378907075506,
+            f"M. Nitsch, RWTH Aachen 2024, doi 10.18154/RWTH-2024-05964; digits of {_SIMULATOR}",
+        ),
+        "head": LossLaw(
+            0.0037, 0.0174, 0.0, 0.0174, f"OEM 120/180 kHz head, settings shipped in {_SIMULATOR}"
+        ),
+        "none": LossLaw(0.0, 0.0, 0.0, 0.0, "no loss by range"),
+    }
+)
+
+
+def range_loss(slant_range: float, law: LossLaw = LOSS_LAWS["thesis"]) -> float:
+    """Return the raw value of the loss law at a slant range (m): not yet a probability.
+
+    'paper' and 'thesis' are negative below 105.909 m and 106.432 m and exceed 1 beyond 517.6 m and
+    518.8 m, 'head' exceeds 1 beyond 321.8 m: a combiner makes it a probability.  Beyond 800 m the
+    law is held constant.  Raises ValueError for a range that is negative or not finite.
+    Source: eq. fix_loss.
+
+    >>> round(range_loss(50.0, LOSS_LAWS["paper"]), 6)
+    -0.048873
+    """
+    if not 0.0 <= slant_range < math.inf:
+        refuse("slant range", slant_range, "be a finite number not below 0", "give it in metres")
+    return _law(slant_range, law.a, law.b, law.c, law.d)
+
+
+@compiled
+def _law(slant_range: float, a: float, b: float, c: float, d: float) -> float:
+    reach = min(slant_range, LONGEST_LOSS_RANGE)
+    return a * math.exp(b * reach) + c * math.exp(d * reach)
+
+
+def contention_loss(auv_count: int, per_auv: float = 0.05) -> float:
+    """Return what AUVs that share the uplink add to the loss of each ping, (N - 1) P_col.
+
+    Raises ValueError for less than one AUV or a `per_auv` outside [0, 1].
+    Source: eq. fix_loss_total, P_col = 0.05 per additional AUV.
+
+    >>> round(contention_loss(4), 3)
+    0.15
+    """
+    if auv_count < 1:
+        refuse("AUV count", auv_count, "be at least 1", "count the pinging AUV itself")
+    if not 0.0 <= per_auv <= 1.0:
+        refuse("loss per additional AUV", per_auv, "lie in [0, 1]", "the paper has 0.05")
+    return (auv_count - 1) * per_auv
+
+
+@compiled
+def clamp_first(loss: float, contention: float, cap: float) -> float:
+    """Return the probability that a ping is lost, range loss made a probability before adding.
+
+    >>> round(clamp_first(range_loss(50.0), contention_loss(3), 0.999), 6)
+    0.1
+    """
+    return min(min(max(loss, 0.0), LARGEST_RANGE_LOSS) + contention, cap)
+
+
+@compiled
+def paper_raw(loss: float, contention: float, cap: float) -> float:
+    """Return the probability that a ping is lost, by the paper's literal sum (eq. fix_loss_total).
+
+    Below 106 m the negative law takes up to 0.083 off the contention.
+
+    >>> round(paper_raw(range_loss(50.0, LOSS_LAWS["paper"]), contention_loss(3), 0.999), 6)
+    0.051127
+    """
+    return max(0.0, min(loss + contention, cap))
+
+
+@compiled
+def off(loss: float, contention: float, cap: float) -> float:
+    """Return the probability that a ping is lost by range alone: collisions are simulated.
+
+    >>> off(range_loss(50.0), contention_loss(3), 0.999)
+    0.0
+    """
+    return min(max(loss, 0.0), cap)
+
+
+# (range loss, contention, cap) -> probability in [0, cap]
+COMBINERS: Mapping[str, Callable[[float, float, float], float]] = MappingProxyType(
+    {"clamp_first": clamp_first, "paper_raw": paper_raw, "off": off}
+)
+
+
+@compiled
+def loss_probability(
+    slant_range: float, coefficients: Floats, combine: int, contention: float, cap: float
+) -> float:
+    """Return the probability that a ping is lost over a slant range (m), as a scenario has it.
+
+    `coefficients` (4,) are those of a loss law, `combine` the number of a combiner in COMBINERS.
+    """
+    loss = _law(slant_range, coefficients[0], coefficients[1], coefficients[2], coefficients[3])
+    if combine == 0:
+        return clamp_first(loss, contention, cap)
+    if combine == 1:
+        return paper_raw(loss, contention, cap)
+    return off(loss, contention, cap)

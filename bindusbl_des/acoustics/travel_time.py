@@ -1,0 +1,100 @@
+"""How long sound is under way to a receiver that moves meanwhile."""
+
+import math
+from collections.abc import Callable, Sequence
+
+from ..core.compiled import compiled
+from ..core.wording import refuse
+from ..vehicles.motion import Floats, Ints, where
+
+# Light-time loop: a fixed point is found when the delay changes by less than this (s).
+SETTLED = 1e-13
+
+# A step shrinks the error by speed / sound speed: 200 suffice up to 0.86 of the sound speed.
+MOST_STEPS = 200
+
+# Within this share of its last digit an instant is the same.
+LAST_DIGIT = 2.3e-16
+
+
+def travel_time(
+    source: Sequence[float],
+    receiver_at: Callable[[float], Sequence[float]],
+    sent_at: float,
+    sound_speed: float,
+) -> float:
+    """Return how long (s) a sound sent at `sent_at` travels until it meets a receiver that moves.
+
+    `source` begins with x, y, z (m) of where it was sent, `receiver_at(t)` with those of the
+    receiver at time t (s).  Fixed point of D = |receiver_at(sent_at + D) - source| / c, within
+    1e-13 s; a still receiver is asked twice.  How the source moves after sending does not matter.
+    Raises ValueError for a sound speed that is not positive, for positions that are not finite and
+    for a receiver that outruns the sound.  Source: light-time equation.
+
+    >>> round(travel_time((0, 0, 0), lambda t: (100 + 1.5 * t, 0, 0), 0.0, 1500.0), 12)
+    0.066733400067
+    """
+    if not 0.0 < sound_speed < math.inf:
+        refuse("sound speed", sound_speed, "be positive and finite", "sea water has about 1500")
+    x, y, z = source[0], source[1], source[2]
+    settled = SETTLED + math.ulp(sent_at)  # no clock is finer than its own last digit
+    delay = 0.0
+    for _ in range(MOST_STEPS):
+        place = receiver_at(sent_at + delay)
+        ahead, aside, below = place[0] - x, place[1] - y, place[2] - z
+        reached = math.sqrt(ahead * ahead + aside * aside + below * below) / sound_speed
+        if abs(reached - delay) < settled:
+            return reached
+        delay = reached
+    raise ValueError(
+        "a receiver must have a finite position and move slower than sound; after "
+        f"{MOST_STEPS} steps the delay of the sound sent from ({x}, {y}, {z}) at {sent_at} s was "
+        f"{delay} s and unsettled; check the positions and the speed of the receiver"
+    )
+
+
+def travel_time_constant_velocity(
+    offset: Sequence[float], velocity: Sequence[float], sound_speed: float
+) -> float:
+    """Return how long (s) a sound travels to a receiver that keeps its course.
+
+    `offset` (m) points from the source to the receiver when the sound is sent, `velocity` (m/s) is
+    the receiver's, both with the same number of axes.  Raises ValueError for values that are not
+    finite and for a receiver as fast as sound.  Source: |d + v D| = c D solved for D.
+
+    >>> round(travel_time_constant_velocity((100, 0, 0), (1.5, 0, 0), 1500.0), 12)
+    0.066733400067
+    """
+    distance, speed = math.hypot(*offset), math.hypot(*velocity)
+    if not math.isfinite(distance):
+        refuse("offset", offset, "be finite", "give metres from source to receiver")
+    if not speed < sound_speed < math.inf:
+        refuse("receiver speed (m/s)", speed, f"be below {sound_speed}", "give metres per second")
+    receding = sum(d * v for d, v in zip(offset, velocity, strict=True))
+    excess = (sound_speed - speed) * (sound_speed + speed)
+    root = math.sqrt(receding**2 + excess * distance**2)
+    if receding >= 0.0:
+        return (receding + root) / excess
+    return distance**2 / (root - receding)  # the same number, without a difference of near equals
+
+
+@compiled
+def light_time(
+    x: float, y: float, z: float, table: Floats, first: Ints, step: float, vehicle: int,
+    sent_at: float, sound_speed: float,
+) -> float:  # fmt: skip
+    """Return how long (s) a sound sent from a place (m) at `sent_at` travels until it meets a
+    vehicle: :func:`travel_time` for a motion that is known.
+
+    Raises ValueError when the vehicle outruns the sound.
+    """
+    settled = SETTLED + LAST_DIGIT * sent_at
+    delay = 0.0
+    for _ in range(MOST_STEPS):
+        there = where(table, first, step, vehicle, sent_at + delay)
+        ahead, aside, below = there[0] - x, there[1] - y, there[2] - z
+        reached = math.sqrt(ahead * ahead + aside * aside + below * below) / sound_speed
+        if abs(reached - delay) < settled:
+            return reached
+        delay = reached
+    raise ValueError("a vehicle outruns the sound; check its track, its speed and the sound speed")

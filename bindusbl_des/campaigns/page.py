@@ -1,0 +1,168 @@
+"""The report of a campaign: what it varied, what came of it, how sure that is, and what failed."""
+
+import html
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.plain_json import read_json
+from ..report.packing import Packer
+from ..report.page import assembled, asset, filled, table
+from ..report.run_page import footer
+from ..results.tables import mission_numbers
+from .page_data import described, keys, packed_names, packed_statistics, value_numbers
+from .statistics.contents import in_intervals
+from .statistics.effects import key_effects
+from .statistics.findings import findings
+from .statistics.judging import JUDGED, MEANS
+from .statistics.naming import written
+from .statistics.outcomes import Outcomes, outcomes
+
+if TYPE_CHECKING:
+    from .campaign import Campaign
+
+SCRIPTS = ("plots.js", "heatmap.js", "lookup.js", "sweep.js")
+
+# Metrics of a mission that a reader asks for first
+FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)
+# Those of which the page names the worst AUV at each point
+NAMED = (*JUDGED, "worst_fix_benefit_m")
+# More failures than this are counted, and found in the folder.
+MOST_FAILURES = 200
+# What the file of a mission that failed holds.
+FAILURE: dict[str, type] = {
+    "mission": int, "varied": dict, "seed": object, "error": str, "reproduce": str,
+}  # fmt: skip
+
+
+def sweep_page(campaign: "Campaign") -> str:
+    """Return the report of a campaign, finished or not, as HTML."""
+    packer, points = Packer(), len(campaign.plan.points)
+    metrics = [*FIRST, *(name for name in mission_numbers() if name not in FIRST)]
+    found = outcomes(campaign.folder, metrics)
+    well, ran = found.well(points), np.bincount(found.point, minlength=points)
+    data = {
+        "keys": keys(campaign),
+        "metrics": described(metrics),
+        "points": [packer.add(column) for column in value_numbers(campaign)],
+        "seeds": len(campaign.plan.experiment.seeds),
+        "statistics": {name: packed_statistics(found, name, points, packer) for name in metrics},
+        "worst": {name: packed_names(found, name, points, packer) for name in NAMED},
+        "count": packer.add(well),
+        "failed": packer.add(ran - well),
+    }
+    failures = _failures(campaign)
+    body = (
+        _head(campaign)
+        + f'<section id="story"><h2>What this sweep found</h2>{_story(campaign, found)}</section>'
+        + asset("sweep.html")
+        + _failure_section(campaign, failures)
+        + _origin(campaign)
+    )
+    return assembled(f"{campaign.record['name']}: sweep", body, SCRIPTS, data, packer.text())
+
+
+def _head(campaign: "Campaign") -> str:
+    state, seeds = campaign.state(), len(campaign.plan.experiment.seeds)
+    told = (
+        f"{len(campaign.plan.points)} points with {seeds} seed{'s' * (seeds != 1)} each: "
+        f"{state.done} missions done, {state.failed} failed, {state.missing} missing"
+    )
+    head = filled("<h1>{name}</h1><p>{told}</p>", name=campaign.record["name"], told=told)
+    return f"<header><div>{head}</div>{asset('theme.html')}</header>"
+
+
+def _story(campaign: "Campaign", found: Outcomes) -> str:
+    """Return what was found: the best point, harm and want of fixes, the effect of each key."""
+    said = findings(campaign.folder, campaign.plan)
+    story = f'<p class="verdict">{_text(said.best)} {_text(said.sure)}</p>'
+    story += _items("alarms", [*said.harm, *said.starved])
+    effects = key_effects(campaign.plan, found)
+    if effects:
+        story += "<p>Mean error of the worst AUV by one key, averaged over the others:</p>"
+        story += _items("effects", effects)
+    contents = in_intervals(campaign.plan, range(len(campaign.plan.points)))
+    return story + f'<p class="note">{_text(contents)}</p>'
+
+
+def _items(kind: str, texts: Sequence[str]) -> str:
+    items = "".join(f"<li>{_text(text)}</li>" for text in texts)
+    return f'<ul class="{kind}">{items}</ul>' if items else ""
+
+
+def _text(said: str) -> str:
+    return html.escape(said).replace("+-", "&plusmn;")
+
+
+def _failures(campaign: "Campaign") -> list[dict[str, Any]]:
+    found = [_failure(path) for path in (campaign.folder / "failures").glob("*.json")]
+    return sorted(found, key=lambda it: int(it["mission"]))
+
+
+def _failure(path: Path) -> dict[str, Any]:
+    """Return what is kept of a mission that failed.
+
+    Raises:
+        ValueError: when its file is damaged.
+    """
+    try:
+        found: dict[str, Any] = read_json(path)
+        for key, kind in FAILURE.items():
+            if not isinstance(found[key], kind):
+                raise ValueError(f"{key} is not what it should be")
+    except (KeyError, OSError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"{path} is damaged ({type(error).__name__}: {error}); delete it, then "
+            f"`bindusbl-des resume {path.parents[1]} --retry-failed`"
+        ) from None
+    return found
+
+
+def _failure_section(campaign: "Campaign", failures: list[dict[str, Any]]) -> str:
+    if not failures:
+        return '<section id="failures"><h2>Failures</h2><p>No mission failed.</p></section>'
+    rows = [
+        [str(it["mission"]), _settings(it["varied"]), str(it["seed"]), it["error"], it["reproduce"]]
+        for it in failures[:MOST_FAILURES]
+    ]
+    headings = [(name, "") for name in ("mission", "point", "seed", "error", "to see it again")]
+    more = len(failures) - len(rows)
+    rest = f"<p>{more} more are in the folder failures/.</p>" if more else ""
+    shown = table(headings, rows, "Missions that failed")
+    return (
+        f'<section id="failures" class="texts"><h2>Failures</h2><p>{len(failures)} missions failed.'
+        f"</p>{shown}{rest}</section>"
+    )
+
+
+def _settings(varied: dict[str, Any]) -> str:
+    return ", ".join(f"{key}={written(value)}" for key, value in varied.items())
+
+
+def _origin(campaign: "Campaign") -> str:
+    record = campaign.record
+    versions = ", ".join(f"{name} {number}" for name, number in record["versions"].items())
+    seeds = ", ".join(map(str, campaign.plan.experiment.seeds[:40]))
+    more = ", ..." if len(campaign.plan.experiment.seeds) > 40 else ""
+    text = json.dumps(record["scenario"], indent=2, ensure_ascii=False)
+    return (
+        filled(
+            '<section id="origin"><h2>What made this sweep</h2><dl class="origin">'
+            "<dt>Base scenario</dt><dd>{name}, sha256 <code>{scenario}</code></dd>"
+            "<dt>Plan</dt><dd>sha256 <code>{plan}</code></dd><dt>Seeds</dt><dd>{seeds}{more}</dd>"
+            "<dt>Versions</dt><dd>{versions}</dd></dl>"
+            "<details><summary>The base scenario in full, as JSON (JSON is YAML)</summary>"
+            "<pre>{text}</pre></details></section>",
+            name=record["scenario"]["name"],
+            scenario=record["scenario_sha256"],
+            plan=record["plan_sha256"],
+            seeds=seeds,
+            more=more,
+            versions=versions,
+            text=text,
+        )
+        + footer()
+    )

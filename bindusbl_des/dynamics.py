@@ -1,0 +1,25 @@
+"""Hulls under the name that other programs know: see :mod:`.hulls`."""
+
+from .vehicles.hulls import (
+    MODELS,
+    DivergenceError,
+    Fleet,
+    Model,
+    SteadyTurn,
+    parameters,
+    steady_speed,
+    steady_turn,
+    trajectory,
+)
+
+__all__ = [
+    "MODELS",
+    "DivergenceError",
+    "Fleet",
+    "Model",
+    "SteadyTurn",
+    "parameters",
+    "steady_speed",
+    "steady_turn",
+    "trajectory",
+]

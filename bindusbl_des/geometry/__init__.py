@@ -1,0 +1,1 @@
+"""Places and ways: formations, coverage, Dubins paths, routes, geographic coordinates."""

@@ -1,0 +1,270 @@
+"""How much of the survey square the ASVs can hear: exactly, by geometry, not on a grid.
+
+The square has its middle at the origin and its edges at x, y = +-side/2; an ASV hears what lies
+within `hf_range` of it, the edge included.  Distances here are horizontal: for a slant range R and
+AUVs at depth z take sqrt(R^2 - z^2).
+"""
+
+import math
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .formation import stations
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# What a cell of the map shows: heard by no ASV, by one, by two or more, and a station that
+# digits cannot name.
+UNCOVERED, ONCE, SEVERAL, STATION = ".", "o", "#", "*"
+
+# ASVs whose distances to all points are worked out at a time.
+BLOCK = 200
+
+# A character of a terminal is about twice as high as it is wide.
+CHARACTER_HEIGHT = 2.0
+
+
+def covering_radius(side: float, asvs: ArrayLike) -> float:
+    """Return the distance (m) from the loneliest point of the survey square to its nearest ASV.
+
+    The square is fully covered exactly if the HF range is not below this.  The loneliest point is
+    a corner, a point of the edge as far from two ASVs, or an inner point as far from three.
+    `side` in m, `asvs` of shape (n, 2) in m; the work grows with n^4, 50 ASVs take a moment.
+    Raises ValueError for a side that is not positive and as :func:`.formation.stations` does.
+    Source: physics of eq. coverage, whose corners alone are not enough.
+
+    >>> round(covering_radius(60.0, [(50.0, 0.0), (-50.0, 0.0)]), 3)
+    58.31
+    """
+    places = np.unique(stations(asvs), axis=0)
+    return float(_distances(np.array(loneliest_point(side, places)), places).min())
+
+
+def loneliest_point(side: float, asvs: ArrayLike) -> tuple[float, float]:
+    """Return the point x, y (m) of the survey square that is farthest from its nearest ASV.
+
+    Arguments and errors are those of :func:`covering_radius`; the first of points that are equally
+    far.
+
+    >>> loneliest_point(60.0, [(50.0, 0.0), (-50.0, 0.0)])
+    (0.0, -30.0)
+    """
+    half = _half(side)
+    places = np.unique(stations(asvs), axis=0)
+    corners = half * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    candidates = np.concatenate((corners, _edge_ties(half, places), _centres(half, places)))
+    x, y = candidates[_distances(candidates, places).min(axis=1).argmax()].tolist()
+    return x, y
+
+
+def _edge_ties(half: float, places: Floats) -> Floats:
+    """Return the points (m, 2) of the square's edge as far from one ASV as from another."""
+    first, second = np.triu_indices(len(places), k=1)
+    apart, middle = places[second] - places[first], (places[second] + places[first]) / 2.0
+    found = []
+    for fixed, free in ((0, 1), (1, 0)):  # edges of constant x, then of constant y
+        for edge in (-half, half):
+            slanted = apart[:, free] != 0.0
+            step, centre = apart[slanted], middle[slanted]
+            # A bisector almost along the edge meets it too far away to count.
+            with np.errstate(over="ignore", invalid="ignore"):
+                away = (edge - centre[:, fixed]) * (step[:, fixed] / step[:, free])
+            along = centre[:, free] - away
+            points = np.full((len(along), 2), edge)
+            points[:, free] = along
+            found.append(points[np.abs(along) <= half])
+    return np.concatenate(found)
+
+
+def _centres(half: float, places: Floats) -> Floats:
+    """Return the points (m, 2) inside the square that are as far from each of three ASVs."""
+    triples = np.array(list(combinations(range(len(places)), 3)), dtype=np.intp).reshape(-1, 3)
+    origin = places[triples[:, 0]]
+    (bx, by), (cx, cy) = (places[triples[:, 1]] - origin).T, (places[triples[:, 2]] - origin).T
+    twice_area = bx * cy - by * cx
+    b_square, c_square = bx**2 + by**2, cx**2 + cy**2
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # three in a row: no centre
+        x = (cy * b_square - by * c_square) / (2.0 * twice_area)
+        y = (bx * c_square - cx * b_square) / (2.0 * twice_area)
+    centres = origin + np.column_stack((x, y))
+    inside: Flags = (np.abs(centres) <= half).all(axis=1)  # false for what is not a number
+    kept: Floats = centres[inside]
+    return kept
+
+
+def covered_area(side: float, asvs: ArrayLike, hf_range: float) -> float:
+    """Return the fraction of the survey square within HF range of at least one ASV, in [0, 1].
+
+    Exact up to rounding: the area is the integral of (x dy - y dx) / 2 around the covered region,
+    whose boundary is made of arcs of the range circles and pieces of the square's edge (Green).
+    `side` and `hf_range` in m, `asvs` of shape (n, 2) in m.  Raises ValueError for a side that is
+    not positive, a range that is negative or not finite, and as :func:`.formation.stations` does.
+
+    >>> round(covered_area(60.0, [(50.0, 0.0), (-50.0, 0.0)], 50.0), 4)
+    0.8938
+    """
+    half = _half(side)
+    reach = _reach(hf_range)
+    places = np.unique(stations(asvs), axis=0)
+    arcs = math.fsum(_arc_integral(half, places, number, reach) for number in range(len(places)))
+    edges = half / 2.0 * _covered_edge(half, places, reach)  # x dy - y dx = side / 2 along an edge
+    return min(max((arcs + edges) / side**2, 0.0), 1.0)
+
+
+def _arc_integral(half: float, places: Floats, number: int, reach: float) -> float:
+    """Return the integral along what one circle adds to the boundary, counter-clockwise (m2)."""
+    x, y = places[number]
+    bearing, opening = _hidden_arcs(half, places, number, reach)
+    lower, upper = _wrapped(bearing - opening), _wrapped(bearing + opening)
+    angles = np.concatenate(([-np.pi], np.sort(np.concatenate((lower, upper))), [np.pi]))
+    start, end = angles[:-1], angles[1:]
+    shown = _times_hidden((start + end) / 2.0, lower, upper, opening) == 0
+    start, end = start[shown], end[shown]
+    swept = x * (np.sin(end) - np.sin(start)) - y * (np.cos(end) - np.cos(start))
+    return reach / 2.0 * float(np.sum(reach * (end - start) + swept))
+
+
+def _times_hidden(
+    angles: Floats, lower: Floats, upper: Floats, opening: Floats
+) -> NDArray[np.intp]:
+    """Return in how many arcs each angle (rad) lies: those begun below it less those ended.
+
+    Arcs across +-pi count as begun before; one all around begins where it ends.
+    """
+    across = (lower > upper) | ((lower == upper) & (opening > 1.0))
+    begun = np.searchsorted(np.sort(lower), angles, side="right")
+    ended = np.searchsorted(np.sort(upper), angles, side="left")
+    return begun - ended + np.count_nonzero(across)
+
+
+def _hidden_arcs(half: float, places: Floats, number: int, reach: float) -> tuple[Floats, Floats]:
+    """Return the middle and half width (rad) of each arc of a circle that is no boundary.
+
+    Each lies beyond a straight line: the chord shared with another circle, or an edge.  Angles,
+    unlike distances, tell the sides apart even where circles touch an edge or all but coincide.
+    """
+    x, y = places[number]
+    others = np.delete(places, number, axis=0) - places[number]
+    bearing = np.arctan2(others[:, 1], others[:, 0])
+    chords = np.hypot(others[:, 0], others[:, 1]) / 2.0
+    edges = (half - x, half + x, half - y, half + y)
+    away = np.clip(np.concatenate((chords, edges)), -reach, reach)
+    opening = np.arctan2(np.sqrt((reach - away) * (reach + away)), away)
+    return np.concatenate((bearing, (0.0, np.pi, np.pi / 2.0, -np.pi / 2.0))), opening
+
+
+def _wrapped(angles: Floats) -> Floats:
+    """Return angles (rad) in [-pi, pi)."""
+    return np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
+
+
+def _covered_edge(half: float, places: Floats, reach: float) -> float:
+    """Return how much of the square's edge is in range of an ASV (m)."""
+    covered = 0.0
+    for fixed, free in ((0, 1), (1, 0)):
+        for edge in (-half, half):
+            away = np.abs(places[:, fixed] - edge)
+            chord = np.sqrt(np.maximum(reach - away, 0.0) * (reach + away))
+            lower, upper = places[:, free] - chord, places[:, free] + chord
+            covered += _union_length(np.clip(lower, -half, half), np.clip(upper, -half, half))
+    return covered
+
+
+def _union_length(lower: Floats, upper: Floats) -> float:
+    """Return the length that intervals cover together, overlaps counted once."""
+    order = np.argsort(lower)
+    lower, upper = lower[order], np.maximum.accumulate(upper[order])
+    before = np.concatenate(([-np.inf], upper[:-1]))
+    return float(np.maximum(upper - np.maximum(lower, before), 0.0).sum())
+
+
+def is_covered(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> Flags:
+    """Tell of each point whether it is within HF range of at least one ASV; the edge counts.
+
+    `points` of shape (..., 2) and `asvs` of shape (n, 2) in m; the answer has the shape (...).
+    Raises ValueError for points without two coordinates, a range that is negative or not finite,
+    and as :func:`.formation.stations` does.
+
+    >>> is_covered([(0.0, 0.0), (30.0, 40.0)], [(80.0, 0.0)], 80.0).tolist()
+    [True, True]
+    """
+    return _heard_by(points, asvs, hf_range) > 0
+
+
+def coverage_map(side: float, asvs: ArrayLike, hf_range: float, columns: int = 48) -> list[str]:
+    """Return the survey square as lines of text: what no ASV, one ASV or several ASVs hear.
+
+    x, along the survey lanes, runs to the right and y upwards, as in the figures; with x North and
+    y East (NED) the map is therefore a chart mirrored about its rising diagonal.  A cell shows its
+    middle: '.' heard by none, 'o' by one, '#' by several; ASVs in the square appear as their
+    number, '*' from the eleventh on and where they share a cell.  `columns` characters wide, half
+    as many lines.  Raises ValueError for less than one column and as :func:`covered_area` does.
+
+    >>> for line in coverage_map(140.0, [(0.0, 0.0), (50.0, 0.0)], 40.0, columns=20):
+    ...     print(f"|{line}|")
+    |....................|
+    |....................|
+    |.......oooooo.oooooo|
+    |.....ooooooo###ooooo|
+    |....oooooooo####oooo|
+    |....oooooo0o####o1oo|
+    |.....ooooooo###ooooo|
+    |.......oooooo.oooooo|
+    |....................|
+    |....................|
+    """
+    half = _half(side)
+    if columns < 1:
+        raise ValueError(f"a map must have at least one column; met {columns}; 48 suit a terminal")
+    rows = max(1, round(columns / CHARACTER_HEIGHT))
+    x = side * ((np.arange(columns) + 0.5) / columns - 0.5)
+    y = side * (0.5 - (np.arange(rows) + 0.5) / rows)
+    heard = _heard_by(np.stack(np.meshgrid(x, y), axis=-1), asvs, hf_range)
+    cells = [[(UNCOVERED, ONCE, SEVERAL)[min(count, 2)] for count in row] for row in heard.tolist()]
+    taken: set[tuple[int, int]] = set()
+    for number, (right, up) in enumerate(stations(asvs).tolist()):
+        if max(abs(right), abs(up)) <= half:
+            row = min(int((half - up) / side * rows), rows - 1)
+            column = min(int((half + right) / side * columns), columns - 1)
+            alone = number < 10 and (row, column) not in taken
+            cells[row][column] = str(number) if alone else STATION
+            taken.add((row, column))
+    return ["".join(row) for row in cells]
+
+
+def _heard_by(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> NDArray[np.intp]:
+    """Return how many ASVs hear each point."""
+    array = np.asarray(points, dtype=np.float64)
+    if array.ndim < 1 or array.shape[-1] != 2:
+        raise ValueError(
+            f"points must have the shape (..., 2); met {array.shape}; give x and y (m) of each"
+        )
+    reach, count = _reach(hf_range), np.zeros(array.shape[:-1], dtype=np.intp)
+    places = stations(asvs)
+    for first in range(0, len(places), BLOCK):
+        heard: Flags = _distances(array, places[first : first + BLOCK]) <= reach
+        count += heard.sum(axis=-1, dtype=np.intp)
+    return count
+
+
+def _distances(points: Floats, places: Floats) -> Floats:
+    """Return the distance (m) from each point (..., 2) to each place (n, 2), shape (..., n)."""
+    offsets = points[..., None, :] - places
+    return np.hypot(offsets[..., 0], offsets[..., 1])
+
+
+def _half(side: float) -> float:
+    if not 0.0 < side < math.inf:
+        raise ValueError(f"side must be positive and finite; met {side}; give it in metres")
+    return side / 2.0
+
+
+def _reach(hf_range: float) -> float:
+    if not 0.0 <= hf_range < math.inf:
+        raise ValueError(
+            f"HF range must be a finite number not below 0; met {hf_range}; give it in metres"
+        )
+    return hf_range

@@ -1,0 +1,141 @@
+"""The world of a mission put together as its scenario describes it."""
+
+import numpy as np
+import simpy
+
+from ..acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss
+from ..core.streams import Purpose, Streams
+from ..navigation.navigators import Navigator
+from ..protocol.boards import Board, ReplyBoard
+from ..protocol.broadcasters import BROADCASTERS
+from ..protocol.downlink import MfDownlink
+from ..protocol.network import Network
+from ..protocol.ranging import OneWay, TwoWay, strayed
+from ..protocol.reception import Loss
+from ..protocol.schedules import is_framed, schedule_named
+from ..protocol.slots import slots_of
+from ..protocol.uplink import Uplink
+from ..records.recorder import Recorder
+from ..scenario.scenario import Scenario
+from ..usbl.array import ARRAYS
+from ..usbl.instrument import Usbl
+from ..vehicles.fleet import Fleet
+from ..vehicles.motion import places
+from .closed_loop import Water, velocity_biases, walks
+from .courses import chart_of
+from .launch import launch_asvs, launch_auvs
+from .onboard import board_auvs
+from .world import World
+
+
+def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
+    """Put the world of a scenario together, at rest at time 0."""
+    streams = Streams(seed)
+    record = Recorder(everything=scenario.record.detail == "full")
+    water = Water(scenario, streams)
+    lost = walks(scenario, streams, water)
+    biases = velocity_biases(scenario, streams)
+    auvs = launch_auvs(scenario, water, lost, biases)
+    asvs = launch_asvs(scenario, streams, water)
+    reckoning, navigator = board_auvs(scenario, auvs, lost, biases)
+    network = _network(env, scenario, auvs, asvs, navigator, record, streams)
+    return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
+
+
+def _network(
+    env: simpy.Environment,
+    scenario: Scenario,
+    auvs: Fleet,
+    asvs: Fleet,
+    navigator: Navigator,
+    record: Recorder,
+    streams: Streams,
+) -> Network:
+    """Return both bands, and the surface fleet that works with them."""
+    slots, protocol = slots_of(scenario), scenario.protocol
+    sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
+    uplink = Uplink(
+        auvs,
+        asvs,
+        hf_range=hf.range_m,
+        metric=hf.range_metric,
+        ping_duration=hf.ping_s,
+        sound_speed=sound_speed,
+        loss=loss_of(scenario),
+        usbl=usbl_of(scenario),
+        strayed=strayed(scenario, auvs),
+        streams=streams,
+        record=record,
+    )
+    downlink = MfDownlink(
+        env,
+        auvs,
+        asvs,
+        navigator,
+        record,
+        mf_range=scenario.acoustics.mf.range_m,
+        sound_speed=sound_speed,
+        clock=slots.clock,
+    )
+    board = (
+        ReplyBoard(env, uplink, downlink, record, reply_delay_of(scenario))
+        if protocol.downlink == "direct_reply"
+        else Board(uplink, record)
+    )
+    ranging = (
+        OneWay(uplink, board)
+        if protocol.ranging == "owtt_sync"
+        else TwoWay(env, uplink, board, turnaround=protocol.turnaround_s)
+    )
+    schedule = schedule_named(protocol.schedule)
+    framed = is_framed(protocol.schedule)
+    return Network(
+        env,
+        slots,
+        auvs,
+        asvs,
+        record,
+        board,
+        uplink,
+        downlink,
+        ranging,
+        policy=protocol.downlink,
+        frame=protocol.frame_s if framed else 0.0,
+        schedule=schedule,
+        schedule_draw=streams.of(Purpose.SCHEDULE),
+        broadcaster=BROADCASTERS[protocol.broadcaster],
+        broadcaster_draw=streams.of(Purpose.BROADCASTER),
+        chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
+    )
+
+
+def usbl_of(scenario: Scenario) -> Usbl:
+    """Return the USBL instrument that every ASV carries."""
+    usbl = scenario.usbl
+    roll, pitch, heading = np.radians((usbl.roll_sd_deg, usbl.pitch_sd_deg, usbl.heading_sd_deg))
+    return Usbl(
+        ARRAYS[usbl.array],
+        usbl.tdoa_sd_s,
+        usbl.travel_time_sd_s,
+        usbl.quantum_s,
+        (float(roll), float(pitch), float(heading)),
+        usbl.gnss_sd_m,
+        scenario.environment.sound_speed_m_per_s,
+    )
+
+
+def reply_delay_of(scenario: Scenario) -> float:
+    """Return how long after a ping's front an ASV answers it (s)."""
+    return scenario.acoustics.hf.ping_s if scenario.protocol.reply_at == "ping_end" else 0.0
+
+
+def loss_of(scenario: Scenario) -> Loss:
+    """Return how likely a ping is lost on its way."""
+    loss = scenario.acoustics.loss
+    law = LOSS_LAWS[loss.law]
+    return Loss(
+        np.array((law.a, law.b, law.c, law.d)),
+        list(COMBINERS).index(loss.combine),
+        contention_loss(scenario.auvs.count, loss.contention_per_auv),
+        loss.cap,
+    )

@@ -1,0 +1,290 @@
+"""What a mission achieved: each figure defined once, here."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import fields
+from math import cos, sin, sqrt
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import compiled
+from ..navigation.dead_reckoning import Odometry
+from ..navigation.navigators import SURE
+from ..records.columns import (
+    AUV,
+    AUV_OF_FIX,
+    BROADCAST_AT,
+    CALL,
+    CALLED_AT,
+    CORRECTION,
+    DELIVERED_AT,
+    ERROR,
+    HEARD_BY,
+    IN_RANGE_OF,
+    LATENCY,
+    NIS,
+    OF_AUV,
+    OF_PING,
+    OUTCOME,
+    OUTCOME_OF_FIX,
+    SENT_AT,
+)
+from ..records.events import (
+    COLLIDED,
+    DELIVERED,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+    AuvMetrics,
+    Utilisation,
+)
+from ..records.recorder import Recorder
+from ..records.worst import worst_of
+from .samples import Samples, instants, sample
+from .world import World
+
+Array = NDArray[np.float64]
+
+
+def auv_metrics(world: World) -> list[AuvMetrics]:
+    """Return the metrics of every AUV, in index order."""
+    duration = world.scenario.duration_s
+    times = instants(duration, world.scenario.record.metrics_hz)
+    reach, fixes = _reach(world.record, len(world.auv_fleet)), world.record.fixes.rows
+    metrics, errors = [], np.empty(len(times))
+    for auv, vehicle in enumerate(world.auv_fleet.vehicles):
+        distance = vehicle.distance(duration)
+        metrics.append(
+            AuvMetrics(
+                auv=auv,
+                **{name: counts[auv] for name, counts in reach.items()},
+                **_service(fixes[fixes[:, AUV_OF_FIX] == auv], world),
+                **_accuracy(world, auv, times, errors),
+                path_error_m=_mean(vehicle.path_error(times)),
+                distance_m=distance,
+                speed_m_per_s=distance / duration,
+                saturated_share=vehicle.saturated(duration),
+            )
+        )
+        for column in fields(AuvMetrics):
+            value = getattr(metrics[-1], column.name)
+            if value is not None and math.isnan(value):
+                _refuse(auv, f"{column.name} is no number")
+    return metrics
+
+
+def _refuse(auv: int, trouble: str) -> NoReturn:
+    """End the run: a NaN in a table would pass for a missing value, and be left out of means."""
+    raise ArithmeticError(
+        f"AUV{auv}'s {trouble}; this is a mistake of the program, not of the scenario: please "
+        "report it with scenario and seed"
+    )
+
+
+def _reach(record: Recorder, auvs: int) -> dict[str, list[Any]]:
+    """Return what became of the pings of each AUV."""
+    pings, receptions = record.pings.rows, record.receptions.rows
+    sender, outcome = pings[:, AUV].astype(np.intp), receptions[:, OUTCOME]
+
+    def count(of: NDArray[Any], which: NDArray[np.bool_]) -> list[int]:
+        counts: list[int] = np.bincount(of[which].astype(np.intp), minlength=auvs).tolist()
+        return counts
+
+    landed = np.ones(len(pings), dtype=bool)
+    landed[receptions[outcome == IN_FLIGHT, OF_PING].astype(np.intp)] = False
+    in_range = pings[:, IN_RANGE_OF] > 0
+    covered, known = count(sender, landed & in_range), count(sender, landed)
+    return {
+        "pings": count(sender, np.ones(len(pings), dtype=bool)),
+        "pings_in_range": count(sender, in_range),
+        "pings_heard": count(sender, pings[:, HEARD_BY] > 0),
+        "hf_coverage": [c / k if k else None for c, k in zip(covered, known, strict=True)],
+        "receptions_lost": count(receptions[:, OF_AUV], outcome == LOST),
+        "collisions": count(receptions[:, OF_AUV], outcome == COLLIDED),
+    }
+
+
+def _service(fixes: Array, world: World) -> dict[str, Any]:
+    """Return what became of the fixes of one AUV (rows of the ledger), and how late they were."""
+    arrived = fixes[fixes[:, OUTCOME_OF_FIX] == DELIVERED]
+    delivered, latency = arrived[:, DELIVERED_AT], arrived[:, LATENCY]
+    outcomes = fixes[:, OUTCOME_OF_FIX].astype(int).tolist()
+    protocol = world.scenario.protocol
+    in_slots = protocol.ranging == "owtt_sync" and protocol.downlink != "direct_reply"
+    slot = world.network.slots.clock.after(
+        0.0, world.network.slots.uplink_slot
+    )  # pings begin with their slots
+    return {
+        "fixes": len(fixes),
+        "fixes_delivered": len(latency),
+        "fixes_out_of_range": outcomes.count(OUT_OF_RANGE),
+        "fixes_in_flight": outcomes.count(IN_FLIGHT),
+        "fix_rate_hz": len(latency) / world.scenario.duration_s,
+        **_spread("interval", np.diff(np.sort(delivered))),
+        **_ages(np.sort(delivered), world.scenario.duration_s),
+        **_spread("latency", latency),
+        "latency_from_broadcast_s": _mean(delivered - arrived[:, BROADCAST_AT]),
+        "latency_from_slot_s": _mean(latency - slot) if in_slots else None,
+        "fix_error_rms_m": _rms(fixes[:, ERROR]),
+        "nis": _mean(arrived[~np.isnan(arrived[:, NIS]), NIS]),
+        "fixes_refused": int(np.isnan(arrived[:, CORRECTION]).sum()),
+    }
+
+
+def _accuracy(world: World, auv: int, times: Array, errors: Array) -> dict[str, Any]:
+    """Return how far off an AUV was, and whether it knew."""
+    found = sample(world, auv, times)
+    mean, square, largest, cross_track, imu = _errors(
+        errors, found.truth, found.odometry.position, found.estimate
+    )
+    if not math.isfinite(mean):
+        lost_at = times[np.flatnonzero(~np.isfinite(errors))[0]]
+        _refuse(auv, f"estimate is no number from {lost_at:g} s on")
+    return {
+        "position_error_m": mean,
+        "position_error_rms_m": math.sqrt(square),
+        "position_error_p95_m": _p95(errors),
+        "position_error_max_m": largest,
+        "cross_track_error_m": cross_track,
+        "imu_error_m": imu,
+        "fix_benefit_m": imu - mean,
+        "nees": _nees(world, auv, found),
+    }
+
+
+@compiled
+def _errors(
+    errors: Array, truth: Array, reckoned: Array, estimate: Array
+) -> tuple[float, float, float, float, float]:
+    """Write the horizontal errors (n,), m, of an estimate (n, 2), m, of the truth (n, 4).
+
+    Return the mean, the mean square and the largest of them, and the mean errors across the heading
+    and of dead reckoning (n, 2).
+    """
+    total = square = largest = sideways = alone = 0.0
+    heading, cosine, sine = 0.0, 1.0, 0.0
+    for k in range(len(truth)):
+        x, y = estimate[k, 0] - truth[k, 0], estimate[k, 1] - truth[k, 1]
+        drift_x, drift_y = reckoned[k, 0] - truth[k, 0], reckoned[k, 1] - truth[k, 1]
+        if truth[k, 3] != heading:  # lanes keep theirs
+            heading = truth[k, 3]
+            cosine, sine = cos(heading), sin(heading)
+        errors[k] = sqrt(x * x + y * y)
+        total += errors[k]
+        square += x * x + y * y
+        largest = max(largest, errors[k])
+        sideways += abs(cosine * y - sine * x)
+        alone += sqrt(drift_x * drift_x + drift_y * drift_y)
+    n = len(truth)
+    return total / n, square / n, largest, sideways / n, alone / n
+
+
+def _nees(world: World, auv: int, found: Samples) -> float | None:
+    """Return the time mean of e' P^-1 e of the horizontal estimate, sampled once a second.
+
+    While an AUV is sure in some direction, as at the start, there is none.
+    """
+    thin = slice(None, None, max(1, round(world.scenario.record.metrics_hz)))
+    odometry = Odometry(*(column[thin] for column in found.odometry))
+    xx, yy, xy = world.navigator.covariance(auv, odometry).T
+    x, y = found.error[thin].T
+    determinant = xx * yy - xy**2
+    unsure = determinant > SURE * (xx + yy) ** 2
+    return _mean((yy * x**2 - 2 * xy * x * y + xx * y**2)[unsure] / determinant[unsure])
+
+
+def _ages(delivered: Array, end: float) -> dict[str, float]:
+    """Return mean, 95 % quantile and maximum over time of the age of the last fix (s).
+
+    The age grows from 0 at the start and at each of the instants `delivered`, which rise, up to the
+    `end`: waits before the first fix and after the last count like any other.
+
+    >>> _ages(np.array([10.0]), 20.0)
+    {'fix_age_mean_s': 5.0, 'fix_age_p95_s': 9.5, 'fix_age_max_s': 10.0}
+    """
+    waits = np.diff(delivered, prepend=0.0, append=end)
+    longest = -np.sort(-waits)
+    # an age a is exceeded for sum(max(wait - a, 0)); the k longest waits exceed the quantile
+    number = np.arange(1, len(waits) + 1)
+    quantile = (np.cumsum(longest) - 0.05 * end) / number
+    enough = np.flatnonzero(quantile >= np.append(longest[1:], 0.0))
+    return {
+        "fix_age_mean_s": float(np.sum(waits**2) / (2 * end)),
+        "fix_age_p95_s": float(quantile[enough[0]]),
+        "fix_age_max_s": float(longest[0]),
+    }
+
+
+def _spread(name: str, values: Array) -> dict[str, float | None]:
+    return {
+        f"{name}_mean_s": _mean(values),
+        f"{name}_p95_s": _p95(values),
+        f"{name}_max_s": float(values.max()) if len(values) else None,
+    }
+
+
+def _p95(values: Array) -> float | None:
+    """Return the 95 % quantile, linear between the two values beside it, as numpy's."""
+    if not len(values):
+        return None
+    place = 0.95 * (len(values) - 1)
+    low = int(place)
+    pair = np.partition(values, (low, min(low + 1, len(values) - 1)))[low : low + 2]
+    return float(pair[0] + (place - low) * (pair[-1] - pair[0]))
+
+
+def _mean(values: Array) -> float | None:
+    return float(values.mean()) if len(values) else None
+
+
+def _rms(values: Array) -> float | None:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else None
+
+
+def utilisation(world: World) -> Utilisation:
+    """Return what only the mission as a whole has."""
+    record, duration = world.record, world.scenario.duration_s
+    ping = world.network.slots.ping_duration
+    on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
+    return Utilisation(
+        rounds=len(record.rounds),
+        collisions=int(np.sum(record.receptions.rows[:, OUTCOME] == COLLIDED)),
+        hf_utilisation=_covered(_sounds(record), ping, duration) / duration,
+        mf_utilisation=sum(on_air) / duration,
+    )
+
+
+def _sounds(record: Recorder) -> Array:
+    """Return the instants (s) at which a ping or a call begins on HF, in rising order."""
+    pings = record.pings.rows
+    called = ~np.isnan(pings[:, CALLED_AT])
+    answered = ~called | (pings[:, CALL] == HEARD)
+    return np.sort(np.concatenate((pings[called, CALLED_AT], pings[answered, SENT_AT])))
+
+
+def _covered(starts: Array, length: float, end: float) -> float:
+    """Return the time (s) before `end` that intervals of one length cover, overlaps counted once.
+
+    `starts` (n,) rise.
+
+    >>> round(_covered(np.array([0.0, 1.0, 1.0, 1.5, 9.5]), 1.0, 10.0), 9)
+    3.0
+    """
+    return float(np.minimum(np.diff(starts, append=end), length).sum())
+
+
+def mission_metrics(
+    auvs: Sequence[AuvMetrics], whole: Utilisation
+) -> dict[str, float | str | None]:
+    """Return the fleet means of all AUV metrics (AUVs without a value left out), the mission's own,
+    and the worst AUV's.
+    """
+    means: dict[str, float | str | None] = {}
+    for column in fields(AuvMetrics)[1:]:
+        known = [v for auv in auvs if (v := getattr(auv, column.name)) is not None]
+        means[column.name] = math.fsum(known) / len(known) if known else None
+    own = {column.name: getattr(whole, column.name) for column in fields(Utilisation)}
+    return {**means, **own, **worst_of(auvs)}

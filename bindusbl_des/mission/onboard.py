@@ -1,0 +1,67 @@
+"""What AUVs carry: dead reckoning with its errors, and the navigator that corrects it."""
+
+import math
+
+import numpy as np
+
+from ..core.plugins import is_plugin, load
+from ..navigation.belief import Growth, first_belief
+from ..navigation.dead_reckoning import DeadReckoning
+from ..navigation.navigators import WEIGHED, LinearNavigator, Navigator, Rule
+from ..navigation.own_navigator import OwnNavigator
+from ..scenario.families import NAVIGATOR
+from ..scenario.scenario import Scenario
+from ..vehicles.fleet import Fleet
+from .launch import Array
+
+
+def board_auvs(
+    scenario: Scenario, fleet: Fleet, walks: Array, biases: Array
+) -> tuple[DeadReckoning, Navigator]:
+    """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer."""
+    navigation = scenario.navigation
+    reckoning = DeadReckoning(
+        fleet.motion, walks, navigation.imu_rate_hz, biases, navigation.bias_frame
+    )
+    if fleet.voyage is None:
+        steering = np.zeros((len(fleet), 2)), np.zeros((len(fleet), 7))
+    else:
+        fleet.voyage.has_learnt = navigation.filter == "kalman"
+        steering = fleet.voyage.corrections, fleet.voyage.learnt
+    if is_plugin(navigation.filter):
+        make = load(NAVIGATOR, navigation.filter)
+        return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
+    return reckoning, LinearNavigator(
+        reckoning, _rule(scenario), _growth(scenario), _first_belief(scenario), *steering
+    )
+
+
+def _rule(scenario: Scenario) -> Rule:
+    """Return how fixes are weighed."""
+    navigation = scenario.navigation
+    if navigation.filter == "kalman":
+        return Rule(WEIGHED, at_ping=True, gate=navigation.nis_gate or 0.0)
+    gain = navigation.gain if navigation.filter == "fixed_gain" else 0.0
+    return Rule(gain, at_ping=navigation.delay_compensation == "shift", gate=0.0)
+
+
+def _growth(scenario: Scenario) -> Growth:
+    """Return how dead reckoning becomes unsure, as its own sensors' sheets say."""
+    navigation, water = scenario.navigation, scenario.environment
+    wander = 0.0
+    if navigation.velocity == "through_water":  # a Gauss-Markov current, as far as it is short-term
+        wander = 2 * water.current_variation_m_per_s**2 / water.current_variation_time_s
+    return Growth(navigation.random_walk_m_per_sqrt_s**2, wander, navigation.bias_frame == "body")
+
+
+def _first_belief(scenario: Scenario) -> Array:
+    """Return what AUVs believe at the start: that nothing is wrong, as surely as it may be so."""
+    navigation, water = scenario.navigation, scenario.environment
+    x, y = navigation.velocity_bias_m_per_s
+    sd = navigation.velocity_bias_sd_m_per_s
+    current = 0.0
+    if navigation.velocity == "through_water":
+        current = math.hypot(water.current_m_per_s, water.current_variation_m_per_s)
+    return first_belief(
+        navigation.initial_position_sd_m, (math.hypot(x, sd), math.hypot(y, sd)), current
+    )

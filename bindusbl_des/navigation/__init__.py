@@ -1,0 +1,1 @@
+"""What an AUV believes of its position: dead reckoning, and navigators that weigh fixes."""

@@ -1,0 +1,88 @@
+"""A navigator that somebody has written: what it answers is checked, and autopilots steer by it."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.plugins import PluginError, asked
+from ..records.columns import AUV_OF_FIX, CORRECTION, DELIVERED_AT
+from ..scenario.families import NAVIGATOR
+from ..vehicles.motion import Floats, Ints
+from .dead_reckoning import DeadReckoning, Odometry
+from .navigators import Navigator
+
+Array = NDArray[np.float64]
+
+
+class OwnNavigator:
+    """A navigator of somebody's own, named ``module:object`` in the scenario.
+
+    The object is called with the fleet's dead reckoning and the number of AUVs, and returns a
+    :class:`.navigators.Navigator`.
+    """
+
+    def __init__(self, name: str, make: Any, reckoning: DeadReckoning, corrections: Array) -> None:
+        """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds.
+
+        Raises:
+            PluginError: when it cannot be made, or lacks a verb.
+        """
+        self._name, self._reckoning, self._corrections = name, reckoning, corrections
+        self._navigator: Navigator = self._asked(make, reckoning, len(corrections))
+        missing = [
+            verb
+            for verb in ("correct", "estimate", "covariance")
+            if not callable(self._asked(getattr, self._navigator, verb, None))
+        ]
+        if missing:
+            raise PluginError(NAVIGATOR.key, f"{name!r} lacks {', '.join(missing)}")
+
+    def correct(self, fixes: Floats, due: Ints) -> None:
+        """Hand the fixes whose rows are due on; note how far each moved its AUV's estimate (m)."""
+        for row in due:
+            auv, now = int(fixes[row, AUV_OF_FIX]), fixes[row, DELIVERED_AT : DELIVERED_AT + 1]
+            odometry = self._reckoning.sample(auv, now)[1]
+            was = self.estimate(auv, odometry)
+            self._asked(self._navigator.correct, fixes, np.array([row]))
+            moved = self.estimate(auv, odometry)
+            fixes[row, CORRECTION] = np.hypot(*(moved - was)[0])
+            self._corrections[auv] = (moved - odometry.position)[0]
+
+    def estimate(self, auv: int, odometry: Odometry) -> Array:
+        """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
+        return self._checked("estimate", auv, odometry, 2)
+
+    def covariance(self, auv: int, odometry: Odometry) -> Array:
+        """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
+        found = self._checked("covariance", auv, odometry, 3)
+        if (found[:, :2] < 0.0).any():
+            raise PluginError(
+                NAVIGATOR.key, f"{self._name!r} answered covariance with a variance below 0"
+            )
+        return found
+
+    def _checked(self, verb: str, auv: int, odometry: Odometry, width: int) -> Array:
+        answer = self._asked(lambda: getattr(self._navigator, verb)(auv, odometry))
+        found: Array | None = self._asked(_numbers, answer)
+        wanted = (len(odometry.times), width)
+        if found is None or found.shape != wanted or not np.isfinite(found).all():
+            shape = "of no numbers" if found is None else f"of shape {found.shape}"
+            raise PluginError(
+                NAVIGATOR.key,
+                f"{self._name!r} answered {verb} with an array {shape}; it must be {wanted} of "
+                "finite numbers",
+            )
+        return found
+
+    def _asked(self, verb: Any, *arguments: Any) -> Any:
+        return asked(NAVIGATOR.key, self._name, verb, *arguments)
+
+
+def _numbers(answer: Any) -> Array | None:
+    """Return an answer as an array; None for what is no array of real numbers."""
+    try:
+        found = np.asarray(answer)
+        return found.astype(np.float64) if found.dtype.kind in "fiu" else None
+    except (TypeError, ValueError):
+        return None

@@ -1,0 +1,275 @@
+"""What a mission will take, from its counts alone: rounds, pings, samples, and so time and memory.
+
+The constants were measured on one core of 2.5 GHz (`tests/test_effort.py` holds the memory to what
+`run` took, files included: 0 to 28 % more); a mission of some minutes is worth no estimate, one of
+a hundred thousand vehicles is.
+"""
+
+import math
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
+from ..scenario.planned import asv_stations
+from ..scenario.scenario import Scenario
+from ..usbl.instrument import NOISE_WIDTH
+from ..vehicles.currents import CONTROL_S
+from .round_lengths import Rounds, rounds_of
+
+# Where Linux says how much memory a container may take (bytes).
+CONTAINER_LIMITS = (
+    "/sys/fs/cgroup/memory.max",
+    "/sys/fs/cgroup/memory/memory.limit_in_bytes",
+)
+
+# Beyond this a mission is not begun without being asked for twice.
+LONGEST_S = 86_400.0
+
+# From here on a mission's time and memory are told before it is begun.
+WORTH_TELLING_S, WORTH_TELLING_BYTES = 30.0, 2e9
+
+# Hearing is worked out vehicle by vehicle up to so many pairs, beyond from areas.
+MOST_PAIRS = 4_000_000
+
+# AUVs move: in the course of a mission an ASV hears more of them than at its start.
+NEW_PAIRS = 1.5
+
+# Rounds of more ping groups than this are not added up slot by slot.
+FEW_GROUPS = 100
+
+# Seconds and bytes of one of each: a round, a ping, its way to one ASV, a reception that is kept
+# (and written), a fix, a pair of AUVs of a conflict graph (schedules of one's own) or of DSATUR, a
+# sample of the metrics, of the IMU and of the tracks (written), a control interval of a vehicle, a
+# lane that is planned, a leg that is flown, a pair of AUV and ASV, one of them that has noise.
+COSTS: dict[str, tuple[float, float]] = {
+    "rounds": (40e-6, 600),
+    "pings": (8e-6, 350),
+    "ways": (0.9e-6, 0),
+    "receptions": (4.5e-6, 360),
+    "fixes": (15e-6, 500),
+    "edges": (6e-6, 0),
+    "choices": (70e-9, 0),
+    "samples": (0.15e-6, 0),
+    "imu_samples": (0.06e-6, 16),
+    "track_rows": (1.5e-6, 520),
+    "intervals": (4e-6, 500),
+    "lanes": (250e-6, 2000),
+    "legs": (15e-6, 400),
+    "pairs": (0.0, 24),
+    "noises": (25e-6, 1200),
+}
+WORDS = {
+    "ways": "ways from AUV to ASV",
+    "edges": "conflicts to colour",
+    "choices": "choices of the next AUV to colour",
+    "pairs": "pairs of AUV and ASV",
+    "noises": "pairs of AUV and ASV in range",
+    "imu_samples": "IMU samples",
+    "track_rows": "rows of tracks",
+    "intervals": "control intervals",
+}
+REMEDY = "Lower auvs.count, asvs.count or duration_s, or set record.detail to summary"
+REMEDIES = {
+    "samples": "Lower record.metrics_hz or duration_s",
+    "imu_samples": "Lower navigation.imu_rate_hz, auvs.count or duration_s",
+    "track_rows": "Lower record.tracks_hz or duration_s, or set record.detail to summary",
+    "edges": "Lower auvs.count, or name a schedule that ships, which needs no graph",
+    "pairs": "Lower auvs.count or asvs.count",
+    "noises": "Lower auvs.count or asvs.count",
+}
+PROCESS_BYTES = 240e6  # Python, its libraries, compiled code
+AUV_S, AUV_BYTES = 1e-3, 10_000
+GRAPH_EDGE_BYTES = 600  # of one graph at a time
+SAMPLE_BYTES, IMU_SAMPLE_BYTES = 130, 48  # of one AUV at a time
+ROW_BYTES = 8 * (NOISE_WIDTH + 1)
+CALL_S, CALLED_S = 60e-6, 2e-6  # of each ping, of each ASV that may call it (twtt)
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much a mission is: how many of each thing that costs, its time (s), and its memory
+    (bytes), also by what holds it.
+    """
+
+    counts: dict[str, float]
+    seconds: float
+    held: dict[str, float]
+
+    @property
+    def bytes(self) -> float:
+        """The memory of its process."""
+        return sum(self.held.values())
+
+    @property
+    def remedy(self) -> str:
+        """What to change in a scenario that takes too much."""
+        largest = max(self.held, key=lambda name: self.held[name])
+        is_memory = self.bytes > WORTH_TELLING_BYTES
+        return REMEDIES.get(largest if is_memory else "", REMEDY)
+
+    def __str__(self) -> str:
+        if self.bytes > WORTH_TELLING_BYTES:
+            weights = {name: self.held.get(name, 0.0) for name in self.counts}
+        else:
+            weights = {name: number * COSTS[name][0] for name, number in self.counts.items()}
+        largest = sorted(weights, key=lambda name: -weights[name])[:2]
+        things = ", ".join(
+            f"{float(f'{self.counts[name]:.2g}'):,.0f} {WORDS.get(name, name)}" for name in largest
+        )
+        return (
+            f"about {spoken(self.seconds)} and {float(f'{self.bytes / 1e9:.2g}'):g} GB ({things})"
+        )
+
+    @property
+    def is_worth_telling(self) -> bool:
+        """Whether somebody would want to know before it is begun."""
+        return self.seconds > WORTH_TELLING_S or self.bytes > WORTH_TELLING_BYTES
+
+    def excess(self, at_once: int = 1) -> str:
+        """Return why this machine should not begin `at_once` such missions, or ""."""
+        memory = machine_memory()
+        if self.bytes * at_once > memory:
+            several = f"{at_once} at once need " if at_once > 1 else ""
+            return f"{several}more memory than the {memory / 1e9:.2g} GB of this machine"
+        return "more than a day" if self.seconds > LONGEST_S else ""
+
+
+def machine_memory() -> float:
+    """Return the memory (bytes) of this machine, or of the container that we are in; infinite where
+    it cannot be told.
+    """
+    try:
+        memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        memory = math.inf
+    for limit in CONTAINER_LIMITS:
+        with suppress(OSError, ValueError):  # no container, or "max"
+            memory = min(memory, float(Path(limit).read_text()))
+    return memory
+
+
+def spoken(seconds: float) -> str:
+    """Return a time as one says it.
+
+    >>> spoken(40.0), spoken(7200.0), spoken(1e9)
+    ('40 s', '2 h', '32 years')
+    """
+    for unit, length, upto in (("s", 1.0, 120), ("min", 60.0, 120), ("h", 3600.0, 48)):
+        if seconds < upto * length:
+            return f"{seconds / length:.0f} {unit}"
+    days = seconds / 86_400
+    return f"{days:.0f} days" if days < 730 else f"{days / 365.25:.2g} years"
+
+
+def effort(scenario: Scenario) -> Effort:
+    """Return about how much a mission is; within a factor of three where it takes long."""
+    counts = {**_protocol(scenario), **_sampling(scenario), **_ways(scenario)}
+    auvs, duration, record = scenario.auvs.count, scenario.duration_s, scenario.record
+    seconds = 0.05 + auvs * AUV_S + sum(n * COSTS[name][0] for name, n in counts.items())
+    if scenario.protocol.ranging == "twtt":
+        seconds += counts["pings"] * (CALL_S + scenario.asvs.count * CALLED_S)
+    held = {name: n * COSTS[name][1] for name, n in counts.items()}
+    rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * scenario.asvs.count)))
+    held["process"], held["auvs"] = PROCESS_BYTES, auvs * AUV_BYTES
+    held["edges"] += counts["edges"] / max(counts["rounds"], 1.0) * GRAPH_EDGE_BYTES
+    held["noises"] += counts["noises"] * rows * ROW_BYTES
+    held["samples"] += duration * record.metrics_hz * SAMPLE_BYTES
+    held["imu_samples"] += duration * scenario.navigation.imu_rate_hz * IMU_SAMPLE_BYTES
+    return Effort(counts, seconds, held)
+
+
+def _protocol(scenario: Scenario) -> dict[str, float]:
+    """Return how many rounds, pings, receptions and fixes there will be, and edges of graphs."""
+    auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(scenario)
+    heard = _heard(scenario)
+    crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one
+    groups = min(max(round(crowd), rounds.fewest), rounds.most)
+    pinging = 1 if rounds.frame else auvs
+    fixed = min(float(heard.sum()), pinging)
+    number = math.ceil(scenario.duration_s / _period(rounds, groups, round(fixed)))
+    lasts = scenario.duration_s / _period(rounds, groups, round(fixed))
+    pings = pinging * (lasts if groups > FEW_GROUPS else number)  # of a long round only a part
+    share = min(float(heard.sum()) / auvs, asvs)
+    edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2)
+    whole, schedule = scenario.record.detail == "full", scenario.protocol.schedule
+    met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
+    return {
+        "rounds": number,
+        "pings": pings,
+        "ways": pings * asvs,
+        "receptions": pings * (asvs if whole else share),
+        "fixes": pings * min(share, 1.0),
+        "edges": edges * number if ":" in schedule else 0.0,
+        "choices": float(auvs) ** 2 * number if schedule == "dsatur" else 0.0,
+        "pairs": float(auvs * asvs),
+        "noises": met,
+    }
+
+
+def _period(rounds: Rounds, groups: int, fixes: int) -> float:
+    """Return the time (s) between rounds; many groups add as much each as the last of a few."""
+    if groups <= FEW_GROUPS:
+        return rounds.period(groups, fixes)
+    last, before = (rounds.period(FEW_GROUPS - n, fixes) for n in (0, 1))
+    return last + (groups - FEW_GROUPS) * (last - before)
+
+
+def _heard(scenario: Scenario) -> NDArray[np.float64]:
+    """Return about how many AUVs each ASV hears when the mission begins."""
+    route, reach = scenario.auvs.route, scenario.acoustics.hf.range_m
+    count, asvs = scenario.auvs.count, scenario.asvs.count
+    if route.kind in ("hold", "waypoints") and count * asvs <= MOST_PAIRS:
+        starts = (
+            route.positions_m if route.kind == "hold" else [points[0] for points in route.points_m]
+        )
+        apart = np.array(starts)[None] - np.array(asv_stations(scenario))[:, None]
+        near: NDArray[np.float64] = np.sum(np.hypot(*apart.T) <= reach, axis=0).astype(float)
+        return near
+    share = min(1.0, math.pi * (reach / scenario.survey.side_m) ** 2)
+    return np.full(asvs, share * count)
+
+
+def _sampling(scenario: Scenario) -> dict[str, float]:
+    """Return how many samples of metrics, IMUs and tracks there will be."""
+    auvs, asvs, duration = scenario.auvs.count, scenario.asvs.count, scenario.duration_s
+    rows = duration * scenario.record.tracks_hz * (auvs + asvs)
+    return {
+        "samples": duration * scenario.record.metrics_hz * auvs,
+        "imu_samples": duration * scenario.navigation.imu_rate_hz * auvs,
+        "track_rows": rows if scenario.record.detail == "full" else 0.0,
+    }
+
+
+def _ways(scenario: Scenario) -> dict[str, float]:
+    """Return how much is planned and steered: lanes, legs, control intervals."""
+    auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
+    moving = auvs.count * auvs.vehicle.has_dynamics + asvs.count * asvs.vehicle.has_dynamics
+    found = {"intervals": moving * duration / CONTROL_S, "lanes": 0.0, "legs": 0.0}
+    if auvs.route.kind in ("hold", "track"):
+        return found
+    lanes, tour = _tour(scenario)
+    found["lanes"] = auvs.count * lanes
+    if not auvs.vehicle.has_dynamics:
+        laps = 1.0 + auvs.speed_m_per_s * duration / tour
+        found["legs"] = auvs.count * laps * (6 * lanes + 10)
+    return found
+
+
+def _tour(scenario: Scenario) -> tuple[float, float]:
+    """Return how many lanes an AUV has, and at least how long (m) its tour is."""
+    auvs, side, route = scenario.auvs, scenario.survey.side_m, scenario.auvs.route
+    turns = 2 * math.pi * (0.0 if auvs.vehicle.has_dynamics else auvs.turning_radius_m)
+    if route.kind == "waypoints":
+        lengths = [sum(math.dist(a, b) for a, b in pairwise(points)) for points in route.points_m]
+        return max(map(len, route.points_m)), 2 * min(lengths) + turns
+    assert route.kind == "lawnmower"
+    spacing, margin = route.lane_spacing_m, route.end_margin_m
+    lanes = max(1.0, side / auvs.count / spacing)
+    lane = side - 2 * (spacing / 2 if margin is None else margin)
+    return lanes, 2 * lanes * lane + turns

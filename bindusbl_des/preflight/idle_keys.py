@@ -1,0 +1,197 @@
+"""Keys that do nothing in the mode that a scenario has chosen; each rule was found by experiment.
+
+`tests/test_worth_knowing.py` toggles every key in every mode and compares the missions' tables: it
+fails where a key does nothing and no rule here says so, and where a rule here is wrong.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from ..core.wording import plain
+from ..scenario.consistency import FRAMED_SCHEDULES, Problem
+from ..scenario.families import SCHEDULES
+from ..scenario.key_types import Part
+from ..scenario.scenario import Scenario
+from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
+
+UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
+WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
+BROADCASTS = (
+    "acoustics.mf.range_m", "acoustics.mf.bit_rate_bps", "acoustics.mf.overhead",
+    "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "protocol.broadcaster",
+)  # fmt: skip
+STEERING = ("auvs.speed_m_per_s", "auvs.turning_radius_m", "auvs.join_angle_deg")
+
+
+class Idle(NamedTuple):
+    """Keys without effect where other keys have one of these values, and why."""
+
+    mode: Mapping[str, tuple[Any, ...]]
+    keys: tuple[str, ...]
+    why: str
+    effect: str = "has no effect"
+
+
+RULES = (
+    Idle(
+        {"protocol.downlink": ("direct_reply",)},
+        BROADCASTS,
+        "the ASV that hears a ping first answers it at once, nothing is broadcast",
+    ),
+    Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
+    Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
+    Idle({"auvs.route.kind": ("track",)}, ("survey.depth_m",), "the tracks say how deep they are"),
+    Idle(
+        {"auvs.route.kind": ("hold",)},
+        ("navigation.bias_frame",),
+        "AUVs that hold still head along +x, so that both frames are one",
+    ),
+    Idle(
+        {"auvs.vehicle": WITH_DYNAMICS},
+        ("auvs.turning_radius_m",),
+        "the model's own turning radius is planned with",
+    ),
+    Idle(
+        {"protocol.ranging": ("owtt_sync",)},
+        ("protocol.turnaround_s",),
+        "AUVs ping on their own clocks, without being called",
+    ),
+    Idle(
+        {"protocol.schedule": UNFRAMED},
+        ("protocol.frame_s",),
+        "a round begins as soon as the one before it has ended",
+    ),
+    Idle(
+        {
+            "protocol.schedule": ("one_per_slot", *FRAMED_SCHEDULES),
+            "protocol.ranging": ("owtt_sync",),
+        },
+        ("protocol.positions",),
+        "an AUV has its slot to itself wherever it is believed to be",
+        "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"acoustics.loss.combine": ("off",)},
+        ("acoustics.loss.contention_per_auv",),
+        "the loss is that of the range alone",
+    ),
+    Idle(
+        {"acoustics.loss.combine": ("off",), "protocol.ranging": ("owtt_sync",)},
+        ("acoustics.loss.cap",),
+        "the loss is that of the range alone",
+    ),
+    Idle(
+        {"record.detail": ("summary",)},
+        ("record.tracks_hz", "navigation.depth_sd_m"),
+        "no tracks are kept, and depths are told by tracks alone",
+    ),
+    Idle(
+        {"asvs.count": (1,)},
+        tuple(f"asvs.formation.{name}" for name in ("angle_deg", "clearance_m", "radius_m")),
+        "a single ASV lies at the centre",
+    ),
+    Idle({"asvs.count": (1,)}, ("protocol.broadcaster",), "there is no other ASV"),
+    Idle({"auvs.count": (1,)}, ("acoustics.loss.contention_per_auv",), "there is no other AUV"),
+    Idle(
+        {"auvs.count": (1,), "protocol.ranging": ("owtt_sync",)},
+        ("protocol.positions",),
+        "there is no other AUV",
+    ),
+    Idle(
+        {"environment.current_m_per_s": (0.0,)},
+        ("environment.current_direction_deg",),
+        "there is no mean current",
+    ),
+    Idle(
+        {"environment.current_variation_m_per_s": (0.0,)},
+        ("environment.current_variation_time_s",),
+        "the current does not vary",
+    ),
+    Idle(
+        {
+            "environment.current_m_per_s": (0.0,),
+            "environment.current_variation_m_per_s": (0.0,),
+            "auvs.feedback": ("truth",),
+        },
+        ("navigation.velocity",),
+        "through still water is over ground",
+    ),
+    Idle(
+        {"navigation.filter": ("kalman", "dead_reckoning")},
+        ("navigation.gain",),
+        "fixes are weighed by their covariances, or not at all",
+    ),
+    Idle(
+        {"navigation.filter": ("kalman",)},
+        ("navigation.delay_compensation",),
+        "a fix always speaks of the instant at which it holds",
+    ),
+    Idle(
+        {"navigation.filter": ("fixed_gain", "dead_reckoning")},
+        ("navigation.nis_gate",),
+        "only a filter that weighs refuses fixes",
+    ),
+    Idle(
+        {
+            "navigation.velocity_bias_m_per_s": ((0.0, 0.0),),
+            "navigation.velocity_bias_sd_m_per_s": (0.0,),
+        },
+        ("navigation.bias_frame",),
+        "there is no bias",
+    ),
+    Idle(
+        {
+            "survey.depth_m": (0.0,),
+            "auvs.route.kind": ("lawnmower", "waypoints", "hold"),
+        },
+        ("acoustics.hf.range_metric",),
+        "AUVs at the surface are as far as they look from above",
+    ),
+)
+
+
+def idle_keys(scenario: Scenario) -> Iterator[Problem]:
+    """Yield the keys that somebody has set and that do nothing, each told once."""
+    told: set[str] = set()
+    wholly_dumped = _is_whole(scenario)
+    for rule in RULES:
+        if not all(_value(scenario, key) in values for key, values in rule.mode.items()):
+            continue
+        for key in rule.keys:
+            if key not in told and _is_given(scenario, key, but_defaults=wholly_dumped):
+                told.add(key)
+                yield Problem(key, f"{rule.effect} {_with(scenario, rule)}", tuple(rule.mode))
+
+
+def _with(scenario: Scenario, rule: Idle) -> str:
+    chosen = ", ".join(f"{key}: {plain(_value(scenario, key))}" for key in rule.mode)
+    return f"with {chosen} ({rule.why}); remove it"
+
+
+def _value(scenario: Scenario, key: str) -> Any:
+    """Return the value of a dotted key, of a vehicle its model; None where there is no such key."""
+    value: Any = scenario
+    for name in key.split("."):
+        value = getattr(value, name, None)
+    return value.model if isinstance(value, VehicleChoice) else value
+
+
+def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
+    """Tell whether somebody has set a key; `but_defaults`: to another value than its default."""
+    part: Any = scenario
+    *sections, last = key.split(".")
+    for name in sections:
+        if name not in part.model_fields_set:
+            return False
+        part = getattr(part, name)
+    if last not in part.model_fields_set:
+        return False
+    return not but_defaults or getattr(part, last) != type(part).model_fields[last].default
+
+
+def _is_whole(part: Part) -> bool:
+    """Tell whether every key is set, as where a scenario was written out by the program itself."""
+    values = [getattr(part, name) for name in type(part).model_fields]
+    return part.model_fields_set == set(type(part).model_fields) and all(
+        _is_whole(value) for value in values if isinstance(value, Part)
+    )

@@ -1,0 +1,49 @@
+"""A scenario as it stands in its file, with its warnings at their lines."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..core.plugins import refusal
+from ..scenario.families import plugins_of
+from ..scenario.files.mistakes import Mistake
+from ..scenario.files.plain_yaml import Document
+from ..scenario.files.scenario_file import parsed, place_of, read_text, told_at
+from ..scenario.scenario import Scenario
+from .worth_knowing import cautions
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A scenario as it was read from a file, and what is worth knowing about it, each at its place.
+
+    `about` are the keys of each warning: that at which it is told, and those behind it.
+    `unloaded` are the plug-ins that it names and that were not to be loaded, each at its place.
+    """
+
+    scenario: Scenario
+    warnings: tuple[Mistake, ...]
+    about: tuple[tuple[str, ...], ...]
+    unloaded: tuple[Mistake, ...] = ()
+
+
+def read_scenario(
+    path: str | Path, *, overrides: Sequence[str] = (), allow_plugins: bool = False
+) -> Reading:
+    """Read a scenario file as `load_scenario` does; return its warnings as well.
+
+    Raises:
+        ScenarioError: listing every mistake, when the file cannot be read or used.
+    """
+    path = Path(path)
+    document, scenario = parsed(read_text(path), str(path), overrides, path.parent, allow_plugins)
+    places = {found: told_at(document, found) for found in cautions(scenario)}
+    found = sorted(places, key=lambda it: (places[it].file != str(path), places[it].line))
+    warnings = tuple(Mistake.at(places[it], it.key, it.message) for it in found)
+    unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
+    return Reading(scenario, warnings, tuple((it.key, *it.others) for it in found), unloaded)
+
+
+def _plugins(document: Document, scenario: Scenario) -> Iterator[Mistake]:
+    for key, name in plugins_of(scenario).items():
+        yield Mistake.at(place_of(document, key), key, refusal(name))

@@ -1,0 +1,76 @@
+"""How long the rounds of a scenario's protocol last, from its slots alone: nothing is simulated."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ..protocol.schedules import is_framed
+from ..protocol.slots import Slots, slots_of
+from ..scenario.scenario import Scenario
+
+
+def sequential(slots: Slots, groups: int, fixes: int) -> float:
+    """Return the length (s) of a round whose broadcast follows its pings."""
+    return slots.round_length(groups, fixes)
+
+
+def pipelined_round(slots: Slots, groups: int, fixes: int) -> float:
+    """Return the time (s) between rounds that ping while the one before them is broadcast."""
+    return max(direct_reply(slots, groups), slots.clock.after(0.0, slots.downlink_slot(fixes)))
+
+
+def pipelined_group(slots: Slots, groups: int, fixes: int) -> float:
+    """Return the time (s) between rounds each of whose groups is broadcast as the next one pings.
+
+    The fixes are spread evenly over the groups.
+    """
+    each, more = divmod(fixes, groups)
+    fuller, emptier = (pipelined_round(slots, 1, each + extra) for extra in (1, 0))
+    return more * fuller + (groups - more) * emptier
+
+
+def direct_reply(slots: Slots, groups: int, fixes: int = 0) -> float:
+    """Return the length (s) of a round whose pings are answered at once: that of its slots."""
+    end = 0.0
+    for _ in range(groups):
+        end = slots.clock.after(end, slots.uplink_slot)
+    return end
+
+
+LENGTHS: Mapping[str, Callable[[Slots, int, int], float]] = {
+    policy.__name__: policy
+    for policy in (sequential, pipelined_round, pipelined_group, direct_reply)
+}
+
+
+@dataclass(frozen=True)
+class Rounds:
+    """The rounds of a protocol: their slots and policy, and which ping groups they may have.
+
+    They have `fewest` to `most` groups, together of `auvs` AUVs.  A schedule with frames (`frame`
+    in s, else 0) begins each round with a frame.
+    """
+
+    slots: Slots
+    policy: str
+    fewest: int
+    most: int
+    auvs: int
+    frame: float
+
+    def length(self, groups: int, fixes: int) -> float:
+        """Return the time (s) that a round of some groups and fixes takes."""
+        return LENGTHS[self.policy](self.slots, groups, fixes)
+
+    def period(self, groups: int, fixes: int) -> float:
+        """Return the time (s) from one round to the next: its length, or its frame if longer."""
+        return max(self.length(groups, fixes), self.frame)
+
+
+def rounds_of(scenario: Scenario) -> Rounds:
+    """Return the rounds of a scenario's protocol; a plug-in not loaded yet has no frames."""
+    protocol, count = scenario.protocol, scenario.auvs.count
+    slots = slots_of(scenario)
+    if is_framed(protocol.schedule):
+        return Rounds(slots, protocol.downlink, 1, 1, 1, protocol.frame_s)
+    fewest = count if protocol.schedule == "one_per_slot" else 1
+    return Rounds(slots, protocol.downlink, fewest, count, count, 0.0)

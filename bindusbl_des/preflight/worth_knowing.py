@@ -1,0 +1,206 @@
+"""What a scenario leaves unsaid though it changes the answers: warnings, each with its numbers.
+
+Nothing here is wrong: the mission runs as it is described, but perhaps not as it was meant.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from ..scenario.consistency import FRAMED_SCHEDULES, Problem
+from ..scenario.key_types import Renamed
+from ..scenario.scenario import Scenario
+from .idle_keys import idle_keys
+
+# Vehicles of which the same is to be said are named up to so many.
+MOST_NAMED = 5
+
+# Means over fewer samples than this say little.
+FEWEST_SAMPLES = 10
+
+# Instants at which a track is looked at, to tell for how long it is outside the survey.
+LOOKS = 2001
+
+
+class Caution(Problem):
+    """Something worth knowing about a key: the key, what is to be known, and the keys behind it."""
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.message}"
+
+
+def cautions(scenario: Scenario) -> list[Caution]:
+    """Return what is worth knowing about a scenario before its results are believed.
+
+    >>> small = {"name": "m", "survey": {"side_m": 60}, "acoustics": {"hf": {"range_m": 50}}}
+    >>> print(cautions(Scenario.model_validate(small))[0])  # doctest: +ELLIPSIS
+    asvs.formation.radius_m: is by default hf.range_m + clearance_m = 50 m, ...
+    """
+    return [
+        Caution(*found)
+        for look in (_former_words, _formation, _route, _tracks, _frames, _ticks, _samples)
+        for found in look(scenario)
+    ] + [Caution(*found) for found in idle_keys(scenario)]
+
+
+def _former_words(scenario: Scenario) -> Iterator[Problem]:
+    positions = scenario.protocol.positions
+    if isinstance(positions, Renamed):
+        yield Problem(
+            "protocol.positions",
+            f"{positions.written!r} is the former name of {str(positions)!r}, the last fix as it "
+            "was made; write that, or 'carried_forward' for the fix carried on by planned course "
+            "and speed",
+        )
+
+
+def _formation(scenario: Scenario) -> Iterator[Problem]:
+    asked, count = scenario.asvs.formation, scenario.asvs.count
+    if asked.positions_m is not None or asked.radius_m is not None or count == 1:
+        return
+    radius, edge = scenario.acoustics.hf.range_m + asked.clearance_m, scenario.survey.side_m / 2
+    angles = [math.radians(asked.angle_deg) + math.tau * asv / count for asv in range(count)]
+    beyond = [radius * max(abs(math.cos(a)), abs(math.sin(a))) - edge for a in angles]
+    outside = sum(excess > 1e-9 * radius for excess in beyond)
+    if outside:
+        yield Problem(
+            "asvs.formation.radius_m",
+            f"is by default hf.range_m + clearance_m = {radius:g} m, which puts {outside} of "
+            f"{count} ASVs outside the survey, up to {max(beyond):.3g} m beyond its edge "
+            f"({edge:g} m from the centre); set it to have them elsewhere",
+            ("asvs.formation.clearance_m", "acoustics.hf.range_m", "survey.side_m"),
+        )
+
+
+def _route(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which AUVs have places to go to or to hold outside the survey."""
+    route, edge = scenario.auvs.route, scenario.survey.side_m / 2
+    if route.kind == "hold":
+        key, plans = "positions_m", [[place] for place in route.positions_m]
+    elif route.kind == "waypoints":
+        key, plans = "points_m", [list(points) for points in route.points_m]
+    else:
+        return
+    beyond = {
+        auv: max(max(abs(x), abs(y)) for x, y in plan) - edge for auv, plan in enumerate(plans)
+    }
+    outside = {auv: excess for auv, excess in beyond.items() if excess > 0.0}
+    if outside:
+        yield Problem(
+            f"auvs.route.{key}",
+            f"{_named(list(outside))} outside the survey of {2 * edge:g} m, up to "
+            f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
+            "the survey",
+            ("survey.side_m",),
+        )
+
+
+def _named(auvs: Sequence[int]) -> str:
+    names = [f"AUV{auv}" for auv in auvs[:MOST_NAMED]]
+    if len(auvs) > MOST_NAMED:
+        return f"{', '.join(names)} and {len(auvs) - MOST_NAMED} more are"
+    return f"{', '.join(names)} {'is' if len(auvs) == 1 else 'are'}"
+
+
+def _tracks(scenario: Scenario) -> Iterator[Problem]:
+    route = scenario.auvs.route
+    if route.kind != "track":
+        return
+    import numpy as np  # which other routes do not need
+
+    from ..vehicles.tracks import read_track
+
+    edge, duration = scenario.survey.side_m / 2, scenario.duration_s
+    instants = np.linspace(0.0, duration, LOOKS)
+    late: dict[int, float] = {}
+    early: dict[int, float] = {}
+    outside: dict[int, tuple[float, float]] = {}
+    for auv, file in enumerate(route.files):
+        try:
+            times, places = read_track(file, route.time_offset_s)
+        except ValueError:
+            continue  # which is told as a mistake
+        late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)
+        ways = [np.abs(np.interp(instants, times, places[:, axis])) for axis in (0, 1)]
+        beyond = np.maximum(*ways) - edge
+        outside[auv] = float(beyond.max()), float(np.mean(beyond > 0.0))
+    yield from _standing("begins late", "first", late, duration)
+    yield from _standing("ends early", "last", early, duration)
+    away = {auv: it for auv, it in outside.items() if it[0] > 0.0}
+    for auv, (excess, share) in list(away.items())[:MOST_NAMED]:
+        yield Problem(
+            f"auvs.route.files.{auv}",
+            f"the track of AUV{auv} leaves the survey of {2 * edge:g} m, by up to {excess:.3g} m "
+            f"and for {100 * share:.2g} % of the mission{_more(away)}; slots are made for sound "
+            "that crosses the survey",
+            ("survey.side_m",),
+        )
+
+
+def _standing(what: str, when: str, still: dict[int, float], duration: float) -> Iterator[Problem]:
+    """Yield whose tracks leave them standing still for a while (s), and how long."""
+    found = {auv: time for auv, time in still.items() if time > 0.0}
+    for auv, time in list(found.items())[:MOST_NAMED]:
+        yield Problem(
+            f"auvs.route.files.{auv}",
+            f"the track of AUV{auv} {what}: it lies still for the {when} {time:.4g} s of "
+            f"{duration:g} s ({100 * time / duration:.2g} %){_more(found)}",
+            ("duration_s", "auvs.route.time_offset_s"),
+        )
+
+
+def _more(found: dict[int, object] | dict[int, float] | dict[int, tuple[float, float]]) -> str:
+    left = len(found) - MOST_NAMED
+    return f", as do {left} more" if left > 0 else ""
+
+
+def _frames(scenario: Scenario) -> Iterator[Problem]:
+    protocol = scenario.protocol
+    if protocol.schedule not in FRAMED_SCHEDULES:
+        return
+    from .round_lengths import rounds_of  # brings the whole protocol, which others do not need
+
+    rounds = rounds_of(scenario)
+    frame, count = protocol.frame_s, scenario.auvs.count
+    empty, full = rounds.length(1, 0), rounds.length(1, 1)
+    if full <= frame:
+        return
+    if empty > frame:
+        consequence = (
+            f"which has no effect: each AUV pings every {count * empty:.4g} s, not every "
+            f"{count * frame:.4g} s; a frame needs at least {full:.4g} s"
+        )
+    else:
+        consequence = f"the others {empty:.4g} s: after a fix the next frame begins late"
+    yield Problem(
+        "protocol.frame_s",
+        f"a round with a fix takes {full:.4g} s, longer than the frame of {frame:g} s, "
+        f"{consequence}",
+        ("protocol.downlink", "survey.side_m", "protocol.schedule"),
+    )
+
+
+def _ticks(scenario: Scenario) -> Iterator[Problem]:
+    rate = scenario.protocol.tick_rate_hz
+    if rate is None or rate >= 1.0:
+        return
+    from .round_lengths import rounds_of
+
+    slot = rounds_of(scenario).slots.uplink_slot
+    if slot * rate < 1.0:
+        yield Problem(
+            "protocol.tick_rate_hz",
+            f"ticks of {1 / rate:.4g} s make the uplink slot of {slot:.3g} s as long as a tick",
+        )
+
+
+def _samples(scenario: Scenario) -> Iterator[Problem]:
+    count = max(1, math.ceil(scenario.duration_s * scenario.record.metrics_hz))
+    if count < FEWEST_SAMPLES:
+        instants = "1 instant" if count == 1 else f"{count} instants"
+        yield Problem(
+            "record.metrics_hz",
+            f"time means are of {instants} ({scenario.duration_s:g} s x "
+            f"{scenario.record.metrics_hz:g} Hz), the first of them at the start, where nothing "
+            "has drifted yet",
+            ("duration_s",),
+        )

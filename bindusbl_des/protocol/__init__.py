@@ -1,0 +1,1 @@
+"""Who sounds when: slots, schedules, both bands, and the rounds that the fleet runs through."""

@@ -1,0 +1,114 @@
+"""What the surface fleet does with the pings it has heard: collect them, or answer at once."""
+
+from functools import partial
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from ..records.columns import (
+    ARRIVED_AT,
+    AT_ASV,
+    END,
+    FIRST,
+    FUSED,
+    FUSED_END,
+    OUTCOME,
+    POSITION,
+    ROUND,
+)
+from ..records.events import HEARD, IN_FLIGHT, Broadcast
+from ..records.recorder import Recorder
+from .downlink import MfDownlink
+from .uplink import Uplink
+
+
+class Frame:
+    """The fixes that one broadcast carries: rows of the record."""
+
+    def __init__(self, record: Recorder, rows: range) -> None:
+        self.rows, self._record = rows, record
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def _fixes(self) -> NDArray[np.float64]:
+        return self._record.fixes.array[self.rows.start : self.rows.stop]
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """x, y, z (m) of each fix, shape (k, 3)."""
+        return self._fixes[:, POSITION : POSITION + 3]
+
+    def hearers(self, asvs: int) -> NDArray[np.bool_]:
+        """Return whose measurements were fused for each fix, shape (k, `asvs`)."""
+        fused = np.zeros((len(self.rows), asvs), dtype=np.bool_)
+        if len(self.rows):
+            bounds = self._fixes[:, (FUSED, FUSED_END)].astype(np.intp)
+            begin = int(bounds[:, 0].min())
+            receptions = self._record.receptions.array[begin : int(bounds[:, 1].max())]
+            heard = np.flatnonzero(receptions[:, OUTCOME] == HEARD)
+            first, end = np.searchsorted(heard, bounds - begin).T
+            before = np.repeat(np.cumsum(end - first) - end, end - first)
+            rows = heard[np.arange(len(before)) - before]
+            fix = np.repeat(np.arange(len(bounds)), end - first)
+            fused[fix, receptions[rows, AT_ASV].astype(np.intp)] = True
+        return fused
+
+
+class Board:
+    """The fleet's shared board: pings wait here for the next broadcast."""
+
+    def __init__(self, uplink: Uplink, record: Recorder) -> None:
+        self._uplink, self._record = uplink, record
+
+    def expect(self, pings: range) -> None:
+        """Wait until pings have passed every ASV in range, which measure them together."""
+
+    def take(self, time: float) -> Frame:
+        """Return the fixes of all pings that have been heard by an instant (s); clear the board."""
+        return Frame(self._record, self._uplink.decide_passed(time))
+
+
+class ReplyBoard:
+    """No waiting: the first ASV that decodes a ping answers it with a fix of its own.
+
+    The answer sets out `after` (s) the ping's front has arrived.  0 is what the paper's latencies
+    need, although nobody can have decoded the ping by then; its duration is the earliest in truth.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        uplink: Uplink,
+        downlink: MfDownlink,
+        record: Recorder,
+        after: float,
+    ) -> None:
+        self._env, self._uplink, self._downlink, self._record = env, uplink, downlink, record
+        self._after = after
+
+    def expect(self, pings: range) -> None:
+        """Wait for each ping at each ASV in range by itself."""
+        receptions = self._record.receptions.array
+        for ping in pings:
+            for row in range(*self._record.pings.array[ping, [FIRST, END]].astype(int)):
+                if receptions[row, OUTCOME] == IN_FLIGHT:
+                    ends = receptions[row, ARRIVED_AT] + self._uplink.ping_duration
+                    event = self._env.timeout(max(float(ends) - self._env.now, 0.0))
+                    event.callbacks.append(partial(self._hear, ping, row))
+
+    def _hear(self, ping: int, row: int, _: simpy.Event) -> None:
+        """Answer a ping when it has just been heard for the first time."""
+        if self._uplink.decide(ping, row):
+            fix, reception = self._record.fixes.count - 1, self._record.receptions.array[row]
+            asv, time = int(reception[AT_ASV]), float(reception[ARRIVED_AT]) + self._after
+            number = int(self._record.pings.array[ping, ROUND])
+            self._record.broadcasts.append(Broadcast(number, asv, time, 0.0, 0, 1))
+            self._record.rounds[number].fixes += 1
+            self._downlink.reply(fix, asv, time)
+
+    def take(self, time: float) -> Frame:
+        """Return no fixes: none has to wait."""
+        return Frame(self._record, range(0))

@@ -1,0 +1,147 @@
+"""The MF band: a frame of fixes travels from one ASV to every AUV in range."""
+
+import math
+from functools import partial
+
+import numpy as np
+import simpy
+
+from ..acoustics.propagation import arrivals
+from ..acoustics.travel_time import travel_time
+from ..core.clock import Clock
+from ..core.compiled import compiled
+from ..navigation.navigators import Navigator
+from ..records.columns import (
+    ARRIVES_AT,
+    AUV_OF_FIX,
+    BROADCAST_AT,
+    BROADCAST_BY,
+    DELIVERED_AT,
+    LATENCY,
+    OUTCOME_OF_FIX,
+    PINGED_AT,
+)
+from ..records.events import DELIVERED, IN_FLIGHT
+from ..records.recorder import Recorder
+from ..vehicles.fleet import Fleet
+from ..vehicles.motion import Floats, Ints, where
+
+# Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
+NEARLY_THERE = 0.98
+
+
+class MfDownlink:
+    """The MF downlink: a fix is delivered when its frame has reached the AUV, or never."""
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        auvs: Fleet,
+        asvs: Fleet,
+        navigator: Navigator,
+        record: Recorder,
+        *,
+        mf_range: float,
+        sound_speed: float,
+        clock: Clock,
+    ) -> None:
+        self._env, self._auvs, self._asvs, self._fixes = env, auvs, asvs, record.fixes
+        self._navigator, self._clock, self._sound_speed = navigator, clock, sound_speed
+        self._limits = mf_range, sound_speed, clock.rate
+        self._undelivered = 0  # fixes before this one are delivered, or never will be
+        self._due = np.empty(0, dtype=np.int64)
+
+    def send(self, rows: range, asv: int, time: float, airtime: float) -> None:
+        """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
+        if not rows:
+            return
+        self._auvs.reach(time)
+        last = arrivals(
+            self._fixes.array, rows.start, rows.stop, asv, time, airtime, self._auvs.foreseen,
+            *self._limits, *self._auvs.motion, *self._asvs.motion,
+        )  # fmt: skip
+        if last >= 0.0:
+            self._deliver_at(last)
+        elif not self._auvs.foreseen:  # they steer meanwhile by other fixes
+            event = self._env.timeout(airtime)
+            event.callbacks.append(partial(self._leave, rows, asv, time, airtime))
+
+    def _leave(self, rows: range, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
+        """Let the end of a frame set out to AUVs that have moved since the frame began."""
+        ends = time + airtime
+        vessel = where(*self._asvs.motion, asv, ends)
+        for fix in rows:
+            auv, outcome = self._fixes.array[fix, [AUV_OF_FIX, OUTCOME_OF_FIX]].astype(int)
+            if outcome == IN_FLIGHT:
+                place = self._auvs.vehicles[auv].at(ends)
+                event = self._env.timeout(
+                    NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
+                )
+                event.callbacks.append(partial(self._arrive, fix, asv, time, airtime))
+
+    def _arrive(self, fix: int, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
+        """Find the exact arrival when it is near: who steers by fixes has no sure future."""
+        travel = self._travel(asv, fix, time + airtime)
+        self._expect(fix, self._clock.after(time, airtime + travel))
+
+    def _travel(self, asv: int, fix: int, time: float) -> float:
+        """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix."""
+        vessel = self._asvs.vehicles[asv].at(time)
+        auv = self._auvs.vehicles[int(self._fixes.array[fix, AUV_OF_FIX])]
+        return travel_time(vessel, auv.at, time, self._sound_speed)
+
+    def reply(self, fix: int, asv: int, time: float) -> None:
+        """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
+        row = self._fixes.array[fix]
+        row[BROADCAST_AT], row[BROADCAST_BY] = time, asv
+        pinged_at = float(row[PINGED_AT])
+        two_way = time - pinged_at + self._travel(asv, fix, time)
+        self._expect(fix, self._clock.after(pinged_at, two_way))
+
+    def _expect(self, fix: int, instant: float) -> None:
+        """Let an AUV have a fix at an instant (s), but not before now."""
+        self._fixes.array[fix, ARRIVES_AT] = max(instant, self._env.now)
+        self._deliver_at(max(instant, self._env.now))
+
+    def _deliver_at(self, instant: float) -> None:
+        event = self._env.timeout(max(instant - self._env.now, 0.0))
+        event.callbacks.append(lambda _: self.deliver(instant))
+
+    def deliver(self, time: float) -> None:
+        """Let AUVs have every fix that has reached them by an instant (s)."""
+        fixes = self._fixes
+        waiting = fixes.count - self._undelivered
+        if waiting > len(self._due):
+            self._due = np.empty(2 * waiting, dtype=np.int64)
+        self._auvs.reach(time)  # up to now AUVs have steered without these fixes
+        count, self._undelivered = delivered(
+            fixes.array, self._undelivered, fixes.count, time, self._due
+        )
+        if count:
+            self._navigator.correct(fixes.array, self._due[:count])
+
+
+@compiled
+def delivered(fixes: Floats, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
+    """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
+
+    They stand there in the order of their arrival.  Return how many there are, and the first row
+    that is still under way.
+    """
+    count, waiting = 0, end
+    for row in range(first, end):
+        line = fixes[row]
+        if line[OUTCOME_OF_FIX] != IN_FLIGHT:
+            continue
+        if line[ARRIVES_AT] <= time:
+            line[DELIVERED_AT], line[OUTCOME_OF_FIX] = line[ARRIVES_AT], DELIVERED
+            line[LATENCY] = line[ARRIVES_AT] - line[PINGED_AT]
+            place = count
+            while place > 0 and fixes[due[place - 1], ARRIVES_AT] > line[ARRIVES_AT]:
+                due[place] = due[place - 1]
+                place -= 1
+            due[place] = row
+            count += 1
+        elif waiting == end:
+            waiting = row
+    return count, waiting

@@ -1,0 +1,78 @@
+"""The network of a mission: both bands, and the surface fleet that schedules and broadcasts."""
+
+import math
+from dataclasses import dataclass, field
+
+import simpy
+from numpy.random import Generator
+
+from ..records.recorder import Recorder
+from ..vehicles.fleet import Fleet
+from ..vehicles.motion import places
+from .boards import Board, Frame, ReplyBoard
+from .broadcasters import Choice
+from .chart import Chart
+from .conflicts import Array, hearing, survey
+from .downlink import MfDownlink
+from .ranging import OneWay, TwoWay
+from .schedules import Schedule, View
+from .slots import Slots
+from .uplink import Uplink
+
+
+@dataclass
+class Network:
+    """What the protocol runs on: slots and bands, who decides what, and what the fleet knows.
+
+    `policy` names the downlink; rounds start every `frame` (s), or as soon as they can if it is 0.
+    A `chart` tells where the fleet believes the AUVs to be; without one it knows.
+    """
+
+    env: simpy.Environment
+    slots: Slots
+    auv_fleet: Fleet
+    asv_fleet: Fleet
+    record: Recorder
+    board: Board | ReplyBoard
+    uplink: Uplink
+    downlink: MfDownlink
+    ranging: OneWay | TwoWay
+    policy: str
+    frame: float
+    schedule: Schedule
+    schedule_draw: Generator
+    broadcaster: Choice
+    broadcaster_draw: Generator
+    chart: Chart | None
+    downlink_free_at: float = 0.0
+    _fixes_plotted: int = field(default=0, init=False)
+
+    def view(self, round_number: int, time: float) -> View:
+        """Return what the fleet knows when it schedules a round."""
+        asvs, hf_range, metric = self.asv_fleet.motion, self.uplink.hf_range, self.uplink.metric
+        if self.chart is None:
+            self.auv_fleet.reach(time)
+            seen = survey(self.auv_fleet.motion, asvs, time, hf_range, metric)
+        else:
+            plot, own = self._plotted(self.chart, time), places(asvs, time)[:, :3]
+            seen = plot, own, hearing(plot, own, hf_range, metric)
+        return View(round_number, time, *seen, hf_range, metric, self.schedule_draw)
+
+    def _plotted(self, chart: Chart, time: float) -> Array:
+        """Return where the fleet believes the AUVs to be, by all fixes made so far."""
+        chart.note(self.record.fixes.rows[self._fixes_plotted :])
+        self._fixes_plotted = self.record.fixes.count
+        return chart.at(time)
+
+    def next_broadcaster(self, frame: Frame, time: float) -> int:
+        """Choose the ASV of the next broadcast."""
+        number = len(self.record.broadcasts)
+        return self.broadcaster(number, frame, self.asv_fleet, time, self.broadcaster_draw)
+
+    def close(self, time: float) -> None:
+        """Settle what is under way as the mission ends at an instant (s)."""
+        before_the_end = math.nextafter(time, 0.0)
+        self.board.take(before_the_end)  # pings that were heard but not broadcast any more
+        self.uplink.close(time)
+        self.ranging.close()
+        self.downlink.deliver(before_the_end)

@@ -1,0 +1,105 @@
+"""How a ping comes about: on the AUV's own clock, or in answer to an interrogation."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+import simpy
+
+from ..records.columns import CALL, CALL_TIME, CALLED_AT
+from ..records.events import HEARD, IN_FLIGHT
+from ..scenario.scenario import Scenario
+from ..vehicles.fleet import Fleet
+from ..vehicles.motion import SPEED, Floats, Ints
+from .boards import Board, ReplyBoard
+from .schedules import View
+from .uplink import Uplink
+
+
+class OneWay:
+    """Synchronised clocks: AUVs ping on time, the one-way travel time is the range (owtt_sync)."""
+
+    def __init__(self, uplink: Uplink, board: Board | ReplyBoard) -> None:
+        self._uplink, self._board = uplink, board
+
+    def ping(
+        self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
+    ) -> None:
+        """Let a group of AUVs ping at the start of its slot, wherever the fleet believes them."""
+        self._board.expect(self._uplink.send(round_number, slot, group, time))
+
+    def close(self) -> None:
+        """End the mission; nobody waits for anything."""
+
+
+class TwoWay:
+    """No clocks: at the start of its slot each AUV is called by an ASV, and answers what it hears.
+
+    The nearest ASV calls, as far as the fleet knows, be the AUV within its range or not; who calls
+    several names them in one call.  The AUV answers as soon as it has heard the call and turned
+    about.  All ASVs that hear the answer measure it.  An AUV that hears no call does not ping: its
+    turn is recorded with what became of the call.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        uplink: Uplink,
+        board: Board | ReplyBoard,
+        *,
+        turnaround: float,
+    ) -> None:
+        self._env, self._uplink, self._board = env, uplink, board
+        self._answer_delay = uplink.ping_duration + turnaround
+        self._waiting: dict[tuple[int, int, int], Floats] = {}  # calls not yet answered
+
+    def ping(
+        self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
+    ) -> None:
+        """Call the AUVs of a group at the start of its slot; each pings when it has heard that."""
+        callers = nearest(view, group)
+        for auv, call in zip(group, self._uplink.call(group, callers, time), strict=True):
+            if call[CALL - CALLED_AT] != HEARD:
+                self._uplink.send(round_number, slot, [auv], time, call)
+                continue
+            self._waiting[round_number, slot, auv] = call
+            answers_at = time + call[CALL_TIME - CALLED_AT] + self._answer_delay
+            event = self._env.timeout(max(answers_at - self._env.now, 0.0))
+            event.callbacks.append(partial(self._answer, (round_number, slot, auv), answers_at))
+
+    def _answer(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
+        call = self._waiting.pop(turn)
+        self._board.expect(self._uplink.send(turn[0], turn[1], [turn[2]], time, call))
+
+    def close(self) -> None:
+        """End the mission; record the calls that AUVs have not answered by now."""
+        for (round_number, slot, auv), call in self._waiting.items():
+            call[CALL - CALLED_AT] = IN_FLIGHT
+            self._uplink.send(round_number, slot, [auv], float(call[0]), call)
+
+
+def nearest(view: View, group: Sequence[int]) -> Ints:
+    """Return for each AUV of a group the ASV nearest to where the fleet believes it, shape (n,)."""
+    away = view.auvs[list(group), None, :2] - view.asvs[None, :, :2]
+    return np.asarray((away**2).sum(axis=2).argmin(axis=1), dtype=np.int64)
+
+
+def strayed(scenario: Scenario, auvs: Fleet) -> Floats:
+    """Return how far AUVs go between a call and its answer, as far as the fleet knows, (n,), m2.
+
+    That is the variance along any level direction of the way in a ping and a turnaround, at the
+    planned speed on an unknown course: none for those that hold, the fastest leg of a track.  A
+    current adds its own way to that of vehicles that drift with it.
+    """
+    protocol, water = scenario.protocol, scenario.environment
+    speed = np.full(len(auvs), scenario.auvs.speed_m_per_s)
+    if scenario.auvs.route.kind == "hold":
+        speed[:] = 0.0
+    elif scenario.auvs.route.kind == "track":
+        table, first, _ = auvs.motion
+        speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
+    drift = 0.0
+    if scenario.auvs.vehicle.has_dynamics:
+        drift = water.current_m_per_s**2 + 2 * water.current_variation_m_per_s**2
+    lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
+    return np.asarray((speed**2 + drift) * lasts**2 / 2)

@@ -1,0 +1,157 @@
+"""Who pings when: the ping groups of a round.
+
+A schedule is a function from what the fleet knows (:class:`View`) to ping groups: lists of AUV
+numbers that ping in the same slot, in the order of the slots.  A schedule whose attribute `framed`
+is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name one of one's own as
+``module:object``.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.plugins import PluginError, asked, load, loaded
+from ..core.wording import shortened
+from ..scenario.consistency import FRAMED_SCHEDULES
+from ..scenario.families import SCHEDULE
+from .colouring import dsatur_groups, greedy_groups
+from .conflicts import Hearing, conflict_graph
+
+Array = NDArray[np.float64]
+Groups = Sequence[Sequence[int]]
+
+
+@dataclass
+class View:
+    """What the surface fleet knows when it schedules a round.
+
+    `auvs` (n, 3) are the AUV positions it believes and `asvs` (m, 3) its own (m); `heard` tells who
+    is within HF range of whom (AUVs, ASVs); `random` is a stream of the schedule's own.
+    `conflicts` is the conflict graph of the AUVs.
+    """
+
+    round: int
+    time: float
+    auvs: Array
+    asvs: Array
+    heard: Hearing
+    hf_range: float
+    range_metric: str
+    random: np.random.Generator
+
+    @cached_property
+    def conflicts(self) -> "nx.Graph[int]":
+        """The conflict graph; of a large fleet it is large, so only made when asked for."""
+        return conflict_graph(self.heard)
+
+
+Schedule = Callable[[View], Groups]
+
+
+def spatial_reuse(view: View) -> Groups:
+    """Let AUVs without a common listener ping together, coloured greedily (the paper)."""
+    return greedy_groups(view.heard)
+
+
+def dsatur(view: View) -> Groups:
+    """Let AUVs without a common listener ping together, coloured by DSATUR."""
+    return dsatur_groups(view.heard)
+
+
+def one_per_slot(view: View) -> Groups:
+    """Give every AUV a slot of its own: TDMA without spatial reuse."""
+    return [[auv] for auv in range(len(view.auvs))]
+
+
+def round_robin(view: View) -> Groups:
+    """Give every frame to one AUV, in turn."""
+    return [[view.round % len(view.auvs)]]
+
+
+def random(view: View) -> Groups:
+    """Give every frame to an AUV drawn by lot."""
+    return [[int(view.random.integers(len(view.auvs)))]]
+
+
+SCHEDULES: dict[str, Schedule] = {
+    function.__name__: function
+    for function in (spatial_reuse, dsatur, one_per_slot, round_robin, random)
+}
+
+
+def is_framed(name: str) -> bool:
+    """Tell whether the rounds of a schedule start on frames; one not loaded yet is not asked."""
+    own = loaded(name)
+    return name in FRAMED_SCHEDULES or asked(
+        SCHEDULE.key, name, lambda: bool(getattr(own, "framed", False))
+    )
+
+
+def schedule_named(name: str) -> Schedule:
+    """Return a schedule by its name in the scenario; one's own is named ``module:object``.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+    """
+    if name in SCHEDULES:
+        return SCHEDULES[name]
+    return OwnSchedule(name, load(SCHEDULE, name))
+
+
+@dataclass(frozen=True)
+class OwnSchedule:
+    """A schedule of somebody's own: each of its rounds is checked."""
+
+    name: str
+    schedule: Schedule
+
+    def __call__(self, view: View) -> Groups:
+        """Return the ping groups of a round.
+
+        Raises:
+            PluginError: when it raises anything, or what it returns is no round.
+        """
+        when = f" in round {view.round}"
+        groups = asked(SCHEDULE.key, self.name, self.schedule, view, when=when)
+        # Lists may be made as they are read, so they are read as it is asked.
+        plain = asked(SCHEDULE.key, self.name, _as_lists, groups, when=when)
+        if plain is None:
+            said = asked(SCHEDULE.key, self.name, repr, groups, when=when)
+            raise PluginError(
+                SCHEDULE.key,
+                f"{self.name!r} returned {shortened(' '.join(said.split()))}{when}; a round is a "
+                "list of groups, each a list of whole AUV numbers",
+            )
+        return self._checked(plain, len(view.auvs), when)
+
+    def _checked(self, groups: list[list[int]], auvs: int, when: str) -> Groups:
+        """Refuse groups that break the rules of a round."""
+        flat = [auv for group in groups for auv in group]
+        if not groups or len(set(flat)) != len(flat) or not set(flat) <= set(range(auvs)):
+            raise PluginError(
+                SCHEDULE.key,
+                f"{self.name!r} returned {shortened(str(groups))}{when}; a round needs at least "
+                f"one group, and each of the AUVs 0..{auvs - 1} at most once",
+            )
+        return groups
+
+
+def _as_lists(groups: Any) -> list[list[int]] | None:
+    """Return ping groups as lists of int; None for what is none, such as [[0.7]] or [[True]]."""
+    if not isinstance(groups, Iterable):
+        return None
+    lists: list[list[Any]] = [
+        list(group) if isinstance(group, Iterable) else [None] for group in groups
+    ]
+    if not all(_is_whole(auv) for group in lists for auv in group):
+        return None
+    return [[int(auv) for auv in group] for group in lists]
+
+
+def _is_whole(auv: Any) -> bool:
+    return isinstance(auv, int | np.integer) and not isinstance(auv, bool)

@@ -1,0 +1,136 @@
+"""How long the slots of the TDMA protocol last.
+
+All guards are counted in acoustic crossing times of the survey, so that the protocol stays valid
+as the survey grows (paper, section TDMA Acoustic Protocol).
+"""
+
+import math
+from dataclasses import dataclass
+
+from ..core.clock import Clock, ExactClock, TickClock
+from ..scenario.scenario import Scenario
+
+# eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
+UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5
+DOWNLINK_GUARD, SHORTEST_DOWNLINK = 1.25, 10.0
+
+
+def crossing_time(side: float, sound_speed: float = 1500.0) -> float:
+    """Return the time t_C (s) that sound takes to cross the survey (eq. t_cross).
+
+    >>> crossing_time(60)
+    0.04
+    """
+    return side / sound_speed
+
+
+def longest_way(hf_range: float, depth: float, metric: str) -> float:
+    """Return the longest way (m) of a ping that is heard, from a depth (m) to the surface.
+
+    A horizontal range says nothing of the depth: sound takes the slant way.
+
+    >>> longest_way(40.0, 30.0, "horizontal"), longest_way(40.0, 30.0, "slant")
+    (50.0, 40.0)
+    """
+    return math.hypot(hf_range, depth) if metric == "horizontal" else hf_range
+
+
+def uplink_slot(ping_duration: float, longest_travel_time: float, crossing: float) -> float:
+    """Return the slot T_UL (s) that holds a ping, its way and its echoes (eq. UL_slot).
+
+    >>> round(uplink_slot(0.010, 50 / 1500, crossing_time(140)), 6)
+    0.233333
+    """
+    guarded = ping_duration + longest_travel_time + UPLINK_GUARD * crossing
+    return max(guarded, SHORTEST_UPLINK * crossing)
+
+
+def two_way_uplink_slot(
+    ping_duration: float, longest_travel_time: float, turnaround: float, crossing: float
+) -> float:
+    """Return the slot (s) that holds an interrogation, its reply and the echoes (ranging twtt)."""
+    return uplink_slot(2 * ping_duration + turnaround, 2 * longest_travel_time, crossing)
+
+
+def payload_bytes(fix_count: int, header: int = 8, record: int = 16) -> int:
+    """Return the bytes of a broadcast of `fix_count` fixes (eq. payload).
+
+    >>> payload_bytes(3)
+    56
+    """
+    return header + fix_count * record
+
+
+def airtime(size_bytes: int, bit_rate: float = 2000.0, overhead: float = 2.0) -> float:
+    """Return how long (s) a payload occupies the downlink, T_tx (eq. Ttx).
+
+    >>> airtime(payload_bytes(3))
+    0.448
+    """
+    return size_bytes * 8 * overhead / bit_rate
+
+
+def downlink_slot(frame_airtime: float, crossing: float) -> float:
+    """Return the slot T_DL (s) that holds a broadcast and its guard (eq. DL_slot).
+
+    >>> round(downlink_slot(0.448, crossing_time(60)), 6)
+    0.498
+    """
+    return max(frame_airtime + DOWNLINK_GUARD * crossing, SHORTEST_DOWNLINK * crossing)
+
+
+@dataclass(frozen=True)
+class Slots:
+    """Every duration of the protocol for one survey, derived once and configured nowhere else."""
+
+    crossing_time: float
+    ping_duration: float
+    longest_travel_time: float
+    uplink_slot: float
+    header_bytes: int
+    fix_bytes: int
+    bit_rate: float
+    overhead: float
+    clock: Clock
+
+    def payload_bytes(self, fix_count: int) -> int:
+        """Return the bytes of a broadcast of `fix_count` fixes."""
+        return payload_bytes(fix_count, self.header_bytes, self.fix_bytes)
+
+    def airtime(self, fix_count: int) -> float:
+        """Return the airtime T_tx (s) of a broadcast of `fix_count` fixes."""
+        return airtime(self.payload_bytes(fix_count), self.bit_rate, self.overhead)
+
+    def downlink_slot(self, fix_count: int) -> float:
+        """Return the downlink slot T_DL (s) for a broadcast of `fix_count` fixes."""
+        return downlink_slot(self.airtime(fix_count), self.crossing_time)
+
+    def round_length(self, groups: int, fix_count: int) -> float:
+        """Return the length (s) of a sequential round on this clock."""
+        end = 0.0
+        for _ in range(groups):
+            end = self.clock.after(end, self.uplink_slot)
+        return self.clock.after(end, self.downlink_slot(fix_count))
+
+
+def clock_of(scenario: Scenario) -> Clock:
+    """Return the clock on which slots start and fixes are delivered."""
+    rate = scenario.protocol.tick_rate_hz
+    return ExactClock() if rate is None else TickClock(rate)
+
+
+def slots_of(scenario: Scenario) -> Slots:
+    """Derive every duration of the protocol from the survey and the bands."""
+    sound_speed = scenario.environment.sound_speed_m_per_s
+    hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
+    crossing = crossing_time(scenario.survey.side_m, sound_speed)
+    longest = longest_way(hf.range_m, scenario.survey.depth_m, hf.range_metric) / sound_speed
+    slot = (
+        uplink_slot(hf.ping_s, longest, crossing)
+        if scenario.protocol.ranging == "owtt_sync"
+        else two_way_uplink_slot(hf.ping_s, longest, scenario.protocol.turnaround_s, crossing)
+    )
+    return Slots(
+        crossing, hf.ping_s, longest, slot, mf.header_bytes, mf.fix_bytes, mf.bit_rate_bps,
+        mf.overhead, clock_of(scenario),
+    )  # fmt: skip

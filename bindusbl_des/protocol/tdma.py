@@ -1,0 +1,129 @@
+"""The TDMA protocol: AUVs ping in groups on HF, then an ASV broadcasts their fixes on MF.
+
+``serve`` is the process that runs through the mission.  Each downlink policy below is one round as
+its timeline reads; all return the instant at which the next round may start.
+"""
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from itertools import count
+
+import simpy
+
+from ..records.events import Broadcast, Round
+from .colouring import conflict_count
+from .network import Network
+from .schedules import Groups, View
+
+Steps = Generator[simpy.Event, None, float]
+
+
+@dataclass(slots=True)
+class Turn:
+    """A round under way: its row in the record, its ping groups, one for each slot, and what the
+    fleet knew when it began.
+    """
+
+    row: Round
+    groups: Groups
+    view: View
+
+
+def serve(network: Network) -> Generator[simpy.Event, None, None]:
+    """Serve the AUVs round after round, from the start of the mission to its end."""
+    time = 0.0
+    for number in count():
+        if network.frame:
+            time = yield from frame_start(network, number, time)
+        # Positions have changed since the last downlink, and with them the conflict graph.
+        view = network.view(number, time)
+        groups = network.schedule(view)
+        turn = Turn(Round(number, time, len(groups), conflict_count(view.heard)), groups, view)
+        network.record.rounds.append(turn.row)
+        time = yield from DOWNLINKS[network.policy](network, turn, time)
+
+
+def sequential(network: Network, turn: Turn, time: float) -> Steps:
+    """All groups ping; then the fixes of the round are broadcast; then the next round starts."""
+    for slot in range(len(turn.groups)):
+        time = yield from uplink_slot(network, turn, slot, time)
+    broadcast(network, turn, time)
+    return (yield from downlink_free(network, time))
+
+
+def pipelined_round(network: Network, turn: Turn, time: float) -> Steps:
+    """All groups ping; their fixes are broadcast while the next round pings."""
+    for slot in range(len(turn.groups)):
+        time = yield from uplink_slot(network, turn, slot, time)
+    time = yield from downlink_free(network, time)
+    broadcast(network, turn, time)
+    return time
+
+
+def pipelined_group(network: Network, turn: Turn, time: float) -> Steps:
+    """Each group's fixes are broadcast while the next group pings."""
+    for slot in range(len(turn.groups)):
+        time = yield from uplink_slot(network, turn, slot, time)
+        time = yield from downlink_free(network, time)
+        broadcast(network, turn, time)
+    return time
+
+
+def direct_reply(network: Network, turn: Turn, time: float) -> Steps:
+    """All groups ping; the ASV that hears a ping first answers it at once (conventional USBL)."""
+    for slot in range(len(turn.groups)):
+        time = yield from uplink_slot(network, turn, slot, time)
+    turn.row.downlink_s = 0.0
+    return time
+
+
+DOWNLINKS: dict[str, Callable[[Network, Turn, float], Steps]] = {
+    policy.__name__: policy
+    for policy in (sequential, pipelined_round, pipelined_group, direct_reply)
+}
+
+
+def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
+    """Let one ping group ping and wait for the end of its slot (eq. UL_slot, UL_tick)."""
+    network.ranging.ping(turn.row.round, slot, turn.groups[slot], time, turn.view)
+    ends = network.slots.clock.after(time, network.slots.uplink_slot)
+    yield until(network, ends)
+    turn.row.uplink_s = ends - turn.row.started_at_s
+    return ends
+
+
+def broadcast(network: Network, turn: Turn, time: float) -> None:
+    """Let one ASV broadcast every fix made since the last broadcast; none still costs a header."""
+    slots, clock = network.slots, network.slots.clock
+    frame = network.board.take(time)
+    asv, fixes = network.next_broadcaster(frame, time), len(frame)
+    airtime = slots.airtime(fixes)
+    network.record.broadcasts.append(
+        Broadcast(turn.row.round, asv, time, airtime, slots.payload_bytes(fixes), fixes)
+    )
+    network.downlink.send(frame.rows, asv, time, airtime)
+    network.downlink_free_at = clock.after(time, slots.downlink_slot(fixes))
+    turn.row.downlink_s = (turn.row.downlink_s or 0.0) + network.downlink_free_at - time
+    turn.row.fixes += fixes
+
+
+def downlink_free(network: Network, time: float) -> Steps:
+    """Wait until the downlink slot of the last broadcast is over (eq. DL_slot)."""
+    free_at = max(time, network.downlink_free_at)
+    if free_at > time:
+        yield until(network, free_at)
+    return free_at
+
+
+def frame_start(network: Network, number: int, time: float) -> Steps:
+    """Wait for the round's frame."""
+    starts = network.slots.clock.after(0.0, number * network.frame)
+    if starts > time:
+        yield until(network, starts)
+    return max(time, starts)
+
+
+def until(network: Network, instant: float) -> simpy.Timeout:
+    """Return the event of an instant (s) that is not past."""
+    now = network.env.now
+    return network.env.timeout(instant - now if instant > now else 0.0)

@@ -1,0 +1,1 @@
+"""What the paper leaves open: its readings, how each changes the numbers, which agree best."""

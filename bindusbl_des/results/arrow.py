@@ -1,0 +1,119 @@
+"""Columns of Arrow tables, from numpy and back, without pandas or Arrow's compute library.
+
+`pyarrow.array` loads pandas to see whether it was given a Series, a cast loads the compute library:
+half a second in every run and every worker.
+"""
+
+from collections.abc import Sequence
+from math import isnan
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from ..core.compiled import compiled
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Ends = NDArray[np.int32]
+Bytes = NDArray[np.uint8]
+
+
+def named(values: Floats, names: Sequence[str]) -> pa.Array:
+    """Return the names that numbers count in, as Arrow strings; NaN becomes null."""
+    encoded = [name.encode() for name in names]
+    letters = np.array(encoded or [b"-"])
+    width = letters.dtype.itemsize
+    ends = np.zeros(len(values) + 1, dtype=np.int32)
+    text = np.empty(len(values) * width, dtype=np.uint8)
+    spelt = letters.view(np.uint8).reshape(-1, width)
+    length = _spell(values, spelt, np.array(list(map(len, encoded)), dtype=np.int64), ends, text)
+    return _string_array(np.isnan(values), ends, text[:length])
+
+
+@compiled
+def _spell(values: Floats, spelt: Bytes, lengths: Ints, ends: Ends, text: Bytes) -> int:
+    """Write names one after the other, and where each ends; return how long the text is."""
+    length = 0
+    for k in range(values.size):
+        if not isnan(values[k]):
+            name = int(values[k])
+            for letter in range(lengths[name]):
+                text[length + letter] = spelt[name, letter]
+            length += lengths[name]
+        ends[k + 1] = length
+    return length
+
+
+def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
+    """Return numbers or strings as an Arrow array; None and NaN become null."""
+    if kind == pa.string():
+        return _strings(list(values))
+    numbers, missing = _numbers(values, kind.to_pandas_dtype())
+    data = np.packbits(numbers, bitorder="little") if kind == pa.bool_() else numbers
+    validity = None if missing is None else _validity(missing)
+    return pa.Array.from_buffers(kind, len(numbers), [validity, pa.py_buffer(data)])
+
+
+def _numbers(
+    values: NDArray[Any] | Sequence[Any], kind: Any
+) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
+    """Return values as an array of a kind, and which of them are missing if any is."""
+    missing = None
+    if np.issubdtype(kind, np.floating):
+        values = np.array(values, dtype=np.float64)  # None becomes NaN
+    elif not isinstance(values, np.ndarray) and None in values:
+        missing = np.array([value is None for value in values])
+        values = [0 if value is None else value for value in values]
+    elif not isinstance(values, np.ndarray):
+        values = np.array(values, dtype=kind)  # whole numbers of any size
+    if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isnan(values).any():
+        missing = np.isnan(values)
+        values = np.where(missing, 0, values)
+    return np.ascontiguousarray(values, dtype=kind), missing
+
+
+def _strings(values: Sequence[str | None]) -> pa.Array:
+    letters = {value: b"" if value is None else value.encode() for value in set(values)}
+    encoded = [letters[value] for value in values]
+    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
+    missing = np.zeros(len(values), dtype=bool)
+    if None in letters:
+        missing[:] = [value is None for value in values]
+    return _string_array(missing, ends, b"".join(encoded))
+
+
+def _string_array(missing: NDArray[np.bool_], ends: Ends, text: bytes | Bytes) -> pa.Array:
+    """Return strings that follow each other in a text, each up to its end."""
+    buffers = [_validity(missing), pa.py_buffer(ends), pa.py_buffer(text)]
+    return pa.Array.from_buffers(pa.string(), len(missing), buffers)
+
+
+def _validity(missing: NDArray[np.bool_]) -> pa.Buffer | None:
+    if not missing.any():
+        return None
+    return pa.py_buffer(np.packbits(~missing, bitorder="little"))
+
+
+def numpy_columns(table: pa.Table) -> dict[str, NDArray[Any]]:
+    """Return the columns of a table, in reverse of :func:`arrow`: null is NaN, or None in strings.
+
+    Whole numbers stay whole where none is missing.  Without pandas, for the same reason.
+    """
+    return {field.name: numpy_array(table[field.name].combine_chunks()) for field in table.schema}
+
+
+def numpy_array(array: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
+    """Return one column as :func:`numpy_columns` does."""
+    kind = array.type
+    if kind == pa.string() or isinstance(array, pa.ChunkedArray) or not len(array):
+        values = array.to_pylist()
+        return np.array(values, dtype=object if kind == pa.string() else kind.to_pandas_dtype())
+    validity, numbers = array.buffers()
+    section = slice(array.offset, array.offset + len(array))
+    plain: NDArray[Any] = np.frombuffer(numbers, dtype=kind.to_pandas_dtype())[section]
+    if not array.null_count:
+        return plain
+    known = np.unpackbits(np.frombuffer(validity, dtype=np.uint8), bitorder="little")[section]
+    return np.where(known.astype(bool), plain, np.nan)

@@ -1,0 +1,193 @@
+"""Result folders read back: nothing in one is believed that was not checked."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pyarrow as pa
+
+from ..core.kept_tracks import placed
+from ..core.plain_json import read_json
+from ..preflight.worth_knowing import Caution
+from ..scenario.scenario import Scenario
+from .contradictions import BEYOND_MEASURE, contradictions, too_many_rows
+from .effects import Advice, from_data
+from .parquet import DamagedFile, check_claims, read_table, read_words
+from .result import Result
+from .result_folder import ADVICE
+from .tables import EVENT_TABLES
+
+
+def load_result(folder: str | Path) -> Result:
+    """Read a result folder back, if its files belong together and hold what a mission can have.
+
+    Raises:
+        FileNotFoundError: when the folder is not that of a finished run.
+        ValueError: naming the file that is damaged or of another version, and what to do.
+    """
+    folder = Path(folder)
+    path = folder / "run.json"
+    if not path.is_file() and (folder / "missions").is_dir():
+        raise FileNotFoundError(f"{folder} is a campaign's, or was: its campaign.json is missing")
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"{folder} is no result folder (it has no run.json); give the folder that "
+            "`bindusbl-des run` wrote"
+        )
+    scenario, run = _read_record(path)
+    try:
+        arrow = _tables(folder, scenario, run)
+    except _Damaged as error:
+        raise ValueError("; ".join([*error.told, _again(folder, run["seed"])])) from None
+    told = [Caution(it["key"], it["message"]) for it in run.get("warnings", ())]
+    result = Result(scenario, run["seed"], arrow, float(run["wall_time_s"]), told)
+    result.advice = _read_advice(folder, scenario)
+    return result
+
+
+T = TypeVar("T")
+
+
+class _Damaged(Exception):
+    """Files of a folder are damaged; `told` says each, and why."""
+
+    def __init__(self, told: list[str]) -> None:
+        self.told = told
+
+
+def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[str, pa.Table]:
+    """Return the tables of a mission, checked step by step: footers, row counts, pages, values.
+
+    Raises:
+        _Damaged: at the first step that not all of them pass.
+    """
+    names = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
+    paths = {name: folder / f"{name}.parquet" for name in names}
+    origin = {
+        "bindusbl.scenario_sha256": run["scenario_sha256"],
+        "bindusbl.seed": str(run["seed"]),
+    }
+
+    footers = _each(names, lambda name: check_claims(paths[name], name, origin))
+    rows = {name: footer.num_rows for name, footer in footers.items()}
+    _passed(paths, too_many_rows(scenario, rows))
+    arrow = _each(names, lambda name: read_table(paths[name], name, footers[name]))
+    words = _each(names, lambda name: read_words(paths[name], name, footers[name]))
+    _passed(paths, contradictions(scenario, arrow, words))
+    return arrow
+
+
+def _each(names: tuple[str, ...], read: Callable[[str], T]) -> dict[str, T]:
+    """Return what is read of each table, or tell of all that cannot be read."""
+    found, damaged = {}, []
+    for name in names:
+        try:
+            found[name] = read(name)
+        except DamagedFile as error:
+            damaged.append(str(error))
+    if damaged:
+        raise _Damaged(damaged)
+    return found
+
+
+def _passed(paths: Mapping[str, Path], wrong: Iterator[tuple[str, str]]) -> None:
+    told = [f"{paths[name]} {reason}" for name, reason in wrong]
+    if told:
+        raise _Damaged(told)
+
+
+def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
+    """Return what was advised beside a mission; None where nothing was tried."""
+    path = folder / ADVICE
+    if not path.exists():
+        return None
+    try:
+        advice = from_data(read_json(path))
+        strangers = {it.auv for it in advice.harms} - {
+            f"AUV{n}" for n in range(scenario.auvs.count)
+        }
+        if strangers:
+            raise ValueError(f"harms: the mission has no {min(strangers)[:30]!r}")
+        return advice
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f"{path} is damaged or of another version ({_reason(error)}); delete it, then make the "
+            f"advice again: bindusbl-des report {folder} --advice-s 3"
+        ) from None
+
+
+def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
+    """Return the scenario in `run.json`, and all that the file holds."""
+    try:
+        run = read_json(path)
+        if not isinstance(run, dict):
+            raise ValueError("it holds no keys")
+        for key, (is_right, meaning) in RECORD.items():
+            if key not in run and key not in ALWAYS:
+                continue
+            if not is_right(run.get(key)):
+                raise ValueError(f"{key} is {'not ' if key in run else 'missing; it is '}{meaning}")
+        if run["scenario_sha256"] != _sha256(run["scenario"]):
+            raise ValueError("scenario_sha256 is not that of its scenario: one of them was edited")
+        return Scenario.model_validate(placed(run["scenario"], path.parent)), run
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f"{path} is damaged or of another version ({_reason(error)}); "
+            f"{_again(path.parent, 'N')}"
+        ) from None
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and 0 < value < BEYOND_MEASURE
+
+
+def _is_cautions(value: Any) -> bool:
+    return isinstance(value, list) and all(map(_is_caution, value))
+
+
+def _is_caution(value: Any) -> bool:
+    return isinstance(value, dict) and all(
+        isinstance(value.get(key), str) for key in ("key", "message")
+    )
+
+
+def _is_versions(value: Any) -> bool:
+    return isinstance(value, dict) and all(isinstance(it, str) for it in value.values())
+
+
+# What the keys of `run.json` hold; folders have had the first four always.
+RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    "scenario": (lambda it: isinstance(it, dict), "a scenario"),
+    "scenario_sha256": (lambda it: isinstance(it, str), "a fingerprint"),
+    "seed": (lambda it: type(it) is int and it >= 0, "a whole number >= 0"),
+    "wall_time_s": (_is_number, "a number of seconds above 0"),
+    "sim_seconds_per_second": (_is_number, "a number above 0"),
+    "status": (lambda it: it == "complete", '"complete"'),
+    "warnings": (_is_cautions, "a list of keys with messages"),
+    "versions": (_is_versions, "a version for each package"),
+}
+ALWAYS = ("scenario", "scenario_sha256", "seed", "wall_time_s")
+
+
+def _sha256(scenario: Mapping[str, Any]) -> str:
+    """Return the fingerprint of a scenario as it was written, whatever keys there are by now."""
+    canonical = json.dumps(scenario, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def _reason(error: Exception) -> str:
+    """Return in a line what is wrong: of a scenario that is none, its first key that is wrong."""
+    if isinstance(error, OSError):
+        return error.strerror or type(error).__name__
+    lines = [line.strip() for line in str(error).splitlines()] or [type(error).__name__]
+    return lines[0] if len(lines) < 3 else f"scenario.{lines[1]}: {lines[2]}"
+
+
+def _again(folder: Path, seed: int | str) -> str:
+    """Return the command that makes a damaged folder anew."""
+    return (
+        f"run the mission again: bindusbl-des run {folder / 'scenario.yaml'} --seed {seed} "
+        f"--out {folder} --force"
+    )

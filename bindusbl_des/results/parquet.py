@@ -1,0 +1,195 @@
+"""Tables read from Parquet files: what a file claims is checked before memory is spent on it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from .arrow import numpy_array
+from .tables import SCHEMA_VERSION, schema
+
+# No file is refused for less, and a row takes no more than so much for each of its columns (bytes).
+LEAST_BYTES, CELL_BYTES = 100_000_000, 256
+
+
+class DamagedFile(ValueError):
+    """A file of results is missing, cannot be read, or is not what its name says."""
+
+    def __init__(self, path: str, reason: str) -> None:
+        self.path, self.reason = path, reason
+        super().__init__(path, reason)
+
+    def __str__(self) -> str:
+        return f"{self.path} {self.reason}"
+
+
+@dataclass(frozen=True)
+class Words:
+    """A column of text as numbers: the different words, and in each row which one (nan: null)."""
+
+    words: tuple[str, ...]
+    codes: NDArray[np.float64]
+
+    def are(self, word: str) -> NDArray[np.bool_]:
+        """Return which rows have a word."""
+        places = [place for place, known in enumerate(self.words) if known == word]
+        found: NDArray[np.bool_] = np.isin(self.codes, places)
+        return found
+
+
+def read_parquet(
+    path: Path, columns: Sequence[str] | None = None, needed: Sequence[str] = ()
+) -> pa.Table:
+    """Return a table from its file, or those of some columns that it has; it must have all needed.
+
+    Raises:
+        DamagedFile: saying what is wrong with the file.
+    """
+    with _opened(path) as file:
+        known = file.schema_arrow.names
+        _check_columns(path, known, needed)
+        _check_size(path, file.metadata, len(known))
+        return file.read(columns and [name for name in columns if name in known])
+
+
+def check_claims(path: Path, name: str, origin: Mapping[str, str]) -> pq.FileMetaData:
+    """Return the footer of a mission's table, once it says what it should.
+
+    `origin` is the metadata of the mission that it must be of, by keys with what each is called.
+
+    Raises:
+        DamagedFile: when it is another table, another mission's, or of another version.
+    """
+    with _opened(path) as file:
+        found, described = file.schema_arrow, schema(name)
+        _check_origin(path, name, origin, found.metadata or {})
+        _check_columns(path, found.names, described.names)
+        for field in described:
+            kind = found.field(field.name).type
+            if kind != field.type:
+                raise DamagedFile(
+                    str(path), f"has {kind} in its column {field.name}, not {field.type}"
+                )
+        _check_size(path, file.metadata, len(described))
+        return file.metadata
+
+
+def read_table(path: Path, name: str, footer: pq.FileMetaData) -> pa.Table:
+    """Return a mission's table whose claims were checked, with the columns that are agreed.
+
+    Units and meanings are this package's, whatever the file calls them.
+
+    Raises:
+        DamagedFile: when its pages are damaged.
+    """
+    described = schema(name)
+    with _opened(path, footer=footer) as file:
+        read = file.read(described.names)
+        return pa.Table.from_arrays([read[it] for it in described.names], schema=described)
+
+
+def read_words(path: Path, name: str, footer: pq.FileMetaData) -> dict[str, Words]:
+    """Return the columns of text of a mission's table by the words in them.
+
+    Raises:
+        DamagedFile: when its pages are damaged.
+    """
+    texts = [field.name for field in schema(name) if field.type == pa.string()]
+    if not texts:
+        return {}
+    with _opened(path, texts, footer) as file:
+        read = file.read(texts)
+        return {column: _words(read[column]) for column in texts}
+
+
+def _words(column: pa.ChunkedArray) -> Words:
+    """Return the words of a dictionary-encoded column, whose chunks each have their own."""
+    words: list[str] = []
+    codes = [np.zeros(0)]
+    for chunk in column.chunks:
+        codes.append(numpy_array(chunk.indices).astype(np.float64) + len(words))
+        words += chunk.dictionary.to_pylist()
+    return Words(tuple(words), np.concatenate(codes))
+
+
+@contextmanager
+def _opened(
+    path: Path, texts: Sequence[str] = (), footer: pq.FileMetaData | None = None
+) -> Iterator[pq.ParquetFile]:
+    """Yield a Parquet file, columns of `texts` to be read as words; damage is told as such.
+
+    A `footer` that is known is not read again.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise DamagedFile(str(path), "is no file")
+        with pq.ParquetFile(
+            path, metadata=footer, read_dictionary=list(texts), page_checksum_verification=True
+        ) as file:
+            yield file
+    except DamagedFile:
+        raise
+    except FileNotFoundError:
+        raise DamagedFile(str(path), "is missing") from None
+    except (OSError, ValueError, TypeError, MemoryError, pa.ArrowException) as error:
+        said = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = "cannot be read" if isinstance(error, PermissionError) else "is damaged"
+        raise DamagedFile(str(path), f"{reason} ({said})") from None
+
+
+def _check_origin(
+    path: Path, name: str, origin: Mapping[str, str], found: Mapping[bytes, bytes]
+) -> None:
+    told = {key.decode(): value.decode() for key, value in found.items() if b"bindusbl" in key}
+    kind, _, number = told.get("bindusbl.schema", "").partition("/")
+    if kind != name:
+        raise DamagedFile(str(path), f"holds {kind or 'another table'}, not {name}")
+    if number != str(SCHEMA_VERSION):
+        raise DamagedFile(
+            str(path), f"is of version {number}; this package reads version {SCHEMA_VERSION}"
+        )
+    for key, expected in origin.items():
+        if told.get(key) != expected:
+            what = key.rpartition(".")[2]
+            raise DamagedFile(
+                str(path),
+                f"is of another mission: its {what} is {told.get(key, 'missing')[:16]}, that of "
+                f"run.json {expected[:16]}",
+            )
+
+
+def _check_columns(path: Path, found: Sequence[str], needed: Sequence[str]) -> None:
+    lacking = [name for name in needed if found.count(name) != 1]
+    if lacking:
+        named = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
+        raise DamagedFile(
+            str(path), f"has no column {named}: it is another table, or of another version"
+        )
+
+
+def _check_size(path: Path, footer: pq.FileMetaData, columns: int) -> None:
+    """Refuse a file whose row groups unpack to more than their rows can hold, or than memory."""
+    groups = [footer.row_group(number) for number in range(footer.num_row_groups)]
+    rows, unpacked = footer.num_rows, sum(group.total_byte_size for group in groups)
+    if sum(group.num_rows for group in groups) != rows:
+        raise DamagedFile(str(path), "is damaged (its row groups do not add up to its rows)")
+    if unpacked > LEAST_BYTES + CELL_BYTES * columns * rows:
+        raise DamagedFile(
+            str(path), f"would unpack to {unpacked:,} bytes, more than {rows:,} rows can hold"
+        )
+    if max(8 * columns * rows, unpacked) > LEAST_BYTES:
+        _check_memory(path, rows, max(8 * columns * rows, unpacked))
+
+
+def _check_memory(path: Path, rows: int, needed: int) -> None:
+    from ..preflight.effort import machine_memory  # which loads half of the package
+
+    if needed > machine_memory():
+        raise DamagedFile(
+            str(path), f"claims {rows:,} rows, more than this machine's memory can hold"
+        )

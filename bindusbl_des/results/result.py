@@ -1,0 +1,143 @@
+"""The result of one mission: its tables, and the folder that holds them."""
+
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+
+from ..core.kept_tracks import keep, portable
+from ..preflight.worth_knowing import Caution, cautions
+from ..scenario.scenario import Scenario
+from .effects import Advice
+from .faces import page
+from .result_folder import ADVICE, RECORD, advice_text, result_draft, write_json
+from .summary import summary
+from .tables import data_dictionary, write_parquet
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PACKAGES = ("bindusbl-des", "simpy", "numpy", "networkx", "pandas", "pyarrow", "numba")
+
+
+class Result:
+    """What happened in one mission, and what it achieved."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        seed: int,
+        arrow: Mapping[str, pa.Table],
+        wall_time_s: float,
+        warnings: Sequence[Caution] | None = None,
+    ) -> None:
+        """Take the Arrow tables by name; with `record.detail: summary` only auvs and mission.
+
+        `warnings` are what was worth knowing when the mission was run, by default now.
+        """
+        self.scenario, self.seed = scenario, seed
+        self.arrow = dict(arrow)
+        self.wall_time_s = wall_time_s
+        #: What would help, as measured beside the mission; None if nothing was tried (`advise`).
+        self.advice: Advice | None = None
+        self._told = warnings
+
+    @cached_property
+    def warnings(self) -> tuple[Caution, ...]:
+        """What is worth knowing about the scenario before the results are believed."""
+        return tuple(cautions(self.scenario) if self._told is None else self._told)
+
+    @cached_property
+    def tables(self) -> "dict[str, pd.DataFrame]":
+        """All tables as pandas frames, by name."""
+        return {name: table.to_pandas() for name, table in self.arrow.items()}
+
+    @property
+    def auvs(self) -> "pd.DataFrame":
+        """Metrics, a row per AUV."""
+        return self.tables["auvs"]
+
+    @property
+    def mission(self) -> "pd.DataFrame":
+        """Metrics of the mission, one row."""
+        return self.tables["mission"]
+
+    def summary(self) -> str:
+        """Return the metrics that matter most, in a table of at most 80 columns, and the advice."""
+        auvs, mission = (self.arrow[name].to_pylist() for name in ("auvs", "mission"))
+        return summary(auvs, mission[0], self.advice)
+
+    def run_record(self) -> dict[str, Any]:
+        """Return what `run.json` holds: scenario, seed, warnings, versions, times, status."""
+        return {
+            "status": "complete",
+            "scenario": portable(self.scenario.model_dump(mode="json")),
+            "scenario_sha256": scenario_sha256(self.scenario),
+            "seed": self.seed,
+            "warnings": [{"key": it.key, "message": it.message} for it in self.warnings],
+            "versions": {"python": platform.python_version(), **{p: version(p) for p in PACKAGES}},
+            "wall_time_s": self.wall_time_s,
+            "sim_seconds_per_second": self.scenario.duration_s / self.wall_time_s,
+        }
+
+    def write(
+        self, folder: str | Path, *, force: bool = False, scenario_text: str | None = None
+    ) -> Path:
+        """Write the result folder, all of it or nothing; return its path.
+
+        An earlier run's folder is replaced by force alone, and only if nothing else is in it.  If
+        another process takes the name meanwhile, the results are kept beside it.
+
+        Raises:
+            FileExistsError: when the folder exists or came to exist; it says where results are.
+            OSError: when it cannot be written, or the disk is full.
+        """
+        folder = Path(folder)
+        with result_draft(folder, force=force) as draft:
+            self.fill(draft, scenario_text)
+        return folder
+
+    def fill(self, folder: Path, scenario_text: str | None) -> None:
+        """Write all files into a folder; the scenario as its user wrote it, where that is known.
+
+        Raises:
+            OSError: when the folder cannot be written to, or is full.
+        """
+        run = self.run_record()
+        origin = {
+            "bindusbl.scenario_sha256": run["scenario_sha256"],
+            "bindusbl.seed": str(self.seed),
+        }
+        for name, table in self.arrow.items():
+            # Opened here, since Arrow takes no names that are not UTF-8.
+            with open(folder / f"{name}.parquet", "wb") as file:
+                write_parquet(table, name, file, origin)
+        route = self.scenario.auvs.route
+        if route.kind == "track":
+            keep(filter(os.path.isfile, route.files), folder)
+            scenario_text = None  # which names them where they were
+        # JSON is YAML, but for its escapes of characters beyond U+FFFF.
+        text = scenario_text or json.dumps(run["scenario"], indent=2, ensure_ascii=False)
+        (folder / "scenario.yaml").write_text(text, encoding="utf-8")
+        write_json(folder / "data_dictionary.json", data_dictionary())
+        if self.advice is not None:
+            (folder / ADVICE).write_text(advice_text(self.advice), encoding="utf-8")
+        (folder / "report.html").write_text(page(self), encoding="utf-8")
+        write_json(folder / RECORD, run)
+
+
+def scenario_sha256(scenario: Scenario) -> str:
+    """Return the fingerprint of a scenario: equal scenarios, equal fingerprints.
+
+    Track files count by their contents and names, wherever they lie.
+    """
+    data = portable(scenario.model_dump(mode="json"))
+    canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(canonical.encode()).hexdigest()

@@ -1,0 +1,230 @@
+"""What pydantic found wrong with a scenario, in words for the person who wrote the file."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+from ...core.wording import described, did_you_mean, nearest, plain
+from ..keys import REQUIRED, Key, keys, sections
+from .plain_yaml import Path, dotted, scalar
+
+ROUTE: Path = ("auvs", "route")
+
+SIGNS = {
+    "greater_than": ">",
+    "greater_than_equal": ">=",
+    "less_than": "<",
+    "less_than_equal": "<=",
+}
+
+# More keys than this are not listed when a key is unknown.
+MOST_LISTED = 12
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One mistake in the data of a scenario.
+
+    `at_key` says that the key is wrong rather than its value; `unsettled` are further paths whose
+    values the author may have meant to give.
+    """
+
+    path: Path
+    message: str
+    at_key: bool = False
+    unsettled: tuple[Path, ...] = field(default=())
+
+
+def explained(error: Mapping[str, Any], data: Any, *, briefly: bool = False) -> Finding:
+    """Return what one pydantic error means; `data` is the scenario that was validated.
+
+    Briefly, nobody looks for what an unknown key was meant to be.
+    """
+    path, kind, value = _path(error["loc"]), error["type"], error["input"]
+    if kind == "extra_forbidden":
+        return Finding(path, "unknown key", True) if briefly else _unknown(path, data)
+    if kind == "missing" and not isinstance(path[-1], int):
+        example = ", such as `name: my_mission`" if path == ("name",) else ""
+        return Finding(path, f"missing; add it{example}", at_key=True)
+    if kind in ("missing", "too_long"):  # a point of one number, or of three
+        given = error["ctx"]["actual_length"] if kind == "too_long" else len(value)
+        point = path[:-1] if kind == "missing" else path
+        return Finding(point, f"needs two numbers [x, y]; got a list of {given}")
+    if kind == "union_tag_invalid":
+        return _unknown_kind(value)
+    if kind in ("model_type", "union_tag_not_found"):
+        return Finding(path, _not_a_section(path, value))
+    if kind == "vehicle":
+        return Finding(path, str(error["msg"]))
+    return Finding(path, _wrong_value(error, _row(path), path, value))
+
+
+def guessed_kind(route: Mapping[str, Any]) -> str:
+    """Return the kind of route that was most likely meant: by its spelling, else by its keys."""
+    kinds = next(row.choices for row in keys() if row.key == "auvs.route.kind")
+    counts = [sum(row.only == kind and row.name in route for row in keys()) for kind in kinds]
+    return nearest(str(route.get("kind")), kinds) or kinds[counts.index(max(counts))]
+
+
+def _path(location: tuple[str | int, ...]) -> Path:
+    """Return the path in the file of an error; pydantic names the kind of a route in it."""
+    if location[:2] == ROUTE and len(location) > 2:
+        return (*ROUTE, *location[3:])
+    return location
+
+
+def _row(path: Path) -> Key | None:
+    name = ".".join(part for part in path if isinstance(part, str))
+    return next((row for row in keys() if row.key == name), None)
+
+
+@cache
+def _names(section: str, kind: str) -> tuple[str, ...]:
+    """Return the keys and sections that may stand in a section."""
+    rows = [row.name for row in keys() if row.section == section and row.only in ("", kind)]
+    inner = [name.rpartition(".") for name in sections()]
+    return (*rows, *(name for outer, _, name in inner if outer == section))
+
+
+def _unknown(path: Path, data: Any) -> Finding:
+    section, name = dotted(path[:-1]), str(path[-1])
+    kind = str(data["auvs"]["route"].get("kind", "lawnmower")) if path[:2] == ROUTE else ""
+    here = _names(section, kind)
+    others = [row for row in keys() if row.section == section and row.name == name]
+    if others:
+        message = f"no key of a {kind} route; it belongs to `kind: {others[0].only}`"
+        return Finding(path, message, True, ((*ROUTE, "kind"),))
+    homes = [other for other in ("", *sections()) if other != section and name in _names(other, "")]
+    near = nearest(name, here)
+    if homes and not (near or "").startswith(f"{name}_"):
+        words = " or ".join(home or "the top level" for home in homes)
+        unsettled = tuple(_split(f"{home}.{name}".strip(".")) for home in homes)
+        return Finding(path, f"unknown key; it belongs under {words}", True, unsettled)
+    if near:
+        message = f"unknown key; did you mean {near!r}?"
+        return Finding(path, message, True, ((*path[:-1], near),))
+    return Finding(path, f"unknown key; {_elsewhere(name, section, here)}", True)
+
+
+def _elsewhere(name: str, section: str, here: Sequence[str]) -> str:
+    """Return the remedy for a key that is nowhere in this section."""
+    if name.isdigit():
+        return f"a decimal comma? write a point, as in 1.{name}"
+    near = nearest(name, [row.name for row in keys()])
+    if near and near.startswith(f"{name}_"):
+        full = " or ".join(repr(row.key) for row in keys() if row.name == near)
+        return f"did you mean {full}?"
+    listed = [*here[:MOST_LISTED], *["..."] * (len(here) > MOST_LISTED)]
+    where = f"under {section}" if section else "at the top level"
+    return f"remove it; the keys {where} are {', '.join(listed)}"
+
+
+def _split(name: str) -> Path:
+    return tuple(name.split("."))
+
+
+def _unknown_kind(route: Mapping[str, Any]) -> Finding:
+    path = (*ROUTE, "kind")
+    row, value = _row(path), route.get("kind")
+    assert row is not None
+    return Finding(path, _one_of(row.choices, value), unsettled=(ROUTE,))
+
+
+def _one_of(choices: tuple[str, ...], value: Any) -> str:
+    # YAML's null and the word none look alike, so what was read as null may be meant as none.
+    asked = value if isinstance(value, str) else "none" if value is None else plain(value)
+    hint = did_you_mean(asked, choices)
+    words = f"one of {', '.join(choices)}" if len(choices) > 1 else choices[0]
+    return f"must be {words}; got {described(value)}{hint}"
+
+
+def _not_a_section(path: Path, value: Any) -> str:
+    section = dotted(path)
+    names = ", ".join(_names(section, "lawnmower")[:3])
+    if value is None:
+        return f"is empty; indent its keys ({names}, ...) under it, or remove it"
+    return f"needs keys and values ({names}, ...); got {described(value)}"
+
+
+def _wrong_value(error: Mapping[str, Any], row: Key | None, path: Path, value: Any) -> str:
+    kind, context = error["type"], error.get("ctx", {})
+    unit = f" {row.unit}" if row and row.unit not in ("", "1") else ""
+    got = f"got {described(value)}"
+    if kind == "literal_error" and row:
+        return _one_of(row.choices, value)
+    if kind in SIGNS and row:
+        limit = f"{SIGNS[kind]} {plain(next(iter(context.values())))}"
+        return f"must be {limit if path_in_list(path) else row.range}{unit}; {got}"
+    if kind in ("string_pattern_mismatch", "string_unicode"):
+        return f"must hold no control characters; {got}"
+    if kind.startswith("string_too") and row:
+        return f"must have {row.range}; {got}"
+    if kind == "finite_number":
+        return f"must be a finite number{_range(row)}; {got}"
+    if kind == "string_type":
+        return f"needs a text; {got}{_in_quotes(value) or _when_empty(row, value)}"
+    if kind == "tuple_type":
+        return f"needs {_list_words(row, path)}; {got}{_when_empty(row, value)}"
+    if kind in ("float_type", "int_type"):
+        words = "a whole number" if kind == "int_type" else "a number"
+        limits = "" if path_in_list(path) else _range(row)
+        return f"needs {words}{limits}; {got}{_remedy(row, value)}"
+    return f"{error['msg']}; {got}"
+
+
+def _in_quotes(value: Any) -> str:
+    number = isinstance(value, bool | int | float)
+    return f"; put it in quotes: '{plain(value)}'" if number else ""
+
+
+def path_in_list(path: Path) -> bool:
+    """Tell whether a path leads into a list."""
+    return any(isinstance(part, int) for part in path)
+
+
+def _range(row: Key | None) -> str:
+    unit = f" {row.unit}" if row and row.unit not in ("", "1") else ""
+    return f" ({row.range}{unit})" if row and row.range else ""
+
+
+def _list_words(row: Key | None, path: Path) -> str:
+    """Return what should stand at a path into nested lists: each index takes off one "list of"."""
+    words = row.kind.removesuffix(", or null") if row else "a list"
+    for _ in range(sum(isinstance(part, int) for part in path)):
+        words = words.removeprefix("list of ")
+    return words if words.startswith("[") else f"a {words}"
+
+
+def _when_empty(row: Key | None, value: Any) -> str:
+    if value is None and row:
+        default = f" or remove the key (default {row.default})"
+        return f"; give a value{'' if row.default == REQUIRED else default}"
+    return ""
+
+
+def _remedy(row: Key | None, value: Any) -> str:
+    """Return how to write the number that was meant."""
+    if not isinstance(value, str):
+        return _when_empty(row, value)
+    text = value.strip()
+    if isinstance(scalar(text), int | float) and not isinstance(scalar(text), bool):
+        return "; remove the quotes"
+    if re.fullmatch(r"[-+]?\d+,\d+", text):
+        return f"; write the decimal point as {text.replace(',', '.')}"
+    if re.fullmatch(r"[-+]?(0[xXob][0-9a-fA-F_]+|[0-9][0-9_]*)", text):
+        return f"; write {_whole(text)}"
+    if re.fullmatch(r"\d+(:\d+)+(\.\d*)?", text):
+        return "; clock times are not read, write one number"
+    if number := re.match(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*[a-zA-Z%/]+", text):
+        return f"; write {number[1]} alone, the unit is part of the key"
+    return ""
+
+
+def _whole(text: str) -> str:
+    """Return the decimal that a number such as 0o17, 0x1f or 1_000 stands for."""
+    try:
+        return str(int(text, 0))
+    except ValueError:
+        return text.replace("_", "").lstrip("0") or "0"

@@ -1,0 +1,46 @@
+"""What is wrong with a file that somebody wrote, and where: one line for each mistake."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ...core.wording import printable
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in a file, counted from 1; line 0 is the file as a whole (or a ``--set`` option)."""
+
+    file: str
+    line: int = 0
+    column: int = 0
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One mistake: where it stands, the dotted key it concerns ("" for none), what to do."""
+
+    file: str
+    line: int
+    column: int
+    key: str
+    message: str
+
+    @classmethod
+    def at(cls, place: Place, key: str, message: str) -> "Mistake":
+        """Return the mistake at a place; a file or option with control characters is escaped."""
+        return cls(printable(place.file), place.line, place.column, printable(key), message)
+
+    def __str__(self) -> str:
+        where = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
+        return f"{where}: {self.key}: {self.message}" if self.key else f"{where}: {self.message}"
+
+
+class ScenarioError(ValueError):
+    """A scenario file cannot be used; `mistakes` lists everything that is wrong with it."""
+
+    def __init__(self, mistakes: Iterable[Mistake]) -> None:
+        self.mistakes = list(mistakes)
+        super().__init__(self.mistakes)
+
+    def __str__(self) -> str:
+        return "\n".join(str(mistake) for mistake in self.mistakes)

@@ -1,0 +1,108 @@
+"""Options ``--set dotted.key=value`` laid over the data of a scenario file."""
+
+from copy import deepcopy
+from functools import cache, lru_cache
+from typing import Any
+
+from ...core.wording import described
+from ..scenario import Scenario
+from .mistakes import Mistake, Place
+from .plain_yaml import Document, Path, dotted, read_yaml
+
+
+def override(document: Document, option: str) -> None:
+    """Lay one ``dotted.key=value`` over a document; its mistakes go to the document.
+
+    Values follow the rules of the file, `[1, 2]` is a list, and items of lists are numbered from 0:
+    ``asvs.formation.positions_m.0.1=5``.
+    """
+    place = Place(f"--set {option}")
+    name, equals, text = option.partition("=")
+    path = _path(name.strip())
+    if not equals or "" in path:
+        message = "needs the form dotted.key=value, such as acoustics.hf.range_m=100"
+        document.mistakes.append(Mistake.at(place, "", message))
+        return
+    value = read_yaml(text, place.file)
+    if value.mistakes:
+        message = value.mistakes[0].message
+        document.mistakes.append(Mistake.at(place, dotted(path), message))
+        document.unsettled.add(path)
+        return
+    problem = _put(document.data, path, value.data)
+    if problem:
+        document.report(place, path, problem)
+        return
+    for places in (document.keys, document.values):
+        for known in [known for known in places if known[: len(path)] == path]:
+            del places[known]
+        # A section that this option created stands where the option stands.
+        for length in range(1, len(path) + 1):
+            places.setdefault(path[:length], place)
+
+
+def put(data: dict[str, Any], key: str, value: Any) -> str:
+    """Put a value at a dotted key of a scenario's data; return what prevents it, or ""."""
+    return _put(data, _path(key), value)
+
+
+@lru_cache(maxsize=256)
+def _path(key: str) -> Path:
+    parts = key.split(".")
+    return tuple(int(part) if part.isascii() and part.isdigit() else part for part in parts)
+
+
+def _put(data: Any, path: Path, value: Any) -> str:
+    """Put a value at a path, creating sections on the way; return what prevents it, or ""."""
+    if not isinstance(data, dict):
+        return ""
+    spot: Any = data
+    for depth, part in enumerate(path):
+        last = depth == len(path) - 1
+        problem = _misfit(spot, part, path[:depth])
+        if problem:
+            return problem
+        if last:
+            spot[part] = value
+        else:
+            spot = _inside(spot, part, path[: depth + 1])
+            if not isinstance(spot, dict | list):
+                return f"{dotted(path[: depth + 1])} has no keys; it is {described(spot)}"
+    return ""
+
+
+def _misfit(spot: Any, part: str | int, path: Path) -> str:
+    """Return why the dict or list at a path cannot have such a key or item, or ""."""
+    if isinstance(part, str):
+        fits = not isinstance(spot, list)
+    else:
+        fits = isinstance(spot, list) and part < len(spot)
+    if fits:
+        return ""
+    name = dotted(path) or "the scenario"
+    if isinstance(part, str):
+        return f"{name} is a list; its items are numbered from 0"
+    if not isinstance(spot, list):
+        return f"{name} is no list, so it has no item {part}"
+    items = f"the items are 0 to {len(spot) - 1}" if spot else "it is empty"
+    return f"{name} has no item {part}; {items}"
+
+
+def _inside(spot: Any, part: str | int, path: Path) -> Any:
+    """Return what is at a key of a dict or list; what the file leaves out begins as its default."""
+    if isinstance(spot, dict) and part not in spot:
+        default = _default(path)
+        spot[part] = deepcopy(default) if isinstance(default, list) else {}
+    return spot[part]
+
+
+@cache
+def _defaults() -> dict[str, Any]:
+    return Scenario(name="default").model_dump(mode="json")
+
+
+def _default(path: Path) -> Any:
+    value: Any = _defaults()
+    for part in path:
+        value = value.get(part) if isinstance(value, dict) else None
+    return value

@@ -1,0 +1,203 @@
+"""YAML read as plain data, with the place of every key: no tags, no anchors, nothing guessed.
+
+PyYAML by itself resolves `on`, `12:30` and dates to surprising values, lets a repeated key win
+silently and can be made to build objects.  Here its parser's events are turned into dicts, lists
+and the scalars of YAML 1.2: what is not null, true, false or a decimal number stays text.  Since
+aliases are refused and never followed, a file costs no more than its length.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml
+
+from ...core.wording import shortened
+from .mistakes import Mistake, Place
+from .yaml_syntax import syntax_mistake
+
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+Path = tuple[str | int, ...]
+
+# No scenario is nested deeper than six; a limit keeps `[[[[...` from exhausting the stack.
+DEEPEST = 20
+
+# Python converts longer whole numbers in quadratic time or not at all; they become floats.
+LONGEST_WHOLE_NUMBER = 300
+
+# A leading zero is octal to YAML 1.1 and decimal to YAML 1.2, so it is neither here.
+WHOLE = re.compile(r"[-+]?(0|[1-9][0-9]*)")
+REAL = re.compile(r"[-+]?(\.[0-9]+|[0-9]+\.[0-9]*)([eE][-+]?[0-9]+)?|[-+]?[0-9]+[eE][-+]?[0-9]+")
+INFINITE = re.compile(r"[-+]?\.(inf|Inf|INF)")
+NOT_A_NUMBER = re.compile(r"\.(nan|NaN|NAN)")
+WORDS = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL")),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+}
+
+
+def scalar(text: str) -> Any:
+    """Return what an unquoted word means in YAML 1.2, or the word itself.
+
+    >>> scalar("1e3"), scalar("12:30"), scalar("on"), scalar("~")
+    (1000.0, '12:30', 'on', None)
+    """
+    if text in WORDS:
+        return WORDS[text]
+    if WHOLE.fullmatch(text):
+        return int(text) if len(text) <= LONGEST_WHOLE_NUMBER else float(text)
+    if REAL.fullmatch(text):
+        return float(text)
+    if INFINITE.fullmatch(text) or NOT_A_NUMBER.fullmatch(text):
+        return float(text.replace(".", ""))
+    return text
+
+
+def dotted(path: Path) -> str:
+    """Return a path as one types it: ``auvs.route.positions_m.0``; odd keys are quoted."""
+    return ".".join(
+        part if isinstance(part, str) and part.isprintable() and part else shortened(repr(part))
+        for part in path
+    )
+
+
+@dataclass
+class Document:
+    """The data of a YAML text, where each key and value stands, and what was wrong with it.
+
+    `unsettled` are the paths whose values could not be taken over as the author meant them.
+    """
+
+    file: str
+    data: Any = None
+    keys: dict[Path, Place] = field(default_factory=dict)
+    values: dict[Path, Place] = field(default_factory=dict)
+    mistakes: list[Mistake] = field(default_factory=list)
+    unsettled: set[Path] = field(default_factory=set)
+
+    def report(self, place: Place, path: Path, message: str) -> None:
+        """Note a mistake and that the value at its path is unsettled."""
+        self.mistakes.append(Mistake.at(place, dotted(path), message))
+        self.unsettled.add(path)
+
+
+class _Stop(Exception):
+    """The rest of the text cannot be read."""
+
+
+class _Rejected:
+    """Stands for a value that is left out."""
+
+
+def read_yaml(text: str, file: str) -> Document:
+    """Return the data of a YAML text; its mistakes are in the document, none is raised."""
+    document = Document(file)
+    try:
+        _Reader(document, text).read()
+    except UnicodeEncodeError as error:  # what a shell hands over need not be text
+        message = f"not UTF-8 text ({text[error.start]!r} at {error.start})"
+        document.mistakes.append(Mistake.at(Place(file), "", message))
+        document.data = None
+    except yaml.YAMLError as error:
+        place, message = syntax_mistake(error, text, file)
+        document.mistakes.append(Mistake.at(place, "", message))
+        document.data = None
+    except _Stop:
+        document.data = None
+    return document
+
+
+class _Reader:
+    """Turns the events of PyYAML's parser into plain data."""
+
+    def __init__(self, document: Document, text: str) -> None:
+        self.document = document
+        self.events: Iterator[Any] = yaml.parse(text, Loader=LOADER)
+
+    def read(self) -> None:
+        next(self.events)  # the stream
+        if isinstance(next(self.events), yaml.StreamEndEvent):
+            return
+        data = self._value(next(self.events), ())
+        next(self.events)  # the document's end
+        follower = next(self.events)
+        if isinstance(follower, yaml.DocumentStartEvent):
+            self._stop(follower, "a second document (---) begins here; keep one per file")
+        self.document.data = None if isinstance(data, _Rejected) else data
+
+    def _place(self, event: Any) -> Place:
+        mark = event.start_mark
+        return Place(self.document.file, mark.line + 1, mark.column + 1)
+
+    def _stop(self, event: Any, message: str, path: Path = ()) -> None:
+        self.document.report(self._place(event), path, message)
+        raise _Stop
+
+    def _value(self, event: Any, path: Path) -> Any:
+        place = self._place(event)
+        self.document.values.setdefault(path, place)
+        self.document.keys.setdefault(path, place)
+        if len(path) > DEEPEST:
+            self._stop(event, f"nested deeper than {DEEPEST} levels", path[:3])
+        if isinstance(event, yaml.AliasEvent):
+            message = f"alias *{shortened(str(event.anchor))} is not allowed; write the value out"
+            self.document.report(place, path, message)
+            return _Rejected()
+        if event.anchor is not None:
+            message = f"anchor &{shortened(event.anchor)} is not allowed; remove it"
+            self.document.mistakes.append(Mistake.at(place, dotted(path), message))
+        if event.tag is not None:
+            tag = shortened(event.tag.replace("tag:yaml.org,2002:", "!!"))
+            message = f"tag {tag} is not allowed; write the plain value"
+            self.document.report(place, path, message)
+            self._skip(event)
+            return _Rejected()
+        if isinstance(event, yaml.ScalarEvent):
+            return scalar(event.value) if event.implicit[0] else event.value
+        return self._list(path) if isinstance(event, yaml.SequenceStartEvent) else self._dict(path)
+
+    def _skip(self, event: Any) -> None:
+        depth = int(isinstance(event, yaml.CollectionStartEvent))
+        while depth:
+            event = next(self.events)
+            depth += isinstance(event, yaml.CollectionStartEvent)
+            depth -= isinstance(event, yaml.CollectionEndEvent)
+
+    def _list(self, path: Path) -> list[Any] | _Rejected:
+        items: list[Any] = []
+        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
+            items.append(self._value(event, (*path, len(items))))
+        # A list that lacks an item would be blamed for its length, so it goes as a whole.
+        rejected = any(isinstance(item, _Rejected) for item in items)
+        return _Rejected() if rejected else items
+
+    def _dict(self, path: Path) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        while not isinstance(event := next(self.events), yaml.MappingEndEvent):
+            if not isinstance(event, yaml.ScalarEvent):
+                self.document.report(self._place(event), path, "a key must be a plain word")
+                self._skip(event)
+                self._value(next(self.events), (*path, "?"))
+                continue
+            self._entry(event, data, (*path, event.value))
+        return data
+
+    def _entry(self, key: Any, data: dict[str, Any], path: Path) -> None:
+        name, place, first = key.value, self._place(key), self.document.keys.get(path)
+        if name == "<<" and key.implicit[0]:
+            message = "merge keys (<<) are not allowed; write the keys out"
+            self.document.report(place, path[:-1], message)
+            self._skip(next(self.events))
+            return
+        self.document.keys.setdefault(path, place)
+        if key.anchor is not None or key.tag is not None:
+            self.document.report(place, path, "anchors and tags are not allowed on keys; remove it")
+        value = self._value(next(self.events), path)
+        if name in data and first is not None:
+            self.document.report(place, path, f"given twice, first in line {first.line}; keep one")
+            if isinstance(value, dict) and isinstance(data[name], dict):
+                data[name] = value | data[name]
+        elif not isinstance(value, _Rejected):
+            data[name] = value

@@ -1,0 +1,259 @@
+"""Scenarios from YAML files: every mistake at once, each with its place and a remedy."""
+
+import copy
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import ValidationError
+
+from ...core.wording import printable
+from ..consistency import Problem
+from ..families import load_plugins
+from ..scenario import Scenario
+from .explanations import ROUTE, Finding, explained, guessed_kind
+from .mistakes import Mistake, Place, ScenarioError
+from .overrides import override
+from .plain_yaml import Document, Path, dotted, read_yaml
+
+__all__ = ["Mistake", "ScenarioError", "load_scenario", "parse_scenario"]
+
+# A scenario of thousands of vehicles has some 100 kB.
+LARGEST_FILE = 1_000_000
+
+# Unknown keys beyond these are told without what they may have been meant to be: 1 ms each.
+MOST_EXPLAINED = 500
+
+
+def load_scenario(
+    path: str | FilePath, *, overrides: Sequence[str] = (), allow_plugins: bool = False
+) -> Scenario:
+    """Read a scenario file.
+
+    `overrides` are laid over it, each as ``dotted.key=value``.  Track files are sought beside the
+    scenario file.  Plug-ins that it names (``module:object``) are code of its author's: with
+    `allow_plugins` they are loaded and checked, without it nothing is, and `simulate` refuses.
+
+    Raises:
+        ScenarioError: listing every mistake, when the file cannot be read or used.
+    """
+    path = FilePath(path)
+    text = read_text(path)
+    return parsed(text, str(path), overrides, path.parent, allow_plugins)[1]
+
+
+def read_text(path: str | FilePath) -> str:
+    """Return the text of a scenario file.
+
+    Raises:
+        ScenarioError: when it is missing, a folder, too large or not UTF-8 text.
+    """
+    try:
+        with open(path, "rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
+        if len(raw) > LARGEST_FILE:
+            raise _failure(path, f"larger than {LARGEST_FILE:,} bytes; is this a scenario file?")
+        return raw.decode("utf-8-sig")
+    except FileNotFoundError:
+        raise _failure(path, "no such file; `bindusbl-des init` writes a starter") from None
+    except IsADirectoryError:
+        raise _failure(path, "is a folder; name a scenario file in it") from None
+    except OSError as error:
+        raise _failure(path, f"cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        byte = f"byte 0x{raw[error.start]:02x} at {error.start}"
+        message = f"not UTF-8 text ({byte}); save it as UTF-8"
+        raise _failure(path, message) from None
+
+
+def _failure(path: str | FilePath, message: str) -> ScenarioError:
+    return ScenarioError([Mistake.at(Place(str(path)), "", message)])
+
+
+def parse_scenario(
+    text: str,
+    name: str = "scenario",
+    *,
+    overrides: Sequence[str] = (),
+    folder: str | FilePath = ".",
+) -> Scenario:
+    """Read a scenario from a text; `name` stands for the file in messages.
+
+    Track files are sought in `folder`.
+
+    Raises:
+        ScenarioError: listing every mistake.
+    """
+    return parsed(text, name, overrides, FilePath(folder))[1]
+
+
+def parsed(
+    text: str, name: str, overrides: Sequence[str], folder: FilePath, allow_plugins: bool = False
+) -> tuple[Document, Scenario]:
+    """Return the document of a scenario's text, which knows where its keys stand, and the scenario.
+
+    Raises:
+        ScenarioError: listing every mistake.
+    """
+    document = read_yaml(text, name)
+    if not document.mistakes or document.data is not None:
+        _check_root(document)
+    for option in overrides:
+        override(document, option)
+    scenario = _settled(document, folder) if isinstance(document.data, dict) else None
+    if scenario is not None and allow_plugins and not document.mistakes:
+        found = (Problem(it.key, it.message) for it in load_plugins(scenario))
+        _note_contradictions(document, found)
+    if scenario is None or document.mistakes:
+        options = enumerate(overrides, 1)
+        order = {printable(name): 0} | {printable(f"--set {option}"): n for n, option in options}
+        document.mistakes.sort(key=lambda it: (order[it.file], it.line, it.column))
+        raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
+    return document, scenario
+
+
+def _check_root(document: Document) -> None:
+    place = document.values.get((), Place(document.file, 1, 1))
+    if document.data is None:
+        message = "the file is empty; a scenario needs at least `name: my_mission`"
+        document.mistakes.append(Mistake.at(place, "", message))
+    elif not isinstance(document.data, dict):
+        kind = "a list" if isinstance(document.data, list) else "a single value"
+        message = f"must hold keys and values such as `name: my_mission`; it holds {kind}"
+        document.mistakes.append(Mistake.at(place, "", message))
+
+
+def _settled(document: Document, folder: FilePath) -> Scenario | None:
+    """Validate, set aside what is wrong, and again until nothing is; note every mistake.
+
+    A contradiction that involves a key set aside is not noted: it may vanish with the mistake.
+    """
+    data = copy.deepcopy(document.data)
+    for path, message in _place_tracks(data, folder):
+        document.mistakes.append(Mistake.at(_place(document, path), dotted(path), message))
+    while True:
+        try:
+            scenario = Scenario.model_validate(data)
+            _note_contradictions(document, _misplaced_tracks(scenario))
+            return scenario
+        except ValidationError as error:
+            details = error.errors(include_url=False)
+        if details[0]["type"] == "inconsistent":
+            _note_contradictions(document, details[0]["ctx"]["problems"])
+            return None
+        findings = [  # before any is set aside
+            explained(detail, data, briefly=number >= MOST_EXPLAINED)
+            for number, detail in enumerate(details)
+        ]
+        # Unknown keys first: a key that was only misspelt is not missing as well.
+        findings.sort(key=lambda finding: finding.message.startswith("missing"))
+        for finding in findings:
+            _note(document, finding)
+            _set_aside(data, finding.path)
+
+
+def _note(document: Document, finding: Finding) -> None:
+    if finding.path not in document.unsettled or not finding.message.startswith("missing"):
+        place = _place(document, finding.path, finding.at_key)
+        document.mistakes.append(Mistake.at(place, dotted(finding.path), finding.message))
+    document.unsettled |= {finding.path, *finding.unsettled}
+
+
+def _place(document: Document, path: Path, at_key: bool = False) -> Place:
+    """Return where a path stands, or the section that it is missing from."""
+    places = document.keys if at_key else document.values
+    for length in range(len(path), 0, -1):
+        if path[:length] in places:
+            return places[path[:length]]
+    return document.keys.get((), Place(document.file, 1, 1))
+
+
+def _set_aside(data: Any, path: Path) -> None:
+    """Take the value at a path out of the data, or put in what stands in for it."""
+    if path == ("name",):
+        data["name"] = "unnamed"
+        return
+    if path == (*ROUTE, "kind"):
+        route = data["auvs"]["route"]
+        route["kind"] = guessed_kind(route)
+        return
+    # A list goes as a whole: without one item it would be blamed for its length.
+    whole = path[: next((n for n, part in enumerate(path) if isinstance(part, int)), len(path))]
+    section = data
+    for part in whole[:-1]:
+        section = section.get(part, {})
+    section.pop(whole[-1], None)
+
+
+def _note_contradictions(document: Document, problems: Iterable[Problem]) -> None:
+    unsettled = {tuple(p for p in path if isinstance(p, str)) for path in document.unsettled}
+    for problem in problems:
+        paths = [_split(key) for key in (problem.key, *problem.others)]
+        if any(_overlap(path, doubtful) for path in paths for doubtful in unsettled):
+            continue
+        document.mistakes.append(
+            Mistake.at(told_at(document, problem), problem.key, problem.message)
+        )
+
+
+def told_at(document: Document, problem: Problem) -> Place:
+    """Return where a problem stands; where its key is left to its default, at a key behind it."""
+    paths = [_split(key) for key in (problem.key, *problem.others)]
+    return _place(document, next((path for path in paths if path in document.values), paths[0]))
+
+
+def place_of(document: Document, key: str) -> Place:
+    """Return where a dotted key stands, or the section that it is missing from."""
+    return _place(document, _split(key))
+
+
+def _split(key: str) -> Path:
+    return tuple(int(part) if part.isdigit() else part for part in key.split("."))
+
+
+def _overlap(path: Path, other: Path) -> bool:
+    words = tuple(part for part in path if isinstance(part, str))
+    shared = min(len(words), len(other))
+    return words[:shared] == other[:shared]
+
+
+def _place_tracks(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
+    """Make the track files of a route absolute in the data; yield what is wrong with them."""
+    auvs = data.get("auvs")
+    route = auvs.get("route") if isinstance(auvs, dict) else None
+    files: Any = route.get("files") if isinstance(route, dict) else None
+    if not isinstance(files, list):
+        return
+    for number, file in enumerate(files):
+        if isinstance(file, str) and "\0" not in file:
+            files[number] = str((folder / file).resolve())
+            problem = _track_problem(files[number])
+            if problem:
+                yield (*ROUTE, "files", number), problem
+
+
+def _misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which tracks begin after the mission's end, or have ended before its start."""
+    route, behind = scenario.auvs.route, ("duration_s", "auvs.route.time_offset_s")
+    if route.kind != "track":
+        return
+    from ...vehicles.tracks import misplaced, read_track
+
+    try:
+        tracks = [read_track(file, route.time_offset_s) for file in route.files]
+    except ValueError:
+        return  # which has been told already
+    for number, message in misplaced(tracks, route.time_offset_s, scenario.duration_s):
+        yield Problem(f"auvs.route.files.{number}", message, behind)
+
+
+def _track_problem(file: str) -> str:
+    if not FilePath(file).is_file():
+        return f"no such file: {file}; tracks are sought beside the scenario file"
+    from ...vehicles.tracks import read_track  # brings numpy, which other routes do not need
+
+    try:
+        read_track(file)
+    except ValueError as error:
+        return str(error)
+    return ""

@@ -1,0 +1,176 @@
+"""Every key of a scenario file: its type, unit, default, range, meaning and source.
+
+The rows come from the models in :mod:`.scenario.sections`, so that what `params` prints,
+what messages say and what is checked cannot differ.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from types import UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
+
+from ..core.wording import plain
+from .key_types import Part
+from .scenario import Scenario
+from .vehicle_choice import VehicleChoice
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+REQUIRED = "(required)"
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key of the scenario file; `only` names the route it belongs to, "" for every scenario.
+
+    `kind` is its type in words, `choices` its allowed words if it has such, `default` and `range`
+    are written as in a file.
+    """
+
+    key: str
+    kind: str
+    choices: tuple[str, ...]
+    unit: str
+    default: str
+    range: str
+    meaning: str
+    source: str
+    only: str = ""
+
+    @property
+    def section(self) -> str:
+        """The dotted name of the section it stands in."""
+        return self.key.rpartition(".")[0]
+
+    @property
+    def name(self) -> str:
+        """Its last word."""
+        return self.key.rpartition(".")[2]
+
+
+@cache
+def keys() -> tuple[Key, ...]:
+    """Return every key in the order of the file, one row each."""
+    return tuple(_rows(Scenario, "", ""))
+
+
+@cache
+def sections() -> dict[str, str]:
+    """Return the meaning of each section by its dotted name, in the order of the file."""
+    return dict(_sections(Scenario, ""))
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a scenario file, for editors."""
+    schema = Scenario.model_json_schema()
+    schema["title"] = "bindusbl-des scenario"
+    # `route: {}` fits several kinds, which `oneOf` forbids; Scenario reads it as a lawnmower.
+    route = schema["$defs"]["Auvs"]["properties"]["route"]
+    route["anyOf"] = route.pop("oneOf")
+    return {"$schema": DIALECT, **schema}
+
+
+def _parts(annotation: Any) -> tuple[type[Part], ...]:
+    """Return the sections that a field may hold: none, one, or the kinds of a union."""
+    if isinstance(annotation, type) and issubclass(annotation, Part):
+        return (annotation,)
+    if get_origin(annotation) in (Union, UnionType):
+        return tuple(part for arm in get_args(annotation) for part in _parts(arm))
+    return _parts(get_args(annotation)[0]) if get_origin(annotation) is Annotated else ()
+
+
+def _sections(model: type[Part], prefix: str) -> Iterator[tuple[str, str]]:
+    for name, field in model.model_fields.items():
+        parts = _parts(field.annotation)
+        if parts:
+            yield f"{prefix}{name}", field.description or ""
+            yield from _sections(parts[0], f"{prefix}{name}.")
+
+
+def _rows(model: type[Part], prefix: str, only: str) -> Iterator[Key]:
+    for name, field in model.model_fields.items():
+        parts = _parts(field.annotation)
+        if len(parts) > 1:
+            yield from _union_rows(parts, f"{prefix}{name}.")
+        elif parts:
+            yield from _rows(parts[0], f"{prefix}{name}.", only)
+        else:
+            yield _row(f"{prefix}{name}", field, only)
+
+
+def _union_rows(parts: tuple[type[Part], ...], prefix: str) -> Iterator[Key]:
+    """Yield one `kind` with all its choices, then the keys of each kind."""
+    kinds = tuple(str(part.model_fields["kind"].default) for part in parts)
+    first = parts[0].model_fields["kind"]
+    extra = _extra(first)
+    meaning, source = first.description or "", extra["source"]
+    yield Key(f"{prefix}kind", "choice", kinds, "", kinds[0], "", meaning, source)
+    for part, kind in zip(parts, kinds, strict=True):
+        rows = _rows(part, prefix, kind)
+        yield from (row for row in rows if row.name != "kind")
+
+
+def _extra(field: "FieldInfo") -> dict[str, str]:
+    extra = field.json_schema_extra
+    known = extra if isinstance(extra, dict) else {}
+    return {name: str(known.get(name, "")) for name in ("unit", "source")}
+
+
+def _row(key: str, field: "FieldInfo", only: str) -> Key:
+    extra = _extra(field)
+    return Key(
+        key,
+        _type(field.annotation),
+        _choices(field.annotation),
+        extra["unit"],
+        REQUIRED if field.is_required() else plain(field.default),
+        _range(field.metadata),
+        field.description or "",
+        extra["source"],
+        only,
+    )
+
+
+def _choices(annotation: Any) -> tuple[str, ...]:
+    if isinstance(annotation, type) and issubclass(annotation, VehicleChoice):
+        return annotation.MODELS
+    return get_args(annotation) if get_origin(annotation) is Literal else ()
+
+
+def _type(annotation: Any) -> str:
+    """Return a type in words, such as "list of [x, y], or null"."""
+    origin, arms = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _type(arms[0])
+    if origin is Literal or _choices(annotation):
+        return "choice"
+    if origin in (Union, UnionType):
+        return f"{_type(next(arm for arm in arms if arm is not type(None)))}, or null"
+    if origin is tuple:
+        return f"list of {_type(arms[0])}" if arms[-1] is Ellipsis else "[x, y]"
+    return {int: "whole number", float: "number", str: "text"}[annotation]
+
+
+def _range(metadata: list[Any]) -> str:
+    """Return bounds in words, such as "> 0 and <= 20"."""
+    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+    bounds = [
+        f"{sign} {plain(float(getattr(item, name)))}"
+        for name, sign in signs.items()
+        for item in metadata
+        if getattr(item, name, None) is not None
+    ]
+    lengths = {
+        name: getattr(item, name)
+        for name in ("min_length", "max_length")
+        for item in metadata
+        if getattr(item, name, None) is not None
+    }
+    if "max_length" in lengths:
+        bounds.append(f"{lengths.get('min_length', 0)} to {lengths['max_length']} characters")
+    elif "min_length" in lengths:
+        bounds.append(f"at least {lengths['min_length']} character(s)")
+    return " and ".join(bounds)

@@ -1,0 +1,298 @@
+"""A mission as its planner describes it: frozen, validated, units in the key names.
+
+A :class:`Scenario` is plain data.  It knows nothing of files, clocks or random numbers: the same
+scenario run with the same seed is the same mission.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator
+
+from .key_types import (
+    LONGEST_NAME,
+    PAPER,
+    THESIS,
+    Part,
+    PartName,
+    Point,
+    Real,
+    Text,
+    Whole,
+    formerly,
+    key,
+)
+from .route_keys import Lawnmower, Route
+from .vehicle_choice import AsvVehicle, AuvVehicle
+
+
+class Survey(Part):
+    """The square of sea to be surveyed, centred on the origin, and the depth to fly at."""
+
+    side_m: Real = key(140.0, "m", "side L of the square survey area", PAPER, ge=0.1, le=1e5)
+    depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
+
+
+class Auvs(Part):
+    """The underwater vehicles: how many, what they are, where they go."""
+
+    count: Whole = key(3, "1", "number of AUVs", PAPER, ge=1, le=100_000)
+    vehicle: AuvVehicle = key(
+        "kinematic", "", "vehicle model, or {model: ..., coefficient: value, ...}"
+    )
+    speed_m_per_s: Real = key(
+        0.627,
+        "m/s",
+        "speed along the route",
+        "tab:case_study (182-192 m in 300 s)",
+        ge=0.001,
+        le=20,
+    )
+    turning_radius_m: Real = key(
+        5.0, "m", "smallest turning radius (kinematic only)", ge=0.001, le=1e4
+    )
+    join_angle_deg: Real = key(
+        20.0, "deg", "angle at which an AUV that has turned about joins a line again", ge=0.1, le=45
+    )
+    route: Route = Field(default=Lawnmower(), description="where the AUVs go")
+    feedback: Literal["truth", "estimate"] = key(
+        "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
+    )
+
+
+class Formation(Part):
+    """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
+
+    angle_deg: Real = key(
+        0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
+    )
+    clearance_m: Real = key(
+        0.0, "m", "clearance Delta_b: R_f = hf.range_m + clearance_m", PAPER, ge=0, le=1e6
+    )
+    radius_m: Real | None = key(
+        None, "m", "formation radius R_f itself; null = range plus clearance", ge=0, le=1e6
+    )
+    positions_m: tuple[Point, ...] | None = key(None, "m", "one [x, y] per ASV instead of an N-gon")
+
+
+class Asvs(Part):
+    """The surface vessels that carry the USBL arrays."""
+
+    count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
+    vehicle: AsvVehicle = key(
+        "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
+    )
+    formation: Formation = Field(default=Formation(), description="where the ASVs keep station")
+
+
+class Origin(Part):
+    """Where on Earth the centre of the survey lies (WGS-84); +x is north there, +y east."""
+
+    lat_deg: Real | None = key(
+        None, "deg", "latitude of the survey's centre, for exports; null = nowhere", ge=-90, le=90
+    )
+    lon_deg: Real | None = key(
+        None, "deg", "longitude of the survey's centre, positive to the east", ge=-180, le=180
+    )
+
+    @property
+    def coordinates(self) -> tuple[float, float] | None:
+        """Latitude and longitude (deg), None for a survey that is nowhere in particular."""
+        if self.lat_deg is None or self.lon_deg is None:
+            return None
+        return self.lat_deg, self.lon_deg
+
+
+class Environment(Part):
+    """The water: how fast sound travels in it, how it moves, and where it is."""
+
+    sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
+    current_m_per_s: Real = key(0.0, "m/s", "speed of the uniform current", ge=0, le=10)
+    current_variation_m_per_s: Real = key(
+        0.0, "m/s", "standard deviation of the current's slow variation per axis", ge=0, le=10
+    )
+    current_variation_time_s: Real = key(
+        600.0, "s", "time constant of that variation (Gauss-Markov)", ge=1, le=1e6
+    )
+    current_direction_deg: Real = key(
+        0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
+    )
+    origin: Origin = Field(default=Origin(), description="the survey's place on Earth")
+
+    @field_validator("origin", mode="before")
+    @classmethod
+    def _nowhere(cls, origin: Any) -> Any:
+        """Read `origin: null` as no origin."""
+        return {} if origin is None else origin
+
+
+class Uplink(Part):
+    """The high-frequency band on which AUVs ping."""
+
+    range_m: Real = key(50.0, "m", "HF range R_HF", PAPER, ge=0.1, le=1e5)
+    range_metric: Literal["horizontal", "slant"] = key(
+        "horizontal", "", "which distance is compared with the HF range", PAPER
+    )
+    ping_s: Real = key(0.010, "s", "duration T_P of a ping", PAPER, ge=1e-6, le=10)
+
+
+class Downlink(Part):
+    """The medium-frequency band on which ASVs broadcast fixes."""
+
+    range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, ge=0.1, le=1e6)
+    bit_rate_bps: Real = key(2000.0, "bit/s", "bit rate R_DL", PAPER, ge=1, le=1e9)
+    overhead: Real = key(2.0, "1", "protocol overhead factor Lambda", PAPER, ge=1, le=100)
+    header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)
+    fix_bytes: Whole = key(16, "B", "record of one fix B_fix", PAPER, ge=1, le=65_535)
+
+
+class Loss(Part):
+    """Why a ping in range may still not be decoded."""
+
+    law: Literal["paper", "thesis", "head", "none"] = key(
+        "paper", "", "coefficients of eq. fix_loss: published digits, full digits, OEM head, none"
+    )
+    combine: Literal["clamp_first", "paper_raw", "off"] = key(
+        "off", "", "how contention is added (eq. fix_loss_total); off = collisions are simulated"
+    )
+    contention_per_auv: Real = key(0.05, "1", "P_col per additional AUV", PAPER, ge=0, le=1)
+    cap: Real = key(0.999, "1", "largest loss probability", PAPER, ge=0, le=1)
+
+
+class Acoustics(Part):
+    """The two acoustic bands and the loss on the uplink."""
+
+    hf: Uplink = Field(default=Uplink(), description="uplink band")
+    mf: Downlink = Field(default=Downlink(), description="downlink band")
+    loss: Loss = Field(default=Loss(), description="loss of single pings")
+
+
+class Protocol(Part):
+    """Who pings when, who answers how, and what the clock is."""
+
+    schedule: PartName = key(
+        "spatial_reuse",
+        "",
+        "spatial_reuse | dsatur | one_per_slot | round_robin | random, or module:object",
+        PAPER,
+        min_length=1,
+    )
+    downlink: Literal["sequential", "pipelined_round", "pipelined_group", "direct_reply"] = key(
+        "sequential", "", "when fixes are broadcast", PAPER
+    )
+    broadcaster: Literal["rotate", "random", "most_fixes", "nearest", "fixed"] = key(
+        "rotate", "", "which ASV broadcasts a round's fixes"
+    )
+    ranging: Literal["owtt_sync", "twtt", "passive"] = key(
+        "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times"
+    )
+    positions: Annotated[
+        Literal["truth", "last_fix", "carried_forward"], formerly(estimate="last_fix")
+    ] = key(
+        "truth",
+        "",
+        "the AUV positions that the colouring knows: true ones, the last fix of each, or that fix "
+        "carried on by planned course and speed",
+        PAPER,
+    )
+    tick_rate_hz: Real | None = key(
+        None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", ge=0.001, le=1e6
+    )
+    frame_s: Real = key(
+        1.0,
+        "s",
+        "frame of one AUV (round_robin, random)",
+        "sec:baseline (1 fix/s)",
+        ge=0.001,
+        le=1e6,
+    )
+    turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt)", ge=0, le=60)
+    reply_at: Literal["ping_front", "ping_end"] = key(
+        "ping_end",
+        "",
+        "when a direct reply sets out: as the ping's front arrives, or once it is decoded",
+    )
+
+
+class Usbl(Part):
+    """The hydrophone array and the errors of what it measures."""
+
+    array: Literal["oem5", "cross5"] = key("oem5", "", "hydrophone array", THESIS)
+    tdoa_sd_s: Real = key(2.60296781e-7, "s", "noise of one TDOA pair", THESIS, ge=0, le=1)
+    travel_time_sd_s: Real = key(6.66667e-6, "s", "noise of a travel time", THESIS, ge=0, le=1)
+    quantum_s: Real = key(1.0e-6, "s", "quantum of travel times and TDOAs", THESIS, ge=0, le=1)
+    roll_sd_deg: Real = key(0.2, "deg", "AHRS roll noise", THESIS, ge=0, le=45)
+    pitch_sd_deg: Real = key(0.2, "deg", "AHRS pitch noise", THESIS, ge=0, le=45)
+    heading_sd_deg: Real = key(1.0, "deg", "AHRS heading noise", THESIS, ge=0, le=45)
+    gnss_sd_m: Real = key(0.0, "m", "GNSS noise per axis", PAPER, ge=0, le=1e3)
+
+
+class Navigation(Part):
+    """Dead reckoning of the AUVs and how a fix corrects it."""
+
+    velocity_bias_m_per_s: Point = key((0.06, 0.06), "m/s", "velocity bias b_i", PAPER)
+    velocity_bias_sd_m_per_s: Real = key(
+        0.0,
+        "m/s",
+        "standard deviation per axis of a further velocity bias, drawn for each AUV and seed",
+        ge=0,
+        le=20,
+    )
+    initial_position_sd_m: Real = key(
+        0.0, "m", "standard deviation per axis of what an AUV takes its start for", ge=0, le=1e5
+    )
+    bias_frame: Literal["body", "world"] = key(
+        "body", "", "frame in which the bias is constant", "eq. dead_reckoning"
+    )
+    velocity: Literal["over_ground", "through_water"] = key(
+        "over_ground", "", "the velocity dead reckoning integrates; through water misses currents"
+    )
+    random_walk_m_per_sqrt_s: Real = key(
+        0.027, "m/sqrt(s)", "random walk sigma", PAPER, ge=0, le=1e3
+    )
+    imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
+    depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
+    filter: PartName = key(
+        "fixed_gain",
+        "",
+        "fixed_gain | kalman | dead_reckoning, or module:object: how a fix corrects",
+        PAPER,
+        min_length=1,
+    )
+    gain: Real = key(0.9, "1", "gain gamma of eq. update (fixed_gain)", PAPER, gt=0, le=1)
+    nis_gate: Real | None = key(
+        9.210340372,
+        "1",
+        "normalised innovation squared above which a fix is refused (kalman); null = none",
+        "chi-squared, 2 degrees of freedom, 99 %",
+        gt=0,
+        le=1e6,
+    )
+    delay_compensation: Literal["none", "shift"] = key(
+        "shift", "", "innovation against the present estimate, or that remembered at ping time"
+    )
+
+
+class Record(Part):
+    """What is kept of a mission."""
+
+    tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", ge=1e-6, le=1e3)
+    metrics_hz: Real = key(
+        30.0, "Hz", "rate at which time means are sampled", PAPER, ge=1e-6, le=1e3
+    )
+    detail: Literal["full", "summary"] = key("full", "", "every event, or the metrics only")
+
+
+class ScenarioKeys(Part):
+    """All keys of a scenario, each within its range; :class:`.Scenario` has them agree."""
+
+    name: Text = Field(min_length=1, max_length=LONGEST_NAME, description="name of the scenario")
+    duration_s: Real = key(300.0, "s", "length of the mission", PAPER, ge=0.001, le=1e7)
+    survey: Survey = Field(default=Survey(), description="the survey area")
+    auvs: Auvs = Field(default=Auvs(), description="underwater vehicles")
+    asvs: Asvs = Field(default=Asvs(), description="surface vessels")
+    environment: Environment = Field(default=Environment(), description="the water")
+    acoustics: Acoustics = Field(default=Acoustics(), description="acoustic bands")
+    protocol: Protocol = Field(default=Protocol(), description="medium access")
+    usbl: Usbl = Field(default=Usbl(), description="USBL measurement")
+    navigation: Navigation = Field(default=Navigation(), description="AUV navigation")
+    record: Record = Field(default=Record(), description="what is recorded")

@@ -1,0 +1,113 @@
+"""Which vehicle model a scenario asks for, and which of its coefficients differ."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from ..core.wording import described, did_you_mean
+
+# Vehicles without equations of motion have no coefficients.
+WITHOUT_DYNAMICS = ("kinematic", "moored")
+
+
+@dataclass(frozen=True)
+class VehicleChoice:
+    """A vehicle model by name, and the coefficients that differ from its published ones.
+
+    In a file it is the name, or a mapping: ``{model: remus100, yaw_time_constant_s: 5}``.
+    """
+
+    MODELS: ClassVar[tuple[str, ...]] = ()
+
+    model: str
+    coefficients: tuple[tuple[str, float], ...] = ()
+
+    def __str__(self) -> str:
+        return self.model + ("*" if self.coefficients else "")
+
+    @property
+    def has_dynamics(self) -> bool:
+        """Whether the vehicle moves by equations of motion."""
+        return self.model not in WITHOUT_DYNAMICS
+
+    @classmethod
+    def read(cls, value: Any) -> Self:
+        """Return the choice that a file's value stands for.
+
+        Raises:
+            PydanticCustomError: naming the rule, the value and the remedy.
+        """
+        if isinstance(value, cls):
+            return value
+        if isinstance(value, str):
+            return cls(cls._known(value))
+        if not isinstance(value, Mapping) or "model" not in value:
+            raise _mistake(
+                f"must be one of {', '.join(cls.MODELS)}, or a mapping with `model` and "
+                f"coefficients; got {described(value)}"
+            )
+        model = cls._known(value["model"])
+        changes = {str(name): number for name, number in value.items() if name != "model"}
+        for name, number in changes.items():
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                raise _mistake(f"{name} must be a number; got {described(number)}")
+            if not math.isfinite(number):
+                raise _mistake(f"{name} must be finite; got {described(number)}")
+        if changes and model in WITHOUT_DYNAMICS:
+            raise _mistake(f"{model} has no coefficients; remove {', '.join(changes)}")
+        if changes:
+            from ..vehicles.hulls import parameters
+
+            try:
+                parameters(model, changes)
+            except ValueError as error:
+                raise _mistake(str(error)) from None
+        return cls(model, tuple((name, float(number)) for name, number in changes.items()))
+
+    @classmethod
+    def _known(cls, name: Any) -> str:
+        if name not in cls.MODELS:
+            hint = did_you_mean(str(name), cls.MODELS)
+            raise _mistake(f"must be one of {', '.join(cls.MODELS)}; got {described(name)}{hint}")
+        return str(name)
+
+    def plain(self) -> "str | dict[str, str | float]":
+        """Return the choice as it is written in a file."""
+        return {"model": self.model, **dict(self.coefficients)} if self.coefficients else self.model
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            cls.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(lambda v: v.plain()),
+        )
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: Any) -> dict[str, Any]:
+        names = {"enum": list(cls.MODELS), "type": "string"}
+        mapping = {
+            "type": "object",
+            "properties": {"model": names},
+            "required": ["model"],
+            "additionalProperties": {"type": "number"},
+        }
+        return {"anyOf": [names, mapping]}
+
+
+class AuvVehicle(VehicleChoice):
+    """The model of an underwater vehicle."""
+
+    MODELS = ("kinematic", "remus100", "bluerov2")
+
+
+class AsvVehicle(VehicleChoice):
+    """The model of a surface vessel."""
+
+    MODELS = ("moored", "otter", "cybership2")
+
+
+def _mistake(text: str) -> PydanticCustomError:
+    return PydanticCustomError("vehicle", "{text}", {"text": text})

@@ -1,0 +1,151 @@
+"""Several fixes of one ping, made one: the minimum-variance linear unbiased estimate (MVLUE)."""
+
+from collections.abc import Sequence
+from math import copysign, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import compiled
+
+Vector = NDArray[np.float64]
+
+# Directions whose variance is below this share of the largest are taken as known exactly.
+SINGULAR = 1e-13
+
+# Jacobi's method squares what is left off the diagonal in each sweep; 3 x 3 needs four or five.
+MOST_SWEEPS = 30
+
+
+def fuse(fixes: Sequence[Vector], covariances: Sequence[Vector]) -> tuple[Vector, Vector]:
+    """Fuse independent fixes of the same ping; return the estimate (n,) and covariance (n, n).
+
+    The additive form z + A (A + B)^+ (z' - z) is the inverse-covariance average where covariances
+    are regular, and stays right where they are singular (a perfect range, say).  With K equal
+    covariances R the result has R / K, so every standard deviation shrinks by sqrt(K).
+
+    >>> fixes = [np.array([1.0, 5.0]), np.array([3.0, 2.0])]
+    >>> z, P = fuse(fixes, [np.diag([0.0, 1.0]), np.diag([1.0, 0.0])])
+    >>> z.tolist()
+    [1.0, 2.0]
+    """
+    if not len(fixes) or len(fixes) != len(covariances):
+        raise ValueError(
+            f"fusion needs one covariance per fix and at least one fix, got {len(fixes)} fixes "
+            f"and {len(covariances)} covariances"
+        )
+    points, spreads = np.array(fixes, dtype=np.float64), np.array(covariances, dtype=np.float64)
+    estimate, covariance = points[0], spreads[0]
+    for fix, other in zip(points[1:], spreads[1:], strict=True):
+        estimate, covariance = fuse_pair(estimate, covariance, fix, other)
+    return estimate, covariance
+
+
+@compiled
+def fuse_pair(
+    estimate: Vector, covariance: Vector, fix: Vector, other: Vector
+) -> tuple[Vector, Vector]:
+    """Fuse two independent estimates (n,) and their covariances (n, n); see :func:`fuse`."""
+    size = estimate.size
+    gain = _times(covariance, _pseudo_inverse(covariance + other))
+    left = _times(gain, covariance)
+    fused, spread = estimate.copy(), np.empty((size, size))
+    for i in range(size):
+        for j in range(size):
+            fused[i] += gain[i, j] * (fix[j] - estimate[j])
+            spread[i, j] = (covariance[i, j] - left[i, j] + covariance[j, i] - left[j, i]) / 2
+    return fused, spread
+
+
+@compiled
+def fuse_shared(
+    estimate: Vector, covariance: Vector, fix: Vector, other: Vector, unit: Vector
+) -> tuple[Vector, Vector]:
+    """Fuse a fix into an estimate whose own error it shares; return both anew.
+
+    `estimate` (4,) and `covariance` (4, 4) are those of a place (m) and of a length (m); `fix` (3,)
+    with the covariance `other` (3, 3) was made with that length, and errs by as much against its
+    `unit` vector as the length does.  Source: Kalman update, z = p - u b + noise.
+    """
+    shared, spread = np.empty((4, 3)), np.empty((3, 3))
+    for i in range(4):
+        for j in range(3):
+            shared[i, j] = covariance[i, j] - covariance[i, 3] * unit[j]
+    for i in range(3):
+        for j in range(3):
+            spread[i, j] = shared[i, j] - unit[i] * shared[3, j] + other[i, j]
+    inverse = _pseudo_inverse(spread)
+    gain = np.zeros((4, 3))
+    for i in range(4):
+        for j in range(3):
+            for k in range(3):
+                gain[i, j] += shared[i, k] * inverse[k, j]
+    fused, left = estimate.copy(), covariance.copy()
+    for i in range(4):
+        for j in range(3):
+            fused[i] += gain[i, j] * (fix[j] - estimate[j] + unit[j] * estimate[3])
+            for k in range(4):
+                left[i, k] -= (gain[i, j] * shared[k, j] + gain[k, j] * shared[i, j]) / 2
+    return fused, left
+
+
+@compiled
+def _times(a: Vector, b: Vector) -> Vector:
+    """Return the product of two small square matrices (numba's own needs scipy)."""
+    size = len(a)
+    product = np.zeros((size, size))
+    for i in range(size):
+        for j in range(size):
+            for k in range(size):
+                product[i, j] += a[i, k] * b[k, j]
+    return product
+
+
+@compiled
+def _pseudo_inverse(matrix: Vector) -> Vector:
+    """Return the pseudo-inverse of a symmetric positive semidefinite matrix (n, n).
+
+    By its eigenvalues, which Jacobi's rotations find. Source: G. H. Golub, C. F. Van Loan, Matrix
+    Computations, 4th ed., section 8.5 (cyclic Jacobi).
+    """
+    size = len(matrix)
+    values, vectors = matrix.copy(), np.eye(size)
+    for _ in range(MOST_SWEEPS):
+        turned = False
+        for p in range(size - 1):
+            for q in range(p + 1, size):
+                beside = values[p, q]
+                if abs(beside) <= 1e-17 * sqrt(abs(values[p, p] * values[q, q])):
+                    continue
+                turned = True
+                slope = (values[q, q] - values[p, p]) / (2.0 * beside)
+                tangent = copysign(1.0, slope) / (abs(slope) + sqrt(1.0 + slope * slope))
+                cosine = 1.0 / sqrt(1.0 + tangent * tangent)
+                _rotate(values, vectors, p, q, cosine, tangent * cosine)
+        if not turned:
+            break
+    largest = 0.0
+    for k in range(size):
+        largest = max(largest, values[k, k])
+    inverse = np.zeros((size, size))
+    for k in range(size):
+        if values[k, k] > SINGULAR * largest:
+            for i in range(size):
+                for j in range(size):
+                    inverse[i, j] += vectors[i, k] * vectors[j, k] / values[k, k]
+    return inverse
+
+
+@compiled
+def _rotate(values: Vector, vectors: Vector, p: int, q: int, cosine: float, sine: float) -> None:
+    """Rotate axes p and q so that `values` [p, q] vanishes."""
+    for k in range(len(values)):
+        first, second = values[k, p], values[k, q]
+        values[k, p], values[k, q] = cosine * first - sine * second, sine * first + cosine * second
+    for k in range(len(values)):
+        first, second = values[p, k], values[q, k]
+        values[p, k], values[q, k] = cosine * first - sine * second, sine * first + cosine * second
+        first, second = vectors[k, p], vectors[k, q]
+        vectors[k, p] = cosine * first - sine * second
+        vectors[k, q] = sine * first + cosine * second
+    values[p, q] = values[q, p] = 0.0

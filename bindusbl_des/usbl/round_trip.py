@@ -1,0 +1,92 @@
+"""Where an AUV was when it answered a call: what an ASV makes of the whole way of both.
+
+An ASV knows, by GNSS time, how long the sound was under way from the caller to the AUV and from
+there to itself: call and answer together.  The two places of the AUV are those at which it heard
+the call and at which it answered, a ping and a turnaround later.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import compiled
+
+Vector = NDArray[np.float64]
+
+# A share of the whole way below which a caller and an AUV are in line, and one cannot tell where.
+IN_LINE = 1e-9
+
+
+@compiled
+def own_range(
+    path: float, baseline: Vector, unit: Vector
+) -> tuple[float, float, Vector, Vector, float]:
+    """Return how far (m) an AUV in a direction was, when call and answer took a `path` (m).
+
+    `baseline` (3,), m, points from who heard the answer to where the call was sent: 0 for a caller
+    that keeps its place, who takes half the path; others look for a point of an ellipse.  Also
+    returned: what share of an error of the path goes into the range; where the AUV lies from the
+    caller, a unit vector; by how much the range grows per metre across the direction, (3,); and how
+    uncertain the range is whatever the errors (m2): not at all, but where the AUV lies between the
+    two, where every range makes the same path.
+
+    >>> [round(x, 9) for x in own_range(100.0, np.zeros(3), np.array([1.0, 0.0, 0.0]))[:2]]
+    [50.0, 0.5]
+    >>> aside = own_range(90.0, np.array([0.0, 30.0, 0.0]), np.array([1.0, 0.0, 0.0]))
+    >>> round(aside[0], 9), round(90.0 - math.hypot(aside[0], 30.0), 9)
+    (40.0, 40.0)
+    """
+    along = unit[0] * baseline[0] + unit[1] * baseline[1] + unit[2] * baseline[2]
+    square = baseline[0] ** 2 + baseline[1] ** 2 + baseline[2] ** 2
+    whole = max(path, math.sqrt(square))
+    rest = whole - along
+    if rest <= IN_LINE * whole:
+        return whole / 2, 0.5, -unit, np.zeros(3), square / 12
+    reach = (whole**2 - square) / (2 * rest)
+    lean = (baseline - along * unit) / rest
+    bearing = reach * unit - baseline
+    way = math.sqrt(bearing[0] ** 2 + bearing[1] ** 2 + bearing[2] ** 2)
+    if way <= IN_LINE * whole:
+        return reach, 0.5, unit, lean, 0.0
+    return reach, (whole - reach) / rest, bearing / way, lean, 0.0
+
+
+@compiled
+def dated(
+    covariance: Vector, unit: Vector, share: float, bearing: Vector, lean: Vector, doubt: float,
+    limit: float, timing: float, motion: float, gnss: float, other_gnss: float,
+) -> Vector:  # fmt: skip
+    """Return the covariance (4, 4), m2, of a fix by a range of one's own and of the call's way.
+
+    The call's way is what remains of the path, and tells all others when the AUV answered.
+    `covariance` (3, 3) is that of the direction and of the ASV's GNSS (m2 per axis, `gnss`); the
+    range errs by `share` of the path's own error (variance `timing`) and of the AUV's motion
+    between call and answer (`motion`), by `lean` of the error of the direction, and where another
+    ASV has called by `share` of both GNSS errors along the `bearing` (`other_gnss`, else 0); what
+    :func:`own_range` is in `doubt` about comes on top.  However little the geometry tells, the
+    AUV lies on an ellipse: neither direction nor path make more than a `limit` (m2) of it.
+    """
+    tilt = np.zeros(3)  # covariance of the place with what the direction makes of the range
+    variance = 0.0
+    for i in range(3):
+        for j in range(3):
+            tilt[i] += (covariance[i, j] - (gnss if i == j else 0.0)) * lean[j]
+        variance += lean[i] * tilt[i]
+    if variance > limit:
+        tilt *= math.sqrt(limit / variance)
+        variance = limit
+    drawn = share**2 * (timing + motion + 2 * other_gnss)
+    if drawn > timing + motion + limit:
+        share *= math.sqrt((timing + motion + limit) / drawn)
+    variance += share**2 * (timing + motion + 2 * other_gnss) + doubt
+    out = np.empty((4, 4))
+    for i in range(3):
+        tilt[i] -= share * other_gnss * bearing[i]
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = covariance[i, j] + variance * unit[i] * unit[j]
+            out[i, j] += tilt[i] * unit[j] + unit[i] * tilt[j]
+        out[i, 3] = out[3, i] = (variance - share * timing) * unit[i] + tilt[i]
+    out[3, 3] = variance - 2 * share * timing + timing
+    return out

@@ -1,0 +1,36 @@
+"""The vehicles that take part in a mission, and where each of them is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from .motion import Motion
+from .vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from .guidance import Voyage
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """All AUVs, or all ASVs: where each is at any instant.
+
+    Who steers by fixes has no sure future: its `voyage` is moved on as the mission goes on.
+    """
+
+    vehicles: Sequence[Vehicle]
+    motion: Motion
+    voyage: "Voyage | None" = None
+
+    def __len__(self) -> int:
+        return len(self.vehicles)
+
+    @property
+    def foreseen(self) -> bool:
+        """Whether the motion is known to the end, whatever happens in the mission."""
+        return self.voyage is None
+
+    def reach(self, time: float) -> None:
+        """Make the motion known up to an instant (s)."""
+        if self.voyage is not None:
+            self.voyage.advance(time)

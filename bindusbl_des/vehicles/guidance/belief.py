@@ -1,0 +1,130 @@
+"""What vehicles know, and steer by: where they believe to be, and what their logs tell.
+
+An autopilot has its AHRS (attitude and turn rates), its depth and a velocity log, whose bias is
+that of dead reckoning. Whatever else is true stays outside.
+"""
+
+from dataclasses import dataclass
+from math import ceil, cos, floor, sin
+
+import numpy as np
+
+from ...core.compiled import inlined
+from .. import logs
+from ..hulls.frames import Floats
+
+# What `sensed` holds: the offset from the station (m) by estimate or GNSS, and the velocity that
+# the log measures (m/s), north and east; that ahead and to starboard of the hull (a REMUS asks for
+# the one through the water); and how fast the water carries the vehicle beyond what the log
+# measures, as far as fixes show (m/s)
+OFF_N, OFF_E, LOG_N, LOG_E, LOG_AHEAD, LOG_ASIDE, SET_N, SET_E, SENSED = range(9)
+
+
+@dataclass(frozen=True)
+class SteeringDrift:
+    """How wrong the dead reckoning is by which vehicles steer.
+
+    `bias` (2,) or (n, 2) m/s of velocity, ahead and to starboard if `in_body`, else along x and y;
+    `walk` (n, samples, 2) m along x and y at the instants k / `rate` (Hz), straight in between.
+    `through_water` if the log has no bottom lock and misses the current, which is then in `walk`.
+    """
+
+    bias: Floats
+    in_body: bool
+    walk: Floats
+    rate: float
+    through_water: bool = False
+
+
+def for_fleet(
+    model: str, drift: SteeringDrift | None, count: int, duration: float
+) -> SteeringDrift:
+    """Return the drift with a row for each of `count` vehicles; none at all for None.
+
+    Raises ValueError for a walk that is not given for each vehicle up to the end (`duration`, s).
+    """
+    if drift is None:
+        return SteeringDrift(np.zeros((count, 2)), False, np.zeros((count, 2, 2)), 1.0)
+    walk = np.array(drift.walk, dtype=np.float64, order="C")
+    samples = max(2, 1 + ceil(duration * drift.rate * (1.0 - 1e-12)))
+    if walk.ndim != 3 or walk.shape[0] != count or walk.shape[1] < samples or walk.shape[2] != 2:
+        raise ValueError(
+            f"{model}: drift.walk has shape {walk.shape}, not ({count}, {samples} or more, 2): "
+            f"{count} vehicles for {duration:g} s at {drift.rate:g} Hz"
+        )
+    bias = np.array(np.broadcast_to(drift.bias, (count, 2)), dtype=np.float64, order="C")
+    if not (np.isfinite(walk).all() and np.isfinite(bias).all()):
+        raise ValueError(f"{model}: drift.bias and drift.walk must be finite numbers")
+    return SteeringDrift(bias, bool(drift.in_body), walk, float(drift.rate), drift.through_water)
+
+
+# What a filter on board believes: the instant (s) of its last correction, the integrals of the
+# heading up to there (s), the velocity bias (m/s) and the current (m/s) that it has learnt.
+AT, COS, SIN, BIAS, CURRENT, TOLD = 0, 1, 2, 3, 5, 7
+
+
+@inlined
+def carried_on(time: float, line: Floats, told: Floats, in_body: bool) -> tuple[float, float]:
+    """Return how far (m) along x and y the bias and current that a filter has learnt have carried
+    dead reckoning off since its last correction; `line` of the voyage's log is that of now.
+    """
+    past = time - told[AT]
+    ahead = line[logs.COS] - told[COS] if in_body else past
+    aside = line[logs.SIN] - told[SIN] if in_body else 0.0
+    north = ahead * told[BIAS] - aside * told[BIAS + 1] - past * told[CURRENT]
+    east = aside * told[BIAS] + ahead * told[BIAS + 1] - past * told[CURRENT + 1]
+    return north, east
+
+
+@inlined
+def set_of(turn: float, told: Floats, sensed: Floats) -> None:
+    """Write how fast water and bias carry the vehicle beyond what its log measures (m/s).
+
+    As a filter has learnt it; `turn` (rad) is that of the frame in which the bias is constant.
+    """
+    c_turn, s_turn = cos(turn), sin(turn)
+    sensed[SET_N] = told[CURRENT] - (c_turn * told[BIAS] - s_turn * told[BIAS + 1])
+    sensed[SET_E] = told[CURRENT + 1] - (s_turn * told[BIAS] + c_turn * told[BIAS + 1])
+
+
+@inlined
+def error(
+    time: float, line: Floats, bias: Floats, in_body: bool, walk: Floats, rate: float
+) -> tuple[float, float]:
+    """Return how far (m) along x and y a vehicle believes to be from where it is.
+
+    `line` of its log holds the integrals of its heading; `bias` (2,) m/s; `walk` (samples, 2) m.
+    """
+    if in_body:
+        ahead, aside = line[logs.COS], line[logs.SIN]
+        north, east = ahead * bias[0] - aside * bias[1], aside * bias[0] + ahead * bias[1]
+    else:
+        north, east = time * bias[0], time * bias[1]
+    whole = min(floor(time * rate), walk.shape[0] - 2)
+    share = time * rate - whole
+    here, there = walk[whole], walk[whole + 1]
+    north += here[0] + share * (there[0] - here[0])
+    east += here[1] + share * (there[1] - here[1])
+    return north, east
+
+
+@inlined
+def read_log(
+    spot: Floats, own: tuple[float, float], current: Floats, missed: float, bias: Floats,
+    in_body: bool, sensed: Floats,
+) -> None:  # fmt: skip
+    """Write what a velocity log measures (m/s), bias included, north, east, ahead and to starboard.
+
+    `spot` is a line of the log of the voyage; `own` the velocity ahead and to starboard without
+    bias; `current` (2,) m/s, of which the share `missed` (0 or 1) escapes. The random walk of dead
+    reckoning is left to the position: it is faster than the loops, and as noise of this velocity
+    changes path errors of a BlueROV2 by 0.02 m at most.
+    """
+    yaw = spot[logs.YAW]
+    turn = yaw if in_body else 0.0
+    c_turn, s_turn = cos(turn), sin(turn)
+    sensed[LOG_N] = spot[4] - missed * current[0] + c_turn * bias[0] - s_turn * bias[1]
+    sensed[LOG_E] = spot[5] - missed * current[1] + s_turn * bias[0] + c_turn * bias[1]
+    c_hull, s_hull = cos(turn - yaw), sin(turn - yaw)
+    sensed[LOG_AHEAD] = own[0] + c_hull * bias[0] - s_hull * bias[1]
+    sensed[LOG_ASIDE] = own[1] + s_hull * bias[0] + c_hull * bias[1]

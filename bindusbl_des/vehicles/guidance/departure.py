@@ -1,0 +1,149 @@
+"""How a voyage begins: what it is made of is checked, and its vehicles put where they start."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, isfinite, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...geometry.paths import Path, Segment
+from ..hulls.frames import Floats
+from ..hulls.models import Model
+from . import bluerov2, cybership2, drift, flight, otter, remus100
+
+WATCH_CIRCLES = {"otter": otter.WATCH_CIRCLE, "cybership2": cybership2.WATCH_CIRCLE}
+LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
+PATIENCE_S = 120.0  # off or without headway for longer: ten times the memory of the slowest loop
+WHOLE = 1e-9  # rounding, in steps, within which a control interval is a whole number of them
+
+
+@dataclass(frozen=True)
+class Vessels:
+    """The vehicles of a fleet as the compiled flight moves them; arrays change in place.
+
+    `hull` what the equations of motion read, `gains` what the controllers read; by vehicle:
+    `states` (n, state), `memory` (n, flight.MEMORY), `watch` (n, flight.WATCH), `lines`
+    (n, drift.MEMORIES).
+    """
+
+    hull: Floats
+    gains: Floats
+    states: Floats
+    memory: Floats
+    watch: Floats
+    lines: Floats
+
+
+def begun(time: float, control: float) -> int:
+    """Return how many control intervals, k * control (s), begin before an instant (s).
+
+    >>> begun(0.0, 0.1), begun(0.05, 0.1), begun(3 * 0.1, 0.1), begun(0.31, 0.1)
+    (0, 1, 3, 4)
+    """
+    if not isfinite(time):
+        raise ValueError(f"an instant must be a finite number of seconds, not {time!r}")
+    count = max(ceil(time / control), 0)
+    while count > 0 and (count - 1) * control >= time:
+        count -= 1
+    while count * control < time:
+        count += 1
+    return count
+
+
+def whole_steps(model: str, control: float, step: float) -> int:
+    """Return the steps (s) in a control interval (s); ValueError unless a whole number of them."""
+    if not (isfinite(control) and isfinite(step) and control > 0.0 and step > 0.0):
+        raise ValueError(f"{model}: control_s {control!r} and step_s {step!r} must be above zero")
+    steps = round(control / step)
+    if steps < 1 or abs(control / step - steps) > WHOLE:
+        raise ValueError(
+            f"{model}: control_s {control} is not a whole multiple of step_s {step}; "
+            f"{max(steps, 1) * step:g} would be"
+        )
+    return steps
+
+
+def rows(model: str, what: str, values: ArrayLike, shape: tuple[int | None, ...]) -> Floats:
+    """Return a fresh array of finite numbers; None in `shape` leaves a length (above 0) open."""
+    array = np.array(values, dtype=np.float64, order="C")
+    wanted = tuple("any" if length is None else length for length in shape)
+    fits = len(array.shape) == len(shape) and all(
+        has == length or (length is None and has > 0)
+        for has, length in zip(array.shape, shape, strict=True)
+    )
+    if not fits:
+        raise ValueError(f"{model}: {what} has shape {array.shape}, not {wanted}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{model}: {what} holds a number that is not finite")
+    return array
+
+
+def for_each(model: str, what: str, value: ArrayLike, count: int) -> Floats:
+    """Return one number for each of `count` vehicles, given one for all or one for each."""
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape not in ((), (count,)):
+        raise ValueError(f"{model}: {what} has shape {array.shape}, neither () nor ({count},)")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{model}: {what} holds a number that is not finite")
+    return np.array(np.broadcast_to(array, (count,)))
+
+
+def circled(path: Path, radius: float) -> Path:
+    """Return the path with a circle to starboard at its end, round and round (radius in m)."""
+    if path.repeats_from is not None:
+        return path
+    circle = Segment(1.0 / radius, 2.0 * pi * radius)
+    return Path(path.start, (*path.segments, circle), repeats_from=path.length)
+
+
+def _vessels(kind: Model, body: Any, count: int) -> Vessels:
+    states = np.zeros((count, len(kind.states)))
+    memory, watch = np.zeros((count, flight.MEMORY)), np.zeros((count, flight.WATCH))
+    watch[:, flight.PATIENCE] = PATIENCE_S
+    lines = np.zeros((count, drift.MEMORIES))
+    return Vessels(kind.pack(body), np.zeros((count, 2)), states, memory, watch, lines)
+
+
+def on_paths(
+    kind: Model, body: Any, paths: Sequence[Path], speed: Floats, depth: Floats, current: Floats,
+    missed: float,
+) -> Vessels:  # fmt: skip
+    """Return AUVs at the beginnings of their paths; speeds (m/s) and depths (m) (n,).
+
+    A BlueROV2 is at rest, in trim: over ground, or in the water if its log sees only that (`missed`
+    is 1, the share of the current that escapes it, else 0); a REMUS at its speed through the water,
+    carried by the current.
+    """
+    vessels = _vessels(kind, body, len(paths))
+    vessels.watch[:, flight.SPEED], vessels.watch[:, flight.DEPTH] = speed, depth
+    vessels.watch[:, flight.REACH] = np.inf
+    vessels.states[:, 2] = depth
+    for number, path in enumerate(paths):
+        state = vessels.states[number]
+        state[0], state[1], state[kind.heading] = path.start
+        if kind.name == "bluerov2":
+            vessels.gains[number, 0] = body.thruster_limit_n
+            bluerov2.begin(missed * current, vessels.hull, vessels.memory[number], state)
+        else:
+            own = float(speed[number])
+            vessels.gains[number, 0] = remus100.revolutions(own, vessels.hull)
+            remus100.begin(own, current, vessels.hull, state)
+    return vessels
+
+
+def at_stations(
+    kind: Model, body: Any, stations: Floats, depth: Floats, current: Floats
+) -> Vessels:
+    """Return ASVs at rest at their stations (n, 2) m, bow against the current, else North."""
+    vessels = _vessels(kind, body, len(stations))
+    vessels.states[:, :2] = stations
+    if current.any():
+        vessels.states[:, kind.heading] = np.arctan2(-current[1], -current[0])
+    vessels.watch[:, [flight.NORTH, flight.EAST]] = stations
+    vessels.watch[:, flight.DEPTH] = depth
+    vessels.watch[:, flight.REACH] = LOST_CIRCLES * WATCH_CIRCLES[kind.name]
+    if kind.name == "otter":
+        vessels.gains[:] = otter.greatest_thrust(vessels.hull)
+    return vessels

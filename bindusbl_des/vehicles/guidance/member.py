@@ -1,0 +1,99 @@
+"""One vehicle of a fleet under way, as the rest of the mission sees it."""
+
+from collections import deque
+from typing import Protocol
+
+import numpy as np
+
+from .. import logs
+from ..hulls.frames import Floats
+from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, where
+from ..vehicle import Place
+from . import departure, logbook
+from .tracks import Flags, Ints, Tracks
+
+
+class UnderWay(Protocol):
+    """What a member needs of its fleet: to be moved on, and its log."""
+
+    control_s: float
+    motion: Motion
+    active: Ints
+    at_limit: Flags  # whether an actuator was at its limit, for each vehicle and control instant
+    stations: Floats
+    tracks: Tracks
+
+    def advance(self, time_s: float) -> None:
+        """Make the state at an instant (s) known."""
+
+
+class Member:
+    """A vehicle that goes where its controller, its hull and the sea take it.
+
+    It answers for the past as well as for the present; asked for later, its whole fleet moves on.
+    """
+
+    def __init__(self, fleet: UnderWay, number: int) -> None:
+        self._fleet, self._number = fleet, number
+        self._beside: deque[tuple[Floats, Floats]] = deque(maxlen=2)
+
+    def _table(self, times: Floats) -> Floats:
+        """Return the interpolated line of the log of each instant, (n, 6)."""
+        instants = np.ascontiguousarray(times, dtype=np.float64)
+        if len(instants):
+            self._fleet.advance(float(instants.max()))
+        return lines(*self._fleet.motion, self._number, instants)
+
+    def at(self, time: float) -> Place:
+        """Return the true place at an instant (s)."""
+        self._fleet.advance(time)
+        return Place(*where(*self._fleet.motion, self._number, time))
+
+    def velocity(self, time: float) -> tuple[float, float, float]:
+        """Return the true velocity over ground (m/s) along x, y and z at an instant (s)."""
+        self._fleet.advance(time)
+        table, first, step = self._fleet.motion
+        begin, end = first[self._number : self._number + 2].tolist()
+        return logs.velocity_at(table, begin, end, step, time)
+
+    def sample(self, times: Floats) -> Floats:
+        """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
+        return self._table(times)[:, PLACE]
+
+    def heading_integral(self, times: Floats) -> Floats:
+        """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), (n, 2)."""
+        return self._table(times)[:, HEADINGS]
+
+    def distance(self, time: float) -> float:
+        """Return the horizontal distance travelled over ground until an instant (m)."""
+        self._fleet.advance(time)
+        return distance_at(*self._fleet.motion, self._number, time)
+
+    def saturated(self, time: float) -> float:
+        """Return the share of its control instants before an instant (s) at an actuator's limit."""
+        self._fleet.advance(time)
+        instants = max(departure.begun(time, self._fleet.control_s), 1)
+        return float(self._fleet.at_limit[self._number, :instants].mean())
+
+    def path_error(self, times: Floats) -> Floats:
+        """Return the distance (m) of the true place from the path flown, or from the station."""
+        for known, errors in self._beside:
+            if known is times:
+                return errors
+        errors = self._path_error(times)
+        if not times.flags.writeable:  # neither do logs change: seeds that share them ask again
+            self._beside.append((times, errors))
+        return errors
+
+    def _path_error(self, times: Floats) -> Floats:
+        table, fleet = self._table(times), self._fleet
+        if len(fleet.stations):
+            off = table[:, :2] - fleet.stations[self._number]
+            return np.asarray(np.hypot(off[:, 0], off[:, 1]))
+        errors = np.empty(len(table))
+        logbook.beside(
+            table, np.ascontiguousarray(times, dtype=np.float64), fleet.control_s,
+            fleet.active[self._number], fleet.tracks.rows, fleet.tracks.bounds[self._number],
+            errors,
+        )  # fmt: skip
+        return errors

@@ -1,0 +1,221 @@
+"""A fleet under way: vehicles of one model, each with its controller, in one sea."""
+
+from collections.abc import Mapping, Sequence
+from math import degrees
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...geometry.paths import Path
+from .. import logs
+from ..hulls import rk4
+from ..hulls.frames import Floats
+from ..hulls.models import find, parameters
+from ..motion import Motion
+from . import belief, departure, flight, tracks
+from .belief import SteeringDrift
+from .departure import LOST_CIRCLES, PATIENCE_S, WATCH_CIRCLES, Vessels
+from .limits import FOLLOWERS, KEEPERS, VoyageError, refuse_impossible, smallest_turn
+from .member import Member
+
+STEP_S = 0.05  # s
+# An Otter's propellers reverse within a few hundredths of a second; a REMUS takes its time.
+STEPS_S = {"otter": 0.02, "remus100": 0.1, "remus100_pvs": 0.1}
+
+
+class Voyage:
+    """Vehicles of one model on their way, moved only as far as somebody looks.
+
+    AUVs follow `paths` at `speed_m_per_s` (BlueROV2 over ground, or through the water if its log
+    misses the current, from rest; REMUS through the water, at that speed from the start) and
+    `depth_m`, either one number or one for each; a REMUS
+    that has come to a path's end circles there to starboard, a BlueROV2 hovers. ASVs keep
+    `stations` (n, 2), starting at rest with the bow against the first current. `currents` (k, 2)
+    m/s along x and y, and `position_noise` (n, intervals, 2) m, hold for one control interval each,
+    the last current from then on. Axes: x North, y East, z down.
+
+    Control begins anew each `control_s`, a whole number of steps `step_s` (0.05 s, Otter 0.02 s,
+    REMUS 0.1 s).
+    What a vehicle believes is truth + drift + noise + its row of `corrections` (n, 2), which anyone
+    may write to: the sum of what fixes have put right. A log through the water gives it no other
+    word of the current, unless a filter writes the bias and current that it has learnt to its row
+    of `learnt` (n, belief.TOLD) and sets `has_learnt`. Without drift it does not matter when and
+    how often the fleet is advanced.
+
+    Raises ValueError for arguments that do not fit, VoyageError for what cannot be flown.
+    """
+
+    def __init__(
+        self,
+        model: str,
+        overrides: Mapping[str, float] | None = None,
+        *,
+        paths: Sequence[Path] | None = None,
+        stations: ArrayLike | None = None,
+        speed_m_per_s: ArrayLike = 0.0,
+        depth_m: ArrayLike = 0.0,
+        currents: ArrayLike = ((0.0, 0.0),),
+        duration_s: float,
+        control_s: float = 0.1,
+        step_s: float | None = None,
+        position_noise: Floats | None = None,
+        drift: SteeringDrift | None = None,
+        names: Sequence[str] | None = None,
+    ) -> None:
+        self.model = find(model)
+        _refuse_wrong_plan(model, paths, stations)
+        self.stations = np.zeros((0, 2))
+        if stations is not None:
+            self.stations = departure.rows(model, "stations", stations, (None, 2))
+        count = len(self.stations) if paths is None else len(paths)
+        self.names = _names(model, names, count)
+        self.control_s, self.duration_s = float(control_s), float(duration_s)
+        self.step_s = float(STEPS_S.get(model, STEP_S) if step_s is None else step_s)
+        self._steps = departure.whole_steps(model, self.control_s, self.step_s)
+        self._intervals = max(1, departure.begun(self.duration_s, self.control_s))
+        self._currents = departure.rows(model, "currents", currents, (None, 2))
+        noise = np.zeros((count, 1, 2)) if position_noise is None else position_noise
+        length = 1 if position_noise is None else self._intervals
+        self._noise = departure.rows(model, "position_noise", noise, (count, length, 2))
+        self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
+        self._drift = belief.for_fleet(model, drift, count, self.duration_s)
+        self.corrections = np.zeros((count, 2))
+        self.learnt = np.zeros((count, belief.TOLD))
+        self.has_learnt = False
+        self.tracks, self._vessels = self._set_out(
+            paths,
+            departure.for_each(model, "speed_m_per_s", speed_m_per_s, count),
+            departure.for_each(model, "depth_m", depth_m, count),
+            overrides,
+        )
+        self.logs = np.zeros((count, self._intervals * self._steps + 1, logs.COLUMNS))
+        # What lies beyond the instant that the fleet was last advanced to is not known yet.
+        ends = np.arange(count + 1) * self.logs.shape[1]
+        self.motion = Motion(self.logs.reshape(-1, logs.COLUMNS), ends, self.step_s)
+        self.active = np.zeros((count, self._intervals), dtype=np.int64)
+        self._progress = np.zeros((count, tracks.PROGRESS))
+        if paths is not None:
+            self._progress[:, tracks.ROW] = self.tracks.bounds[:, tracks.FIRST]
+        self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
+        self._flown, self._lost = 0, np.zeros(2)
+        self._move_on(0)  # the start is known before anybody moves
+
+    def _set_out(
+        self,
+        paths: Sequence[Path] | None,
+        speed: Floats,
+        depth: Floats,
+        overrides: Mapping[str, float] | None,
+    ) -> tuple[tracks.Tracks, Vessels]:
+        """Return paths and vehicles as the compiled flight takes them."""
+        model, body = self.model, parameters(self.model.name, overrides)
+        refuse_impossible(model.name, overrides, self.names, speed, self._currents)
+        if paths is None:
+            return tracks.nowhere(len(self.stations)), departure.at_stations(
+                model, body, self.stations, depth, self._currents[0]
+            )
+        vessels = departure.on_paths(
+            model, body, paths, speed, depth, self._currents[0], float(self._drift.through_water)
+        )
+        if model.name != "bluerov2":
+            paths = [
+                departure.circled(path, smallest_turn(model.name, own, overrides))
+                for path, own in zip(paths, speed.tolist(), strict=True)
+            ]
+        return tracks.pack(paths), vessels
+
+    def advance(self, time_s: float) -> None:
+        """Move the fleet through every control interval that begins before `time_s`.
+
+        Raises ValueError beyond the voyage's duration, VoyageError for a vehicle lost on the way.
+        """
+        wanted = departure.begun(time_s, self.control_s)
+        if wanted <= self._flown:
+            return
+        if wanted > self._intervals:
+            raise ValueError(
+                f"{self.model.name}: {time_s} s lies beyond the voyage of {self.duration_s} s; "
+                "give it a longer duration_s"
+            )
+        self._move_on(wanted)
+
+    def _move_on(self, wanted: int) -> None:
+        """Fly up to the beginning of an interval, whose state is then in the log."""
+        vessels, drift = self._vessels, self._drift
+        lost = flight.fly(
+            self.model.equations, vessels.hull, vessels.gains, vessels.states, vessels.memory,
+            vessels.watch, self.tracks.rows, self.tracks.bounds, self._progress, self.active,
+            self._currents, self._noise, drift.bias, drift.in_body, drift.walk, drift.rate,
+            self.corrections, self.learnt, self.has_learnt, float(drift.through_water),
+            vessels.lines, self.logs, self.at_limit, self._flown, wanted, self.control_s,
+            self.step_s, self._steps, self._lost,
+        )  # fmt: skip
+        if lost >= 0:
+            raise VoyageError(self.names[lost], float(self._lost[1]), self._reason(lost))
+        self._flown = wanted
+
+    def _reason(self, vehicle: int) -> str:
+        """Return why a vehicle is lost."""
+        fares, state = int(self._lost[0]), self._vessels.states[vehicle]
+        if fares == flight.ADRIFT:
+            circle = LOST_CIRCLES * WATCH_CIRCLES[self.model.name]
+            return (
+                f"more than {circle:g} m off its station for {PATIENCE_S:g} s; the current is "
+                "stronger than its thrust, or the station was never reached"
+            )
+        if fares == flight.STUCK:
+            spent, current = flight.PATIENT_FOR * PATIENCE_S, self._currents.mean(axis=0)
+            return (
+                f"no headway along its path for {spent:g} s: asked for "
+                f"{self._vessels.watch[vehicle, flight.SPEED]:g} m/s in a current of "
+                f"{np.hypot(*current):.3g} m/s, it is held up by that{self._or_by_fixes}; ask for "
+                "more speed"
+            )
+        if not np.isfinite(state).all():
+            return "its state became infinite or NaN; take a shorter step_s or other overrides"
+        return (
+            f"pitch {degrees(state[4]):.1f} deg is beyond +-{degrees(rk4.STEEPEST):.0f} deg; "
+            "it has tumbled: ask for less speed"
+        )
+
+    def member(self, number: int) -> Member:
+        """Return one vehicle of the fleet, counted from 0."""
+        if not 0 <= number < len(self.names):
+            raise ValueError(
+                f"{self.model.name}: no vehicle {number} among {len(self.names)}; count from 0"
+            )
+        return Member(self, number)
+
+    @property
+    def saturated(self) -> Floats:
+        """Share of the control instants so far in which an actuator was at its limit, (n,)."""
+        return np.asarray(self.at_limit[:, : max(self._flown, 1)].mean(axis=1))
+
+    @property
+    def mean_speed(self) -> Floats:
+        """Mean speed over ground so far (m/s), (n,)."""
+        last = self._flown * self._steps
+        return np.asarray(self.logs[:, last, logs.DISTANCE] / max(last * self.step_s, 1e-300))
+
+
+def _refuse_wrong_plan(
+    model: str, paths: Sequence[Path] | None, stations: ArrayLike | None
+) -> None:
+    """Raise ValueError unless AUVs have paths and ASVs stations."""
+    follows = model in FOLLOWERS
+    if not follows and model not in KEEPERS:
+        raise ValueError(f"{model} has no controller; known: {', '.join(FOLLOWERS + KEEPERS)}")
+    if (paths is not None) != follows or (stations is not None) == follows or paths == ():
+        raise ValueError(
+            f"{model}: give paths, and no stations, to {', '.join(FOLLOWERS)}; "
+            f"stations, and no paths, to {', '.join(KEEPERS)}"
+        )
+
+
+def _names(model: str, names: Sequence[str] | None, count: int) -> tuple[str, ...]:
+    """Return what the vehicles are called."""
+    if names is None:
+        return tuple(f"{model} {number}" for number in range(count))
+    if len(names) != count:
+        raise ValueError(f"{model}: {len(names)} names for {count} vehicles")
+    return tuple(names)

@@ -1,0 +1,135 @@
+"""Whatever moves or keeps still in the mission, and where it is at any instant."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry import paths
+from ..geometry.paths import Path, path_rows
+from . import motion
+from .motion import COS, HEADINGS, PLACE, Motion
+
+Array = NDArray[np.float64]
+
+
+class Place(NamedTuple):
+    """Where a vehicle is (survey frame, m, z down) and where it heads (rad, from +x to +y)."""
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+
+
+class Vehicle(Protocol):
+    """A vehicle knows its place at any instant of the mission."""
+
+    def at(self, time: float) -> Place:
+        """Return the true place at an instant (s)."""
+
+    def sample(self, times: Array) -> Array:
+        """Return x, y, z (m) and yaw (rad) at each instant (s), shape (n, 4)."""
+
+    def heading_integral(self, times: Array) -> Array:
+        """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), shape (n, 2).
+
+        They carry a velocity that is constant in the body frame along the path actually travelled.
+        """
+
+    def distance(self, time: float) -> float:
+        """Return the distance travelled until an instant (m)."""
+
+    def path_error(self, times: Array) -> Array:
+        """Return the distance from the planned path (m) at each instant; empty without a plan."""
+
+    def saturated(self, time: float) -> float | None:
+        """Return the share of control instants before an instant (s) with an actuator at its limit.
+
+        None without any actuator.
+        """
+
+
+class Legged:
+    """A vehicle without dynamics: it keeps exactly to legs that are known beforehand.
+
+    `legs` are its lines as :mod:`.motion` has them; `planned` tells whether they are its plan.
+    """
+
+    def __init__(self, legs: Array, *, planned: bool = True) -> None:
+        self.legs, self._planned = legs, planned
+        self._motion = Motion(legs, np.array([0, len(legs)]), 0.0)
+
+    def at(self, time: float) -> Place:
+        return Place(*motion.where(*self._motion, 0, time))
+
+    def sample(self, times: Array) -> Array:
+        return self._lines(times)[:, PLACE]
+
+    def _lines(self, times: Array) -> Array:
+        return motion.lines(*self._motion, 0, np.ascontiguousarray(times, dtype=np.float64))
+
+    def heading_integral(self, times: Array) -> Array:
+        return self._lines(times)[:, HEADINGS]
+
+    def distance(self, time: float) -> float:
+        return motion.distance_at(*self._motion, 0, time)
+
+    def path_error(self, times: Array) -> Array:
+        return np.zeros(len(times) if self._planned else 0)
+
+    def saturated(self, time: float) -> None:
+        return None
+
+
+def moored(place: Place) -> Legged:
+    """Return a vehicle that keeps its place."""
+    return Legged(motion.legs(np.array([[*place, 0.0, 0.0, 0.0, 0.0]])))
+
+
+def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> Legged:
+    """Return a vehicle that follows a path at constant speed (m/s) and depth (m), exactly.
+
+    At the end of a path it rests; a tour it goes on until the instant `until` (s), at least.
+    """
+    rows, again = path_rows(path)
+    flown = [rows]
+    end = path.length
+    while again >= 0 and end < speed * until:
+        lap = rows[again:].copy()
+        lap[:, paths.BEGIN] += end - rows[again, paths.BEGIN]
+        end += path.length - rows[again, paths.BEGIN]
+        flown.append(lap)
+    way = np.concatenate(flown)
+    table = np.zeros((len(way) + 1, COS))
+    table[:-1, [motion.X, motion.Y, motion.YAW]] = way[:, : paths.CURVATURE]
+    table[:-1, motion.SPEED] = speed
+    table[:-1, motion.TURN] = way[:, paths.CURVATURE] * speed
+    table[:-1, motion.BEGIN] = way[:, paths.BEGIN] / speed
+    table[-1, [motion.X, motion.Y, motion.YAW]] = path.end
+    table[-1, motion.BEGIN] = end / speed
+    table[:, motion.Z] = depth
+    return Legged(motion.legs(table))
+
+
+def recorded(times: Array, positions: Array) -> Legged:
+    """Return a vehicle that repeats a recorded track: straight legs between its samples.
+
+    Take times (n,), s, strictly increasing, and positions (n, 3), m, z down; n >= 2.  Before the
+    first and after the last sample it keeps its place and the heading of the leg next to it.
+    """
+    steps, spans = np.diff(positions, axis=0), np.diff(times)
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
+    yaw = np.arctan2(steps[:, 1], steps[:, 0])
+    for leg in np.flatnonzero(lengths == 0.0):  # a leg without motion keeps the heading before it
+        yaw[leg] = yaw[leg - 1] if leg else 0.0
+    table = np.zeros((len(times) + 1, COS))
+    table[1:, : motion.YAW] = positions
+    table[1:-1, motion.YAW] = yaw
+    table[1:-1, motion.SPEED] = lengths / spans
+    table[1:-1, motion.CLIMB] = steps[:, 2] / spans
+    table[1:, motion.BEGIN] = times
+    table[-1, motion.YAW] = yaw[-1]
+    table[0, : motion.SPEED] = table[1, : motion.SPEED]  # at rest until the track begins
+    table[0, motion.BEGIN] = times[0]
+    return Legged(motion.legs(table), planned=False)
