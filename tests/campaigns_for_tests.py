@@ -21,7 +21,7 @@ from bindusbl_des.results.tables import from_columns, from_rows
 
 
 class OneThread:
-    """A crew of one thread of this process: no accident can happen to it, and it starts at once."""
+    """A pool of one thread of this process: no accident can happen to it, and it starts at once."""
 
     size = 1
 
@@ -96,6 +96,6 @@ def hand_made(
             arrow={"auvs": from_rows("auvs", rows), "mission": from_columns("mission", columns)}
         )
 
-    monkeypatch.setattr(running, "crew_for", OneThread)
+    monkeypatch.setattr(running, "pool_for", OneThread)
     monkeypatch.setattr(running, "compile_kernels", lambda *_: None)
     monkeypatch.setattr(batches, "simulate", simulate)

@@ -17,7 +17,7 @@ from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.scenario.families import FILTERS, SCHEDULES
 from bindusbl_des.scenario.keys import json_schema
-from bindusbl_des.vehicles.guidance import VoyageError
+from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError, parameters
 
 SCHEMA = json_schema()
@@ -221,7 +221,7 @@ def outcome(seed: int, folder: Path) -> tuple[str, str]:
             result.write(folder / f"run{seed}")
     except ValidationError as error:
         return "refused", str(error)
-    except (ValueError, VoyageError, DivergenceError) as error:
+    except (ValueError, GuidanceError, DivergenceError) as error:
         is_told = any(sign.isdigit() for sign in str(error))
         return ("refused", str(error)) if is_told else ("broken", traceback.format_exc())
     except Exception:

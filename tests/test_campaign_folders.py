@@ -49,7 +49,7 @@ def leaves(view):
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test runs in a folder of its own, its missions in this process."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(running, "crew_for", OneThread)
+    monkeypatch.setattr(running, "pool_for", OneThread)
     Path("base.yaml").write_text(BASE)
 
 

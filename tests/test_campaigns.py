@@ -32,7 +32,7 @@ from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.parts import committed, done
 from bindusbl_des.campaigns.storage.soundness import part_path
 from bindusbl_des.campaigns.workers.batches import Row, run_batch
-from bindusbl_des.campaigns.workers.crews import LocalCrew
+from bindusbl_des.campaigns.workers.pools import LocalPool
 from bindusbl_des.campaigns.workers.progress import Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 from bindusbl_des.core.plugins import PERMISSION
@@ -98,14 +98,14 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 @pytest.fixture
 def at_home(monkeypatch: pytest.MonkeyPatch) -> None:
     """Missions are run in this process."""
-    monkeypatch.setattr(running, "crew_for", OneThread)
+    monkeypatch.setattr(running, "pool_for", OneThread)
 
 
 @pytest.fixture(scope="module")
 def undisturbed(home: Path) -> Campaign:
     """The campaign of the slow missions that nothing happened to."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "crew_for", OneThread)
+        patch.setattr(running, "pool_for", OneThread)
         return sweep(home / "slow.yaml", home / "undisturbed")
 
 
@@ -150,18 +150,18 @@ def test_tables_do_not_depend_on_the_number_of_workers(
 
 def test_a_killed_worker_costs_nothing(undisturbed: Campaign, home: Path, tmp_path: Path) -> None:
     """Its missions are run again, once."""
-    crews: list[LocalCrew] = []
+    pools: list[LocalPool] = []
 
-    def remembered(backend: str, workers: int) -> LocalCrew:
-        crews.append(LocalCrew(workers))
-        return crews[-1]
+    def remembered(backend: str, workers: int) -> LocalPool:
+        pools.append(LocalPool(workers))
+        return pools[-1]
 
     def kill() -> None:
         wait_for_part(tmp_path / "killed")
-        os.kill(crews[-1].pids()[0], signal.SIGKILL)
+        os.kill(pools[-1].pids()[0], signal.SIGKILL)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "crew_for", remembered)
+        patch.setattr(running, "pool_for", remembered)
         killer = threading.Thread(target=kill)
         killer.start()
         same(undisturbed, sweep(home / "slow.yaml", tmp_path / "killed", workers=2))

@@ -94,7 +94,7 @@ def cluster(home: Path) -> Iterator[Cluster]:
 def undisturbed(home: Path) -> Campaign:
     """The campaign run in one process."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "crew_for", OneThread)
+        patch.setattr(running, "pool_for", OneThread)
         return sweep(home / "experiment.yaml", home / "undisturbed")
 
 

@@ -1,4 +1,4 @@
-"""The columns of ledgers are those of the event classes, whose order tables have."""
+"""The columns of buffers are those of the event classes, whose order tables have."""
 
 from dataclasses import fields
 
@@ -54,7 +54,7 @@ def test_columns_stand_where_the_event_has_its_fields(event: type, places: dict[
 
 
 def test_columns_that_only_missions_need_come_after_the_events() -> None:
-    """They follow each other without a gap, and a ledger has room for them but does not tell."""
+    """They follow each other without a gap, and a buffer has room for them but does not tell."""
     told = len(fields(Ping))
     own = [at.CALL_TIME, at.FIRST, at.END, at.PASSED_AT, at.LONGEST, at.CALLS]
     assert own == list(range(told, at.PING_COLUMNS))
@@ -63,9 +63,9 @@ def test_columns_that_only_missions_need_come_after_the_events() -> None:
     assert own == list(range(told, at.FIX_COLUMNS))
     assert len(fields(TrackPoint)) == at.TRACK_COLUMNS
     record = Recorder()
-    for ledger, event, columns in (
+    for buffer, event, columns in (
         (record.pings, Ping, at.PING_COLUMNS),
         (record.receptions, Reception, len(fields(Reception))),
         (record.fixes, Fix, at.FIX_COLUMNS),
     ):
-        assert (ledger.told, ledger.array.shape[1]) == (len(fields(event)), columns)
+        assert (buffer.told, buffer.array.shape[1]) == (len(fields(event)), columns)

@@ -26,7 +26,7 @@ ANGLE = "asvs.formation.angle_deg"
 def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test runs in a folder with a scenario alone; missions run in this process."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(running, "crew_for", OneThread)
+    monkeypatch.setattr(running, "pool_for", OneThread)
     Path("short.yaml").write_text(SCENARIO)
 
 

@@ -673,7 +673,7 @@ def test_looking_changes_nothing(model: str) -> None:
     start = np.tile(moving(model), (3, 1))
     first = np.tile(CRUISE[model], (3, 1))
 
-    def voyage(instants: Floats) -> Floats:
+    def guided(instants: Floats) -> Floats:
         fleet = Fleet(model, start, commands=first, current_m_per_s=TILT)
         waiting = list(enumerate(told))
         for instant in [*instants, 31.234]:
@@ -683,7 +683,7 @@ def test_looking_changes_nothing(model: str) -> None:
             final = fleet.at(instant)
         return final
 
-    watched, alone = voyage(looks), voyage(np.array([]))
+    watched, alone = guided(looks), guided(np.array([]))
     assert np.array_equal(watched, alone)
     assert not np.array_equal(alone[0], alone[1])
 

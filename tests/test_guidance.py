@@ -12,10 +12,10 @@ from bindusbl_des.geometry.routes import lawnmower
 from bindusbl_des.geometry.turns import there_and_back
 from bindusbl_des.vehicles import logs, motion
 from bindusbl_des.vehicles.guidance import (
-    Member,
+    GuidanceError,
+    GuidedFleet,
+    GuidedVehicle,
     SteeringDrift,
-    Voyage,
-    VoyageError,
     belief,
     logbook,
     smallest_turn,
@@ -43,12 +43,12 @@ def rms(errors: Floats) -> float:
 
 
 def on_lanes(
-    voyage: Voyage, times: Floats, longer_than: float, after: float = 0.0
+    guided: GuidedFleet, times: Floats, longer_than: float, after: float = 0.0
 ) -> NDArray[np.bool_]:
     """Return when the first vehicle is on a lane, `after` metres into it."""
-    interval = np.minimum((times / voyage.control_s).astype(int), voyage.active.shape[1] - 1)
-    row = voyage.tracks.rows[voyage.active[0][interval]]
-    place = voyage.member(0).sample(times)
+    interval = np.minimum((times / guided.control_s).astype(int), guided.active.shape[1] - 1)
+    row = guided.tracks.rows[guided.active[0][interval]]
+    place = guided.vehicle(0).sample(times)
     into = (place[:, 0] - row[:, tracks.X]) * np.cos(row[:, tracks.YAW])
     into += (place[:, 1] - row[:, tracks.Y]) * np.sin(row[:, tracks.YAW])
     lane = (row[:, tracks.CURVATURE] == 0.0) & (row[:, tracks.LENGTH] > longer_than)
@@ -146,33 +146,33 @@ def test_bluerov2_flies_its_lanes(side: float, strips: int, current: str) -> Non
     radius = smallest_turn("bluerov2", 0.6)
     path = lawnmower(side, strips, 0, spacing=10, margin=5, radius=radius)
     duration = path.length / 0.6 * 0.98
-    voyage = Voyage(
+    guided = GuidedFleet(
         "bluerov2", paths=[path], speed_m_per_s=0.6, depth_m=10.0,
         currents=[CURRENTS[current]], duration_s=duration,
     )  # fmt: skip
     times = np.arange(0.0, duration, 0.5)
-    errors, lanes = voyage.member(0).path_error(times), on_lanes(voyage, times, 20.0)
+    errors, lanes = guided.vehicle(0).path_error(times), on_lanes(guided, times, 20.0)
     assert lanes.mean() > 0.5
     assert rms(errors[lanes]) < (0.05 if current == "still" else 0.2)
-    assert np.abs(voyage.member(0).sample(times)[:, 2] - 10.0).max() < 0.05
-    assert (voyage.saturated[0] == 0.0) == (current == "still")
+    assert np.abs(guided.vehicle(0).sample(times)[:, 2] - 10.0).max() < 0.05
+    assert (guided.saturated[0] == 0.0) == (current == "still")
 
 
 def test_bluerov2_slows_down_where_its_thrusters_end() -> None:
     """Against 0.2 m/s it makes 0.534 m/s over ground instead of 0.6, as its thrust predicts."""
-    voyage = Voyage(
+    guided = GuidedFleet(
         "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=[(-0.2, 0.0)],
         duration_s=300.0,
     )  # fmt: skip
-    assert voyage.member(0).velocity(300.0)[0] == pytest.approx(0.534, abs=0.001)
-    assert voyage.saturated[0] > 0.9
-    assert 0.5 < voyage.mean_speed[0] < 0.534
+    assert guided.vehicle(0).velocity(300.0)[0] == pytest.approx(0.534, abs=0.001)
+    assert guided.saturated[0] > 0.9
+    assert 0.5 < guided.mean_speed[0] < 0.534
 
 
 def test_a_share_of_a_mission_does_not_count_what_comes_later() -> None:
     """What happens to an AUV after an instant leaves the share until then as it was."""
     late, early = (
-        Voyage(
+        GuidedFleet(
             "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, duration_s=90.0,
             currents=[(0.0, 0.0)] * 200 + [(-0.3, 0.0)],
         )
@@ -180,32 +180,32 @@ def test_a_share_of_a_mission_does_not_count_what_comes_later() -> None:
     )  # fmt: skip
     late.advance(90.0)
     early.advance(40.0)
-    assert 0.0 < late.member(0).saturated(40.0) < 0.9 * late.saturated[0]
-    assert late.member(0).saturated(40.0) == early.saturated[0]
-    assert early.member(0).saturated(90.0) == late.saturated[0]
+    assert 0.0 < late.vehicle(0).saturated(40.0) < 0.9 * late.saturated[0]
+    assert late.vehicle(0).saturated(40.0) == early.saturated[0]
+    assert early.vehicle(0).saturated(90.0) == late.saturated[0]
 
 
 def test_a_vehicle_rests_where_its_log_ends() -> None:
     """Beyond its voyage a vehicle is where it ended: sound sent last may still be under way."""
-    voyage = Voyage(
+    guided = GuidedFleet(
         "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=[(0.0, 0.1)],
         duration_s=20.0,
     )  # fmt: skip
-    voyage.advance(20.0)
-    end, beyond = lines(*voyage.motion, 0, np.array([20.0, 500.0]))
+    guided.advance(20.0)
+    end, beyond = lines(*guided.motion, 0, np.array([20.0, 500.0]))
     assert end.tolist() == beyond.tolist()
-    assert end[:4] == pytest.approx(voyage.logs[0, -1, :4], abs=1e-12)
+    assert end[:4] == pytest.approx(guided.logs[0, -1, :4], abs=1e-12)
 
 
 def test_bluerov2_hovers_at_its_paths_end() -> None:
     """Having arrived it stays there, in a current from abeam."""
     path = Path(Pose(1.0, 2.0, 0.5), (Segment(0.0, 30.0),))
-    voyage = Voyage(
+    guided = GuidedFleet(
         "bluerov2", paths=[path], speed_m_per_s=0.6, depth_m=5.0, currents=[(0.1, 0.2)],
         duration_s=300.0,
     )  # fmt: skip
-    assert np.allclose(voyage.member(0).at(300.0)[:2], path.end[:2], atol=1e-3)
-    assert voyage.member(0).path_error(np.array([150.0, 300.0])).max() < 1e-3
+    assert np.allclose(guided.vehicle(0).at(300.0)[:2], path.end[:2], atol=1e-3)
+    assert guided.vehicle(0).path_error(np.array([150.0, 300.0])).max() < 1e-3
 
 
 # ---------------------------------------------------------------- REMUS
@@ -219,16 +219,16 @@ def test_remus_flies_its_lanes(yaw_time_constant: float, current: str) -> None:
     radius = smallest_turn("remus100", 1.5, changed)
     path = lawnmower(1000, 1, 0, spacing=80, margin=50, radius=radius)
     duration = path.length / 1.5 * 0.9
-    voyage = Voyage(
+    guided = GuidedFleet(
         "remus100", changed, paths=[path], speed_m_per_s=1.5, depth_m=10.0,
         currents=[CURRENTS[current]], duration_s=duration,
     )  # fmt: skip
     times = np.arange(0.0, duration, 1.0)
-    errors = voyage.member(0).path_error(times)
-    assert rms(errors[on_lanes(voyage, times, 200.0, after=40.0)]) < 0.05
-    assert rms(errors[on_lanes(voyage, times, 200.0)]) < 0.2
+    errors = guided.vehicle(0).path_error(times)
+    assert rms(errors[on_lanes(guided, times, 200.0, after=40.0)]) < 0.05
+    assert rms(errors[on_lanes(guided, times, 200.0)]) < 0.2
     assert errors.max() < 2.5
-    assert np.abs(voyage.member(0).sample(times)[:, 2] - 10.0).max() < 0.1
+    assert np.abs(guided.vehicle(0).sample(times)[:, 2] - 10.0).max() < 0.1
 
 
 @pytest.mark.parametrize("speed", [0.6, 1.0, 2.0])
@@ -238,21 +238,21 @@ def test_remus_turns_at_any_speed(speed: float, yaw_time_constant: float) -> Non
     changed = {"yaw_time_constant_s": yaw_time_constant}
     bend = 1.0 / smallest_turn("remus100", speed, changed)
     path = Path(Pose(0, 0, 0), (Segment(0, 50), Segment(-bend, 7 / bend), Segment(0, 200)))
-    voyage = Voyage(
+    guided = GuidedFleet(
         "remus100", changed, paths=[path], speed_m_per_s=speed, depth_m=4.0,
         duration_s=path.length / speed,
     )  # fmt: skip
-    errors = voyage.member(0).path_error(np.arange(0.0, voyage.duration_s, 0.5))
+    errors = guided.vehicle(0).path_error(np.arange(0.0, guided.duration_s, 0.5))
     assert errors.max() < 2.0
-    assert voyage.mean_speed[0] == pytest.approx(speed, rel=0.02)
+    assert guided.mean_speed[0] == pytest.approx(speed, rel=0.02)
 
 
 def test_remus_circles_at_its_paths_end() -> None:
     """Since it cannot stop it goes round to starboard, a few metres beside its circle at most."""
     path = Path(Pose(0, 0, 0), (Segment(0, 100),))
-    voyage = Voyage("remus100", paths=[path], speed_m_per_s=1.5, depth_m=4.0, duration_s=900.0)
+    guided = GuidedFleet("remus100", paths=[path], speed_m_per_s=1.5, depth_m=4.0, duration_s=900.0)
     times = np.arange(100.0, 900.0)
-    sea = voyage.member(0).sample(times)
+    sea = guided.vehicle(0).sample(times)
     radius = smallest_turn("remus100", 1.5)
     away = np.hypot(sea[:, 0] - 100.0, sea[:, 1] - radius)
     assert np.abs(away - radius).max() < 2.0
@@ -281,22 +281,22 @@ def test_asvs_keep_station(model: str, speed: float, bearing: int) -> None:
     angle = math.radians(bearing)
     current = [(0.0, 0.0), (speed * math.cos(angle), speed * math.sin(angle))]
     noise = np.random.default_rng(bearing).normal(scale=0.5, size=(2, 6000, 2))
-    voyage = Voyage(
+    guided = GuidedFleet(
         model, stations=[(0.0, 0.0), (50.0, -20.0)], currents=current, duration_s=600.0,
         position_noise=noise,
     )  # fmt: skip
     for number in range(2):
-        errors = voyage.member(number).path_error(np.arange(200.0, 600.0, 0.5))
+        errors = guided.vehicle(number).path_error(np.arange(200.0, 600.0, 0.5))
         assert rms(errors) < 0.5
         assert 0.0 < errors.max() < 1.0
-    assert voyage.saturated.max() < 0.2
+    assert guided.saturated.max() < 0.2
 
 
 def test_an_otter_lies_with_its_bow_against_the_current() -> None:
     """When the current turns by a right angle, the Otter turns after it."""
     currents = np.repeat([[0.0, -0.3], [0.3, 0.0]], 6000, axis=0)
-    voyage = Voyage("otter", stations=[(5.0, 5.0)], currents=currents, duration_s=1200.0)
-    before, after = voyage.member(0).at(600.0), voyage.member(0).at(1200.0)
+    guided = GuidedFleet("otter", stations=[(5.0, 5.0)], currents=currents, duration_s=1200.0)
+    before, after = guided.vehicle(0).at(600.0), guided.vehicle(0).at(1200.0)
     assert math.remainder(before.yaw - math.pi / 2, 2 * math.pi) == pytest.approx(0.0, abs=0.02)
     assert math.remainder(after.yaw - math.pi, 2 * math.pi) == pytest.approx(0.0, abs=0.02)
     assert math.hypot(after.x - 5.0, after.y - 5.0) < 0.1
@@ -304,10 +304,10 @@ def test_an_otter_lies_with_its_bow_against_the_current() -> None:
 
 def test_cybership_does_not_lie_with_its_stern_to_the_current() -> None:
     """Begun with a following current, it comes about and ends with its bow against it."""
-    voyage = Voyage(
+    guided = GuidedFleet(
         "cybership2", stations=[(0.0, 0.0)], currents=[(0.0, 0.0), (0.15, 0.0)], duration_s=600.0
     )
-    place = voyage.member(0).at(600.0)
+    place = guided.vehicle(0).at(600.0)
     assert math.cos(place.yaw) == pytest.approx(-1.0, abs=0.01)
     assert math.hypot(place.x, place.y) < 0.1
 
@@ -315,7 +315,7 @@ def test_cybership_does_not_lie_with_its_stern_to_the_current() -> None:
 # ---------------------------------------------------------------- time
 
 
-def voyages() -> list[tuple[str, Voyage]]:
+def guided_fleets() -> list[tuple[str, GuidedFleet]]:
     """Return a small voyage of each model, noise and changing current included."""
     random = np.random.default_rng(7)
     made = []
@@ -327,7 +327,7 @@ def voyages() -> list[tuple[str, Voyage]]:
         else:
             bend = Path(Pose(0, 0, 1), (Segment(0, 8), Segment(0.03, 20), Segment(-0.03, 90)))
             plan = {"paths": [LINE, bend], "speed_m_per_s": 0.55, "depth_m": (5.0, 7.0)}
-        made.append((model, Voyage(model, currents=currents, duration_s=40.0,
+        made.append((model, GuidedFleet(model, currents=currents, duration_s=40.0,
                                    position_noise=noise, **plan)))  # type: ignore[arg-type]  # fmt: skip
     return made
 
@@ -335,17 +335,17 @@ def voyages() -> list[tuple[str, Voyage]]:
 @pytest.mark.parametrize("number", range(4))
 def test_looking_changes_nothing(number: int) -> None:
     """Asked at random instants or once at the end, vehicles are in the same places bit for bit."""
-    (_, once), (_, often) = voyages()[number], voyages()[number]
+    (_, once), (_, often) = guided_fleets()[number], guided_fleets()[number]
     once.advance(40.0)
     instants = np.sort(np.random.default_rng(number).uniform(0.0, 40.0, 60))
-    seen = [often.member(1).at(float(instant)) for instant in instants]
-    assert np.array_equal(seen, once.member(1).sample(instants))
-    often.member(0).at(40.0)
+    seen = [often.vehicle(1).at(float(instant)) for instant in instants]
+    assert np.array_equal(seen, once.vehicle(1).sample(instants))
+    often.vehicle(0).at(40.0)
     assert np.array_equal(once.logs, often.logs)
     assert np.array_equal(once.at_limit, often.at_limit)
     times = np.random.default_rng(5).uniform(0.0, 40.0, 50)
     assert np.array_equal(
-        once.member(1).sample(times), np.array([often.member(1).at(t) for t in times])
+        once.vehicle(1).sample(times), np.array([often.vehicle(1).at(t) for t in times])
     )
 
 
@@ -404,18 +404,18 @@ def test_headings_sum_up_exactly_on_a_circle() -> None:
 @pytest.mark.parametrize("number", range(4))
 def test_sums_of_heading_and_distance(number: int) -> None:
     """Integrals of the heading and distances agree with a fine sum over the track itself."""
-    model, voyage = voyages()[number]
-    member: Vehicle = voyage.member(1)
+    model, guided = guided_fleets()[number]
+    vehicle: Vehicle = guided.vehicle(1)
     times = np.linspace(0.0, 40.0, 20001)
-    track = member.sample(times)
+    track = vehicle.sample(times)
     middle = (track[1:, 3] + track[:-1, 3]) / 2
     fine = np.cumsum(np.column_stack((np.cos(middle), np.sin(middle))), axis=0) * 0.002
-    assert np.abs(member.heading_integral(times[1:]) - fine).max() < 2e-5
+    assert np.abs(vehicle.heading_integral(times[1:]) - fine).max() < 2e-5
     steps = np.hypot(*np.diff(track[:, :2], axis=0).T)
-    assert member.distance(40.0) == pytest.approx(steps.sum(), rel=1e-4)
-    assert member.distance(0.0) == 0.0
-    fast = [voyage.member(1).velocity(t) for t in (10.0, 33.333)]
-    ends = [member.sample(np.array([t - 1e-3, t + 1e-3]))[:, :3] for t in (10.0, 33.333)]
+    assert vehicle.distance(40.0) == pytest.approx(steps.sum(), rel=1e-4)
+    assert vehicle.distance(0.0) == 0.0
+    fast = [guided.vehicle(1).velocity(t) for t in (10.0, 33.333)]
+    ends = [vehicle.sample(np.array([t - 1e-3, t + 1e-3]))[:, :3] for t in (10.0, 33.333)]
     slopes = [(b - a) / 2e-3 for a, b in ends]
     assert np.allclose(fast, slopes, atol=1e-3), model
 
@@ -425,10 +425,10 @@ def test_half_the_step_leads_to_the_same_place(number: int) -> None:
     """With steps of 0.05 s an AUV is where it is with ten times as many, to a millimetre."""
     model = ("bluerov2", "remus100")[number]
     plan = {"paths": [LINE], "speed_m_per_s": 0.55, "depth_m": 5.0, "duration_s": 40.0}
-    coarse = Voyage(model, currents=[(0.05, 0.1)], **plan)  # type: ignore[arg-type]
-    fine = Voyage(model, currents=[(0.05, 0.1)], step_s=0.005, **plan)  # type: ignore[arg-type]
+    coarse = GuidedFleet(model, currents=[(0.05, 0.1)], **plan)  # type: ignore[arg-type]
+    fine = GuidedFleet(model, currents=[(0.05, 0.1)], step_s=0.005, **plan)  # type: ignore[arg-type]
     times = np.arange(0.0, 40.0, 0.37)
-    apart = coarse.member(0).sample(times) - fine.member(0).sample(times)
+    apart = coarse.vehicle(0).sample(times) - fine.vehicle(0).sample(times)
     assert np.abs(apart).max() < 1e-3
 
 
@@ -443,10 +443,10 @@ def offset(x: float, y: float, duration: float) -> SteeringDrift:
 
 def believing(
     model: str, drift: SteeringDrift | None, duration: float = 160.0, path: Path = LINE
-) -> Voyage:
+) -> GuidedFleet:
     """Return a voyage of one vehicle along a line, along x unless given."""
     speed = 0.6 if model == "bluerov2" else 1.5
-    return Voyage(
+    return GuidedFleet(
         model, paths=[path], speed_m_per_s=speed, depth_m=5.0, duration_s=duration, drift=drift
     )
 
@@ -457,14 +457,14 @@ def test_the_path_flown_is_off_by_what_is_believed(model: str, bearing: float) -
     """Who believes to be 2 m to starboard flies 2 m to port, until a correction tells it so."""
     x, y = -math.sin(bearing), math.cos(bearing)  # starboard
     path = Path(Pose(0.0, 0.0, bearing), LINE.segments)
-    voyage = believing(model, offset(2.0 * x, 2.0 * y, 160.0), path=path)
-    member = voyage.member(0)
-    place = member.at(80.0)
+    guided = believing(model, offset(2.0 * x, 2.0 * y, 160.0), path=path)
+    vehicle = guided.vehicle(0)
+    place = vehicle.at(80.0)
     assert place.x * x + place.y * y == pytest.approx(-2.0, abs=0.05)
-    voyage.corrections[0] = -2.0 * x, -2.0 * y
-    place = member.at(160.0)
+    guided.corrections[0] = -2.0 * x, -2.0 * y
+    place = vehicle.at(160.0)
     assert place.x * x + place.y * y == pytest.approx(0.0, abs=0.05)
-    assert member.path_error(np.array([80.0, 160.0])) == pytest.approx([2.0, 0.0], abs=0.05)
+    assert vehicle.path_error(np.array([80.0, 160.0])) == pytest.approx([2.0, 0.0], abs=0.05)
 
 
 def test_drift_is_straight_between_samples() -> None:
@@ -482,8 +482,8 @@ def test_drift_is_straight_between_samples() -> None:
 def test_a_velocity_bias_carries_the_path_away(in_body: bool) -> None:
     """A bias of 5 cm/s to starboard: after 100 s the vehicle flies 5 m to port of its path."""
     drift = SteeringDrift(np.array([0.0, 0.05]), in_body, np.zeros((1, 161, 2)), 1.0)
-    member = believing("bluerov2", drift).member(0)
-    assert member.at(100.0).y == pytest.approx(-5.0, abs=0.05)
+    vehicle = believing("bluerov2", drift).vehicle(0)
+    assert vehicle.at(100.0).y == pytest.approx(-5.0, abs=0.05)
 
 
 def test_corrections_count_from_the_next_control_instant() -> None:
@@ -493,15 +493,15 @@ def test_corrections_count_from_the_next_control_instant() -> None:
     drift = SteeringDrift(np.array([0.05, -0.02]), True, walk, 10.0)
     runs = []
     for nudges in ((10.04, 20.01), (10.09, 20.07)):
-        voyage = believing("bluerov2", drift, 40.0)
+        guided = believing("bluerov2", drift, 40.0)
         for number, instant in enumerate(nudges):
-            voyage.member(0).at(instant)
-            voyage.corrections[0] += (0.3 + number, -0.2)
-        voyage.advance(40.0)
-        runs.append(voyage.logs)
+            guided.vehicle(0).at(instant)
+            guided.corrections[0] += (0.3 + number, -0.2)
+        guided.advance(40.0)
+        runs.append(guided.logs)
     assert np.array_equal(runs[0], runs[1])
     late = believing("bluerov2", drift, 40.0)
-    late.member(0).at(10.11)
+    late.vehicle(0).at(10.11)
     late.corrections[0] += (0.3, -0.2)
     late.advance(20.0)
     assert not np.array_equal(late.logs[0, :400], runs[0][0, :400])
@@ -513,9 +513,9 @@ def test_corrections_count_from_the_next_control_instant() -> None:
 def test_a_speed_above_the_vehicles_own_is_refused() -> None:
     """A BlueROV2 does not make 0.9 m/s, and says so before it starts."""
     with pytest.raises(
-        VoyageError, match=r"AUV2 at 0 s: asked for 0.9 m/s, .* reaches 0\.734"
+        GuidanceError, match=r"AUV2 at 0 s: asked for 0.9 m/s, .* reaches 0\.734"
     ) as e:
-        Voyage("bluerov2", paths=[LINE], speed_m_per_s=0.9, duration_s=10.0, names=["AUV2"])
+        GuidedFleet("bluerov2", paths=[LINE], speed_m_per_s=0.9, duration_s=10.0, names=["AUV2"])
     assert (e.value.vehicle, e.value.time_s) == ("AUV2", 0.0)
 
 
@@ -528,54 +528,61 @@ def test_a_current_that_carries_everyone_away_is_refused(model: str, current: fl
     auv = model in ("remus100", "bluerov2")
     speed = 1.5 if model == "remus100" else 0.6
     plan = {"paths": [LINE], "speed_m_per_s": speed} if auv else {"stations": [(0.0, 0.0)]}
-    with pytest.raises(VoyageError, match="would carry it away"):
-        Voyage(model, currents=[(0.0, current)], duration_s=10.0, **plan)
+    with pytest.raises(GuidanceError, match="would carry it away"):
+        GuidedFleet(model, currents=[(0.0, current)], duration_s=10.0, **plan)
 
 
 def test_a_ship_adrift_is_reported() -> None:
     """CyberShip II is carried off by 0.9 m/s for minutes, and the voyage says who and when."""
     current = np.repeat([[0.0, 0.9], [0.0, -0.9]], 4000, axis=0)
-    voyage = Voyage("cybership2", stations=[(0.0, 0.0)], currents=current, duration_s=900.0,
+    guided = GuidedFleet("cybership2", stations=[(0.0, 0.0)], currents=current, duration_s=900.0,
                     names=["ASV7"])  # fmt: skip
-    with pytest.raises(VoyageError, match=r"ASV7 .* off its station for 120 s") as error:
-        voyage.advance(900.0)
+    with pytest.raises(GuidanceError, match=r"ASV7 .* off its station for 120 s") as error:
+        guided.advance(900.0)
     assert 120.0 < error.value.time_s < 900.0
 
 
 def test_an_auv_without_headway_is_reported() -> None:
     """A current that outruns a BlueROV2 for minutes, if not on average, is found out under way."""
     currents = np.repeat([[-0.9, 0.0], [0.9, 0.0]], 6000, axis=0)
-    voyage = Voyage(
+    guided = GuidedFleet(
         "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=currents,
         duration_s=1200.0,
     )  # fmt: skip
-    with pytest.raises(VoyageError, match="no headway along its path for 360 s"):
-        voyage.advance(1200.0)
+    with pytest.raises(GuidanceError, match="no headway along its path for 360 s"):
+        guided.advance(1200.0)
 
 
 def test_a_broken_state_is_reported_with_its_instant() -> None:
     """Integrated in steps of half a second a BlueROV2 tumbles or ends in no number, and says so."""
-    voyage = Voyage("bluerov2", paths=[LINE], speed_m_per_s=0.6, duration_s=10.0, control_s=1.0,
-                    step_s=0.5, names=["AUV1"])  # fmt: skip
-    with pytest.raises(VoyageError, match=r"AUV1 at .* s: (its state|pitch)"):
-        voyage.advance(10.0)
+    guided = GuidedFleet(
+        "bluerov2",
+        paths=[LINE],
+        speed_m_per_s=0.6,
+        duration_s=10.0,
+        control_s=1.0,
+        step_s=0.5,
+        names=["AUV1"],
+    )
+    with pytest.raises(GuidanceError, match=r"AUV1 at .* s: (its state|pitch)"):
+        guided.advance(10.0)
 
 
 def test_plans_that_do_not_fit_are_refused() -> None:
     """Wrong plans, steps and shapes are named with what would be right."""
     with pytest.raises(ValueError, match="give paths, and no stations"):
-        Voyage("otter", paths=[LINE], duration_s=10.0)
+        GuidedFleet("otter", paths=[LINE], duration_s=10.0)
     with pytest.raises(ValueError, match="not a whole multiple of step_s"):
-        Voyage("otter", stations=[(0, 0)], duration_s=10.0, control_s=0.05)
+        GuidedFleet("otter", stations=[(0, 0)], duration_s=10.0, control_s=0.05)
     with pytest.raises(ValueError, match=r"currents has shape \(2,\)"):
-        Voyage("otter", stations=[(0, 0)], duration_s=10.0, currents=(0.1, 0.1))
+        GuidedFleet("otter", stations=[(0, 0)], duration_s=10.0, currents=(0.1, 0.1))
     with pytest.raises(ValueError, match=r"position_noise has shape \(1, 3, 2\)"):
-        Voyage("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
+        GuidedFleet("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
     drift = SteeringDrift(np.zeros(2), False, np.zeros((1, 5, 2)), 1.0)
     with pytest.raises(ValueError, match=r"drift.walk has shape \(1, 5, 2\)"):
-        Voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
+        GuidedFleet("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
     with pytest.raises(ValueError, match="beyond the voyage of 10"):
-        believing("bluerov2", None, 10.0).member(0).at(10.5)
+        believing("bluerov2", None, 10.0).vehicle(0).at(10.5)
     assert top_speed("otter") > 2.8
 
 
@@ -587,12 +594,12 @@ def test_ten_vehicles_cost_little(model: str, speed: float) -> None:
     """Five minutes of ten vehicles take a small part of a second of one core (measured: 0.07)."""
 
     def sail() -> float:
-        voyage = Voyage(
+        guided = GuidedFleet(
             model, paths=[LINE] * 10, speed_m_per_s=speed, depth_m=5.0, duration_s=300.0
         )
         begin = time.process_time()
-        voyage.advance(300.0)
-        assert isinstance(voyage.member(9), Member)
+        guided.advance(300.0)
+        assert isinstance(guided.vehicle(9), GuidedVehicle)
         return time.process_time() - begin
 
     sail()  # compiles
@@ -603,11 +610,11 @@ def test_kept_path_errors_are_those_of_the_instants_asked_for() -> None:
     """Read-only instants are known by identity: others, as many, get their own answer."""
     path = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 20.0),))
     fleet = {"paths": [path], "speed_m_per_s": 0.5, "depth_m": 5.0, "duration_s": 20.0}
-    member = Voyage("bluerov2", currents=[(0.0, 0.2)], **fleet).member(0)
+    vehicle = GuidedFleet("bluerov2", currents=[(0.0, 0.2)], **fleet).vehicle(0)
     early, late = np.array([1.0, 2.0]), np.array([8.0, 9.0])
-    expected = [member.path_error(times).tolist() for times in (early, late)]
+    expected = [vehicle.path_error(times).tolist() for times in (early, late)]
     early.setflags(write=False)
     late.setflags(write=False)
     assert expected[0] != expected[1]
     for _ in range(2):
-        assert [member.path_error(times).tolist() for times in (early, late)] == expected
+        assert [vehicle.path_error(times).tolist() for times in (early, late)] == expected

@@ -9,7 +9,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.vehicles.currents import carried, current_series
-from bindusbl_des.vehicles.guidance import VoyageError
+from bindusbl_des.vehicles.guidance import GuidanceError
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 ROV = {"vehicle": "bluerov2", "speed_m_per_s": 0.6}
@@ -124,7 +124,7 @@ def test_vessels_keep_station_and_their_gnss_enters_the_fixes() -> None:
 )  # fmt: skip
 def test_impossible_demands_are_refused(changes: dict[str, object], message: str) -> None:
     """Too fast, or a current too strong: the error says which vehicle, and why."""
-    with pytest.raises((VoyageError, ValueError), match=message):
+    with pytest.raises((GuidanceError, ValueError), match=message):
         simulate(rov(**changes))
 
 

@@ -24,13 +24,13 @@ from bindusbl_des.records.columns import (
     VALID_AT,
 )
 from bindusbl_des.vehicles.motion import together
-from bindusbl_des.vehicles.vehicle import Legged, Place, kinematic, moored, recorded
+from bindusbl_des.vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 
 CHECKS = json.loads((Path(__file__).parent / "reference" / "physics_checks.json").read_text())
 BIAS = (0.06, 0.06)
 
 
-def boustrophedon() -> Legged:
+def boustrophedon() -> SegmentedTrajectory:
     """Return a vehicle on legs of 60 m, 10 m apart, at 1.5 m/s (legs of 40 s, turns of 10.47 s)."""
     turn = math.pi * 5
     legs = []

@@ -256,7 +256,7 @@ def run(*options: str) -> Result:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(crossing, "load", tiny)
         patch.setattr(counting, "SHUFFLES", 20)
-        patch.setattr("bindusbl_des.campaigns.running.crew_for", lambda *_: Alone())
+        patch.setattr("bindusbl_des.campaigns.running.pool_for", lambda *_: Alone())
         return CliRunner().invoke(main, ["-q", "reproduce", "--quick", *options])
 
 

@@ -19,8 +19,8 @@ from bindusbl_des.acoustics.travel_time import light_time, travel_time
 from bindusbl_des.core.clock import Clock, ExactClock, TickClock
 from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
-from bindusbl_des.protocol.boards import Frame, ReplyBoard
 from bindusbl_des.protocol.downlink import MfDownlink
+from bindusbl_des.protocol.fix_queue import FixBatch, ReplyQueue
 from bindusbl_des.protocol.reception import Loss, overlapped
 from bindusbl_des.protocol.uplink import NO_CALL, Uplink
 from bindusbl_des.records.columns import (
@@ -57,12 +57,12 @@ from bindusbl_des.records.events import (
     Ping,
     Round,
 )
-from bindusbl_des.records.recorder import ROOM, Ledger, Recorder
+from bindusbl_des.records.recorder import ROOM, EventBuffer, Recorder
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Usbl
 from bindusbl_des.vehicles.fleet import Fleet
 from bindusbl_des.vehicles.motion import distance_at, lines, places, together
-from bindusbl_des.vehicles.vehicle import Legged, Place, moored, recorded
+from bindusbl_des.vehicles.vehicle import Place, SegmentedTrajectory, moored, recorded
 
 SOUND = 1500.0  # m/s
 PING = 0.01  # s
@@ -70,17 +70,17 @@ QUIET = Loss(np.zeros(4), 2, 0.0, 0.999)
 PERFECT = Usbl(ARRAYS["oem5"], 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, SOUND)
 
 
-def at(x: float, y: float = 0.0, z: float = 0.0) -> Legged:
+def at(x: float, y: float = 0.0, z: float = 0.0) -> SegmentedTrajectory:
     """Return a vehicle that keeps its place (m)."""
     return moored(Place(x, y, z, 0.0))
 
 
-def moving(x: float, speed: float, y: float = 0.0, z: float = 0.0) -> Legged:
+def moving(x: float, speed: float, y: float = 0.0, z: float = 0.0) -> SegmentedTrajectory:
     """Return a vehicle that goes along x for 100 s, at `x` (m) at 0 s."""
     return recorded(np.array([0.0, 100.0]), np.array([[x, y, z], [x + 100.0 * speed, y, z]]))
 
 
-def fleet(*vehicles: Legged) -> Fleet:
+def fleet(*vehicles: SegmentedTrajectory) -> Fleet:
     """Return vehicles whose way is known."""
     return Fleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
 
@@ -167,7 +167,9 @@ def frames(request: pytest.FixtureRequest) -> Callable[..., Fix]:
     It is 3 m and 4 m from where the AUV was when it pinged, 2 s before the frame.
     """
 
-    def send(asv: Legged, auv: Legged, airtime: float, *, time: float = 0.0) -> Fix:
+    def send(
+        asv: SegmentedTrajectory, auv: SegmentedTrajectory, airtime: float, *, time: float = 0.0
+    ) -> Fix:
         env, auvs, record = simpy.Environment(time), fleet(auv), Recorder()
         if request.param == "steering":
             auvs = steered(auvs)
@@ -175,7 +177,7 @@ def frames(request: pytest.FixtureRequest) -> Callable[..., Fix]:
         pinged_from = auv.at(time - 2.0)
         fix = made(record, 0, time - 2.0, pinged_from.x + 3.0, pinged_from.y + 4.0)
         band.send(fix, 0, time, airtime)
-        assert auvs.foreseen or auvs.voyage.reached == time  # type: ignore[union-attr]
+        assert auvs.foreseen or auvs.guided.reached == time  # type: ignore[union-attr]
         env.run()
         return Fix(*record.fixes.rows[0, : record.fixes.told].tolist())
 
@@ -333,7 +335,7 @@ def test_nobody_answers_before_a_ping_is_over() -> None:
     env, record = simpy.Environment(), Recorder(rounds=[Round(0, 0.0, 1, 0)])
     auvs, asvs = fleet(at(1500.0), at(3.0)), fleet(at(0.0))
     band, _ = uplink(auvs, asvs, record)
-    board = ReplyBoard(env, band, downlink(env, auvs, asvs, record, mf_range=1.0), record, PING)
+    board = ReplyQueue(env, band, downlink(env, auvs, asvs, record, mf_range=1.0), record, PING)
 
     def pings() -> Any:
         for auv, time in ((0, 0.0), (1, 1.005), (1, 2.0)):
@@ -449,22 +451,22 @@ def test_deciding_late_equals_deciding_early() -> None:
         assert np.unique(pairs, axis=0, return_counts=True)[1].max() > ROWS  # noise was refilled
         assert early.fixes.count > 50
         for other in (some, late):
-            for ledger in ("pings", "receptions", "fixes"):
-                rows = getattr(early, ledger).rows
-                assert np.array_equal(rows, getattr(other, ledger).rows, equal_nan=True)
+            for buffer in ("pings", "receptions", "fixes"):
+                rows = getattr(early, buffer).rows
+                assert np.array_equal(rows, getattr(other, buffer).rows, equal_nan=True)
 
 
 def test_a_frame_tells_whose_measurements_made_its_fixes() -> None:
     """For each fix they are the ASVs that heard its ping, whatever others missed."""
     record = heard_by_a_busy_fleet(0, lambda time: [time])
     receptions, rows = record.receptions.rows, range(7, 41)
-    fused = Frame(record, rows).hearers(3)
+    fused = FixBatch(record, rows).hearers(3)
     assert {1, 2, 3} == set(fused.sum(axis=1).tolist())
     for fix, asvs in zip(rows, fused, strict=True):
         of_ping = receptions[:, OF_PING] == record.fixes.rows[fix, PING_OF_FIX]
         heard = receptions[of_ping & (receptions[:, OUTCOME] == HEARD), AT_ASV]
         assert np.flatnonzero(asvs).tolist() == heard.tolist()
-    assert Frame(record, range(0)).hearers(3).shape == (0, 3)
+    assert FixBatch(record, range(0)).hearers(3).shape == (0, 3)
 
 
 def test_what_is_out_of_range_drowns_nobody() -> None:
@@ -555,14 +557,14 @@ def test_noise_of_many_pairs_is_kept_apart() -> None:
 
 def test_a_ledger_keeps_its_rows_when_it_grows() -> None:
     """Rows beyond the first room are added to those before."""
-    ledger = Ledger(Ping)
+    buffer = EventBuffer(Ping)
     for number in range(2 * ROOM + 1):
-        ledger.room_for(3)[number, :] = number
-        ledger.count += 1
-        assert len(ledger.array) >= ledger.count
-    assert ledger.rows[:, 0].tolist() == list(range(2 * ROOM + 1))
-    assert ledger.rows.shape[1] == 13
-    assert len(ledger.room_for(9 * ROOM)) >= 11 * ROOM  # one ping at thousands of ASVs
+        buffer.room_for(3)[number, :] = number
+        buffer.count += 1
+        assert len(buffer.array) >= buffer.count
+    assert buffer.rows[:, 0].tolist() == list(range(2 * ROOM + 1))
+    assert buffer.rows.shape[1] == 13
+    assert len(buffer.room_for(9 * ROOM)) >= 11 * ROOM  # one ping at thousands of ASVs
 
 
 def test_sound_meets_a_vehicle_as_equations_of_one_vehicle_say() -> None:

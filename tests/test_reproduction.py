@@ -178,7 +178,7 @@ def test_the_wheel_holds_experiments_and_scenarios() -> None:
 
 
 class Alone:
-    """A crew of nobody but this process: the start of workers is not what is tested here."""
+    """A pool of nobody but this process: the start of workers is not what is tested here."""
 
     size = 1
 
@@ -218,7 +218,7 @@ def tiny_plans() -> Iterator[None]:
     """Let `reproduce` run tiny experiments in this process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("bindusbl_des.reproduction.reproduce.experiments", tiny)
-        patch.setattr("bindusbl_des.campaigns.running.crew_for", lambda *_: Alone())
+        patch.setattr("bindusbl_des.campaigns.running.pool_for", lambda *_: Alone())
         yield
 
 

@@ -11,7 +11,7 @@ from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.vehicles.guidance import SteeringDrift, Voyage, VoyageError, drift
+from bindusbl_des.vehicles.guidance import GuidanceError, GuidedFleet, SteeringDrift, drift
 
 Floats = NDArray[np.float64]
 SCENARIOS = FilePath(__file__).parents[1] / "scenarios"
@@ -79,19 +79,19 @@ def test_a_speed_asked_for_is_that_of_the_log(towards_deg: float, ground: float)
         assert made / 100.0 == pytest.approx(expected, abs=1e-4)
 
 
-def crossing(model: str, speed: float, fix_every_s: float, duration: float) -> Voyage:
+def crossing(model: str, speed: float, fix_every_s: float, duration: float) -> GuidedFleet:
     """Return a voyage along x in 0.3 m/s from abeam, its log through the water, its fixes exact."""
     walk = np.zeros((1, math.ceil(duration) + 2, 2))
     walk[0, :, 1] = -0.3 * np.arange(walk.shape[1])
-    voyage = Voyage(
+    guided = GuidedFleet(
         model, paths=[LINE], speed_m_per_s=speed, depth_m=5.0, currents=[(0.0, 0.3)],
         duration_s=duration, drift=SteeringDrift(np.zeros(2), False, walk, 1.0, True),
     )  # fmt: skip
     for instant in np.arange(fix_every_s, duration, fix_every_s):
-        voyage.advance(instant)
-        voyage.corrections[0, 1] = 0.3 * instant
-    voyage.advance(duration)
-    return voyage
+        guided.advance(instant)
+        guided.corrections[0, 1] = 0.3 * instant
+    guided.advance(duration)
+    return guided
 
 
 @pytest.mark.parametrize(("model", "speed"), [("bluerov2", 0.3), ("remus100", 1.5)])
@@ -100,11 +100,11 @@ def test_fixes_tell_of_the_current(model: str, speed: float) -> None:
 
     What remains beside the path is what the current does until the next fix.
     """
-    member = crossing(model, speed, 1.0, 120.0).member(0)
+    vehicle = crossing(model, speed, 1.0, 120.0).vehicle(0)
     times = np.arange(60.0, 120.0, 0.1)
-    assert member.path_error(times).mean() < 0.3
-    assert abs(member.sample(times)[:, 1].mean() - 0.15) < 0.1
-    yaw = member.sample(times)[:, 3].mean()
+    assert vehicle.path_error(times).mean() < 0.3
+    assert abs(vehicle.sample(times)[:, 1].mean() - 0.15) < 0.1
+    yaw = vehicle.sample(times)[:, 3].mean()
     crab = -math.asin(0.3 / 1.5) if model == "remus100" else 0.0
     assert yaw == pytest.approx(crab, abs=0.02)
 
@@ -114,14 +114,14 @@ def test_fixes_that_show_no_headway_make_it_push_harder() -> None:
     duration = 150.0
     walk = np.zeros((1, 152, 2))
     walk[0, :, 0] = 0.25 * np.arange(152)
-    voyage = Voyage(
+    guided = GuidedFleet(
         "bluerov2", paths=[LINE], speed_m_per_s=0.3, depth_m=5.0, currents=[(-0.25, 0.0)],
         duration_s=duration, drift=SteeringDrift(np.zeros(2), False, walk, 1.0, True),
     )  # fmt: skip
     for instant in range(1, 150):
-        voyage.advance(float(instant))
-        voyage.corrections[0, 0] = -0.25 * instant
-    made = voyage.member(0).at(149.0).x - voyage.member(0).at(100.0).x
+        guided.advance(float(instant))
+        guided.corrections[0, 0] = -0.25 * instant
+    made = guided.vehicle(0).at(149.0).x - guided.vehicle(0).at(100.0).x
     assert made / 49.0 == pytest.approx(0.15, abs=0.01)
 
 
@@ -187,7 +187,7 @@ def test_who_is_swept_back_says_so() -> None:
         ],
     )  # fmt: skip
     with pytest.raises(
-        VoyageError, match="no headway along its path for 360 s: asked for"
+        GuidanceError, match="no headway along its path for 360 s: asked for"
     ) as error:
         simulate(mission)
     again = pickle.loads(pickle.dumps(error.value))

@@ -20,7 +20,7 @@ from bindusbl_des.campaigns.statistics.stopping import seeds_wanted, wide_points
 from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.campaigns.storage.parts import done
 from bindusbl_des.campaigns.storage.soundness import part_path
-from bindusbl_des.campaigns.workers.crews import crew_for
+from bindusbl_des.campaigns.workers.pools import pool_for
 
 METRIC = "position_error_m"
 VARY = {"asvs.formation.angle_deg": [0, 60]}
@@ -30,7 +30,7 @@ VARY = {"asvs.formation.angle_deg": [0, 60]}
 def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test runs in a folder with a scenario alone; missions run in this process."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(running, "crew_for", OneThread)
+    monkeypatch.setattr(running, "pool_for", OneThread)
     Path("short.yaml").write_text("name: short\nduration_s: 10\nsurvey: {side_m: 140}\n")
 
 
@@ -93,7 +93,7 @@ def test_the_same_missions_on_any_number_of_workers(monkeypatch: pytest.MonkeyPa
     assert call("merge", "shard1", "shard2", "--out", "merged").exit_code == 0
     pd.testing.assert_frame_equal(table("merged"), whole)
     assert load_campaign("merged").state().status == "complete"
-    monkeypatch.setattr(running, "crew_for", crew_for)
+    monkeypatch.setattr(running, "pool_for", pool_for)
     sweep("short.yaml", "two", workers=2, **asked)
     pd.testing.assert_frame_equal(table("two"), whole)
 

@@ -13,7 +13,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
-from bindusbl_des.protocol.boards import Board
+from bindusbl_des.protocol.fix_queue import FixQueue
 from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
 from bindusbl_des.protocol.schedules import View
 from bindusbl_des.protocol.uplink import Uplink
@@ -54,7 +54,7 @@ def answered(
     """Return band and record after all AUVs have been called at 0 s and have answered."""
     env = simpy.Environment()
     band, record = uplink(auvs, asvs, **changes)
-    ranging = TwoWay(env, band, Board(band, record), turnaround=turnaround)
+    ranging = TwoWay(env, band, FixQueue(band, record), turnaround=turnaround)
     ranging.ping(0, 0, range(len(auvs)), 0.0, view_of(auvs, asvs))
     env.run()
     return band, record

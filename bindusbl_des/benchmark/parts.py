@@ -63,7 +63,7 @@ def profiled(work: Callable[[], object]) -> Stats:
 def part_of_file(file: str) -> str | None:
     """Return the part that a source file belongs to; None for what is not ours.
 
-    >>> part_of_file(str(PACKAGE / "vehicles" / "guidance" / "voyage.py"))
+    >>> part_of_file(str(PACKAGE / "vehicles" / "guidance" / "guided_fleet.py"))
     'vehicles'
     """
     path = Path(file)

@@ -39,8 +39,8 @@ from .storage.joining import compact
 from .storage.parts import clean_parts, done
 from .storage.soundness import set_aside
 from .workers.batches import NotWritten
-from .workers.crews import crew_for
 from .workers.interruption import interruptible
+from .workers.pools import pool_for
 from .workers.progress import Progress
 from .workers.supervisor import Supervisor
 from .workers.warming import compile_kernels
@@ -127,7 +127,7 @@ def sweep(
 
 def crew_for_check(settings: Settings) -> None:
     """Refuse a backend that does not exist before anything is written."""
-    crew_for(settings.backend, 1).close(now=True)
+    pool_for(settings.backend, 1).close(now=True)
 
 
 def check_plugins(plan: Plan, allowed: bool) -> None:
@@ -258,9 +258,9 @@ def _run_missing(
     """Run missions, and those that turn out to be wanted; return what an interrupt left."""
     workers = min(settings.workers or os.cpu_count() or 1, len(missing))
     progress = Progress(quiet=settings.quiet)
-    crew = crew_for(settings.backend, workers)
+    pool = pool_for(settings.backend, workers)
     limit = settings.mission_timeout_s
-    supervisor = Supervisor(campaign.plan, campaign.folder, crew, progress.note, limit)
+    supervisor = Supervisor(campaign.plan, campaign.folder, pool, progress.note, limit)
 
     def stop() -> None:
         supervisor.stop()
@@ -276,7 +276,7 @@ def _run_missing(
                 missing = campaign.missing()
         ended = True
     finally:
-        crew.close(now=not ended)
+        pool.close(now=not ended)
         progress.end()
     if supervisor.trouble:
         raise supervisor.trouble

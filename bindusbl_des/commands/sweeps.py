@@ -257,7 +257,7 @@ def mistakes_told() -> Iterator[None]:
     from ..campaigns.experiments.sampling import ScipyMissing
     from ..campaigns.storage.folder import CampaignError
     from ..campaigns.workers.batches import NotWritten
-    from ..campaigns.workers.crews import BackendMissing
+    from ..campaigns.workers.pools import BackendMissing
     from ..campaigns.workers.supervisor import WorkersDie
 
     try:

@@ -6,12 +6,12 @@ import simpy
 from ..acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
-from ..protocol.boards import Board, ReplyBoard
 from ..protocol.broadcasters import BROADCASTERS
 from ..protocol.downlink import MfDownlink
+from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.network import Network
 from ..protocol.ranging import OneWay, TwoWay, strayed
-from ..protocol.reception import Loss
+from ..protocol.reception import LossTerms
 from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
 from ..protocol.uplink import Uplink
@@ -24,7 +24,7 @@ from ..vehicles.motion import places
 from .closed_loop import Water, velocity_biases, walks
 from .courses import chart_of
 from .launch import launch_asvs, launch_auvs
-from .onboard import board_auvs
+from .onboard import equip_auvs
 from .world import World
 
 
@@ -37,7 +37,7 @@ def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
     biases = velocity_biases(scenario, streams)
     auvs = launch_auvs(scenario, water, lost, biases)
     asvs = launch_asvs(scenario, streams, water)
-    reckoning, navigator = board_auvs(scenario, auvs, lost, biases)
+    reckoning, navigator = equip_auvs(scenario, auvs, lost, biases)
     network = _network(env, scenario, auvs, asvs, navigator, record, streams)
     return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
 
@@ -77,15 +77,15 @@ def _network(
         sound_speed=sound_speed,
         clock=slots.clock,
     )
-    board = (
-        ReplyBoard(env, uplink, downlink, record, reply_delay_of(scenario))
+    queue = (
+        ReplyQueue(env, uplink, downlink, record, reply_delay_of(scenario))
         if protocol.downlink == "direct_reply"
-        else Board(uplink, record)
+        else FixQueue(uplink, record)
     )
     ranging = (
-        OneWay(uplink, board)
+        OneWay(uplink, queue)
         if protocol.ranging == "owtt_sync"
-        else TwoWay(env, uplink, board, turnaround=protocol.turnaround_s)
+        else TwoWay(env, uplink, queue, turnaround=protocol.turnaround_s)
     )
     schedule = schedule_named(protocol.schedule)
     framed = is_framed(protocol.schedule)
@@ -95,7 +95,7 @@ def _network(
         auvs,
         asvs,
         record,
-        board,
+        queue,
         uplink,
         downlink,
         ranging,
@@ -129,11 +129,11 @@ def reply_delay_of(scenario: Scenario) -> float:
     return scenario.acoustics.hf.ping_s if scenario.protocol.reply_at == "ping_end" else 0.0
 
 
-def loss_of(scenario: Scenario) -> Loss:
+def loss_of(scenario: Scenario) -> LossTerms:
     """Return how likely a ping is lost on its way."""
     loss = scenario.acoustics.loss
     law = LOSS_LAWS[loss.law]
-    return Loss(
+    return LossTerms(
         np.array((law.a, law.b, law.c, law.d)),
         list(COMBINERS).index(loss.combine),
         contention_loss(scenario.auvs.count, loss.contention_per_auv),

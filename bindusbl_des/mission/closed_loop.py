@@ -18,7 +18,7 @@ from ..scenario.scenario import Scenario
 from ..vehicles.currents import CONTROL_S, carried, current_series
 
 if TYPE_CHECKING:
-    from ..vehicles.guidance import Voyage
+    from ..vehicles.guidance import GuidedFleet
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class Water:
     @cached_property
     def series(self) -> Array:
         """The current (m/s) along x and y in each control interval, shape (n, 2)."""
-        asked, count = self._scenario.environment, voyage_intervals(self._scenario)
+        asked, count = self._scenario.environment, control_intervals(self._scenario)
         return current_series(
             asked.current_m_per_s,
             math.radians(asked.current_direction_deg),
@@ -67,7 +67,7 @@ def afterwards_s(scenario: Scenario) -> float:
     return 2.0 + (farthest + across + scenario.survey.depth_m) / SLOWEST_SOUND
 
 
-def voyage_intervals(scenario: Scenario) -> int:
+def control_intervals(scenario: Scenario) -> int:
     """Return the number of control intervals of a voyage that outlasts the mission a little."""
     return math.ceil((scenario.duration_s + afterwards_s(scenario)) / CONTROL_S)
 
@@ -108,11 +108,11 @@ def walks(scenario: Scenario, streams: Streams, water: Water) -> Array:
     return lost
 
 
-def auv_voyage(
+def guided_auvs(
     scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array, biases: Array
-) -> "Voyage":
+) -> "GuidedFleet":
     """Return the voyage of all AUVs along their tours; they steer as `auvs.feedback` says."""
-    from ..vehicles.guidance import SteeringDrift, Voyage
+    from ..vehicles.guidance import GuidedFleet, SteeringDrift
 
     auvs, navigation = scenario.auvs, scenario.navigation
     drift = None
@@ -125,32 +125,32 @@ def auv_voyage(
             navigation.imu_rate_hz,
             through_water=navigation.velocity == "through_water",
         )
-    return Voyage(
+    return GuidedFleet(
         auvs.vehicle.model,
         dict(auvs.vehicle.coefficients),
         paths=tours,
         speed_m_per_s=auvs.speed_m_per_s,
         depth_m=scenario.survey.depth_m,
         currents=water.series,
-        duration_s=voyage_intervals(scenario) * CONTROL_S,
+        duration_s=control_intervals(scenario) * CONTROL_S,
         control_s=CONTROL_S,
         drift=drift,
         names=[f"AUV{index}" for index in range(auvs.count)],
     )
 
 
-def asv_voyage(
+def guided_asvs(
     scenario: Scenario, stations: Sequence[tuple[float, float]], streams: Streams, water: Water
-) -> "Voyage":
+) -> "GuidedFleet":
     """Return the voyage of all ASVs, which keep their stations by noisy GNSS positions."""
-    from ..vehicles.guidance import Voyage
+    from ..vehicles.guidance import GuidedFleet
 
-    asvs, count = scenario.asvs, voyage_intervals(scenario)
+    asvs, count = scenario.asvs, control_intervals(scenario)
     noise = [
         streams.of(Purpose.STATION, asv).standard_normal((count, 2)) * scenario.usbl.gnss_sd_m
         for asv in range(asvs.count)
     ]
-    return Voyage(
+    return GuidedFleet(
         asvs.vehicle.model,
         dict(asvs.vehicle.coefficients),
         stations=np.array(stations),

@@ -3,7 +3,7 @@
 import numpy as np
 import pyarrow as pa
 
-from ..protocol.boards import Frame
+from ..protocol.fix_queue import FixBatch
 from ..records.columns import (
     CROSS_TRACK_ERROR,
     DEPTH,
@@ -40,7 +40,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     rows = record.fixes.rows[:, : record.fixes.told].copy()
-    hearers = Frame(record, range(len(rows))).hearers(asvs)
+    hearers = FixBatch(record, range(len(rows))).hearers(asvs)
     number: dict[bytes, int] = {}
     rows[:, FUSED] = [number.setdefault(own.tobytes(), len(number)) for own in hearers]
     together = [np.flatnonzero(np.frombuffer(own, dtype=np.bool_)) for own in number]

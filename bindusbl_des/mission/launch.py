@@ -15,11 +15,11 @@ from ..scenario.sections import Auvs, Environment, Survey
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import together
 from ..vehicles.tracks import read_tracks
-from ..vehicles.vehicle import Legged, Place, kinematic, moored, recorded
-from .closed_loop import Water, afterwards_s, asv_voyage, auv_voyage, voyage_intervals
+from ..vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
+from .closed_loop import Water, afterwards_s, control_intervals, guided_asvs, guided_auvs
 
 if TYPE_CHECKING:
-    from ..vehicles.guidance import Member, Voyage
+    from ..vehicles.guidance import GuidedFleet, GuidedVehicle
 
 Array = NDArray[np.float64]
 
@@ -34,27 +34,27 @@ def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -
         if auvs.route.kind == "track":
             route, duration = auvs.route, scenario.duration_s
             tracks = read_tracks(route.files, route.time_offset_s, duration)
-            return _legged([recorded(*track) for track in tracks])
+            return _segmented([recorded(*track) for track in tracks])
         return _kinematic_auvs(scenario)
     if auvs.feedback == "truth":
-        return _voyage_foreseen(scenario) if water.is_steady else _voyage(scenario, water)
-    voyage = auv_voyage(scenario, _tours(scenario), water, walks, biases)
-    return Fleet(_members(voyage, auvs.count), voyage.motion, voyage)
+        return _guided_foreseen(scenario) if water.is_steady else _guided(scenario, water)
+    guided = guided_auvs(scenario, _tours(scenario), water, walks, biases)
+    return Fleet(_members(guided, auvs.count), guided.motion, guided)
 
 
 # Where vehicles go whatever the seed is worked out once for all seeds of a scenario.
 @lru_cache(maxsize=4)
 def _kinematic_auvs(scenario: Scenario) -> Fleet:
-    return _legged([_kinematic(scenario, index) for index in range(scenario.auvs.count)])
+    return _segmented([_kinematic(scenario, index) for index in range(scenario.auvs.count)])
 
 
-def _voyage_foreseen(scenario: Scenario) -> Fleet:
+def _guided_foreseen(scenario: Scenario) -> Fleet:
     # What decides it: where they are to go in which water, and for how long.
-    plan = scenario.survey, scenario.auvs, scenario.environment, voyage_intervals(scenario)
+    plan = scenario.survey, scenario.auvs, scenario.environment, control_intervals(scenario)
     fleet = _foreseen.get(plan)
     if fleet is None:
         _foreseen.clear()  # beforehand: there may not be room for two long voyages of large fleets
-        fleet = _foreseen[plan] = _voyage(scenario, Water(scenario, Streams(0)))
+        fleet = _foreseen[plan] = _guided(scenario, Water(scenario, Streams(0)))
     return fleet
 
 
@@ -63,29 +63,29 @@ _foreseen: dict[tuple[Survey, Auvs, Environment, int], Fleet] = {}
 
 @lru_cache(maxsize=4)
 def _moored_asvs(scenario: Scenario) -> Fleet:
-    return _legged([moored(Place(x, y, 0.0, 0.0)) for x, y in asv_stations(scenario)])
+    return _segmented([moored(Place(x, y, 0.0, 0.0)) for x, y in asv_stations(scenario)])
 
 
-def _legged(vehicles: Sequence[Legged]) -> Fleet:
+def _segmented(vehicles: Sequence[SegmentedTrajectory]) -> Fleet:
     return Fleet(vehicles, together([vehicle.legs for vehicle in vehicles]))
 
 
-def _voyage(scenario: Scenario, water: Water) -> Fleet:
+def _guided(scenario: Scenario, water: Water) -> Fleet:
     """Return AUVs with dynamics that know where they are: their whole way is foreseen."""
-    voyage = auv_voyage(scenario, _tours(scenario), water, np.empty(0), np.empty(0))
-    voyage.advance(voyage.duration_s)
-    return Fleet(_members(voyage, scenario.auvs.count), voyage.motion)
+    guided = guided_auvs(scenario, _tours(scenario), water, np.empty(0), np.empty(0))
+    guided.advance(guided.duration_s)
+    return Fleet(_members(guided, scenario.auvs.count), guided.motion)
 
 
 def _tours(scenario: Scenario) -> list[Path]:
     return [planned_tour(scenario, index) for index in range(scenario.auvs.count)]
 
 
-def _members(voyage: "Voyage", count: int) -> "list[Member]":
-    return [voyage.member(index) for index in range(count)]
+def _members(guided: "GuidedFleet", count: int) -> "list[GuidedVehicle]":
+    return [guided.vehicle(index) for index in range(count)]
 
 
-def _kinematic(scenario: Scenario, index: int) -> Legged:
+def _kinematic(scenario: Scenario, index: int) -> SegmentedTrajectory:
     """Return one AUV without dynamics on its route, at its depth."""
     route, depth = scenario.auvs.route, scenario.survey.depth_m
     if route.kind == "hold":
@@ -98,6 +98,6 @@ def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> Fleet:
     """Return the ASVs of a scenario at their stations, in index order."""
     if not scenario.asvs.vehicle.has_dynamics:
         return _moored_asvs(scenario)
-    voyage = asv_voyage(scenario, asv_stations(scenario), streams, water)
-    voyage.advance(voyage.duration_s)
-    return Fleet(_members(voyage, scenario.asvs.count), voyage.motion)
+    guided = guided_asvs(scenario, asv_stations(scenario), streams, water)
+    guided.advance(guided.duration_s)
+    return Fleet(_members(guided, scenario.asvs.count), guided.motion)

@@ -108,7 +108,7 @@ def _reach(record: Recorder, auvs: int) -> dict[str, list[Any]]:
 
 
 def _service(fixes: Array, world: World) -> dict[str, Any]:
-    """Return what became of the fixes of one AUV (rows of the ledger), and how late they were."""
+    """Return what became of the fixes of one AUV (rows of the buffer), and how late they were."""
     arrived = fixes[fixes[:, OUTCOME_OF_FIX] == DELIVERED]
     delivered, latency = arrived[:, DELIVERED_AT], arrived[:, LATENCY]
     outcomes = fixes[:, OUTCOME_OF_FIX].astype(int).tolist()

@@ -15,7 +15,7 @@ from ..vehicles.fleet import Fleet
 from .launch import Array
 
 
-def board_auvs(
+def equip_auvs(
     scenario: Scenario, fleet: Fleet, walks: Array, biases: Array
 ) -> tuple[DeadReckoning, Navigator]:
     """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer."""
@@ -23,11 +23,11 @@ def board_auvs(
     reckoning = DeadReckoning(
         fleet.motion, walks, navigation.imu_rate_hz, biases, navigation.bias_frame
     )
-    if fleet.voyage is None:
+    if fleet.guided is None:
         steering = np.zeros((len(fleet), 2)), np.zeros((len(fleet), 7))
     else:
-        fleet.voyage.has_learnt = navigation.filter == "kalman"
-        steering = fleet.voyage.corrections, fleet.voyage.learnt
+        fleet.guided.has_learnt = navigation.filter == "kalman"
+        steering = fleet.guided.corrections, fleet.guided.learnt
     if is_plugin(navigation.filter):
         make = load(NAVIGATOR, navigation.filter)
         return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])

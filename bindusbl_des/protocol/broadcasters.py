@@ -6,32 +6,38 @@ import numpy as np
 
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from .boards import Frame
+from .fix_queue import FixBatch
 
 # ASVs whose distances to all fixes are worked out at a time.
 BLOCK = 64
 
-Choice = Callable[[int, Frame, Fleet, float, np.random.Generator], int]
+Choice = Callable[[int, FixBatch, Fleet, float, np.random.Generator], int]
 
 
-def rotate(number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random.Generator) -> int:
+def rotate(
+    number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator
+) -> int:
     """Let the ASVs broadcast in turn, counted by broadcasts."""
     return number % len(asvs)
 
 
-def random(number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random.Generator) -> int:
+def random(
+    number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator
+) -> int:
     """Draw the ASV by lot."""
     return int(draw.integers(len(asvs)))
 
 
 def most_fixes(
-    number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random.Generator
+    number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator
 ) -> int:
     """Take the ASV that measured most of the fixes; the first of equals."""
     return int(np.argmax(frame.hearers(len(asvs)).sum(axis=0)))
 
 
-def nearest(number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random.Generator) -> int:
+def nearest(
+    number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator
+) -> int:
     """Take the ASV with the least mean horizontal distance to the fixes; the first of equals."""
     if not len(frame):
         return 0
@@ -44,7 +50,7 @@ def nearest(number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random
     return int(np.argmin(np.concatenate(apart)))
 
 
-def fixed(number: int, frame: Frame, asvs: Fleet, time: float, draw: np.random.Generator) -> int:
+def fixed(number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator) -> int:
     """Always take ASV0."""
     return 0
 

@@ -93,7 +93,7 @@ class LastFixes:
         self._places = launched
 
     def note(self, fixes: Rows) -> None:
-        """Plot fixes, rows of the ledger."""
+        """Plot fixes, rows of the buffer."""
         for fix in fixes:
             self._places[int(fix[AUV_OF_FIX]), :2] = fix[POSITION : POSITION + 2]
 
@@ -109,7 +109,7 @@ class CarriedForward:
         self._places, self._courses = launched, courses
 
     def note(self, fixes: Rows) -> None:
-        """Plot fixes, rows of the ledger; each holds at the instant of its ping."""
+        """Plot fixes, rows of the buffer; each holds at the instant of its ping."""
         for fix in fixes:
             place = float(fix[POSITION]), float(fix[POSITION + 1])
             self._courses[int(fix[AUV_OF_FIX])].fixed(float(fix[PINGED_AT]), place)

@@ -9,11 +9,11 @@ from numpy.random import Generator
 from ..records.recorder import Recorder
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from .boards import Board, Frame, ReplyBoard
 from .broadcasters import Choice
 from .chart import Chart
 from .conflicts import Array, hearing, survey
 from .downlink import MfDownlink
+from .fix_queue import FixBatch, FixQueue, ReplyQueue
 from .ranging import OneWay, TwoWay
 from .schedules import Schedule, View
 from .slots import Slots
@@ -33,7 +33,7 @@ class Network:
     auv_fleet: Fleet
     asv_fleet: Fleet
     record: Recorder
-    board: Board | ReplyBoard
+    queue: FixQueue | ReplyQueue
     uplink: Uplink
     downlink: MfDownlink
     ranging: OneWay | TwoWay
@@ -64,7 +64,7 @@ class Network:
         self._fixes_plotted = self.record.fixes.count
         return chart.at(time)
 
-    def next_broadcaster(self, frame: Frame, time: float) -> int:
+    def next_broadcaster(self, frame: FixBatch, time: float) -> int:
         """Choose the ASV of the next broadcast."""
         number = len(self.record.broadcasts)
         return self.broadcaster(number, frame, self.asv_fleet, time, self.broadcaster_draw)
@@ -72,7 +72,7 @@ class Network:
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
         before_the_end = math.nextafter(time, 0.0)
-        self.board.take(before_the_end)  # pings that were heard but not broadcast any more
+        self.queue.take(before_the_end)  # pings that were heard but not broadcast any more
         self.uplink.close(time)
         self.ranging.close()
         self.downlink.deliver(before_the_end)

@@ -11,7 +11,7 @@ from ..records.events import HEARD, IN_FLIGHT
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, Ints
-from .boards import Board, ReplyBoard
+from .fix_queue import FixQueue, ReplyQueue
 from .schedules import View
 from .uplink import Uplink
 
@@ -19,14 +19,14 @@ from .uplink import Uplink
 class OneWay:
     """Synchronised clocks: AUVs ping on time, the one-way travel time is the range (owtt_sync)."""
 
-    def __init__(self, uplink: Uplink, board: Board | ReplyBoard) -> None:
-        self._uplink, self._board = uplink, board
+    def __init__(self, uplink: Uplink, queue: FixQueue | ReplyQueue) -> None:
+        self._uplink, self._queue = uplink, queue
 
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
         """Let a group of AUVs ping at the start of its slot, wherever the fleet believes them."""
-        self._board.expect(self._uplink.send(round_number, slot, group, time))
+        self._queue.expect(self._uplink.send(round_number, slot, group, time))
 
     def close(self) -> None:
         """End the mission; nobody waits for anything."""
@@ -45,11 +45,11 @@ class TwoWay:
         self,
         env: simpy.Environment,
         uplink: Uplink,
-        board: Board | ReplyBoard,
+        queue: FixQueue | ReplyQueue,
         *,
         turnaround: float,
     ) -> None:
-        self._env, self._uplink, self._board = env, uplink, board
+        self._env, self._uplink, self._queue = env, uplink, queue
         self._answer_delay = uplink.ping_duration + turnaround
         self._waiting: dict[tuple[int, int, int], Floats] = {}  # calls not yet answered
 
@@ -69,7 +69,7 @@ class TwoWay:
 
     def _answer(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
         call = self._waiting.pop(turn)
-        self._board.expect(self._uplink.send(turn[0], turn[1], [turn[2]], time, call))
+        self._queue.expect(self._uplink.send(turn[0], turn[1], [turn[2]], time, call))
 
     def close(self) -> None:
         """End the mission; record the calls that AUVs have not answered by now."""

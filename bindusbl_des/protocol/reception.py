@@ -49,7 +49,7 @@ from .calling import drowned
 NOBODY = -1
 
 
-class Loss(NamedTuple):
+class LossTerms(NamedTuple):
     """How likely a ping is lost on its way (:func:`.loss_probability`)."""
 
     coefficients: Floats

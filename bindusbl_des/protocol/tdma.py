@@ -95,7 +95,7 @@ def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
 def broadcast(network: Network, turn: Turn, time: float) -> None:
     """Let one ASV broadcast every fix made since the last broadcast; none still costs a header."""
     slots, clock = network.slots, network.slots.clock
-    frame = network.board.take(time)
+    frame = network.queue.take(time)
     asv, fixes = network.next_broadcaster(frame, time), len(frame)
     airtime = slots.airtime(fixes)
     network.record.broadcasts.append(

@@ -21,12 +21,12 @@ from ..records.columns import (
     PASSED_AT,
 )
 from ..records.events import IN_FLIGHT
-from ..records.recorder import Ledger, Recorder
+from ..records.recorder import EventBuffer, Recorder
 from ..usbl.instrument import NOISE_WIDTH, Usbl
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints
 from .calling import Call, interrogate
-from .reception import NOBODY, Loss, decide, passed
+from .reception import NOBODY, LossTerms, decide, passed
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
@@ -57,7 +57,7 @@ class Uplink:
         metric: str,
         ping_duration: float,
         sound_speed: float,
-        loss: Loss,
+        loss: LossTerms,
         usbl: Usbl,
         streams: Streams,
         strayed: Floats,
@@ -70,7 +70,7 @@ class Uplink:
         self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels, strayed)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
         self._luck = cache(partial(streams.of, Purpose.CALL))
-        self._calls = Ledger(Call)
+        self._calls = EventBuffer(Call)
         self._undecided = 0  # pings before this one are decided
 
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Floats:

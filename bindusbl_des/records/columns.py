@@ -1,6 +1,6 @@
-"""The columns of the ledgers: those of an event's class in order, then what only missions need.
+"""The columns of the buffers: those of an event's class in order, then what only missions need.
 
-A ledger (:class:`.recorder.Ledger`) is an array that compiled equations write to; labels are
+A buffer (:class:`.recorder.EventBuffer`) is an array that compiled equations write to; labels are
 numbers in it, and what has not happened is NaN.
 """
 

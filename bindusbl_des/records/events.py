@@ -21,7 +21,7 @@ def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> 
 LARGEST, SMALLEST = "largest", "smallest"
 
 
-# What becomes of a ping at an ASV, and of a fix; a ledger holds the number of the word.
+# What becomes of a ping at an ASV, and of a fix; a buffer holds the number of the word.
 OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight", "delivered")
 HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 

@@ -11,11 +11,11 @@ from .events import Broadcast, Fix, Ping, Reception, Round
 
 Rows = NDArray[np.float64]
 
-# Rows for which a ledger has room at first; it doubles when it is full.
+# Rows for which a buffer has room at first; it doubles when it is full.
 ROOM = 512
 
 
-class Ledger:
+class EventBuffer:
     """Rows of one kind of event in one array, which compiled equations write to.
 
     Columns are those of :mod:`.columns`: the `told` first of them go into the event's table.  The
@@ -52,7 +52,7 @@ class Recorder:
 
     everything: bool = True
     rounds: list[Round] = field(default_factory=list)
-    pings: Ledger = field(default_factory=lambda: Ledger(Ping, PING_COLUMNS))
-    receptions: Ledger = field(default_factory=lambda: Ledger(Reception))
+    pings: EventBuffer = field(default_factory=lambda: EventBuffer(Ping, PING_COLUMNS))
+    receptions: EventBuffer = field(default_factory=lambda: EventBuffer(Reception))
     broadcasts: list[Broadcast] = field(default_factory=list)
-    fixes: Ledger = field(default_factory=lambda: Ledger(Fix, FIX_COLUMNS))
+    fixes: EventBuffer = field(default_factory=lambda: EventBuffer(Fix, FIX_COLUMNS))

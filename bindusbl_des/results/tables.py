@@ -123,7 +123,7 @@ def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
 
 
 def from_numbers(table: str, rows: Floats, **labels: Sequence[str]) -> pa.Table:
-    """Return the rows of a ledger, all columns numbers, as an Arrow table with names for labels.
+    """Return the rows of a buffer, all columns numbers, as an Arrow table with names for labels.
 
     Vehicles and outcomes have theirs; in other columns of text numbers count in `labels`.
     """

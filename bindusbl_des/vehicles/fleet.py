@@ -8,19 +8,19 @@ from .motion import Motion
 from .vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from .guidance import Voyage
+    from .guidance import GuidedFleet
 
 
 @dataclass(frozen=True)
 class Fleet:
     """All AUVs, or all ASVs: where each is at any instant.
 
-    Who steers by fixes has no sure future: its `voyage` is moved on as the mission goes on.
+    Who steers by fixes has no sure future: its `guided` fleet is moved on as the mission goes on.
     """
 
     vehicles: Sequence[Vehicle]
     motion: Motion
-    voyage: "Voyage | None" = None
+    guided: "GuidedFleet | None" = None
 
     def __len__(self) -> int:
         return len(self.vehicles)
@@ -28,9 +28,9 @@ class Fleet:
     @property
     def foreseen(self) -> bool:
         """Whether the motion is known to the end, whatever happens in the mission."""
-        return self.voyage is None
+        return self.guided is None
 
     def reach(self, time: float) -> None:
         """Make the motion known up to an instant (s)."""
-        if self.voyage is not None:
-            self.voyage.advance(time)
+        if self.guided is not None:
+            self.guided.advance(time)

@@ -50,7 +50,7 @@ class Vehicle(Protocol):
         """
 
 
-class Legged:
+class SegmentedTrajectory:
     """A vehicle without dynamics: it keeps exactly to legs that are known beforehand.
 
     `legs` are its lines as :mod:`.motion` has them; `planned` tells whether they are its plan.
@@ -82,12 +82,12 @@ class Legged:
         return None
 
 
-def moored(place: Place) -> Legged:
+def moored(place: Place) -> SegmentedTrajectory:
     """Return a vehicle that keeps its place."""
-    return Legged(motion.legs(np.array([[*place, 0.0, 0.0, 0.0, 0.0]])))
+    return SegmentedTrajectory(motion.legs(np.array([[*place, 0.0, 0.0, 0.0, 0.0]])))
 
 
-def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> Legged:
+def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> SegmentedTrajectory:
     """Return a vehicle that follows a path at constant speed (m/s) and depth (m), exactly.
 
     At the end of a path it rests; a tour it goes on until the instant `until` (s), at least.
@@ -109,10 +109,10 @@ def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> Leg
     table[-1, [motion.X, motion.Y, motion.YAW]] = path.end
     table[-1, motion.BEGIN] = end / speed
     table[:, motion.Z] = depth
-    return Legged(motion.legs(table))
+    return SegmentedTrajectory(motion.legs(table))
 
 
-def recorded(times: Array, positions: Array) -> Legged:
+def recorded(times: Array, positions: Array) -> SegmentedTrajectory:
     """Return a vehicle that repeats a recorded track: straight legs between its samples.
 
     Take times (n,), s, strictly increasing, and positions (n, 3), m, z down; n >= 2.  Before the
@@ -132,4 +132,4 @@ def recorded(times: Array, positions: Array) -> Legged:
     table[-1, motion.YAW] = yaw[-1]
     table[0, : motion.SPEED] = table[1, : motion.SPEED]  # at rest until the track begins
     table[0, motion.BEGIN] = times[0]
-    return Legged(motion.legs(table), planned=False)
+    return SegmentedTrajectory(motion.legs(table), planned=False)

@@ -1,1 +1,1 @@
-"""Who runs the missions: batches, the crews that run them, and the supervisor of a crew."""
+"""Who runs the missions: batches, the pools that run them, and the supervisor of a pool."""

@@ -25,7 +25,7 @@ from ..experiments.plan import Mission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
 from ..storage.parts import ARROW_TYPES, FAILED, OK, commit, labelled, metric_schema, read_part
 from ..storage.soundness import MISSIONS, part_path
-from .marks import Mark
+from .heartbeats import Heartbeat
 from .warming import warm
 
 # With `detail: full`, a part is written before its tables need more memory than this.
@@ -86,12 +86,12 @@ def run_batch(batch: Batch) -> list[Row]:
         return rows_of(folder, batch.part)
     allow(batch.plugins)
     ran: list[Ran] = []
-    with _marked(folder, batch.part) as mark:
+    with _beating(folder, batch.part) as heartbeat:
         began, size = time.monotonic(), 0
         for mission in batch.missions:
             if batch.mission_timeout_s:  # loading compiled code is not the mission's time
                 warm(batch.points[mission.point].scenario, folder)
-            with mark.at(mission.number, batch.mission_timeout_s):
+            with heartbeat.at(mission.number, batch.mission_timeout_s):
                 ran.append(_run(batch, mission))
             size += sum(table.nbytes for table in ran[-1].tables.values())
             spent = time.monotonic() - began
@@ -102,15 +102,15 @@ def run_batch(batch: Batch) -> list[Row]:
 
 
 @contextmanager
-def _marked(folder: Path, part: str) -> Iterator[Mark]:
+def _beating(folder: Path, part: str) -> Iterator[Heartbeat]:
     try:
-        mark = Mark(folder, part)
+        heartbeat = Heartbeat(folder, part)
     except OSError as error:
         raise NotWritten(error.errno, error.strerror) from None
     try:
-        yield mark
+        yield heartbeat
     finally:
-        mark.close()
+        heartbeat.close()
 
 
 def rows_of(folder: Path, part: str) -> list[Row]:

@@ -22,8 +22,8 @@ from ..storage.folder import ask_to_stop
 from ..storage.parts import FAILED
 from ..storage.soundness import MISSIONS, part_path
 from .batches import Batch, NotWritten, Ran, Row, rows_of, signal_name, write, write_failure
-from .crews import Crew
-from .marks import take_mark
+from .heartbeats import take_heartbeat
+from .pools import WorkerPool
 from .waiting import Waiting
 
 MOST_IN_BATCH = 200
@@ -46,17 +46,17 @@ class WorkersDie(RuntimeError):
 
 
 class Supervisor:
-    """Runs missions of a plan on a crew; workers write the rows, it counts them."""
+    """Runs missions of a plan on a pool; workers write the rows, it counts them."""
 
     def __init__(
         self,
         plan: Plan,
         folder: Path,
-        crew: Crew,
+        pool: WorkerPool,
         note: Callable[[Row], None] = lambda _: None,
         mission_timeout_s: float | None = None,
     ) -> None:
-        self.plan, self.folder, self.crew, self.note = plan, folder, crew, note
+        self.plan, self.folder, self.pool, self.note = plan, folder, pool, note
         self.mission_timeout_s = mission_timeout_s
         self.stopping = False
         self.trouble: NotWritten | None = None
@@ -78,9 +78,9 @@ class Supervisor:
         """Run missions until all have a row or a stop was asked for."""
         self._fresh.extend(missions)
         while self._running or (self._waiting() and not self.stopping):
-            while self._waiting() and not self.stopping and self.crew.has_room():
+            while self._waiting() and not self.stopping and self.pool.has_room():
                 batch = self._next()
-                self._running[self.crew.submit(batch)] = batch
+                self._running[self.pool.submit(batch)] = batch
             finished, _ = wait(self._running, timeout=0.2, return_when=FIRST_COMPLETED)
             for future in finished:
                 self._take(self._running.pop(future), future)
@@ -94,7 +94,7 @@ class Supervisor:
         budget = min(max(BATCH_SHARE * spent, SHORTEST_BATCH_S), LONGEST_BATCH_S)
         if self._suspects:
             return self._batch(self._suspects.popleft(), budget)
-        share = min(ceil(len(self._fresh) / (2 * self.crew.size)), MOST_IN_BATCH)
+        share = min(ceil(len(self._fresh) / (2 * self.pool.size)), MOST_IN_BATCH)
         return self._batch(self._fresh.take(share), budget)
 
     def _batch(self, numbers: tuple[int, ...], budget_s: float) -> Batch:
@@ -103,7 +103,7 @@ class Supervisor:
 
     def _take(self, batch: Batch, future: "Future[list[Row]]") -> None:
         """Count what a batch brought; what it did not come to waits again."""
-        exit_code = self.crew.release(future)
+        exit_code = self.pool.release(future)
         error = future.exception()
         if isinstance(error, NotWritten):
             self._break_off(error)
@@ -124,10 +124,10 @@ class Supervisor:
     def _suspect(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
         """Try the mission at which a worker died again by itself; others of its batch may go on.
 
-        Where the worker left no mark, halves are tried until the culprit is alone.
+        Where the worker left no heartbeat, halves are tried until the culprit is alone.
         """
         numbers = tuple(it.number for it in batch.missions)
-        culprit, trace = take_mark(self.folder, batch.part)
+        culprit, trace = take_heartbeat(self.folder, batch.part)
         end = signal_name(exit_code) if exit_code is not None else type(error).__name__
         if not trace:
             self._count_death(end)

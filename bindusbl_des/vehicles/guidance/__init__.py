@@ -1,12 +1,19 @@
 """How vehicles are steered: AUVs along their paths, ASVs at their stations, in currents and errors.
 
-`Voyage` moves a fleet of one model under its controllers, lazily; `smallest_turn` and `top_speed`
-tell what may be asked of one. SI units and radians; x North, y East, z down.
+`GuidedFleet` moves a fleet of one model under its controllers, lazily; `smallest_turn` and
+`top_speed` tell what may be asked of one. SI units and radians; x North, y East, z down.
 """
 
 from .belief import SteeringDrift
-from .limits import VoyageError, smallest_turn, top_speed
-from .member import Member
-from .voyage import Voyage
+from .guided_fleet import GuidedFleet
+from .guided_vehicle import GuidedVehicle
+from .limits import GuidanceError, smallest_turn, top_speed
 
-__all__ = ["Member", "SteeringDrift", "Voyage", "VoyageError", "smallest_turn", "top_speed"]
+__all__ = [
+    "GuidanceError",
+    "GuidedFleet",
+    "GuidedVehicle",
+    "SteeringDrift",
+    "smallest_turn",
+    "top_speed",
+]

@@ -20,7 +20,7 @@ MEMORY = 8  # numbers that a controller may remember
 # for the look-out: how far it may be off (m), for how long (s), since when (s) and from where (m)
 # it counts, how often in a row it made no headway
 NORTH, EAST, SPEED, DEPTH, REACH, PATIENCE, SINCE, REACHED, FAILED, WATCH = range(10)
-SOUND, BROKEN, ADRIFT, STUCK = range(4)  # how a vehicle fares
+HEALTHY, BROKEN, ADRIFT, STUCK = range(4)  # how a vehicle fares
 HEADWAY = 0.02  # of the speed demanded: less of it along its path is no headway
 ARRIVED = 1.0  # m before its path's end, a vehicle that slows down there counts as arrived
 PATIENT_FOR = 3  # times in a row: a correction may take a vehicle back once
@@ -71,14 +71,14 @@ def _look_out(time: float, off: float, reached: float, watch: Floats) -> int:
     if not isfinite(reached):
         if off <= watch[REACH]:
             watch[SINCE] = time
-        return ADRIFT if time - watch[SINCE] > watch[PATIENCE] else SOUND
+        return ADRIFT if time - watch[SINCE] > watch[PATIENCE] else HEALTHY
     spent = time - watch[SINCE]
     if spent < watch[PATIENCE]:
-        return SOUND
+        return HEALTHY
     idle = reached - watch[REACHED] < HEADWAY * watch[SPEED] * spent
     watch[FAILED] = watch[FAILED] + 1.0 if idle else 0.0
     watch[SINCE], watch[REACHED] = time, reached
-    return STUCK if watch[FAILED] >= PATIENT_FOR else SOUND
+    return STUCK if watch[FAILED] >= PATIENT_FOR else HEALTHY
 
 
 @compiled
@@ -184,14 +184,14 @@ def fly(
                 command,
             )  # fmt: skip
             off = hypot(spot[0] - told[NORTH], spot[1] - told[EAST])
-            fares = _look_out(time, off, reached, told)
+            status = _look_out(time, off, reached, told)
             if not _hold(
                 model, state, command, current, p, told[DEPTH], step, steps, log, line, spot,
                 rates, work,
             ):  # fmt: skip
-                fares = BROKEN
-            if fares != SOUND:
-                lost[0], lost[1] = fares, time
+                status = BROKEN
+            if status != HEALTHY:
+                lost[0], lost[1] = status, time
                 return i
         _observe(state, currents[0], told[DEPTH], rates, spot)
         logbook.note(log, last * steps, step, spot)

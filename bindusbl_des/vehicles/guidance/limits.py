@@ -16,7 +16,7 @@ KEEPERS = ("otter", "cybership2")  # keep stations
 TURN_MARGIN = 1.3  # over the REMUS's tightest circle: curvature steps, its rudder and yaw do not
 
 
-class VoyageError(RuntimeError):
+class GuidanceError(RuntimeError):
     """A vehicle cannot go where it is told to: `vehicle` (its name), `time_s` and `reason`."""
 
     def __init__(self, vehicle: str, time_s: float, reason: str) -> None:
@@ -102,7 +102,7 @@ def refuse_impossible(
     speed: Floats,
     currents: Floats,
 ) -> None:
-    """Raise VoyageError for a speed above a vehicle's own, or a current that carries it away.
+    """Raise GuidanceError for a speed above a vehicle's own, or a current that carries it away.
 
     `speed` (n,) m/s, not read for vehicles that keep stations; of `currents` (k, 2) m/s the mean
     counts, since a vehicle makes up for what a gust has cost it.
@@ -111,7 +111,7 @@ def refuse_impossible(
     mean = float(np.hypot(*currents.mean(axis=0)))
     for vehicle, asked in zip(names, speed.tolist(), strict=True):
         if model in FOLLOWERS and not 0.0 < asked <= fastest:
-            raise VoyageError(
+            raise GuidanceError(
                 vehicle,
                 0.0,
                 f"asked for {asked:g} m/s, but a {model} reaches {fastest:.3f} m/s; ask for a "
@@ -119,7 +119,7 @@ def refuse_impossible(
             )
         own = asked if model.startswith("remus100") else fastest
         if mean >= own:
-            raise VoyageError(
+            raise GuidanceError(
                 vehicle,
                 0.0,
                 f"the current of {mean:.3f} m/s is stronger than the {own:.3f} m/s that it makes "

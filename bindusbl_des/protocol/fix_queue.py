@@ -23,7 +23,7 @@ from .downlink import MfDownlink
 from .uplink import Uplink
 
 
-class Frame:
+class FixBatch:
     """The fixes that one broadcast carries: rows of the record."""
 
     def __init__(self, record: Recorder, rows: range) -> None:
@@ -57,8 +57,8 @@ class Frame:
         return fused
 
 
-class Board:
-    """The fleet's shared board: pings wait here for the next broadcast."""
+class FixQueue:
+    """The fleet's shared queue: pings wait here for the next broadcast."""
 
     def __init__(self, uplink: Uplink, record: Recorder) -> None:
         self._uplink, self._record = uplink, record
@@ -66,12 +66,12 @@ class Board:
     def expect(self, pings: range) -> None:
         """Wait until pings have passed every ASV in range, which measure them together."""
 
-    def take(self, time: float) -> Frame:
-        """Return the fixes of all pings that have been heard by an instant (s); clear the board."""
-        return Frame(self._record, self._uplink.decide_passed(time))
+    def take(self, time: float) -> FixBatch:
+        """Return the fixes of all pings that have been heard by an instant (s); clear the queue."""
+        return FixBatch(self._record, self._uplink.decide_passed(time))
 
 
-class ReplyBoard:
+class ReplyQueue:
     """No waiting: the first ASV that decodes a ping answers it with a fix of its own.
 
     The answer sets out `after` (s) the ping's front has arrived.  0 is what the paper's latencies
@@ -109,6 +109,6 @@ class ReplyBoard:
             self._record.rounds[number].fixes += 1
             self._downlink.reply(fix, asv, time)
 
-    def take(self, time: float) -> Frame:
+    def take(self, time: float) -> FixBatch:
         """Return no fixes: none has to wait."""
-        return Frame(self._record, range(0))
+        return FixBatch(self._record, range(0))

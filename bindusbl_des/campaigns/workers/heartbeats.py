@@ -10,11 +10,11 @@ from pathlib import Path
 WIDTH = 20
 
 
-class Mark:
-    """The mark of one batch, which is gone when the batch has ended in order."""
+class Heartbeat:
+    """The heartbeat of one batch, which is gone when the batch has ended in order."""
 
     def __init__(self, folder: Path, part: str) -> None:
-        """Begin a mark.
+        """Begin a heartbeat.
 
         Raises:
             OSError: when it cannot be written.
@@ -25,7 +25,7 @@ class Mark:
         self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
 
     def close(self) -> None:
-        """Remove the mark."""
+        """Remove the heartbeat."""
         os.close(self._file)
         self._path.unlink(missing_ok=True)
 
@@ -48,10 +48,10 @@ class Mark:
             faulthandler.cancel_dump_traceback_later()
 
 
-def take_mark(folder: Path, part: str) -> tuple[int | None, str]:
+def take_heartbeat(folder: Path, part: str) -> tuple[int | None, str]:
     """Return the mission at which a worker died, and where it hung if it took too long.
 
-    None when the worker had not begun, or its machine took the mark with it.
+    None when the worker had not begun, or its machine took the heartbeat with it.
     """
     path = _path(folder, part)
     try:

@@ -26,7 +26,7 @@ class BackendMissing(RuntimeError):
     """The backend asked for is not installed or cannot be reached."""
 
 
-class Crew(Protocol):
+class WorkerPool(Protocol):
     """Workers to whom batches are given."""
 
     @property
@@ -117,7 +117,7 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-class LocalCrew:
+class LocalPool:
     """Processes of this machine, each in a pool of its own: if one dies, it dies alone."""
 
     def __init__(self, size: int) -> None:
@@ -176,7 +176,7 @@ class LocalCrew:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-class ClusterCrew:
+class ClusterPool:
     """The workers of a Dask cluster."""
 
     def __init__(self, address: str) -> None:
@@ -229,8 +229,8 @@ class ClusterCrew:
         self._client.close()
 
 
-def crew_for(backend: str, workers: int) -> Crew:
-    """Return the crew of a backend: `local` or ``dask:ADDRESS``.
+def pool_for(backend: str, workers: int) -> WorkerPool:
+    """Return the pool of a backend: `local` or ``dask:ADDRESS``.
 
     Raises:
         ValueError: when there is no such backend.
@@ -238,9 +238,9 @@ def crew_for(backend: str, workers: int) -> Crew:
     """
     kind, _, address = backend.partition(":")
     if backend == "local":
-        return LocalCrew(workers)
+        return LocalPool(workers)
     if kind == "dask" and address:
-        return ClusterCrew(address)
+        return ClusterPool(address)
     raise ValueError(
         f"no backend {backend!r}; write local, or dask:ADDRESS such as dask:tcp://10.0.0.1:8786"
     )

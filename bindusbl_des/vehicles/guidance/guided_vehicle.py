@@ -27,7 +27,7 @@ class UnderWay(Protocol):
         """Make the state at an instant (s) known."""
 
 
-class Member:
+class GuidedVehicle:
     """A vehicle that goes where its controller, its hull and the sea take it.
 
     It answers for the past as well as for the present; asked for later, its whole fleet moves on.

@@ -15,15 +15,15 @@ from ..motion import Motion
 from . import belief, departure, flight, tracks
 from .belief import SteeringDrift
 from .departure import LOST_CIRCLES, PATIENCE_S, WATCH_CIRCLES, Vessels
-from .limits import FOLLOWERS, KEEPERS, VoyageError, refuse_impossible, smallest_turn
-from .member import Member
+from .guided_vehicle import GuidedVehicle
+from .limits import FOLLOWERS, KEEPERS, GuidanceError, refuse_impossible, smallest_turn
 
 STEP_S = 0.05  # s
 # An Otter's propellers reverse within a few hundredths of a second; a REMUS takes its time.
 STEPS_S = {"otter": 0.02, "remus100": 0.1, "remus100_pvs": 0.1}
 
 
-class Voyage:
+class GuidedFleet:
     """Vehicles of one model on their way, moved only as far as somebody looks.
 
     AUVs follow `paths` at `speed_m_per_s` (BlueROV2 over ground, or through the water if its log
@@ -42,7 +42,7 @@ class Voyage:
     of `learnt` (n, belief.TOLD) and sets `has_learnt`. Without drift it does not matter when and
     how often the fleet is advanced.
 
-    Raises ValueError for arguments that do not fit, VoyageError for what cannot be flown.
+    Raises ValueError for arguments that do not fit, GuidanceError for what cannot be flown.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Voyage:
     def advance(self, time_s: float) -> None:
         """Move the fleet through every control interval that begins before `time_s`.
 
-        Raises ValueError beyond the voyage's duration, VoyageError for a vehicle lost on the way.
+        Raises ValueError beyond the voyage's duration, GuidanceError for a vehicle lost on the way.
         """
         wanted = departure.begun(time_s, self.control_s)
         if wanted <= self._flown:
@@ -151,19 +151,19 @@ class Voyage:
             self.step_s, self._steps, self._lost,
         )  # fmt: skip
         if lost >= 0:
-            raise VoyageError(self.names[lost], float(self._lost[1]), self._reason(lost))
+            raise GuidanceError(self.names[lost], float(self._lost[1]), self._reason(lost))
         self._flown = wanted
 
     def _reason(self, vehicle: int) -> str:
         """Return why a vehicle is lost."""
-        fares, state = int(self._lost[0]), self._vessels.states[vehicle]
-        if fares == flight.ADRIFT:
+        status, state = int(self._lost[0]), self._vessels.states[vehicle]
+        if status == flight.ADRIFT:
             circle = LOST_CIRCLES * WATCH_CIRCLES[self.model.name]
             return (
                 f"more than {circle:g} m off its station for {PATIENCE_S:g} s; the current is "
                 "stronger than its thrust, or the station was never reached"
             )
-        if fares == flight.STUCK:
+        if status == flight.STUCK:
             spent, current = flight.PATIENT_FOR * PATIENCE_S, self._currents.mean(axis=0)
             return (
                 f"no headway along its path for {spent:g} s: asked for "
@@ -178,13 +178,13 @@ class Voyage:
             "it has tumbled: ask for less speed"
         )
 
-    def member(self, number: int) -> Member:
+    def vehicle(self, number: int) -> GuidedVehicle:
         """Return one vehicle of the fleet, counted from 0."""
         if not 0 <= number < len(self.names):
             raise ValueError(
                 f"{self.model.name}: no vehicle {number} among {len(self.names)}; count from 0"
             )
-        return Member(self, number)
+        return GuidedVehicle(self, number)
 
     @property
     def saturated(self) -> Floats:
