@@ -94,3 +94,20 @@ def test_rooms_are_not_crowded() -> None:
 def test_files_stay_readable() -> None:
     """A file that grows beyond 350 lines holds more than one idea."""
     assert [path.name for path in modules() if len(path.read_text().splitlines()) > 350] == []
+
+
+def test_every_folder_of_tests_is_that_of_a_room() -> None:
+    """Who looks for the tests of a room finds them in the folder of its name."""
+    tests = Path(__file__).parent
+    folders = {path.parent.name for path in tests.glob("*/test_*.py")}
+    assert folders <= set(ROOMS)
+    assert {"fuzzing", "golden", "reference"} | folders >= {
+        path.name for path in tests.iterdir() if path.is_dir() and path.name[0] not in "._"
+    }
+
+
+def test_the_picture_of_the_house_shows_its_rooms() -> None:
+    """docs/figures/house.svg was drawn from the imports; a new room must be drawn as well."""
+    drawn = (PACKAGE.parent / "docs" / "figures" / "house.svg").read_text()
+    for room in set(ROOMS) - {"cli", "manual", "dynamics"}:
+        assert f">{room}</text>" in drawn, room

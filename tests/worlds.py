@@ -17,6 +17,14 @@ QUIET_NAVIGATION = {
     "velocity_bias_m_per_s": [0.0, 0.0], "random_walk_m_per_sqrt_s": 0.0, "depth_sd_m": 0.0,
 }  # fmt: skip
 
+# A good inertial system: fixes at the paper's gain do harm.
+GOOD = {
+    "survey": {"side_m": 500.0},
+    "acoustics": {"hf": {"range_m": 300.0}, "mf": {"range_m": 600.0}},
+    "navigation": {"velocity_bias_m_per_s": [0.0032, 0.0032]},
+    "record": {"detail": "summary"},
+}
+
 
 def merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """Return nested plain data with changes laid over it."""

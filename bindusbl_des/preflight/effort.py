@@ -1,8 +1,8 @@
 """What a mission will take, from its counts alone: rounds, pings, samples, and so time and memory.
 
-The constants were measured on one core of 2.5 GHz (`tests/test_effort.py` holds the memory to what
-`run` took, files included: 0 to 28 % more); a mission of some minutes is worth no estimate, one of
-a hundred thousand vehicles is.
+The constants were measured on one core of 2.5 GHz (`tests/preflight/test_effort.py` holds the
+memory to what `run` took, files included: 0 to 28 % more); a mission of some minutes is worth no
+estimate, one of a hundred thousand vehicles is.
 """
 
 import math

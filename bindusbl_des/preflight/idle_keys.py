@@ -1,7 +1,7 @@
 """Keys that do nothing in the mode that a scenario has chosen; each rule was found by experiment.
 
-`tests/test_worth_knowing.py` toggles every key in every mode and compares the missions' tables: it
-fails where a key does nothing and no rule here says so, and where a rule here is wrong.
+`tests/preflight/test_worth_knowing.py` toggles every key in every mode and compares the missions'
+tables: it fails where a key does nothing and no rule here says so, and where a rule here is wrong.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,0 +1,355 @@
+"""Sound in the sea: speed, absorption, loss and travel time against outside numbers."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq  # type: ignore[import-untyped,unused-ignore]
+
+from bindusbl_des.acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from bindusbl_des.acoustics.travel_time import travel_time, travel_time_constant_velocity
+from bindusbl_des.acoustics.water import (
+    absorption,
+    absorption_thorp,
+    sound_speed,
+    sound_speed_medwin,
+)
+
+CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
+C = 1500.0  # m/s, the paper's sound speed
+CAP = 0.999  # eq. fix_loss_total
+ranges = st.floats(0.0, 2000.0)
+metres = st.floats(-5e3, 5e3)
+speeds = st.floats(-10.0, 10.0)
+
+
+def check(name: str) -> float:
+    return float(CHECKS[name]["value"])
+
+
+@pytest.mark.parametrize(
+    ("temperature", "salinity", "depth", "mackenzie", "medwin"),
+    [
+        (25.0, 35.0, 1000.0, 1550.744027, 1550.356250),
+        (10.0, 35.0, 10.0, 1489.966417, 1490.150000),
+        (15.0, 35.0, 10.0, 1506.855242, 1506.963750),
+        (20.0, 35.0, 10.0, 1521.626217, 1521.680000),
+        (27.0, 35.0, 10.0, 1539.086601, 1539.173070),
+        (4.0, 0.0, 10.0, 1421.188570, 1421.398560),
+    ],
+)
+def test_sound_speed_table(
+    temperature: float, salinity: float, depth: float, mackenzie: float, medwin: float
+) -> None:
+    """Seas from a cold lake to a warm deep have the tabulated sound speeds."""
+    assert sound_speed(temperature, salinity, depth) == pytest.approx(mackenzie, abs=1e-6)
+    assert sound_speed_medwin(temperature, salinity, depth) == pytest.approx(medwin, abs=1e-6)
+
+
+def test_sound_speed_checks() -> None:
+    """Sound speeds agree with an independent library to nine digits."""
+    assert sound_speed(25.0, 35.0, 1000.0) == pytest.approx(
+        check("mackenzie(25,35,1000)"), rel=1e-9
+    )
+    assert sound_speed(10.0, 35.0, 10.0) == pytest.approx(check("mackenzie(10,35,10)"), rel=1e-9)
+    assert sound_speed_medwin(10.0, 35.0, 10.0) == pytest.approx(
+        check("medwin(10,35,10)"), rel=1e-9
+    )
+
+
+def test_sound_speed_near_teos10() -> None:
+    """The two fits stay within 0.25 m/s of the standard equation of sea water near the surface."""
+    # TEOS-10 by gsw 3.6.20 at 47 N 30 W, for (T, 35, 10)
+    for temperature, standard in ((10.0, 1489.981970), (15.0, 1506.821596), (27.0, 1539.029882)):
+        assert sound_speed(temperature, 35.0, 10.0) == pytest.approx(standard, abs=0.07)
+        assert sound_speed_medwin(temperature, 35.0, 10.0) == pytest.approx(standard, abs=0.25)
+
+
+def test_sound_speed_profile() -> None:
+    """A profile of temperatures and depths gives the same speeds as its points one by one."""
+    temperatures, depths = np.array([18.0, 12.0, 4.0]), np.array([0.0, 100.0, 2000.0])
+    for law in (sound_speed, sound_speed_medwin):
+        profile = law(temperatures, 34.5, depths)
+        points = [law(float(t), 34.5, float(d)) for t, d in zip(temperatures, depths, strict=True)]
+        assert profile == pytest.approx(points, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "thorp", "francois_garrison"),
+    [
+        (10.0, 1.18702994, 0.98388274),
+        (18.0, 3.42418468, 2.78537698),
+        (25.0, 6.10480510, 5.01375259),
+        (50.0, 17.46712268, 15.39286650),
+        (100.0, 34.06866276, 33.60682080),
+        (150.0, 43.51854022, 45.23169642),
+    ],
+)
+def test_absorption_table(frequency: float, thorp: float, francois_garrison: float) -> None:
+    """Water takes the tabulated share of sounds from 10 to 150 kHz."""
+    assert absorption_thorp(frequency) == pytest.approx(thorp, abs=1e-8)
+    assert absorption(frequency) == pytest.approx(francois_garrison, abs=1e-8)
+
+
+def test_absorption_checks() -> None:
+    """Absorption agrees with an independent library to nine digits, in cold and in warm water."""
+    for frequency in (10, 25, 50, 100):
+        thorp, fg = check(f"thorp({frequency})"), check(f"fg({frequency},10,35,10,8.1)")
+        assert absorption_thorp(float(frequency)) == pytest.approx(thorp, rel=1e-9)
+        assert absorption(float(frequency)) == pytest.approx(fg, rel=1e-9)
+    # the documented point of arlpy, warmer than 20 degC
+    assert absorption(50.0, 27.0, 35.0, 10.0, 8.1) == pytest.approx(10.710332974759, rel=1e-12)
+
+
+def test_absorption_spectrum() -> None:
+    """A whole spectrum is absorbed as its lines are one by one, higher lines always more."""
+    lines = np.linspace(1.0, 200.0, 50)
+    for law in (absorption, absorption_thorp):
+        spectrum = law(lines)
+        assert spectrum == pytest.approx([law(float(line)) for line in lines], rel=1e-14)
+        assert np.all(np.diff(spectrum) > 0.0)
+
+
+def test_fresh_water_absorbs_less() -> None:
+    """A lake takes far less of a 25 kHz sound than the sea, and only by the water itself."""
+    lake = absorption(25.0, salinity_psu=0.0)
+    assert 0.0 < lake < 0.1 * absorption(25.0)
+    assert absorption(50.0, salinity_psu=0.0) == pytest.approx(4.0 * lake, rel=1e-12)
+
+
+def test_absorption_is_continuous_at_20_degrees() -> None:
+    """Water a hair warmer than 20 degC takes what water of 20 degC takes."""
+    assert absorption(150.0, 20.0) == pytest.approx(absorption(150.0, 20.0 + 1e-9), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("slant_range", "paper", "thesis", "head"),
+    [
+        (0.0, -0.083000000, -0.082903574, 0.003700000),
+        (25.0, -0.066967456, -0.066998320, 0.005716363),
+        (30.0, -0.063519142, -0.063576654, 0.006235962),
+        (50.0, -0.048873188, -0.049041389, 0.008831570),
+        (100.0, -0.005761561, -0.006236467, 0.021080171),
+        (110.0, 0.004077259, 0.003535624, 0.025086574),
+        (150.0, 0.047955030, 0.047127491, 0.050316488),
+        (200.0, 0.114151180, 0.112921177, 0.120100972),
+        (250.0, 0.194993118, 0.193306925, 0.286670313),
+        (300.0, 0.292981075, 0.290781175, 0.684256481),
+    ],
+)
+def test_loss_table(slant_range: float, paper: float, thesis: float, head: float) -> None:
+    """Pings are lost with range as each published set of coefficients says."""
+    for law, value in (("paper", paper), ("thesis", thesis), ("head", head), ("none", 0.0)):
+        assert range_loss(slant_range, LOSS_LAWS[law]) == pytest.approx(value, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", [name for name in CHECKS if name.startswith("ploss_raw")])
+def test_loss_checks(name: str) -> None:
+    """The loss law agrees with independent values to nine digits."""
+    law, _, slant_range = name.removeprefix("ploss_raw_").rstrip(")").partition("(")
+    coefficients = LOSS_LAWS["thesis" if law == "full" else law]
+    assert range_loss(float(slant_range), coefficients) == pytest.approx(check(name), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("law", "zero", "certain"),
+    [
+        ("paper", check("ploss_zero_paper"), 517.6331238797),
+        ("thesis", check("ploss_zero_full"), 518.7587087237),
+    ],
+)
+def test_loss_starts_and_becomes_certain(law: str, zero: float, certain: float) -> None:
+    """No ping is lost by range within 106 m, and every ping is beyond 519 m."""
+    assert brentq(lambda r: range_loss(r, LOSS_LAWS[law]), 50, 200) == pytest.approx(zero, rel=1e-9)
+    assert range_loss(certain, LOSS_LAWS[law]) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_head_loses_everything_at_322_metres() -> None:
+    """The OEM head's pings are certainly lost from 321.8 m on."""
+    assert range_loss(321.8058885, LOSS_LAWS["head"]) == pytest.approx(1.0, abs=1e-8)
+
+
+@given(ranges, ranges)
+def test_loss_never_falls_with_range(one: float, other: float) -> None:
+    """A ping from farther away is never lost less often, and beyond 800 m equally often."""
+    near, far = sorted((one, other))
+    for law in LOSS_LAWS.values():
+        # two terms of up to 40 that nearly cancel leave their rounding
+        assert range_loss(near, law) <= range_loss(far, law) + 1e-13
+        assert range_loss(800.0 + far, law) == range_loss(800.0, law)
+
+
+@pytest.mark.parametrize(
+    ("auv_count", "clamped", "raw"),
+    [(3, 0.10, 0.051127), (4, 0.15, 0.101127), (6, 0.25, 0.201127), (10, 0.45, 0.401127)],
+)
+def test_contention_at_the_edge_of_hf_range(auv_count: int, clamped: float, raw: float) -> None:
+    """At 50 m a fleet's contention is taken whole, or less the negative law, or not at all."""
+    loss, contention = range_loss(50.0, LOSS_LAWS["paper"]), contention_loss(auv_count)
+    assert COMBINERS["clamp_first"](loss, contention, CAP) == pytest.approx(clamped, abs=1e-12)
+    assert COMBINERS["paper_raw"](loss, contention, CAP) == pytest.approx(raw, abs=1e-6)
+    assert COMBINERS["off"](loss, contention, CAP) == 0.0
+
+
+@given(ranges, st.integers(1, 60), st.floats(0.0, 1.0))
+def test_combined_loss_is_a_probability(slant_range: float, auv_count: int, cap: float) -> None:
+    """Whatever range, fleet and cap, a ping is lost with a probability between 0 and the cap."""
+    for law in LOSS_LAWS.values():
+        loss, contention = range_loss(slant_range, law), contention_loss(auv_count)
+        values = {name: f(loss, contention, cap) for name, f in COMBINERS.items()}
+        assert all(0.0 <= value <= cap for value in values.values())
+        assert values["off"] <= values["clamp_first"]
+        # beyond certain loss the literal sum may exceed the clamped one, by the clamp alone
+        assert values["paper_raw"] <= values["clamp_first"] + 0.001 + 1e-12
+
+
+def test_far_pings_of_a_lone_auv() -> None:
+    """A lone AUV at 600 m loses 999 of 1000 pings under every combiner."""
+    loss = range_loss(600.0, LOSS_LAWS["thesis"])
+    assert loss > 1.0
+    assert {f(loss, contention_loss(1), CAP) for f in COMBINERS.values()} == {CAP}
+    assert COMBINERS["clamp_first"](loss, contention_loss(1), 1.0) == 0.999  # by range alone
+    assert COMBINERS["off"](loss, contention_loss(1), 1.0) == 1.0
+
+
+# |d|, |v| and the delay of physics' light-time table
+LIGHT_TIMES = [
+    ((100.0, 0.0, 0.0), (1.5, 0.0, 0.0), 0.066733400066733),
+    ((100.0, 0.0, 0.0), (-1.5, 0.0, 0.0), 0.066600066600067),
+    ((100.0, 0.0, 0.0), (0.0, 1.5, 0.0), 0.066666700000025),
+    ((50.0, 0.0, 10.0), (1.5, 0.0, 0.0), 0.034026830130395),
+    ((1000.0, 0.0, 0.0), (1.5, 0.0, 0.0), 0.667334000667334),
+]
+Vector = tuple[float, float, float]
+
+
+@pytest.mark.parametrize(("offset", "velocity", "delay"), LIGHT_TIMES)
+def test_light_time_table(offset: Vector, velocity: Vector, delay: float) -> None:
+    """A ping meets a receding, closing or crossing AUV when the closed form says."""
+    assert travel_time_constant_velocity(offset, velocity, C) == pytest.approx(delay, abs=1e-15)
+
+    def receiver_at(time: float) -> Vector:
+        x, y, z = (d + v * (time - 20.0) for d, v in zip(offset, velocity, strict=True))
+        return x, y, z
+
+    assert travel_time((0.0, 0.0, 0.0), receiver_at, 20.0, C) == pytest.approx(delay, abs=1e-13)
+
+
+@pytest.mark.parametrize("name", [name for name in CHECKS if name.startswith("light_time")])
+def test_light_time_checks(name: str) -> None:
+    """Travel times agree with independent values to twelve digits."""
+    offset, velocity = (
+        [float(number) for number in part.split(",")]
+        for part in name.removeprefix("light_time(").rstrip(")").split(")(")
+    )
+    assert travel_time_constant_velocity(offset, velocity, C) == pytest.approx(
+        check(name), rel=1e-12
+    )
+
+
+@given(st.tuples(metres, metres, metres), st.tuples(speeds, speeds, speeds), st.floats(0.0, 1e3))
+def test_sound_arrives_where_the_receiver_is(offset: Vector, velocity: Vector, sent: float) -> None:
+    """When the sound arrives, the receiver is exactly as far as sound has travelled."""
+    source = (7.0, -8.0, 9.0)
+
+    def receiver_at(time: float) -> Vector:
+        x, y, z = (
+            s + d + v * (time - sent) for s, d, v in zip(source, offset, velocity, strict=True)
+        )
+        return x, y, z
+
+    delay = travel_time(source, receiver_at, sent, C)
+    assert delay == pytest.approx(travel_time_constant_velocity(offset, velocity, C), abs=1e-12)
+    assert math.dist(receiver_at(sent + delay), source) == pytest.approx(C * delay, abs=1e-8)
+
+
+def test_sound_meets_a_circling_auv() -> None:
+    """A ping meets an AUV on a circle where both equations of motion agree."""
+
+    def circling(time: float) -> tuple[float, float, float, float]:
+        return 80.0 + 20.0 * math.cos(0.1 * time), 20.0 * math.sin(0.1 * time), 10.0, 0.0
+
+    def mismatch(delay: float) -> float:
+        return math.dist(circling(50.0 + delay)[:3], (0.0, 0.0, 0.0)) - C * delay
+
+    exact = brentq(mismatch, 0.0, 1.0, xtol=1e-15, rtol=1e-15)
+    source = (0.0, 0.0, 0.0, 3.0)  # what follows x, y, z is a heading and does not matter
+    assert travel_time(source, circling, 50.0, C) == pytest.approx(exact, abs=1e-13)
+
+
+def test_still_receiver_is_asked_twice() -> None:
+    """A moored ASV is asked for its place twice, and the delay is the distance over the speed."""
+    asked: list[float] = []
+
+    def moored(time: float) -> Vector:
+        asked.append(time)
+        return 30.0, 40.0, 0.0
+
+    assert travel_time((0.0, 0.0, 0.0), moored, 5.0, C) == 50.0 / C
+    assert len(asked) == 2
+
+
+@settings(max_examples=50)
+@given(st.floats(-1499.0, 1499.0), st.floats(-1499.0, 1499.0))
+def test_closed_form_for_fast_receivers(ahead: float, aside: float) -> None:
+    """Even a receiver nearly as fast as sound is met where it is, coming or going."""
+    velocity = (ahead, aside, 0.0)
+    if math.hypot(ahead, aside) >= 1499.0:
+        velocity = (ahead / 2.0, aside / 2.0, 0.0)
+    delay = travel_time_constant_velocity((300.0, 0.0, 0.0), velocity, C)
+    meeting = (300.0 + velocity[0] * delay, velocity[1] * delay)
+    assert math.hypot(*meeting) == pytest.approx(C * delay, rel=1e-9)
+
+
+def test_a_receiver_at_the_source_hears_at_once() -> None:
+    """Sound needs no time to where it already is."""
+    assert travel_time_constant_velocity((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), C) == 0.0
+    assert travel_time((1.0, 2.0, 3.0), lambda _: (1.0, 2.0, 3.0), 0.0, C) == 0.0
+
+
+def test_impossible_water_is_refused() -> None:
+    """No sea has a negative salinity, a height above itself, frost or a speed that is no number."""
+    for law in (sound_speed, sound_speed_medwin):
+        with pytest.raises(ValueError, match=r"salinity .* not below 0; met -1"):
+            law(10.0, -1.0, 10.0)
+        with pytest.raises(ValueError, match=r"depth .* met -5.0; count metres downwards"):
+            law(10.0, 35.0, -5.0)
+        with pytest.raises(ValueError, match=r"temperature .* not below -10; met -40"):
+            law(-40.0, 35.0, 5.0)
+        with pytest.raises(ValueError, match=r"temperature .* met .*nan"):
+            law(np.array([4.0, math.nan]), 35.0, 5.0)
+    with pytest.raises(ValueError, match=r"pH .* met nan"):
+        absorption(25.0, ph=math.nan)
+    for absorb in (absorption, absorption_thorp):
+        with pytest.raises(ValueError, match=r"frequency .* positive .* met 0.0; give kilohertz"):
+            absorb(0.0)
+
+
+def test_impossible_losses_are_refused() -> None:
+    """No ping comes from a negative range, from nobody or with a chance above one."""
+    for wrong in (-1.0, math.nan, math.inf):
+        with pytest.raises(ValueError, match=f"slant range .* met {wrong}; give it in metres"):
+            range_loss(wrong)
+    with pytest.raises(ValueError, match=r"AUV count must be at least 1; met 0"):
+        contention_loss(0)
+    with pytest.raises(ValueError, match=r"lie in \[0, 1\]; met 5"):
+        contention_loss(3, 5.0)
+
+
+def test_impossible_journeys_are_refused() -> None:
+    """Sound cannot stand still, catch what is faster or find what is nowhere."""
+    origin = (0.0, 0.0, 0.0)
+    with pytest.raises(ValueError, match=r"sound speed must be positive and finite; met 0.0"):
+        travel_time(origin, lambda _: origin, 0.0, 0.0)
+    with pytest.raises(ValueError, match=r"slower than sound"):
+        travel_time(origin, lambda t: (1.0 + 1600.0 * t, 0.0, 0.0), 0.0, C)
+    with pytest.raises(ValueError, match=r"finite position"):
+        travel_time(origin, lambda _: (math.nan, 0.0, 0.0), 0.0, C)
+    with pytest.raises(ValueError, match=r"receiver speed .* below 1500.0; met 1600.0"):
+        travel_time_constant_velocity((1.0, 0.0, 0.0), (1600.0, 0.0, 0.0), C)
+    with pytest.raises(ValueError, match=r"offset must be finite"):
+        travel_time_constant_velocity((math.inf, 0.0, 0.0), (1.0, 0.0, 0.0), C)

@@ -1,0 +1,556 @@
+"""Campaign folders that somebody or something has damaged, and tracks and parts that changed."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from campaigns_for_tests import OneThread, call, same
+
+from bindusbl_des.campaigns import merging, running
+from bindusbl_des.campaigns.campaign import load_campaign
+from bindusbl_des.campaigns.experiments.experiment import laid_over
+from bindusbl_des.campaigns.running import resume, sweep
+from bindusbl_des.campaigns.storage.folder import is_locked, locked, read_record
+from bindusbl_des.campaigns.storage.parts import committed
+from bindusbl_des.core.plugin_sources import source_sha256
+from bindusbl_des.results.loading import load_result
+from bindusbl_des.results.result import scenario_sha256
+from bindusbl_des.scenario.files.overrides import override
+from bindusbl_des.scenario.files.plain_yaml import Document
+from bindusbl_des.scenario.files.scenario_file import load_scenario
+
+BASE = "name: tiny\nduration_s: 5\n"
+SWEEP = ("--vary", "asvs.count=2,3", "--seeds", 4)
+TRACK = "time_s,x_m,y_m,depth_m\n0,0,0,5\n5,{},0,5\n"
+FOLLOWED = (
+    "name: followed\nduration_s: 5\nsurvey: {side_m: 1000}\n"
+    "auvs: {count: 1, route: {kind: track, files: [a.csv]}}\n"
+)
+OWN = """
+def slots(view):
+    return [[auv] for auv in range(len(view.auvs))]
+
+def leaves(view):
+    raise SystemExit(0)
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each test runs in a folder of its own, its missions in this process."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(running, "pool_for", OneThread)
+    Path("base.yaml").write_text(BASE)
+
+
+@pytest.fixture
+def folder() -> Path:
+    """A small campaign that is complete, with all events."""
+    assert call("sweep", "base.yaml", *SWEEP, "--detail", "full", "--out", "c").exit_code == 0
+    return Path("c")
+
+
+def a_track(folder: Path, ends_at: float) -> Path:
+    """Write a scenario with a track that ends there (m); return the scenario's file."""
+    folder.mkdir(exist_ok=True)
+    (folder / "a.csv").write_text(TRACK.format(ends_at))
+    (folder / "s.yaml").write_text(FOLLOWED)
+    return folder / "s.yaml"
+
+
+def half_run(folder: Path) -> None:
+    """Take half of a campaign's missions away, as if it had been killed."""
+    running.compact(folder, leave_out=range(4))
+    record = json.loads((folder / "campaign.json").read_text())
+    (folder / "campaign.json").write_text(json.dumps({**record, "status": "interrupted"}))
+
+
+# Tracks
+
+
+def test_equal_scenarios_in_two_folders_are_equal(tmp_path: Path) -> None:
+    """Tracks count by their contents: shards of two copies merge, another track is another plan."""
+    one, two = a_track(tmp_path / "one", 30), a_track(tmp_path / "two", 30)
+    other = a_track(tmp_path / "other", 40)
+    hashes = [scenario_sha256(load_scenario(it)) for it in (one, two, other)]
+    assert (hashes[0] == hashes[1], hashes[0] == hashes[2]) == (True, False)
+    for number, file in (("1", one), ("2", two)):
+        shard = ("--seeds", 4, "--shard", f"{number}/2", "--out", number)
+        assert call("sweep", file, *shard).exit_code == 0
+    merged = call("merge", "1", "2", "--out", "whole")
+    assert merged.exit_code == 0, merged.stderr
+    assert call("sweep", other, "--seeds", 4, "--shard", "2/2", "--out", "3").exit_code == 0
+    assert "is not of the same campaign" in call("merge", "1", "3", "--out", "no").stderr
+
+
+def test_results_take_their_tracks_along(tmp_path: Path) -> None:
+    """The scenario of a result, and of a campaign, runs where its first files are gone."""
+    file = a_track(tmp_path / "one", 30)
+    assert call("run", file, "--out", "r", "--no-advice").exit_code == 0
+    assert call("sweep", file, "--seeds", 2, "--out", "c").exit_code == 0
+    shutil.rmtree(tmp_path / "one")
+    away = tmp_path / "away"
+    for name in ("r", "c"):
+        shutil.move(name, away / name)
+        again = call("run", away / name / "scenario.yaml", "--out", f"{name}2", "--no-advice")
+        assert again.exit_code == 0, again.stderr
+    over = call("run", away / "r" / "scenario.yaml", "--out", "r2", "--no-advice", "--force")
+    assert over.exit_code == 0, over.stderr
+    first, second = load_result(away / "r"), load_result("r2")
+    assert first.run_record()["scenario_sha256"] == second.run_record()["scenario_sha256"]
+    assert first.arrow["tracks"] == second.arrow["tracks"]
+    assert str(tmp_path) not in (away / "c" / "campaign.json").read_text()
+
+
+def test_a_campaign_goes_on_with_the_tracks_it_began_with(tmp_path: Path) -> None:
+    """What becomes of the first file changes nothing; a copy that was changed is refused."""
+    file = a_track(tmp_path / "one", 31.6)
+    undisturbed = sweep(file, "u", seeds=8)
+    sweep(file, "c", seeds=8)
+    half_run(Path("c"))
+    a_track(tmp_path / "one", 316.2)
+    os.chdir("one")
+    resume("../c")
+    os.chdir("..")
+    same(undisturbed, load_campaign("c"))
+    half_run(Path("c"))
+    (copy,) = Path("c/tracks").iterdir()
+    copy.write_text(TRACK.format(316.2))
+    refused = call("resume", "c")
+    assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
+    assert refused.stderr.startswith(f"{copy}: has been changed since")
+    copy.unlink()
+    assert call("resume", "c").stderr.startswith(f"{copy}: is missing")
+
+
+def test_varied_tracks_lie_in_the_folder(tmp_path: Path) -> None:
+    """A route that is varied as a whole finds its files beside the scenario, and takes them."""
+    file = a_track(tmp_path / "one", 30)
+    (tmp_path / "one" / "b.csv").write_text(TRACK.format(40))
+    route = "auvs.route={kind: track, files: [%s]}"
+    varied = f"{route % 'a.csv'}, {{kind: track, files: [b.csv]}}"
+    ran = call("sweep", file, "--vary", varied, "--out", "c")
+    assert ran.exit_code == 0, ran.stderr
+    assert len(list(Path("c/tracks").iterdir())) == 2
+    ways = load_campaign("c").auvs["distance_m"].tolist()
+    assert ways == pytest.approx([30.0, 40.0])
+
+
+# Parts of one's own
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A module with schedules of one's own."""
+    module = tmp_path / "mine_for_a_test.py"
+    module.write_text(OWN)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setenv("BINDUSBL_ALLOW_PLUGINS", "1")
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    monkeypatch.delitem(sys.modules, "mine_for_a_test", raising=False)
+    Path("own.yaml").write_text(f"{BASE}protocol: {{schedule: 'mine_for_a_test:slots'}}\n")
+    return module
+
+
+def test_a_part_that_has_changed_is_refused(own: Path) -> None:
+    """Missions of two sources are not mixed; the message names the file."""
+    sweep("own.yaml", "c", seeds=8)
+    half_run(Path("c"))
+    own.write_text(f"{OWN}# another\n")
+    refused = call("resume", "c")
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith(f"c: {own} has changed since the campaign began")
+    own.write_text(OWN)
+    assert call("resume", "c").exit_code == 0
+
+
+def test_a_source_is_found_without_being_run(own: Path) -> None:
+    own.write_text("raise RuntimeError\n")
+    assert len(source_sha256("mine_for_a_test:slots")) == 64
+    assert source_sha256("no_such_module_at_all:slots") == ""
+
+
+def test_a_part_that_leaves_is_a_failed_mission(own: Path) -> None:
+    """`sys.exit` in a mission ends that mission alone, and a run says so."""
+    Path("own.yaml").write_text(own.with_name("own.yaml").read_text().replace("slots", "leaves"))
+    ran = call("sweep", "own.yaml", "--seeds", 2, "--out", "c")
+    assert (ran.exit_code, "2 missions failed" in ran.stderr) == (3, True)
+    alone = call("run", "own.yaml", "--out", "r", "--no-advice")
+    assert (alone.exit_code, "raised SystemExit" in alone.stderr) == (1, True)
+
+
+# Damaged parts
+
+
+def empty(folder: Path, part: str) -> Path:
+    path = folder / "missions" / f"part-{part}.parquet"
+    path.write_bytes(b"")
+    return path
+
+
+def truncated(folder: Path, part: str) -> Path:
+    path = folder / "auvs" / f"part-{part}.parquet"
+    path.write_bytes(path.read_bytes()[:-100])
+    return path
+
+
+def lost_auvs(folder: Path, part: str) -> Path:
+    path = folder / "auvs" / f"part-{part}.parquet"
+    path.unlink()
+    return path
+
+
+def lost_pings(folder: Path, part: str) -> Path:
+    path = folder / "pings" / f"part-{part}.parquet"
+    path.unlink()
+    return path
+
+
+def fewer_rows(folder: Path, part: str) -> Path:
+    path = folder / "pings" / f"part-{part}.parquet"
+    table = pq.read_table(path)
+    pq.write_table(table.slice(1), path)
+    return path
+
+
+def foreign(folder: Path, part: str) -> Path:
+    """A table that is a campaign's, of another one."""
+    assert call("sweep", "base.yaml", "--seeds", 3, "--detail", "full", "--out", "f").exit_code == 0
+    (other,) = committed(Path("f"))
+    path = folder / "missions" / f"part-{part}.parquet"
+    shutil.copy(f"f/missions/part-{other}.parquet", path)
+    return path
+
+
+def a_stranger(folder: Path, part: str) -> Path:
+    """A table that is none of a campaign's, beside the others."""
+    path = folder / "missions" / "part-zz.parquet"
+    table = pq.read_table(folder / "missions" / f"part-{part}.parquet")
+    pq.write_table(table.replace_schema_metadata({}), path)
+    return path
+
+
+def another_name(folder: Path, part: str) -> Path:
+    """A part that is there twice."""
+    path = folder / "missions" / "part-00000000-0123abcd.parquet"
+    shutil.copy(folder / "missions" / f"part-{part}.parquet", path)
+    return path
+
+
+def another_type(folder: Path, part: str) -> Path:
+    """A table with words where its numbers were."""
+    path = folder / "missions" / f"part-{part}.parquet"
+    table = pq.read_table(path)
+    place = table.schema.get_field_index("worst_position_error_m")
+    words = pa.array(["far"] * len(table))
+    pq.write_table(table.set_column(place, "worst_position_error_m", words), path)
+    return path
+
+
+def of_no_mission(folder: Path, part: str) -> Path:
+    """A table with a row that says of no mission that it is of it."""
+    path = folder / "missions" / f"part-{part}.parquet"
+    table = pq.read_table(path)
+    numbers = pa.array([None, *table["mission"].to_pylist()[1:]], pa.int64())
+    place = table.schema.get_field_index("mission")
+    pq.write_table(table.set_column(place, "mission", numbers), path)
+    return path
+
+
+DAMAGE = (
+    empty, truncated, lost_auvs, lost_pings, fewer_rows, foreign, a_stranger, another_name,
+    another_type, of_no_mission,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", DAMAGE, ids=lambda it: it.__name__)
+def test_a_damaged_part_is_named_and_run_again(
+    folder: Path, damage: Callable[[Path, str], Path]
+) -> None:
+    """Who reads is told the file and the remedy; `resume` sets it aside; nothing else changes."""
+    shutil.copytree(folder, "sound")
+    (part,) = committed(folder)
+    path = damage(folder, part)
+    for words in (
+        ("status", "c"), ("report", "c"), ("compare", "c", "--by", "asvs.count"), ("plot", "c"),
+        ("export", "c", "--to", "csv"), ("merge", "c", "--out", "m"),
+    ):  # fmt: skip
+        told = call(*words)
+        assert (told.exit_code, told.stderr.count("\n")) == (2, 1), (words, told.stderr)
+        assert str(path) in told.stderr, words
+        assert "`bindusbl-des resume c`" in told.stderr, words
+    assert not Path("m").exists()
+    mended = call("resume", "c")
+    assert mended.exit_code == 0, mended.stderr
+    assert str(path) in mended.stderr
+    assert "set aside as" in mended.stderr
+    assert list(folder.glob("missions/_damaged*"))
+    same(load_campaign("sound"), load_campaign(folder))
+    for table in ("pings", "fixes"):
+        rows = [pq.read_table(next(Path(it, table).glob("part-*"))) for it in ("sound", "c")]
+        assert rows[0].equals(rows[1])
+
+
+def test_damage_within_a_file_is_found_by_resume(folder: Path) -> None:
+    """A byte that was turned in the midst of a table that `status` does not read."""
+    shutil.copytree(folder, "sound")
+    (part,) = committed(folder)
+    path = folder / "tracks" / f"part-{part}.parquet"
+    raw = bytearray(path.read_bytes())
+    raw[len(raw) // 3] ^= 0xFF
+    path.write_bytes(raw)
+    told = call("resume", "c").stderr
+    assert told.startswith(f"{path} is damaged")
+    same(load_campaign("sound"), load_campaign(folder))
+
+
+def test_a_merger_that_fails_leaves_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The next one is not blocked by what the first had written."""
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    before = sorted(os.listdir())
+    with monkeypatch.context() as patch:
+        patch.setattr(merging, "write_json", full)
+        assert call("merge", "c", "--out", "m").exit_code == 1
+    assert sorted(os.listdir()) == before
+    assert call("merge", "c", "--out", "m").exit_code == 0
+    same(load_campaign(folder), load_campaign("m"))
+
+
+# Records of somebody else's
+
+STRANGE = {
+    "a list": "[]",
+    "deep": "[" * 100_000,
+    "deep within": '{"format": 2, "experiment": ' + '{"a":' * 400 + "1" + "}" * 401,
+    "a huge number": "1" * 5000,
+    "null": "null",
+    "not JSON": "{",
+    "not text": '{"format": 2, "name": "\\ud800"}',
+}
+
+
+@pytest.mark.parametrize("name", STRANGE)
+def test_any_json_is_told_in_a_line(name: str) -> None:
+    Path("c").mkdir()
+    Path("c/campaign.json").write_text(STRANGE[name])
+    for command in ("status", "resume", "report"):
+        told = call(command, "c")
+        assert (told.exit_code, told.stderr.count("\n")) == (2, 1), told.stderr
+        assert told.stderr.startswith("c/campaign.json")
+        assert len(told.stderr) < 500
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("name", 5), ("name", "\x1b[31mred"), ("status", None), ("shard", [2, 1]), ("shard", "1/2"),
+        ("plan_sha256", "../../etc"), ("scenario_sha256", "A" * 64), ("own_parts", []),
+        ("versions", ["1"]), ("versions", {"numpy": 2}), ("scenario", {"name": 5}),
+        ("session", {"began_at": float("nan"), "rows_before": 0}), ("missions", -1),
+        ("experiment.seeds", [0.5]), ("experiment.seeds", [True]), ("experiment.seeds", [10**30]),
+        ("experiment.seeds", []), ("experiment.points", {}), ("experiment.detail", "most"),
+        ("experiment.until_ci", {"position_error_m": "x%"}),
+        ("experiment.points", [{"auvs.count": 10**400}]),
+        ("experiment.points", [{"auvs.count.x.y": 1}]),
+        ("experiment.scenario_as_given", {"name": "a", "duration_s": "long"}),
+        ("experiment.scenario_as_given", {"name": "a", "auvs": {"count": 1, "route": {
+            "kind": "track", "files": ["../../secret.csv"]}}}),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("command", ["status", "resume"])
+def test_a_record_of_wrong_values_is_refused(
+    folder: Path, key: str, value: object, command: str
+) -> None:
+    record = json.loads((folder / "campaign.json").read_text())
+    section, _, last = key.rpartition(".")
+    (record[section] if section else record)[last] = value
+    (folder / "campaign.json").write_text(json.dumps(record))
+    told = call(command, "c")
+    assert (told.exit_code, told.stderr.count("\n")) == (2, 1), told.stderr
+    assert told.stderr.startswith("c/campaign.json is damaged or was edited (")
+    assert told.stderr[:-1].isprintable()
+
+
+def test_the_former_format_is_refused(folder: Path) -> None:
+    record = json.loads((folder / "campaign.json").read_text())
+    (folder / "campaign.json").write_text(json.dumps({**record, "format": 1}))
+    told = call("resume", "c")
+    assert told.exit_code == 2
+    assert told.stderr.startswith("c/campaign.json has format 1, of another version")
+
+
+# Links
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["campaign.lock", "stop", "missions", "auvs", ".campaign.json.tmp", "failures", "tracks/x"],
+)
+def test_no_link_is_followed(folder: Path, name: str) -> None:
+    """A stranger's folder with a link makes `resume` overwrite nothing."""
+    half_run(folder)
+    Path("away").mkdir()
+    Path("away/victim").write_text("mine")
+    target = Path("away" if (folder / name).is_dir() or name == "failures" else "away/victim")
+    if (folder / name).is_dir():
+        shutil.rmtree(folder / name)
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).symlink_to(target.absolute())
+    told = call("resume", "c")
+    assert told.exit_code == 2
+    assert told.stderr.startswith(f"c/{name}: is a symbolic link")
+    assert os.listdir("away") == ["victim"]
+    assert Path("away/victim").read_text() == "mine"
+
+
+def test_a_lock_that_is_also_another_file_is_left(folder: Path) -> None:
+    Path("victim").write_text("mine")
+    os.link("victim", folder / "campaign.lock")
+    assert "is a file of another folder" in call("resume", "c").stderr
+    assert Path("victim").read_text() == "mine"
+
+
+# What is asked of a campaign
+
+
+@pytest.mark.parametrize("limit", ["nan", "1e300", "0", "-1", "-inf"])
+@pytest.mark.parametrize("command", ["sweep", "resume"])
+def test_a_limit_that_is_no_time_is_refused(command: str, limit: str, folder: Path) -> None:
+    words = ["sweep", "base.yaml", "--out", "new"] if command == "sweep" else ["resume", "c"]
+    told = call(*words, "--mission-timeout", limit)
+    assert (told.exit_code, told.stderr.count("\n")) == (2, 1), told.stderr
+    assert told.stderr.startswith(f"--mission-timeout {limit.replace('1e300', '1e+300')}: needs")
+    assert not Path("new").exists()
+
+
+def test_no_limit_may_be_written_as_infinite() -> None:
+    assert call("sweep", "base.yaml", "--out", "c", "--mission-timeout", "inf").exit_code == 0
+
+
+def test_a_running_campaign_is_seen_without_the_right_to_write(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The lock is looked at through a file that is open for reading."""
+    opened = os.open
+
+    def read_only(path: Path, flags: int, *mode: int) -> int:
+        if flags & (os.O_RDWR | os.O_WRONLY):
+            raise PermissionError(13, "Permission denied", str(path))
+        return opened(path, flags, *mode)
+
+    assert not is_locked(folder)
+    with locked(folder), monkeypatch.context() as patch:
+        patch.setattr(os, "open", read_only)
+        assert is_locked(folder)
+        assert load_campaign(folder).state().status == "running"
+
+
+def test_points_are_laid_over_as_options_are() -> None:
+    """A value put directly is what the same value means as an option."""
+    given = {"name": "a", "asvs": {"formation": {"positions_m": [[0.0, 0.0], [50.0, 0.0]]}}}
+    points = (
+        {"asvs.count": 2, "asvs.formation.positions_m.1.0": 7.5, "survey.depth_m": 1e-3},
+        {"asvs.count": 2, "environment.origin": None, "protocol.tick_rate_hz": None},
+        {"asvs.count": 2, "auvs.vehicle": {"model": "bluerov2"}, "navigation.filter": "kalman"},
+    )
+    for point in points:
+        document = Document("point", json.loads(json.dumps(given)))
+        for key, value in point.items():
+            override(document, f"{key}={json.dumps(value)}")
+        expected = laid_over(document.data, {})
+        assert laid_over(given, point) == expected
+    with pytest.raises(ValueError, match="has no item 9"):
+        laid_over(given, {"asvs.formation.positions_m.9": [0, 0]})
+    assert given["asvs"] == {"formation": {"positions_m": [[0.0, 0.0], [50.0, 0.0]]}}
+
+
+def test_thousands_of_unknown_keys_are_all_told() -> None:
+    """Those beyond the first hundreds without a guess at what was meant."""
+    lines = "".join(f"durration_{number}: 1\n" for number in range(3000))
+    Path("many.yaml").write_text(f"name: many\n{lines}")
+    told = call("validate", "many.yaml").output.splitlines()
+    unknown = [line for line in told if "unknown key" in line]
+    assert len(unknown) == 3000
+    assert 0 < sum("did you mean" in line for line in unknown) < 3000
+
+
+SPINNING = """
+import numpy as np
+from bindusbl_des.core.compiled import compiled
+from bindusbl_des.core.ctrl_c import answered
+
+@compiled
+def spin(flags):
+    turn = 0
+    while flags[turn % 2] == 0.0:
+        turn += 1
+        flags[2 + turn % 3] = turn
+
+def answer(count):
+    print("answered", count, flush=True)
+    flags[:2] = 1.0
+
+flags = np.ones(5)
+spin(flags)  # compiles it
+flags[:] = 0.0
+with answered(answer):
+    print("ready", flush=True)
+    spin(flags)
+"""
+
+
+def test_ctrl_c_is_answered_in_the_midst_of_compiled_code(tmp_path: Path) -> None:
+    """Python obeys no signal before an equation returns, which this one does once answered."""
+    script = tmp_path / "spinning.py"
+    script.write_text(SPINNING)
+    with subprocess.Popen(
+        [sys.executable, script],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "ready\n"
+            time.sleep(0.5)
+            process.send_signal(signal.SIGINT)
+            said, _ = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert said == "answered 1\n"
+
+
+def test_the_first_ctrl_c_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sweep says that it finishes what is under way, before that is finished."""
+    said: list[str] = []
+    monkeypatch.setattr(running, "say", said.append)
+    began = running.Supervisor.run
+
+    def interrupted(self: Any, missions: Any) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        assert said
+        began(self, missions)
+
+    monkeypatch.setattr(running.Supervisor, "run", interrupted)
+    sweep("base.yaml", "c", seeds=2, quiet=False)
+    assert said[0].startswith("stopping: the missions under way are finished; Ctrl-C again")
+    assert read_record(Path("c"))["status"] == "interrupted"
+
+
+def test_a_record_tells_what_is_checked(folder: Path) -> None:
+    """What a sweep writes passes the check of what is read."""
+    assert read_record(folder)["status"] == "complete"

@@ -1,0 +1,592 @@
+"""Campaigns: every mission once, whatever is killed, and the same tables for any worker count."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from campaigns_for_tests import OneThread, call, same
+
+from bindusbl_des.campaigns import running
+from bindusbl_des.campaigns.campaign import Campaign, load_campaign
+from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
+from bindusbl_des.campaigns.experiments.kinds import KEYS
+from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.running import sweep
+from bindusbl_des.campaigns.storage.folder import (
+    RECORD,
+    CampaignError,
+    locked,
+    read_record,
+    write_json,
+)
+from bindusbl_des.campaigns.storage.joining import compact
+from bindusbl_des.campaigns.storage.parts import committed, done
+from bindusbl_des.campaigns.storage.soundness import part_path
+from bindusbl_des.campaigns.workers.batches import Row, run_batch
+from bindusbl_des.campaigns.workers.pools import LocalPool
+from bindusbl_des.campaigns.workers.progress import Progress
+from bindusbl_des.campaigns.workers.supervisor import batch_of
+from bindusbl_des.core.plugins import PERMISSION
+from bindusbl_des.mission.simulation import simulate
+from bindusbl_des.scenario.files.scenario_file import load_scenario
+
+BASE = "name: tiny\nduration_s: 5\n"
+EXPERIMENT = "scenario: base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 8\n"
+
+# Schedules of one's own that do to their process what accidents do to it.
+ACCIDENTS = """
+import os, time
+
+def _seed(view):
+    return view.random.bit_generator.seed_seq.entropy
+
+def slow(view):
+    if view.round == 0:
+        time.sleep(0.05)
+    return [[auv] for auv in range(len(view.auvs))]
+
+def poison(view):
+    if _seed(view) == 3:
+        os.kill(os.getpid(), 9)
+    return [[auv] for auv in range(len(view.auvs))]
+
+def endless(view):
+    while _seed(view) == 3:
+        time.sleep(0.1)
+    return [[auv] for auv in range(len(view.auvs))]
+
+def raising(view):
+    if _seed(view) == 3:
+        raise RuntimeError("seed 3 does not work")
+    return [[auv] for auv in range(len(view.auvs))]
+"""
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder with the files of the experiments, in which modules are found."""
+    folder = tmp_path_factory.mktemp("campaigns")
+    (folder / "accidents.py").write_text(ACCIDENTS)
+    (folder / "base.yaml").write_text(BASE)
+    (folder / "experiment.yaml").write_text(EXPERIMENT)
+    for name in ("slow", "poison", "raising", "endless"):
+        text = f"{BASE}protocol: {{schedule: 'accidents:{name}'}}\n"
+        (folder / f"{name}_base.yaml").write_text(text)
+        text = EXPERIMENT.replace("base", f"{name}_base")
+        (folder / f"{name}.yaml").write_text(text)
+    for name in ("poison", "endless"):
+        text = (folder / f"{name}.yaml").read_text().replace("[2, 3]", "[2]")
+        (folder / f"{name}.yaml").write_text(text)
+    (folder / "slow.yaml").write_text(
+        "scenario: slow_base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 30\n"
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(PERMISSION, "1")
+        patch.syspath_prepend(str(folder))
+        yield folder
+
+
+@pytest.fixture
+def at_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Missions are run in this process."""
+    monkeypatch.setattr(running, "pool_for", OneThread)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(home: Path) -> Campaign:
+    """The campaign of the slow missions that nothing happened to."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(running, "pool_for", OneThread)
+        return sweep(home / "slow.yaml", home / "undisturbed")
+
+
+@pytest.fixture
+def experiment(home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The small experiment; the test runs in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return home / "experiment.yaml"
+
+
+def start(home: Path, *words: object, **options: object) -> "subprocess.Popen[str]":
+    """Start the command line as a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "bindusbl_des.cli", *map(str, words)],
+        env={**os.environ, "PYTHONPATH": f"{home}:{Path(__file__).parents[2]}"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,  # type: ignore[call-overload]
+    )
+
+
+def wait_for_part(folder: Path, seconds: float = 30.0) -> None:
+    """Wait until a campaign has written something."""
+    until = time.monotonic() + seconds
+    while not list(folder.glob("missions/part-*.parquet")):
+        assert time.monotonic() < until, "nothing was written"
+        time.sleep(0.02)
+
+
+def test_tables_do_not_depend_on_the_number_of_workers(
+    undisturbed: Campaign, home: Path, tmp_path: Path
+) -> None:
+    """One worker and two find the same, row for row."""
+    two = sweep(home / "slow.yaml", tmp_path / "two", workers=2)
+    same(undisturbed, two)
+    assert list(two.missions["mission"]) == list(range(60))
+    assert two.missions["mission_id"].is_unique
+    assert list(two.missions["asvs.count"].unique()) == [2, 3]
+    assert len(list((two.folder / "missions").iterdir())) == 1
+
+
+def test_a_killed_worker_costs_nothing(undisturbed: Campaign, home: Path, tmp_path: Path) -> None:
+    """Its missions are run again, once."""
+    pools: list[LocalPool] = []
+
+    def remembered(backend: str, workers: int) -> LocalPool:
+        pools.append(LocalPool(workers))
+        return pools[-1]
+
+    def kill() -> None:
+        wait_for_part(tmp_path / "killed")
+        os.kill(pools[-1].pids()[0], signal.SIGKILL)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(running, "pool_for", remembered)
+        killer = threading.Thread(target=kill)
+        killer.start()
+        same(undisturbed, sweep(home / "slow.yaml", tmp_path / "killed", workers=2))
+        killer.join()
+
+
+def test_a_killed_campaign_is_resumed(undisturbed: Campaign, home: Path, tmp_path: Path) -> None:
+    """Kill -9 of the parent loses no row and leaves no worker; a second process waits its turn."""
+    folder = tmp_path / "killed"
+    parent = start(home, "sweep", home / "slow.yaml", "--out", folder, "--workers", 1)
+    wait_for_part(folder)
+    second = call("resume", folder)
+    assert (second.exit_code, second.stderr.count("is running this campaign")) == (2, 1)
+    assert call("sweep", home / "slow.yaml", "--out", folder).exit_code == 2
+    assert "running" in call("status", folder).stdout
+    parent.kill()
+    parent.communicate()
+    before = done(folder)
+    assert 0 < len(before) < 60
+    (folder / "auvs" / ".part-x.parquet.tmp").write_text("half")
+    assert "killed" in call("status", folder).stdout
+    again = call("resume", folder, "--workers", 1, "--json")
+    assert again.exit_code == 0, again.stderr
+    assert json.loads(again.stdout)["done"] == 60
+    same(undisturbed, load_campaign(folder))
+    assert not list(folder.glob("**/*.tmp"))
+    assert not (folder / "campaign.lock").exists()
+
+
+def test_ctrl_c_flushes_what_was_run(home: Path, tmp_path: Path) -> None:
+    """The first Ctrl-C ends the campaign in order, with exit code 130."""
+    folder = tmp_path / "interrupted"
+    parent = start(home, "sweep", home / "slow.yaml", "--out", folder, "--workers", 1)
+    wait_for_part(folder)
+    parent.send_signal(signal.SIGINT)
+    _, stderr = parent.communicate(timeout=20)
+    assert parent.returncode == 130, stderr
+    assert "resume" in stderr
+    assert read_record(folder)["status"] == "interrupted"
+    assert 0 < len(done(folder)) < 60
+
+
+def test_a_second_ctrl_c_ends_at_once(home: Path, tmp_path: Path) -> None:
+    """A mission that never ends keeps nobody waiting; what was written counts, no worker stays."""
+    folder = tmp_path / "twice"
+    parent = start(home, "sweep", home / "endless.yaml", "--out", folder, "--workers", 1)
+    until = time.monotonic() + 60
+    while not any(mark.read_text().strip() == "3" for mark in folder.glob("missions/.at-*.tmp")):
+        assert time.monotonic() < until, "mission 3 was never begun"
+        time.sleep(0.02)
+    parent.send_signal(signal.SIGINT)
+    while not (folder / "stop").exists():
+        assert time.monotonic() < until, "nobody was asked to stop"
+        time.sleep(0.02)
+    parent.send_signal(signal.SIGINT)
+    _, stderr = parent.communicate(timeout=30)  # its pipes close when its workers have ended
+    assert (parent.returncode, "Traceback" in stderr) == (130, False), stderr
+    assert read_record(folder)["status"] == "interrupted"
+    assert not list(folder.glob("**/*.tmp"))
+    assert not (folder / "stop").exists()
+
+
+def test_a_mission_that_never_ends_is_ended(home: Path, tmp_path: Path) -> None:
+    """It is quarantined at its limit with the place where it hung; all others are done."""
+    folder = tmp_path / "endless"
+    words = ("--out", folder, "--workers", 2, "--mission-timeout", 5)
+    result = call("sweep", home / "endless.yaml", *words)
+    assert result.exit_code == 3, result.stderr
+    missions = load_campaign(folder).missions
+    failed = missions[missions["status"] == "failed"]
+    assert list(failed["seed"]) == [3]
+    assert list(failed["error"]) == ["took longer than 5 s; ended"]
+    assert len(missions) == 8
+    trace = json.loads(next((folder / "failures").iterdir()).read_text())["traceback"]
+    assert trace.startswith("Timeout")
+    assert "accidents.py" in trace
+    assert not list(folder.glob("**/*.tmp"))
+
+
+def test_a_mission_that_kills_its_worker_is_quarantined(home: Path, tmp_path: Path) -> None:
+    """All others are done; its file says how to see it again; the exit code is 3."""
+    folder = tmp_path / "poison"
+    result = call("sweep", home / "poison.yaml", "--out", folder, "--workers", 2)
+    assert result.exit_code == 3, result.stderr
+    missions = load_campaign(folder).missions
+    assert list(missions["seed"][missions["status"] == "failed"]) == [3]
+    assert (missions["status"] == "ok").sum() == 7
+    failures = [json.loads(path.read_text()) for path in (folder / "failures").iterdir()]
+    assert len(failures) == 1
+    assert all("SIGKILL" in failure["error"] for failure in failures)
+    assert failures[0]["reproduce"] == (
+        f"bindusbl-des run {folder}/scenario.yaml --set asvs.count=2 --seed 3 --allow-plugins"
+    )
+
+
+@pytest.mark.usefixtures("at_home")
+def test_a_mission_that_raises_is_a_failed_row(home: Path, tmp_path: Path) -> None:
+    """Nothing is tried again until it is asked for."""
+    folder = tmp_path / "raising"
+    assert call("sweep", home / "raising.yaml", "--out", folder).exit_code == 3
+    missions = load_campaign(folder).missions
+    failed = missions[missions["status"] == "failed"]
+    told = "'accidents:raising' raised RuntimeError in round 0: seed 3 does not work"
+    assert list(failed["error"]) == [f"PluginError: protocol.schedule: {told}"] * 2
+    assert failed["position_error_m"].isna().all()
+    assert len(load_campaign(folder).auvs) == 14 * 3
+    trace = json.loads(next((folder / "failures").iterdir()).read_text())["traceback"]
+    assert "accidents.py" in trace
+    assert call("resume", folder).exit_code == 3
+    assert call("resume", folder, "--retry-failed", "--json").exit_code == 3
+    assert len(load_campaign(folder).missions) == 16
+
+
+@pytest.mark.usefixtures("at_home")
+def test_shards_and_their_merger_equal_the_whole(experiment: Path, tmp_path: Path) -> None:
+    """Two shards joined are the campaign; one alone is part of it; another's is refused."""
+    whole = sweep(experiment, tmp_path / "whole", workers=1)
+    for shard in ("1/2", "2/2"):
+        assert call("sweep", experiment, "--shard", shard, "--out", f"s{shard[0]}").exit_code == 0
+    assert call("merge", "s1", "s2", "--out", "joined").exit_code == 0
+    same(whole, load_campaign("joined"))
+    half = call("merge", "s1", "--out", "half")
+    assert (half.exit_code, "8 missions are in none of them" in half.stderr) == (0, True)
+    assert call("sweep", experiment, "--seeds", 1, "--out", "s3").exit_code == 0
+    refused = call("merge", "s1", "s3", "--out", "other")
+    assert refused.exit_code == 2
+    assert refused.stderr == "s3 is not of the same campaign as s1: missions is 2, not 16\n"
+    assert not Path("other").exists()
+
+
+@pytest.mark.usefixtures("at_home")
+def test_resume_refuses_another_model(experiment: Path) -> None:
+    """Missions of two models are not mixed; the message shows both."""
+    sweep(experiment, "old", workers=1)
+    record = read_record(Path("old"))
+    write_json(Path("old") / RECORD, {**record, "model_version": "0.0.1/0"})
+    refused = call("resume", "old")
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith("old: began with model 0.0.1/0, this is model ")
+    record["experiment"]["scenario_as_given"]["duration_s"] = 6
+    write_json(Path("old") / RECORD, record)
+    assert "was edited" in call("resume", "old").stderr
+
+
+@pytest.mark.usefixtures("at_home")
+def test_full_detail_keeps_the_events(home: Path, tmp_path: Path) -> None:
+    """Event tables say of which mission each row is; a mission equals the same one run alone."""
+    path = home / "full.yaml"
+    path.write_text(EXPERIMENT.replace("seeds: 8", "seeds: [5]\ndetail: full"))
+    campaign = sweep(path, tmp_path / "full", workers=1)
+    pings = pd.read_parquet(campaign.folder / "pings")
+    assert sorted(pings["mission"].unique()) == [0, 1]
+    alone = simulate(load_scenario(home / "base.yaml", overrides=["asvs.count=2"]), seed=5)
+    assert len(alone.tables["pings"]) == (pings["mission"] == 0).sum()
+    assert alone.mission["position_error_m"][0] == campaign.missions["position_error_m"][0]
+
+
+def test_a_dry_run_writes_nothing(experiment: Path, tmp_path: Path) -> None:
+    """It tells missions, time and disk."""
+    told = call("sweep", experiment, "--dry-run")
+    assert told.exit_code == 0
+    assert told.stdout.splitlines()[0] == "missions  16 (2 points x 8 seeds)"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("at_home")
+def test_a_full_disk_stops_the_campaign(experiment: Path) -> None:
+    """The message says what to do, nothing half written stays, and `resume` finishes."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (12_000, limits[1]))  # campaign.json fits, no table
+    try:
+        stopped = call("sweep", experiment, "--out", "full")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert stopped.exit_code == 1
+    assert stopped.stderr.startswith("stopped, because results cannot be written: File too large")
+    assert not list(Path("full").glob("**/*.tmp"))
+    assert read_record(Path("full"))["status"].startswith("stopped")
+    assert call("resume", "full").exit_code == 0
+    assert len(load_campaign("full").missions) == 16
+
+
+def test_parts_are_counted_once(experiment: Path) -> None:
+    """What a killed process left beside the rows that count changes nothing."""
+    loaded = load_experiment(experiment)
+    plan, folder = Plan(loaded), Path("parts")
+    folder.mkdir()
+    for numbers in ((3, 1), (2, 0)):
+        batch = batch_of(plan, folder, numbers, 100.0)
+        rows = run_batch(batch)
+        assert run_batch(batch) == rows  # sent again by a cluster
+    parts = committed(folder)
+    orphan = part_path(folder, "auvs", "00000009-orphan")
+    orphan.write_bytes(part_path(folder, "auvs", parts[0]).read_bytes())
+    kept = part_path(folder, "missions", parts[0]).read_bytes()
+    compact(folder)
+    assert not orphan.exists()
+    assert committed(folder) == ["all-0001"]
+    part_path(folder, "missions", parts[0]).write_bytes(kept)  # killed before it was removed
+    assert committed(folder) == ["all-0001"]
+    assert done(folder).numbers.tolist() == [0, 1, 2, 3]
+    compact(folder, leave_out=[2])
+    assert (committed(folder), done(folder).numbers.tolist()) == (["all-0002"], [0, 1, 3])
+
+
+def test_a_lock_is_held_once(tmp_path: Path) -> None:
+    """Of two processes in one folder the second is refused; a dead one's lock is not believed."""
+    with (
+        locked(tmp_path),
+        pytest.raises(CampaignError, match="running this campaign"),
+        locked(tmp_path),
+    ):
+        pass
+    lock = tmp_path / "campaign.lock"
+    lock.write_text(json.dumps({"pid": 1, "host": "elsewhere"}))
+    with pytest.raises(CampaignError, match=r"process 1 on elsewhere.*delete"), locked(tmp_path):
+        pass
+
+
+def test_progress_is_silent_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    """Its line counts missions, failures, rate and time left."""
+    progress = Progress(3)
+    progress.note(Row(0, "ok", 0.1))
+    progress.note(Row(1, "failed", 0.1))
+    assert progress.line().startswith("2/3 missions, 1 failed, ")
+    progress.end()
+    assert capsys.readouterr().err == ""
+
+
+def test_sampled_points_fill_their_ranges(experiment: Path, home: Path) -> None:
+    """Whole numbers stay whole, and the same seed gives the same points."""
+    pytest.importorskip("scipy")
+    path = home / "sampled.yaml"
+    path.write_text(
+        "scenario: base.yaml\nsample: {method: sobol, points: 16, ranges: "
+        "{asvs.count: [1, 4], asvs.formation.angle_deg: [0, 120]}}\n"
+    )
+    points = load_experiment(path).points
+    assert points == load_experiment(path).points
+    assert [sorted(p["asvs.count"] for p in points).count(n) for n in (1, 2, 3, 4)] == [4] * 4
+    assert all(0 <= p["asvs.formation.angle_deg"] <= 120 for p in points)
+
+
+def test_a_missing_cluster_package_is_named(experiment: Path) -> None:
+    """The message has the line to install it, and nothing is left."""
+    told = call("sweep", experiment, "--backend", "dask:tcp://127.0.0.1:1")
+    assert told.exit_code == 1
+    assert not Path("results").exists()
+    assert call("sweep", experiment, "--backend", "slurm").exit_code == 2
+
+
+HEAD = "scenario: base.yaml\n"
+
+# What follows the file's name in each message.
+WRONG = {
+    "empty": ("", ["1:1: the file is empty; an experiment needs at least `scenario: FILE.yaml`"]),
+    "list": ("- 1\n", ["1:1: must hold keys such as `scenario: FILE.yaml`; it holds a list"]),
+    "no scenario": (
+        "seeds: 3\n",
+        ["1:1: scenario: missing; add it, such as `scenario: my_mission.yaml`"],
+    ),
+    "no such scenario": (
+        "scenario: bse.yaml\n",
+        ["1:11: scenario: no such file: bse.yaml; scenarios are sought beside the experiment file"],
+    ),
+    "scenario is a number": ("scenario: 5\n", ["1:11: scenario: needs the name of a file; got 5"]),
+    "misspelt key": (HEAD + "seed: 3\n", ["2:1: seed: unknown key; did you mean 'seeds'?"]),
+    "key of a scenario": (
+        HEAD + "asvs: {count: 3}\n",
+        ["2:1: asvs: unknown key; a scenario's keys go under vary, as in `vary: {asvs: [...]}`"],
+    ),
+    "two ways": (
+        HEAD + "vary: {asvs.count: [2]}\npoints: [{asvs.count: 2}]\n",
+        ["3:1: points: cannot be combined with vary; keep one of them"],
+    ),
+    "vary is a list": (
+        HEAD + "vary: [2]\n",
+        ["2:7: vary: needs dotted keys with lists of values; got a list"],
+    ),
+    "value for list": (
+        HEAD + "vary: {asvs.count: 2}\n",
+        ["2:20: vary.asvs.count: needs a list of values, such as [1, 2]; got 2"],
+    ),
+    "empty values": (
+        HEAD + "vary: {asvs.count: []}\n",
+        ["2:20: vary.asvs.count: is an empty list; give at least one value"],
+    ),
+    "unknown varied keys, wrong values and more at once": (
+        HEAD + "seeds: 0\nvary:\n  asvs.cuont: [2, 3]\n  acoustics.hf.range_m: [50, -1, x]\n  "
+        "protocol.schedule: [dsatur, 'no where:x']\ndetail: ful\n",
+        [
+            "2:8: seeds: must be >= 1 and <= 5000000, the number of seeds; got 0",
+            "4:3: asvs.cuont: unknown key; did you mean 'count'?",
+            "5:30: acoustics.hf.range_m: must be >= 0.1 and <= 100000 m; got -1",
+            "5:34: acoustics.hf.range_m: needs a number (>= 0.1 and <= 100000 m); got the text 'x'",
+            "6:31: protocol.schedule: 'no where:x' is no schedule (one of spatial_reuse, dsatur, "
+            "one_per_slot, round_robin, random, or your own as module:object)",
+            "7:9: detail: must be one of summary, full; got the text 'ful'; did you mean 'full'?",
+        ],
+    ),
+    "contradiction": (
+        HEAD + "vary:\n  auvs.count: [1, 2]\n  auvs.route.kind: [hold]\n  "
+        "auvs.route.positions_m: [[[0, 0], [9, 9]]]\n",
+        [
+            "5:28: auvs.route.positions_m: needs one [x, y] per AUV: 1 expected, 2 given "
+            '(with auvs.count=1, auvs.route.kind="hold", auvs.route.positions_m=[[0, 0], [9, '
+            "9]])"
+        ],
+    ),
+    "no seeds": (
+        HEAD + "seeds: []\n",
+        ["2:8: seeds: is an empty list; give a number of seeds or name some"],
+    ),
+    "seeds": (
+        HEAD + "seeds: [1, 1, -2, x]\n",
+        [
+            "2:12: seeds.1: seed 1 is given twice; keep one",
+            "2:15: seeds.2: a seed is a whole number >= 0; got -2",
+            "2:19: seeds.3: a seed is a whole number >= 0; got the text 'x'",
+        ],
+    ),
+    "seed text": (
+        HEAD + "seeds: many\n",
+        ["2:8: seeds: needs a whole number or a list of seeds; got the text 'many'"],
+    ),
+    "detail of the record": (
+        HEAD + "vary: {record.detail: [full]}\n",
+        ["2:24: record.detail: belongs to the experiment: write `detail: full` at the top level"],
+    ),
+    "points": (
+        HEAD + "points: [3]\n",
+        ["2:10: points.0: a point needs {dotted.key: value, ...}; got 3"],
+    ),
+    "no points": (
+        HEAD + "points: []\n",
+        ["2:9: points: needs a list of points, {key: value, ...} each; got an empty list"],
+    ),
+    "same points": (
+        HEAD + "points: [{asvs.count: 2}, {asvs.count: 2}]\n",
+        ["2:40: asvs.count: point 1 is the same scenario as point 0; keep one"],
+    ),
+    "too many": (
+        HEAD + "seeds: 5000000\nvary: {asvs.count: [2, 3]}\n",
+        ["2:8: seeds: makes 10,000,000 missions; at most 5,000,000 can run"],
+    ),
+    "sample": (
+        HEAD + "sample: {method: hls, points: 0, seed: x, range: {}}\n",
+        [
+            "2:9: sample: needs ranges: {dotted.key: [low, high], ...}; got nothing",
+            "2:18: sample.method: must be one of lhs, sobol; got the text 'hls'; did you "
+            "mean 'lhs'?",
+            "2:31: sample.points: needs a whole number (>= 1 and <= 1000000); got 0",
+            "2:40: sample.seed: needs a whole number >= 0; got the text 'x'",
+            "2:43: sample.range: unknown key; did you mean 'ranges'?",
+        ],
+    ),
+    "sobol": (
+        HEAD + "sample: {method: sobol, points: 100, ranges: {auvs.speed_m_per_s: [2, 1]}}\n",
+        [
+            "2:33: sample.points: Sobol' points come in powers of two; write 64 or 128, not 100",
+            "2:67: sample.ranges.auvs.speed_m_per_s: needs [low, high] with low < high; got [2, 1]",
+        ],
+    ),
+    "sampled out of range": (
+        HEAD + "sample: {points: 2, ranges: {asvs.cuont: [1, 3]}}\n",
+        ["2:30: asvs.cuont: unknown key; did you mean 'count'?"],
+    ),
+    "alias": (
+        HEAD + "vary: {asvs.count: &a [2]}\n",
+        ["2:20: vary.asvs.count: anchor &a is not allowed; remove it"],
+    ),
+    "twice": (
+        HEAD + "seeds: 3\nseeds: 4\n",
+        ["3:1: seeds: given twice, first in line 2; keep one"],
+    ),
+    "name": (
+        HEAD + "name: ''\n",
+        ["2:7: name: needs a text of 1 to 100 characters; got the text ''"],
+    ),
+    "keys of a section": (
+        HEAD + "vary: {asvs.count.x: [2]}\n",
+        ["2:23: asvs.count: needs a whole number (>= 1 and <= 10000); got keys and values"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_experiments_get_their_messages(name: str, experiment: Path, tmp_path: Path) -> None:
+    """Every mistake is told with its place, exit code 2, and nothing is left."""
+    text, messages = WRONG[name]
+    Path("base.yaml").write_text(BASE)
+    Path("wrong.yaml").write_text(text)
+    told = call("sweep", "wrong.yaml")
+    assert told.stderr.splitlines() == [f"wrong.yaml:{message}" for message in messages]
+    assert told.exit_code == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["base.yaml", "wrong.yaml"]
+
+
+def test_validate_knows_experiments(experiment: Path) -> None:
+    """`validate` tells them from scenarios by their key `scenario`; `schema` describes both."""
+    assert call("validate", experiment).stdout == f"{experiment}: ok\n"
+    Path("base.yaml").write_text(BASE)
+    Path("wrong.yaml").write_text(HEAD + "seed: 3\n")
+    told = call("validate", "wrong.yaml")
+    assert told.stdout == "wrong.yaml:2:1: seed: unknown key; did you mean 'seeds'?\n"
+    keys = json.loads(call("schema", "experiment").stdout)["properties"]
+    assert tuple(keys) == KEYS
+
+
+def test_workers_do_without_pandas(experiment: Path, home: Path) -> None:
+    """A batch is run and its part written by a process that never loads pandas."""
+    code = (
+        "import sys\n"
+        "from bindusbl_des.campaigns.experiments.experiment_file import load_experiment\n"
+        "from bindusbl_des.campaigns.experiments.plan import Plan\n"
+        "from bindusbl_des.campaigns.workers.batches import run_batch\n"
+        "from bindusbl_des.campaigns.workers.supervisor import batch_of\n"
+        f"plan = Plan(load_experiment({str(experiment)!r}))\n"
+        "from pathlib import Path\n"
+        f"folder = Path({str(home / 'by-hand')!r}); (folder / 'missions').mkdir(parents=True)\n"
+        "rows = run_batch(batch_of(plan, folder, (0, 1), 60.0))\n"
+        "print([row.status for row in rows], 'pandas' in sys.modules)"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
+    )
+    assert done.stdout.strip() == "['ok', 'ok'] False", done.stderr

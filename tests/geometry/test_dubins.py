@@ -1,0 +1,203 @@
+"""Shortest ways with a turning radius against outside cases and the geometry of the plane."""
+
+import csv
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
+
+from bindusbl_des.geometry.dubins import DubinsPath, Pose, shortest
+
+REFERENCE = Path(__file__).parents[1] / "reference" / "dubins_cases.csv"
+# The cases are written with 12 digits of lengths up to 1000 m, their pieces with 9.
+LENGTH_TOLERANCE, PIECE_TOLERANCE = 1e-8, 1e-6
+
+coordinates = st.floats(-100.0, 100.0)
+headings = st.floats(-10.0, 10.0)
+poses = st.tuples(coordinates, coordinates, headings)
+radii = st.floats(0.5, 40.0)
+# Poses on a lattice make pieces vanish, circles touch and coincide.
+lattice_poses = st.tuples(
+    st.integers(-4, 4).map(lambda n: 5.0 * n),
+    st.integers(-4, 4).map(lambda n: 5.0 * n),
+    st.integers(-4, 4).map(lambda n: n * math.pi / 2.0),
+)
+any_pose = st.one_of(poses, lattice_poses)
+any_radius = st.one_of(radii, st.sampled_from([2.5, 5.0, 10.0]))
+Case = tuple[Pose, Pose, float, float, str, tuple[float, float, float]]
+
+
+def cases() -> list[Case]:
+    lines = [line for line in REFERENCE.read_text().splitlines() if not line.startswith("#")]
+    found: list[Case] = []
+    for row in csv.DictReader(lines):
+        x0, y0, th0, x1, y1, th1, rho, length, s1, s2, s3 = (
+            float(row[name])
+            for name in ("x0", "y0", "th0", "x1", "y1", "th1", "rho", "length", "s1", "s2", "s3")
+        )
+        found.append(((x0, y0, th0), (x1, y1, th1), rho, length, row["word"], (s1, s2, s3)))
+    return found
+
+
+def apart(one: Pose, other: Pose) -> float:
+    """Return how much two poses differ: metres or radians, whichever is more."""
+    turn = math.remainder(one[2] - other[2], 2.0 * math.pi)
+    return max(math.hypot(one[0] - other[0], one[1] - other[1]), abs(turn))
+
+
+def integrated(path: DubinsPath) -> Pose:
+    """Return the end of a path by numerical integration of its heading."""
+    bend = {"L": 1.0 / path.radius, "S": 0.0, "R": -1.0 / path.radius}
+    x, y, yaw = path.start
+    for kind, length in path.segments():
+        rate = bend[kind]
+        x += quad(lambda s, a=yaw, k=rate: math.cos(a + k * s), 0.0, length, epsabs=1e-10)[0]
+        y += quad(lambda s, a=yaw, k=rate: math.sin(a + k * s), 0.0, length, epsabs=1e-10)[0]
+        yaw += rate * length
+    return x, y, yaw
+
+
+def test_there_are_205_cases() -> None:
+    """The outside cases are all there and use all six words."""
+    assert len(cases()) == 205
+    assert {case[4] for case in cases()} == {"LSL", "RSR", "LSR", "RSL", "LRL", "RLR"}
+
+
+@pytest.mark.parametrize("case", cases())
+def test_outside_cases(case: Case) -> None:
+    """A vehicle's shortest way has the length of the outside case and leads to its end."""
+    start, end, radius, length, word, pieces = case
+    path = shortest(start, end, radius)
+    assert path.length == pytest.approx(length, abs=LENGTH_TOLERANCE)
+    assert apart(integrated(path), end) < 1e-8
+    assert apart(path.at(path.length), end) < 1e-11
+    assert path.word == word
+    assert path.lengths == pytest.approx(pieces, abs=PIECE_TOLERANCE)
+
+
+@pytest.mark.parametrize(("spacing", "length"), [(10.0, 134.5), (30.0, 103.3), (40.0, 62.8)])
+def test_turns_between_lanes(spacing: float, length: float) -> None:
+    """Turning onto a lane closer than twice the radius takes a bulb, longer than a half circle."""
+    path = shortest((0.0, 0.0, 0.0), (0.0, spacing, math.pi), 20.0)
+    assert path.length == pytest.approx(length, abs=0.05)
+    assert path.word == ("LSL" if spacing == 40.0 else "RLR")
+
+
+def test_left_turns_towards_increasing_yaw() -> None:
+    """A quarter circle from +x to +y is a left turn and ends one radius ahead and aside."""
+    path = shortest((0.0, 0.0, 0.0), (10.0, 10.0, math.pi / 2.0), 10.0)
+    assert path.length == pytest.approx(5.0 * math.pi)
+    assert [kind for kind, length in path.segments() if length > 0.0] == ["L"]
+    assert path.at(2.5 * math.pi) == pytest.approx(
+        (10.0 * math.sin(math.pi / 4), 10.0 * (1 - math.cos(math.pi / 4)), math.pi / 4)
+    )
+
+
+@given(any_pose, any_radius, st.integers(-3, 3))
+def test_equal_poses_need_no_way(pose: Pose, radius: float, turns: int) -> None:
+    """A vehicle that is where it should be, full turns of heading aside, stays."""
+    same = (pose[0], pose[1], pose[2] + 2.0 * math.pi * turns)
+    assert shortest(pose, same, radius).length < 1e-8 * radius
+
+
+@settings(max_examples=300)
+@given(any_pose, any_pose, any_radius)
+def test_way_leads_to_its_end(start: Pose, end: Pose, radius: float) -> None:
+    """A shortest way ends where it should and is never shorter than the straight line."""
+    path = shortest(start, end, radius)
+    assert apart(path.at(path.length), end) < 1e-8 * max(radius, 1.0)
+    assert path.length >= math.dist(start[:2], end[:2]) - 1e-7
+    assert min(path.lengths) >= 0.0
+    assert path.length == pytest.approx(sum(length for _, length in path.segments()))
+
+
+@settings(max_examples=300)
+@given(any_pose, any_pose, any_radius, st.floats(0.0, 1.0))
+def test_parts_of_a_shortest_way_are_shortest(
+    start: Pose, end: Pose, radius: float, share: float
+) -> None:
+    """From any place on a shortest way, no shorter way leads back to its start or on to its end."""
+    path = shortest(start, end, radius)
+    for done in (share * path.length, path.lengths[0], path.lengths[0] + path.lengths[1]):
+        middle = path.at(done)
+        rest = path.length - done
+        assert shortest(start, middle, radius).length == pytest.approx(done, abs=1e-6)
+        assert shortest(middle, end, radius).length == pytest.approx(rest, abs=1e-6)
+
+
+@given(any_pose, any_pose, any_pose, any_radius)
+def test_detours_are_never_shorter(start: Pose, via: Pose, end: Pose, radius: float) -> None:
+    """Passing through a third pose never shortens the way."""
+    detour = shortest(start, via, radius).length + shortest(via, end, radius).length
+    assert shortest(start, end, radius).length <= detour + 1e-6
+
+
+@given(poses, poses, radii, headings, st.floats(0.1, 10.0))
+def test_ways_keep_their_shape(
+    start: Pose, end: Pose, radius: float, turn: float, scale: float
+) -> None:
+    """Mirroring, travelling backwards, turning or enlarging the sea changes ways accordingly."""
+
+    def turned(pose: Pose) -> Pose:
+        x, y, yaw = pose
+        c, s = math.cos(turn), math.sin(turn)
+        return scale * (c * x - s * y), scale * (s * x + c * y), yaw + turn
+
+    def mirrored(pose: Pose) -> Pose:
+        return pose[0], -pose[1], -pose[2]
+
+    def backwards(pose: Pose) -> Pose:
+        return pose[0], pose[1], pose[2] + math.pi
+
+    length = shortest(start, end, radius).length
+    # A way is not a continuous function of its ends: there rounding may cost a full circle.
+    if shortest(start, (end[0] + 1e-9, end[1], end[2] + 1e-9), radius).length > length + 1e-3:
+        return
+    moved = shortest(turned(start), turned(end), scale * radius).length
+    assert moved == pytest.approx(scale * length, abs=1e-5)
+    flipped = shortest(mirrored(start), mirrored(end), radius).length
+    assert flipped == pytest.approx(length, abs=1e-9)
+    reverse = shortest(backwards(end), backwards(start), radius).length
+    assert reverse == pytest.approx(length, abs=1e-5)
+
+
+@given(st.floats(-1e-10, 1e-10), st.floats(-1e-10, 1e-10), st.floats(-1e-10, 1e-10))
+def test_rounding_costs_no_full_circle(ahead: float, aside: float, turn: float) -> None:
+    """Ends that are off by rounding lengthen a straight way or an arc by no more than that."""
+    straight = shortest((0.0, 0.0, 0.0), (50.0 + ahead, aside, turn), 10.0)
+    assert straight.length == pytest.approx(50.0, abs=1e-8)
+    arc = shortest((0.0, 0.0, 0.0), (10.0 + ahead, 10.0 + aside, math.pi / 2.0 + turn), 10.0)
+    assert arc.length == pytest.approx(5.0 * math.pi, abs=1e-7)
+    none = shortest((0.0, 0.0, 0.0), (ahead, aside, turn), 10.0)
+    assert none.length < 1e-8
+
+
+def test_place_along_a_way() -> None:
+    """A vehicle begins at the start, stays at the end, and its heading never jumps."""
+    path = shortest((1.0, 2.0, 3.0), (-20.0, 15.0, -1.0), 8.0)
+    assert path.at(0.0) == path.start == (1.0, 2.0, 3.0)
+    assert path.at(path.length + 100.0) == path.at(path.length)
+    steps = [path.at(path.length * n / 1000.0) for n in range(1001)]
+    step = path.length / 1000.0
+    for one, other in pairwise(steps):
+        assert abs(other[2] - one[2]) <= step / path.radius + 1e-12
+        assert math.dist(one[:2], other[:2]) == pytest.approx(step, rel=1e-3)
+
+
+def test_impossible_ways_are_refused() -> None:
+    """No vehicle turns on the spot, starts nowhere or has gone less than nothing."""
+    origin = (0.0, 0.0, 0.0)
+    for radius in (0.0, -5.0, math.nan, math.inf):
+        with pytest.raises(ValueError, match=f"turning radius must be positive .* met {radius}"):
+            shortest(origin, (1.0, 2.0, 3.0), radius)
+    with pytest.raises(ValueError, match=r"start must be finite; met .*nan"):
+        shortest((math.nan, 0.0, 0.0), origin, 1.0)
+    with pytest.raises(ValueError, match=r"end must be finite; met .*inf"):
+        shortest(origin, (0.0, 0.0, math.inf), 1.0)
+    for distance in (-1.0, math.nan):
+        with pytest.raises(ValueError, match=f"distance must be .* met {distance}"):
+            shortest(origin, (9.0, 0.0, 0.0), 1.0).at(distance)

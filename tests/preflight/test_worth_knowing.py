@@ -1,0 +1,296 @@
+"""What changes the answers without being asked for is told, with its numbers; defaults are not."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+from toggles import BASES, alternatives, columns_that_differ, modes, put, toggled, value_of
+
+from bindusbl_des import Scenario, cautions, load_result, load_scenario, simulate
+from bindusbl_des.cli import main
+from bindusbl_des.preflight.idle_keys import RULES, idle_keys
+from bindusbl_des.preflight.reading import read_scenario
+from bindusbl_des.results.result import scenario_sha256
+from bindusbl_des.scenario.files.scenario_file import ScenarioError
+from bindusbl_des.scenario.files.templates import TEMPLATES, template
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+# What one of a rule's modes may change all the same.
+SLIGHT = {"rounds.conflicts"}
+
+
+def told(**changes: Any) -> dict[str, str]:
+    """Return the warnings of the default scenario with changes, by their keys."""
+    scenario = Scenario.model_validate({"name": "m", **changes})
+    return {found.key: found.message for found in cautions(scenario)}
+
+
+def in_mode(data: dict[str, Any], rule: Any) -> "dict[str, Any]":
+    """Return a mission in the mode of a rule."""
+    for key, values in rule.mode.items():
+        if value_of(data, key) not in values:
+            data = put(data, key, values[0])
+    return data
+
+
+def is_idle(data: dict[str, Any], key: str) -> bool | None:
+    """Tell by experiment whether a key does nothing in a mission; None where none can be flown."""
+    found = [
+        columns_that_differ(data, put(data, key, value))
+        for value in alternatives(key, value_of(data, key))
+    ]
+    known = [columns for columns in found if columns is not None]
+    return all(columns <= SLIGHT for columns in known) if known else None
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: ", ".join(map(str, rule.mode.items())))
+def test_idle_keys_do_nothing(rule: Any) -> None:
+    """A key that a rule calls idle changes no number of a mission in that mode."""
+    for key in rule.keys:
+        tried = [is_idle(in_mode(base, rule), key) for base in BASES.values()]
+        assert True in tried, key
+        assert False not in tried, key
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mode", "value"), modes())
+def test_every_key_that_does_nothing_is_known(mode: str, value: Any) -> None:
+    """Each key is toggled in each mode: where no mission notices, a rule says so."""
+    bases = [put(base, mode, value) for base in BASES.values()]
+    for key in set(toggled()) - {mode}:
+        tried = {
+            n: idle for n, base in enumerate(bases) if (idle := is_idle(base, key)) is not None
+        }
+        if not tried or not all(tried.values()):
+            continue
+        for number in tried:
+            given = put(bases[number], key, alternatives(key, value_of(bases[number], key))[0])
+            scenario = Scenario.model_validate({"name": "m", **given})
+            assert key in {found.key for found in idle_keys(scenario)}, f"{key} with {mode}={value}"
+
+
+def test_direct_replies_leave_six_keys_without_effect() -> None:
+    """The keys of a broadcast do nothing where nothing is broadcast; each is told if it was set."""
+    asked = {
+        "protocol": {"downlink": "direct_reply", "broadcaster": "fixed"},
+        "acoustics": {
+            "mf": {
+                "range_m": 9.0,
+                "bit_rate_bps": 9.0,
+                "overhead": 9.0,
+                "header_bytes": 9,
+                "fix_bytes": 9,
+            }
+        },
+    }
+    found = told(**asked)
+    assert len(found) == 6
+    assert all("no effect with protocol.downlink: direct_reply" in text for text in found.values())
+    assert told(protocol={"downlink": "direct_reply"}) == {}
+
+
+def test_held_auvs_leave_three_keys_without_effect() -> None:
+    """How fast and tightly AUVs go that lie still is told to be of no effect."""
+    route = {"kind": "hold", "positions_m": [[0, 0]]}
+    auvs = {"count": 1, "route": route, "speed_m_per_s": 1.0, "turning_radius_m": 1.0}
+    found = told(auvs={**auvs, "join_angle_deg": 10.0})
+    assert set(found) == {
+        f"auvs.{k}" for k in ("speed_m_per_s", "turning_radius_m", "join_angle_deg")
+    }
+
+
+def test_nobody_is_nagged_for_defaults() -> None:
+    """Keys that are not in the file are not told, nor defaults that the program wrote out."""
+    assert told() == {}
+    written = Scenario(name="m", protocol={"frame_s": 1.0})
+    assert [found.key for found in cautions(written)] == ["protocol.frame_s"]
+    assert cautions(Scenario.model_validate(written.model_dump(mode="json"))) == []
+
+
+def test_the_default_formation_may_lie_outside_the_survey() -> None:
+    """R_f = 50 m around a survey of 60 m: three ASVs outside, 20 m beyond the edge."""
+    found = told(survey={"side_m": 60.0})["asvs.formation.radius_m"]
+    assert "= 50 m, which puts 3 of 3 ASVs outside the survey, up to 20 m beyond its edge" in found
+    assert told(survey={"side_m": 60.0}, asvs={"formation": {"radius_m": 50.0}}) == {}
+    assert told(survey={"side_m": 60.0}, asvs={"count": 1}) == {}
+
+
+@pytest.mark.parametrize("frame", [0.5, 1.0, 1.1])
+def test_a_frame_shorter_than_its_round_is_told(frame: float) -> None:
+    """0.5, 1.0 and 1.1 s give the same mission, and each is told what its AUVs do instead."""
+    protocol = {"schedule": "round_robin", "tick_rate_hz": 30.0, "frame_s": frame}
+    found = told(protocol=protocol)["protocol.frame_s"]
+    assert f"takes 1.167 s, longer than the frame of {frame:g} s" in found
+    assert f"every 3.5 s, not every {3 * frame:.4g} s" in found
+    pings = simulate(Scenario.model_validate({"name": "m", "protocol": protocol})).tables["pings"]
+    assert pings[pings.auv == "AUV0"].sent_at_s.diff().dropna().round(6).eq(3.5).all()
+    assert "protocol.frame_s" not in told(protocol={**protocol, "frame_s": 1.2})
+
+
+def test_a_frame_that_only_empty_rounds_fit_is_told() -> None:
+    """Where fixes make a round longer than its frame, the frames after them are late."""
+    slow = {"mf": {"bit_rate_bps": 400.0}}
+    found = told(acoustics=slow, protocol={"schedule": "round_robin", "frame_s": 1.2})
+    assert (
+        "a round with a fix takes 1.31 s, longer than the frame of 1.2 s"
+        in found["protocol.frame_s"]
+    )
+
+
+def test_few_samples_and_long_ticks_are_told() -> None:
+    """A mean over one instant, and a tick longer than the slot that it rounds."""
+    found = told(record={"metrics_hz": 1e-6})["record.metrics_hz"]
+    assert "time means are of 1 instant (300 s x 1e-06 Hz)" in found
+    found = told(protocol={"tick_rate_hz": 0.1})["protocol.tick_rate_hz"]
+    assert found == "ticks of 10 s make the uplink slot of 0.233 s as long as a tick"
+
+
+def test_places_outside_the_survey_are_told() -> None:
+    """AUVs that hold or go to places beyond the survey's edge, by how much."""
+    held = {"count": 2, "route": {"kind": "hold", "positions_m": [[0, 0], [0, -80]]}}
+    assert told(auvs=held)["auvs.route.positions_m"].startswith(
+        "AUV1 is outside the survey of 140 m, up to 10 m beyond its edge"
+    )
+    many = [[[0, 0], [100, 0]]] * 7
+    found = told(auvs={"count": 7, "route": {"kind": "waypoints", "points_m": many}})
+    assert "AUV4 and 2 more are outside" in found["auvs.route.points_m"]
+
+
+def track(folder: Path, *rows: str) -> Path:
+    """Write a track and a scenario of 100 s that repeats it; return the scenario's file."""
+    (folder / "dive.csv").write_text("\n".join(["time_s,x_m,y_m,depth_m", *rows]))
+    file = folder / "f.yaml"
+    file.write_text(
+        "name: m\nduration_s: 100\nauvs: {count: 1, route: {kind: track, files: [dive.csv]}}\n"
+    )
+    return file
+
+
+def test_a_track_in_unix_time_is_refused_with_its_offset(tmp_path: Path) -> None:
+    """A track that would stand still for ever is an error that says what to subtract."""
+    file = track(tmp_path, "1700000000,0,0,5", "1700000100,50,0,5")
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(file)
+    (mistake,) = caught.value.mistakes
+    assert (mistake.line, mistake.key) == (3, "auvs.route.files.0")
+    assert "1700000000 to 1700000100 s" in mistake.message
+    assert "set auvs.route.time_offset_s: 1700000000 " in mistake.message
+    mended = read_scenario(file, overrides=["auvs.route.time_offset_s=1700000000"])
+    assert mended.warnings == ()
+    assert simulate(mended.scenario).auvs.distance_m[0] == pytest.approx(50.0)
+
+
+def test_python_is_refused_such_a_track_too(tmp_path: Path) -> None:
+    """Who builds scenarios in Python learns of it when the mission is to begin."""
+    track(tmp_path, "-200,0,0,5", "-100,50,0,5")
+    route = {"kind": "track", "files": [str(tmp_path / "dive.csv")]}
+    late = Scenario.model_validate({"name": "m", "auvs": {"count": 1, "route": route}})
+    with pytest.raises(ValueError, match=r"lie outside it \(0 to 300 s\).*time_offset_s: -200 "):
+        simulate(late)
+
+
+def test_a_track_that_does_not_fill_its_mission_is_told(tmp_path: Path) -> None:
+    """When it begins, when it ends, and how far it leaves the survey: warnings, exit code 0."""
+    file = track(tmp_path, "10,0,0,5", "60,90,0,5")
+    found = [(it.line, it.key, it.message) for it in read_scenario(file).warnings]
+    assert [(line, key) for line, key, _ in found] == [(3, "auvs.route.files.0")] * 3
+    late, early, beyond = (message for *_, message in found)
+    assert "begins late: it lies still for the first 10 s of 100 s (10 %)" in late
+    assert "ends early: it lies still for the last 40 s of 100 s (40 %)" in early
+    assert "leaves the survey of 140 m, by up to 20 m and for 51 % of the mission" in beyond
+
+
+def test_a_jump_faster_than_sound_is_no_track(tmp_path: Path) -> None:
+    """Metres for kilometres or seconds for milliseconds: told with the sample and its speed."""
+    file = track(tmp_path, "0,0,0,5", "1,3000,0,5")
+    with pytest.raises(ScenarioError, match=r"sample 2 is reached at 3e\+03 m/s"):
+        load_scenario(file)
+
+
+def test_estimate_is_another_name_of_last_fix(tmp_path: Path) -> None:
+    """Files of before keep working, with equal hash and tables, and are told the new name."""
+    old, new = (
+        Scenario(name="m", duration_s=20.0, protocol={"positions": word})
+        for word in ("estimate", "last_fix")
+    )
+    assert (old, scenario_sha256(old)) == (new, scenario_sha256(new))
+    one, two = simulate(old), simulate(new)
+    assert all(one.arrow[name].equals(two.arrow[name]) for name in one.arrow)
+    assert cautions(new) == []
+    (found,) = cautions(old)
+    assert str(found).startswith("protocol.positions: 'estimate' is the former name of 'last_fix'")
+    file = tmp_path / "f.yaml"
+    file.write_text("name: m\nprotocol: {positions: estimate}\n")
+    assert str(read_scenario(file).warnings[0]).startswith(f"{file}:2:23: protocol.positions: ")
+
+
+FILE = "name: m\nduration_s: 5\nprotocol: {downlink: direct_reply, broadcaster: fixed}\n"
+LINE = "f.yaml:3:49: protocol.broadcaster: has no effect with protocol.downlink: direct_reply"
+
+
+@pytest.fixture
+def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work in a folder with a file that has one warning."""
+    monkeypatch.chdir(tmp_path)
+    Path("f.yaml").write_text(FILE)
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_validate_tells_warnings_and_strict_refuses_them() -> None:
+    """Warnings leave the exit code at 0, but for `--strict`; JSON has them apart from mistakes."""
+    plain, strict, as_json = (
+        CliRunner().invoke(main, ["validate", "f.yaml", *options])
+        for options in ((), ("--strict",), ("--json",))
+    )
+    assert (plain.exit_code, strict.exit_code, as_json.exit_code) == (0, 2, 0)
+    assert plain.stdout.startswith(LINE)
+    assert (plain.stdout, plain.stderr) == (strict.stdout, "1 warning\n")
+    report = json.loads(as_json.stdout)
+    assert (report["valid"], report["files"]) == (True, {"f.yaml": []})
+    (warning,) = report["warnings"]["f.yaml"]
+    assert (warning["line"], warning["key"]) == (3, "protocol.broadcaster")
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_a_run_tells_and_keeps_its_warnings() -> None:
+    """On stderr with their places, in run.json, in the report, and in the result read back."""
+    ran = CliRunner().invoke(main, ["run", "f.yaml", "--out", "o"])
+    assert ran.exit_code == 0
+    assert "\nWorth knowing:\n" + LINE in ran.stderr
+    assert LINE not in ran.stdout
+    (kept,) = json.loads(Path("o/run.json").read_text())["warnings"]
+    assert (kept["key"], load_result("o").warnings[0].message) == (
+        "protocol.broadcaster", kept["message"],
+    )  # fmt: skip
+    page = Path("o/report.html").read_text()
+    assert "<h2>Worth knowing</h2>" in page
+    assert "<code>protocol.broadcaster</code>: has no effect" in page
+    assert CliRunner().invoke(main, ["-q", "run", "f.yaml", "--out", "q"]).stderr == ""
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_a_report_without_warnings_has_no_such_section() -> None:
+    """Where nothing is worth knowing, nothing is said."""
+    Path("f.yaml").write_text("name: m\nduration_s: 5\n")
+    assert CliRunner().invoke(main, ["-q", "run", "f.yaml", "--out", "o"]).exit_code == 0
+    assert "Worth knowing" not in Path("o/report.html").read_text()
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_a_sweep_tells_the_warnings_of_its_base_once() -> None:
+    """Those that hold at every point; not those of a key that the points vary."""
+    words = ["sweep", "f.yaml", "--dry-run", "--vary"]
+    held = CliRunner().invoke(main, [*words, "asvs.count=2,3"])
+    assert held.stderr.count(LINE) == 1
+    varied = CliRunner().invoke(main, [*words, "protocol.downlink=sequential,direct_reply"])
+    assert (varied.exit_code, "Worth knowing" in varied.stderr) == (0, False)
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_starters_have_nothing_to_warn_of(name: str, tmp_path: Path) -> None:
+    """A starter shows no key at work that does nothing."""
+    (tmp_path / "f.yaml").write_text(template(name))
+    assert read_scenario(tmp_path / "f.yaml").warnings == ()

@@ -1,0 +1,547 @@
+"""Reports in a real browser: they open, play and draw, and ask the network for nothing."""
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from campaigns_for_tests import UNSERVED, auv, hand_made
+from test_report_sweep import BASE, EXPERIMENT
+
+from bindusbl_des import Scenario, load_scenario, simulate, sweep
+from bindusbl_des.campaigns.page import sweep_page
+from bindusbl_des.core.palette import COLOURS
+from bindusbl_des.core.wording import significant
+from bindusbl_des.figures.latency import shown_until
+from bindusbl_des.report.comparison import comparison_page
+from bindusbl_des.report.run_page import run_page
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+
+pytestmark = pytest.mark.skipif(
+    BROWSER is None, reason=f"no browser is installed (looked for {', '.join(BROWSERS)})"
+)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """A headless Chromium."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+class Opened:
+    """A page in the browser, with what it complained of and asked for."""
+
+    def __init__(self, browser: Any, path: Path, scheme: str, width: int) -> None:
+        self.page = browser.new_page(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce"
+        )
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.goto(path.as_uri())
+        self.ask("bindusbl.opened")
+
+    def ask(self, expression: str) -> Any:
+        """Return the value of an expression in the page."""
+        return self.page.evaluate(expression)
+
+    def until(self, condition: str) -> None:
+        """Wait until something holds in the page, whose policy forbids to wait there."""
+        for _ in range(200):
+            if self.ask(condition):
+                return
+            self.page.wait_for_timeout(20)
+        raise AssertionError(f"{condition}: not in four seconds")
+
+    def painted(self, canvas: str) -> int:
+        """Return how many different colours a canvas shows."""
+        return int(
+            self.ask(
+                f"""(() => {{
+                    const it = document.querySelector({canvas!r});
+                    const data = it.getContext("2d").getImageData(0, 0, it.width, it.height).data;
+                    return new Set(new Uint32Array(data.buffer)).size; }})()"""
+            )
+        )
+
+
+Open = Callable[..., Opened]
+
+
+def slide(it: Opened, time: float) -> None:
+    """Move the slider as a hand does."""
+    slider = "byId('slider')"
+    it.ask(f"{slider}.value = {time}; {slider}.dispatchEvent(new Event('input'))")
+
+
+@pytest.fixture
+def opened(browser: Any) -> Iterator[Open]:
+    """Open pages; after the test, none of them may have complained or asked for another file."""
+    pages: list[tuple[Opened, Path]] = []
+
+    def open_page(path: Path, scheme: str = "light", width: int = 1280) -> Opened:
+        pages.append((Opened(browser, path, scheme, width), path))
+        return pages[-1][0]
+
+    yield open_page
+    for it, path in pages:
+        assert it.complaints == []
+        assert it.requests == [path.as_uri()]
+        it.page.close()
+
+
+@pytest.fixture(scope="module")
+def recovery(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of the paper's recovery mission."""
+    path = tmp_path_factory.mktemp("report") / "recovery.html"
+    result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml"), seed=0)
+    path.write_text(run_page(result), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 400])
+def test_a_run_opens(opened: Open, recovery: Path, scheme: str, width: int) -> None:
+    """Every plot has data, every canvas is painted, and nothing is wider than the window."""
+    it = opened(recovery, scheme, width)
+    plots = it.ask("bindusbl.plots")
+    named = {"error AUV0", "error AUV1", "error AUV2", "fixes", "fates", "latency", "interval"}
+    assert named | {"timeline"} == set(plots)
+    assert min(plots.values()) > 10
+    for canvas in ("#map", "#closeup", "#timeline", "#gaps", "#fixes-plot canvas"):
+        assert it.painted(canvas) > 3, canvas
+    assert it.ask("document.documentElement.scrollWidth") <= width
+    background = it.ask("getComputedStyle(document.body).backgroundColor")
+    assert (background == "rgb(255, 255, 255)") == (scheme == "light")
+
+
+def test_the_slider_moves_the_vehicles(opened: Open, recovery: Path) -> None:
+    """Vehicles are where the tables have them at the time of the slider, and the map changes."""
+    it = opened(recovery)
+    before, picture = it.ask("bindusbl.vehicles()"), it.ask("byId('map').toDataURL()")
+    slide(it, 150)
+    after = it.ask("bindusbl.vehicles()")
+    assert it.ask("byId('clock').textContent") == "150.0 s"
+    assert it.ask("byId('map').toDataURL()") != picture
+    tracks = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml"), seed=0).tables["tracks"]
+    now = tracks[tracks.time_s == 150.0].set_index("vehicle")
+    for old, new in zip(before, after, strict=True):
+        assert (old["x"], old["y"]) != (new["x"], new["y"])
+        row = now.loc[new["name"]]
+        assert (new["x"], new["y"]) == pytest.approx((row.x_m, row.y_m), abs=0.011)
+        estimate = (row.estimate_x_m, row.estimate_y_m)
+        assert (new["estimateX"], new["estimateY"]) == pytest.approx(estimate, abs=0.021)
+
+
+def test_the_keyboard_plays(opened: Open, recovery: Path) -> None:
+    """Space plays and pauses, arrows step, home and end leap, f and l find fixes and losses."""
+    it = opened(recovery)
+    keys = it.page.keyboard
+    it.page.focus("#slider")
+    keys.press("End")
+    assert it.ask("bindusbl.playback.now") == 300
+    keys.press("Home")
+    assert it.ask("bindusbl.playback.now") == 0
+    keys.press("ArrowRight")
+    assert it.ask("bindusbl.playback.now") > 0
+    keys.press("Home")
+    keys.press("f")
+    first = it.ask("bindusbl.playback.now")
+    landed = it.ask("Math.min(...bindusbl.mission.landed.map((times) => times[0]))")
+    assert first == pytest.approx(landed, abs=1e-3)
+    assert max(auv["fixes"] for auv in it.ask("bindusbl.vehicles()")) == 1
+    keys.press("l")
+    assert it.ask("bindusbl.playback.now") > first
+    keys.press(" ")
+    it.ask("new Promise((seen) => bindusbl.playback.onChange((now) => now > 20 && seen()))")
+    assert it.ask("byId('play').getAttribute('aria-label')") == "Pause"
+    keys.press(" ")
+    assert it.ask("bindusbl.playback.playing") is False
+
+
+def test_a_fix_makes_the_estimate_jump(opened: Open, recovery: Path) -> None:
+    """Just before a delivery the estimate drifts on; just after, it has moved."""
+    it = opened(recovery)
+    gap = it.ask(
+        """(() => { const m = bindusbl.mission, t = m.landed[0][60];
+        const before = m.auvAt(0, t - 1e-3), after = m.auvAt(0, t + 1e-3);
+        return [Math.hypot(after.estimateX - before.estimateX, after.estimateY - before.estimateY),
+                m.fixes.correction[m.delivered[0][60]]]; })()"""
+    )
+    assert gap[0] == pytest.approx(gap[1], abs=0.1)
+
+
+def test_keys_are_the_pages_until_the_playback_has_them(opened: Open, recovery: Path) -> None:
+    """Space scrolls the page before a click on the playback and after one elsewhere."""
+    it = opened(recovery)
+    keys = it.page.keyboard
+
+    def state() -> list[Any]:
+        return list(it.ask("[bindusbl.playback.playing, bindusbl.playback.now]"))
+
+    keys.press("ArrowRight")
+    keys.press("f")
+    assert state() == [False, 0]
+    keys.press(" ")
+    it.until("scrollY > 0")
+    assert state() == [False, 0]
+    it.page.click("#map", position={"x": 5, "y": 200})
+    keys.press("f")
+    first = it.ask("bindusbl.playback.now")
+    assert first > 0
+    keys.press("Control+ArrowRight")
+    keys.press("Shift+ArrowRight")
+    assert it.ask("bindusbl.playback.now") == first
+    it.page.click("#errors-title")
+    for key in ("ArrowRight", "f", " "):
+        keys.press(key)
+    assert state() == [False, first]
+
+
+def test_keys_go_on_after_a_click_on_a_button(opened: Open, recovery: Path) -> None:
+    """Arrows step after a click on the controls; space presses the button, opens the legend."""
+    it = opened(recovery)
+    keys = it.page.keyboard
+    it.page.click("#next")
+    first = it.ask("bindusbl.playback.now")
+    keys.press("ArrowRight")
+    assert it.ask("bindusbl.playback.now") == pytest.approx(2 * first)
+    keys.press(" ")  # presses "step forward", and nothing more
+    assert it.ask("bindusbl.playback.now") == pytest.approx(3 * first)
+    it.page.focus("#legend summary")
+    keys.press(" ")
+    assert it.ask("[byId('legend').open, bindusbl.playback.playing]") == [False, False]
+    it.page.focus("#speed")
+    keys.press("ArrowRight")  # the next speed, not the next moment
+    assert it.ask("bindusbl.playback.now") == pytest.approx(3 * first)
+    it.page.focus("#map")
+    before = it.ask("scrollY")
+    keys.press("End")
+    it.until(f"scrollY > {before}")
+    assert it.ask("bindusbl.playback.now") == pytest.approx(3 * first)
+
+
+def test_the_log_tells_only_what_has_happened(opened: Open, recovery: Path) -> None:
+    """What became of a ping is told when it is decided, and a fix by how far it corrects."""
+    tables = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml"), seed=0).tables
+    pings, fixes = tables["pings"].set_index("ping"), tables["fixes"]
+    arrived = tables["receptions"].query("outcome == 'lost'").groupby("ping").arrived_at_s.max()
+    airtime = tables["broadcasts"].set_index("sent_at_s").airtime_s
+    known = {f"ping {ping}: lost": at + 0.010 for ping, at in arrived.items()}
+    for fix in fixes[fixes.outcome == "out_of_range"].itertuples():
+        at = fix.broadcast_at_s + airtime[fix.broadcast_at_s]
+        known[f"ping {fix.ping}: its fix was sent beyond"] = at
+    for ping, at in pings.sent_at_s[pings.in_range_of == 0].items():
+        known[f"ping {ping}: out of range"] = at
+    it = opened(recovery)
+    told = [[time, text] for time, text, _ in it.ask("bindusbl.log.events")]
+    kinds = set()
+    for time, text in told:
+        words = next((words for words in known if f"{words} " in text), None)
+        if words:
+            assert time >= known[words] - 1e-3, text
+            kinds.add(words.split(": ")[1])
+    assert len(kinds) == 3
+    first = fixes[fixes.outcome == "delivered"].sort_values("delivered_at_s").iloc[0]
+    said = next(text for _, text in told if text.startswith(f"{first.auv} gets a fix"))
+    assert said.startswith(f"{first.auv} gets a fix, {first.latency_s:.2f} s old, corrects by")
+    assert float(said.split()[-2]) == pytest.approx(first.correction_m, abs=0.006)
+    for time, text in told[20:30]:
+        slide(it, time - 1e-3)
+        assert text not in it.ask("byId('log').textContent")
+        slide(it, time + 1e-3)
+        assert text in it.ask("byId('log').textContent")
+
+
+def test_nothing_speaks_while_time_plays_on(opened: Open, recovery: Path) -> None:
+    """The one live region is silent in play and tells a pause, a leap, a vehicle to follow."""
+    it = opened(recovery)
+    live = "output, [aria-live], [role=status], [role=alert], [role=log]"
+    assert it.ask(f"[...document.querySelectorAll('{live}')].map((it) => it.id)") == ["said"]
+    it.ask(
+        """(() => { window.spoken = 0; new MutationObserver((all) => { spoken += all.length; })
+        .observe(byId('slider'), { attributeFilter: ['aria-valuetext'] }); })()"""
+    )
+    it.page.click("#play")
+    it.ask("new Promise((seen) => bindusbl.playback.onChange((now) => now > 3 && seen()))")
+    assert it.ask("[byId('said').textContent, spoken]") == ["", 0]
+    it.page.click("#play")
+    assert "Paused at" in it.ask("byId('said').textContent")
+    assert it.ask("byId('slider').getAttribute('aria-valuetext')").endswith(" seconds")
+    it.page.select_option("#follow", "2")
+    assert it.ask("byId('said').textContent") == "Following AUV2"
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of twenty AUVs."""
+    path = tmp_path_factory.mktemp("report") / "fleet.html"
+    changes = ["name=fleet", "auvs.count=20", "survey.side_m=300", "duration_s=30"]
+    scenario = load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=changes)
+    path.write_text(run_page(simulate(scenario, seed=1)), encoding="utf-8")
+    return path
+
+
+def test_the_table_of_now_shows_whom_one_follows(opened: Open, fleet: Path) -> None:
+    """The row of the AUV in the close-up is marked and in sight; a click on another follows it."""
+    it = opened(fleet)
+    rows = "[...document.querySelectorAll('#now .followed')].map((row) => row.cells[0].innerText)"
+    box = "byId('now').getBoundingClientRect()"
+    row = "document.querySelector('#now .followed').getBoundingClientRect()"
+    for number in (19, 0, 13):
+        it.page.select_option("#follow", str(number))
+        assert it.ask(rows) == [f"AUV{number}"]
+        assert it.ask(f"{row}.top >= {box}.top && {row}.bottom <= {box}.bottom + 1")
+    it.page.click("#now button >> nth=12")
+    assert it.ask(rows) == ["AUV12"]
+    assert it.ask("[bindusbl.closeup.auv, byId('follow').value]") == [12, "12"]
+    pressed = it.page.locator("#now [aria-pressed=true]")
+    assert pressed.all_inner_texts() == ["AUV12"]
+
+
+OVERFULL = """[...document.querySelectorAll('#auvs .scroll')]
+    .filter((it) => it.scrollWidth > it.clientWidth).length"""
+
+
+@pytest.mark.parametrize("width", [320, 360, 768, 1280, 1920])
+def test_the_table_of_auvs_fits(opened: Open, fleet: Path, width: int) -> None:
+    """At every width no column of any AUV is out of sight."""
+    it = opened(fleet, width=width)
+    assert it.ask(OVERFULL) == 0
+    assert it.ask("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_pages_print_light_and_whole(opened: Open, fleet: Path, scheme: str) -> None:
+    """On paper a page is light, not wider than A4, its bars keep their colours; then as before."""
+    it = opened(fleet, scheme)
+    it.page.emulate_media(media="print")
+    it.until("onPaper()")
+    assert it.ask("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert it.ask("[colours.paper, colours.series[0]]") == ["#ffffff", COLOURS[0]]
+    a4 = 186 / 25.4 * 96  # what its margins leave, in CSS pixels
+    widest = "Math.max(...[...document.querySelectorAll('main *')].map((it) => it.scrollWidth))"
+    assert it.ask(widest) <= a4
+    assert it.ask(OVERFULL) == 0
+    assert it.ask("byId('map').width / byId('map').clientWidth") == pytest.approx(3, abs=0.01)
+    adjust = "getComputedStyle(document.querySelector('.bar span')).printColorAdjust"
+    assert it.ask(adjust) == "exact"
+    for hidden in (".strip", "#play", "#theme", "#marks input"):
+        assert not it.page.locator(hidden).first.is_visible()
+    for shown in ("#map", "#closeup", "#now table", "#clock", "#fates-plot"):
+        assert it.page.is_visible(shown)
+    it.page.emulate_media(media="screen")
+    it.until("!onPaper()")
+    assert it.ask("document.documentElement.dataset.theme") == scheme
+    assert it.page.is_visible("#play")
+
+
+def test_a_phone_scrolls_past_the_map(browser: Any, recovery: Path) -> None:
+    """One finger on the map scrolls the page; two zoom the map and leave the page where it is."""
+    page = browser.new_page(viewport={"width": 400, "height": 800}, has_touch=True, is_mobile=True)
+    page.goto(recovery.as_uri())
+    page.evaluate("bindusbl.opened")
+    page.evaluate("byId('map').scrollIntoView({ block: 'center' })")
+    box, touch = page.locator("#map").bounding_box(), page.context.new_cdp_session(page)
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    before, view = page.evaluate("scrollY"), page.evaluate("bindusbl.map.view")
+
+    def drag(paths: list[list[tuple[float, float]]]) -> None:
+        for step, places in enumerate(zip(*paths, strict=True)):
+            fingers = [{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(places)]
+            kind = "touchMove" if step else "touchStart"
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
+            page.wait_for_timeout(16)
+        touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        page.wait_for_timeout(200)
+
+    drag([[(x, y - 15 * step) for step in range(10)]])
+    assert page.evaluate("scrollY") > before + 50
+    assert page.evaluate("bindusbl.map.view") == view
+    page.evaluate("byId('map').scrollIntoView({ block: 'center' })")
+    before = page.evaluate("scrollY")
+    drag([[(x + side * (30 + 10 * step), y) for step in range(6)] for side in (-1, 1)])
+    assert page.evaluate("bindusbl.map.view.scale") > 1.5 * view["scale"]
+    assert page.evaluate("scrollY") == before
+    page.close()
+
+
+def test_the_wheel_is_the_pages(opened: Open, recovery: Path) -> None:
+    """Over the map the wheel scrolls the page, also once ctrl and wheel have zoomed the map."""
+    it = opened(recovery)
+    it.ask("byId('map').scrollIntoView({ block: 'center' })")
+    it.page.hover("#map")
+    before, scale = it.ask("[scrollY, bindusbl.map.view.scale]")
+    it.page.keyboard.down("Control")
+    it.page.mouse.wheel(0, -200)
+    it.page.keyboard.up("Control")
+    it.until(f"bindusbl.map.view.scale > 1.2 * {scale}")
+    it.page.mouse.wheel(0, 200)
+    it.until(f"scrollY > {before}")
+
+
+def test_numbers_of_pages_have_no_exponents(opened: Open, recovery: Path) -> None:
+    """Lengths of the timeline are plain numbers, and the page writes numbers as figures do."""
+    it = opened(recovery)
+    for value in (231.4, 5.3e-15, 0.05349, 12345.6, 2.6e-6, -1.26, 0.0):
+        assert it.ask(f"significant({value}, 2)") == significant(value, 2)
+    options = it.ask(
+        """(() => { byId("window").replaceChildren(); Timeline.prototype.choices.call({
+            mission: { duration: 4000, round: 29 }, sheet: { paint() {} } });
+            return [...byId("window").options].map((it) => it.text); })()"""
+    )
+    assert options == ["58 s", "232 s", "870 s", "whole mission"]
+
+
+def test_histograms_survive_an_outlier(opened: Open, recovery: Path) -> None:
+    """They end where nearly all values do, as the figure does."""
+    it = opened(recovery)
+    for values in ([0.8] * 19 + [230.0], [0.8, 0.9, 1.1], [0.0] * 20 + [5.0], [3.0]):
+        assert it.ask(f"histogramEnd({values})") == shown_until(np.array(values))
+
+
+def test_theme_and_layers_can_be_switched(opened: Open, recovery: Path) -> None:
+    """The button turns light to dark, plots included; unticking a layer takes it off the map."""
+    it = opened(recovery)
+    it.page.click("#theme")
+    assert it.ask("getComputedStyle(document.body).backgroundColor") == "rgb(15, 22, 29)"
+    picture = it.ask("byId('map').toDataURL()")
+    it.page.click("#marks input")
+    assert it.ask("byId('map').toDataURL()") != picture
+    assert min(it.ask("bindusbl.plots").values()) > 10
+
+
+def test_the_story_leads_to_the_playback(opened: Open, recovery: Path) -> None:
+    """A gap named in the text is a link that takes the playback there."""
+    it = opened(recovery)
+    it.page.click("[data-seek]")
+    told = float(it.page.get_attribute("[data-seek]", "data-seek"))
+    assert it.ask("bindusbl.playback.now") == pytest.approx(told)
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 400)])
+def test_runs_open_beside_each_other(opened: Open, tmp_path: Path, scheme: str, width: int) -> None:
+    """One slider moves the maps of all runs; their errors share a plot."""
+    runs = []
+    for name in ("failure_140m", "recovery_140m"):
+        scenario = load_scenario(SCENARIOS / f"{name}.yaml", overrides=["duration_s=60"])
+        runs.append((name, simulate(scenario, seed=0)))
+    (tmp_path / "both.html").write_text(comparison_page(runs), encoding="utf-8")
+    it = opened(tmp_path / "both.html", scheme, width)
+    before = it.ask("[...document.querySelectorAll('.map')].map((map) => map.toDataURL())")
+    slide(it, 30)
+    after = it.ask("[...document.querySelectorAll('.map')].map((map) => map.toDataURL())")
+    assert len(set(before + after)) == 4
+    assert min(it.ask("bindusbl.plots").values()) > 10
+    it.page.select_option("#whose", "0")
+    assert it.ask("bindusbl.plots.errors") == 240
+    assert it.ask("document.documentElement.scrollWidth") <= width
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a campaign."""
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "base.yaml").write_text(BASE)
+    (folder / "experiment.yaml").write_text(EXPERIMENT)
+    campaign = sweep(folder / "experiment.yaml", folder / "out", workers=1)
+    (folder / "sweep.html").write_text(sweep_page(campaign), encoding="utf-8")
+    return folder / "sweep.html"
+
+
+def test_heatmaps_can_be_read(opened: Open, swept: Path) -> None:
+    """Whatever a cell's colour, black or white on it reaches 4.5 : 1."""
+    lights = opened(swept).ask("Array.from({ length: 101 }, (_, i) => luminance(cividis(i / 100)))")
+    for light in lights:
+        assert (1.05 / (light + 0.05) if light < 0.179 else (light + 0.05) / 0.05) >= 4.5
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 400)])
+def test_a_sweep_opens(opened: Open, swept: Path, scheme: str, width: int) -> None:
+    """Curves, heatmap and lookup table have data, for any key and metric."""
+    it = opened(swept, scheme, width)
+    assert it.ask("bindusbl.plots") == {"curves": 6, "heatmap": 6, "lookup": 4}
+    first = it.ask("byId('curves').querySelector('canvas').toDataURL()")
+    it.page.select_option("#along", label="acoustics.hf.range_m")
+    it.page.select_option("#metric", "fixes_delivered")
+    assert it.ask("byId('curves').querySelector('canvas').toDataURL()") != first
+    assert it.ask("bindusbl.plots.heatmap") == 6
+    it.page.select_option("#by", "-1")
+    assert it.ask("bindusbl.plots.curves") == 2
+    assert it.ask("document.documentElement.scrollWidth") <= width
+
+
+def test_the_lookup_table_follows_its_threshold(opened: Open, swept: Path) -> None:
+    """The fewest ASVs are those whose interval ends below the threshold."""
+    it = opened(swept)
+    it.page.fill("#threshold", "100")
+    answers = it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")
+    assert sorted(answers) == ["1", "1", "none of these", "none of these"]
+    it.page.fill("#threshold", "0")
+    assert set(it.ask("bindusbl.lookup.answers.map((it) => it.fewest)")) == {"none of these"}
+    for metric in ("worst_position_error_p95_m", "position_error_m"):  # the first unless asked
+        if metric == "position_error_m":
+            it.page.select_option("#lookup-metric", metric)
+        cell = it.ask(f"bindusbl.sweep.at('{metric}', 0)")  # one ASV, the first combination
+        assert cell["half"] > 0
+        for share, fewest in ((0.5, False), (1.01, True)):  # the mean alone is not sure enough
+            it.page.fill("#threshold", str(cell["mean"] + share * cell["half"]))
+            assert (it.ask("bindusbl.lookup.answers[0].fewest") == "1") is fewest
+
+
+def test_a_sweep_shows_whom_it_leaves_alone(
+    opened: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mean of 0.8 m does not tick a fleet in which AUV0 has 1.5 m; missing values are counted."""
+
+    def fleet(scenario: Scenario, seed: int) -> list[dict[str, float | None]]:
+        if scenario.asvs.count == 2:
+            return [auv(1.5 + 0.01 * seed), auv(0.45), auv(0.45)]
+        return [auv(0.4) | UNSERVED if seed else auv(0.4), auv(0.3 + 0.01 * seed), auv(0.3)]
+
+    hand_made(monkeypatch, fleet)
+    (tmp_path / "base.yaml").write_text(BASE)
+    campaign = sweep(tmp_path / "base.yaml", tmp_path / "c", vary={"asvs.count": [2, 3]}, seeds=4)
+    page = tmp_path / "sweep.html"
+    page.write_text(sweep_page(campaign), encoding="utf-8")
+    it = opened(page)
+    fewest = "bindusbl.lookup.answers[0].fewest"
+    assert it.ask(fewest) == "3"
+    it.page.select_option("#lookup-metric", "worst_position_error_m")
+    assert it.ask(fewest) == "3"
+    it.page.select_option("#lookup-metric", "position_error_m")
+    assert it.ask(fewest) == "2"
+    assert "an AUV without a fix in 3/4" in it.page.inner_text("#lookup")
+    assert it.ask("bindusbl.sweep.whose('worst_position_error_m', 0)") == "AUV0"
+    it.page.select_option("#metric", "latency_mean_s")
+    assert it.ask("bindusbl.sweep.at('latency_mean_s', 1)")["whole"] == 1
+    assert "1/4" in it.page.inner_text("#heat")
+    assert "n of m missions have a value for every AUV" in it.page.inner_text("#meaning")
+    assert "No fix at point 1 (asvs.count=3): AUV0 in 3 of 4 seeds." in it.page.inner_text("#story")
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "shown"),
+    [
+        (5.3e-15, 1e-16, "0 ± 0"), (230.4, 2.3e2, "230 ± 230"), (1234.5, "NaN", "1235"),
+        (0.9224, 0.0351, "0.922 ± 0.035"), (264.439, 0.0131, "264.4 ± 0.0"),
+        (1.66, 5.3e-15, "1.66 ± 0"),
+    ],
+)  # fmt: skip
+def test_numbers_are_no_powers_of_ten(
+    opened: Open, swept: Path, value: float, half: float | str, shown: str
+) -> None:
+    """Round-off is nothing, and large numbers are written out."""
+    assert opened(swept).ask(f"plusMinus({value}, {half})") == shown

@@ -1,0 +1,263 @@
+"""Result folders: complete or absent, self-describing, readable again."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from worlds import scenario, still
+
+from bindusbl_des import Result, load_result, simulate
+from bindusbl_des.results import result_folder
+from bindusbl_des.results.arrow import arrow, named, numpy_columns
+from bindusbl_des.results.tables import EVENT_TABLES, TABLES, data_dictionary, schema
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    """A short mission with every table."""
+    return simulate(scenario(duration_s=40.0), 7)
+
+
+def test_a_result_folder_reads_back(result: Result, tmp_path: Path) -> None:
+    """What is written is what was simulated."""
+    folder = result.write(tmp_path / "out")
+    back = load_result(folder)
+    assert back.scenario == result.scenario
+    assert back.seed == 7
+    assert set(back.arrow) == set(TABLES)
+    for name in TABLES:
+        pd.testing.assert_frame_equal(back.tables[name], result.tables[name])
+    files = {path.name for path in folder.iterdir()}
+    assert {"run.json", "scenario.yaml", "data_dictionary.json", "report.html"} <= files
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_every_column_says_what_it_is(result: Result, tmp_path: Path) -> None:
+    """Unit and meaning of each column, and what made the file, are in the Parquet metadata."""
+    folder = result.write(tmp_path / "out")
+    for name in TABLES:
+        file = pq.read_schema(folder / f"{name}.parquet")
+        assert file.metadata[b"bindusbl.schema"].decode() == f"{name}/1"
+        assert file.metadata[b"bindusbl.seed"] == b"7"
+        assert len(file.metadata[b"bindusbl.scenario_sha256"]) == 64
+        for field in file:
+            assert field.metadata[b"meaning"]
+            suffix_units = {"_m": b"m", "_s": b"s", "_hz": b"Hz", "_rad": b"rad", "_m2": b"m2"}
+            for suffix, unit in suffix_units.items():
+                if field.name.endswith(suffix) and not field.name.endswith("_per_s"):
+                    assert field.metadata[b"unit"] == unit, field.name
+    dictionary = json.loads((folder / "data_dictionary.json").read_text())
+    assert dictionary == data_dictionary()
+    assert dictionary["pings"]["x_m"]["frame"].startswith("survey")
+
+
+def test_agreed_columns_are_there() -> None:
+    """Scripts rely on these names."""
+    agreed = {
+        "rounds": "round started_at_s colours conflicts uplink_s downlink_s fixes",
+        "pings": "ping round slot auv sent_at_s x_m y_m z_m in_range_of heard_by",
+        "receptions": "ping auv asv arrived_at_s slant_range_m travel_time_s outcome",
+        "broadcasts": "round asv sent_at_s airtime_s payload_bytes fixes",
+        "fixes": "fix ping round auv asvs pinged_at_s broadcast_at_s broadcast_by delivered_at_s "
+        "latency_s x_m y_m z_m sd_x_m sd_y_m error_m innovation_m correction_m outcome",
+        "tracks": "time_s vehicle x_m y_m z_m yaw_rad estimate_x_m estimate_y_m estimate_z_m "
+        "imu_x_m imu_y_m position_error_m cross_track_error_m path_error_m",
+        "auvs": "auv pings pings_in_range pings_heard hf_coverage fixes fixes_delivered "
+        "fix_rate_hz interval_mean_s latency_mean_s latency_p95_s position_error_m "
+        "position_error_rms_m cross_track_error_m imu_error_m distance_m collisions",
+        "mission": "rounds collisions hf_utilisation mf_utilisation fixes_delivered",
+    }
+    for table, names in agreed.items():
+        assert set(names.split()) <= set(schema(table).names)
+
+
+def test_missing_values_are_null() -> None:
+    """AUVs without fixes have no latency, rather than a zero or a NaN."""
+    result = simulate(still(2, at=60.0))
+    assert result.arrow["auvs"]["latency_mean_s"].null_count == 2
+    assert result.arrow["mission"]["latency_mean_s"].null_count == 1
+    tracks = result.arrow["tracks"].to_pandas()
+    assert tracks[tracks.vehicle == "ASV0"].estimate_x_m.isna().all()
+
+
+def test_tracks_agree_with_metrics() -> None:
+    """The time means are those of the tracks, sampled alike."""
+    rates = {"tracks_hz": 30.0, "metrics_hz": 30.0}
+    result = simulate(scenario(duration_s=60.0, record=rates), 1)
+    tracks = result.tables["tracks"]
+    auvs = tracks[tracks.vehicle.str.startswith("AUV")].groupby("vehicle")
+    means = auvs.position_error_m.mean().to_numpy()
+    assert means == pytest.approx(result.auvs.position_error_m.to_numpy())
+    across = auvs.cross_track_error_m.apply(lambda e: e.abs().mean()).to_numpy()
+    assert across == pytest.approx(result.auvs.cross_track_error_m.to_numpy())
+    assert len(tracks[tracks.vehicle == "AUV0"]) == 1800
+    assert tracks.time_s.max() < 60.0
+    error = np.hypot(tracks.estimate_x_m - tracks.x_m, tracks.estimate_y_m - tracks.y_m)
+    assert np.nanmax(np.abs(error - tracks.position_error_m)) < 1e-12
+
+
+def test_depth_is_measured_not_integrated() -> None:
+    """The depth estimate scatters around the true depth by the sensor's noise."""
+    tracks = simulate(scenario(duration_s=200.0, record={"tracks_hz": 10.0})).tables["tracks"]
+    error = (tracks.estimate_z_m - tracks.z_m).dropna()
+    assert error.std() == pytest.approx(0.05, rel=4 / np.sqrt(2 * len(error)))
+    assert abs(error.mean()) < 4 * 0.05 / np.sqrt(len(error))
+
+
+def test_an_existing_folder_is_kept(result: Result, tmp_path: Path) -> None:
+    """A folder is never overwritten without force, and never one of other things."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("precious")
+    for force in (False, True):
+        with pytest.raises(FileExistsError):
+            result.write(tmp_path / "mine", force=force)
+    assert (tmp_path / "mine" / "thesis.tex").read_text() == "precious"
+    result.write(tmp_path / "out")
+    with pytest.raises(FileExistsError):
+        result.write(tmp_path / "out")
+    result.write(tmp_path / "out", force=True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "out"]
+
+
+def test_force_replaces_results_and_what_was_made_of_them(result: Result, tmp_path: Path) -> None:
+    """Figures and exports go with the results; any other file keeps the whole folder."""
+    folder = result.write(tmp_path / "out")
+    for name in ("figures/error.svg", "csv/columns.csv", "csv/fixes.csv", "test.mcap",
+                 ".report.html-abc.draft"):  # fmt: skip
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("made of the results")
+    assert result.scenario.name == "test"
+    result.write(folder, force=True)
+    assert not {"figures", "csv", "test.mcap"} & set(os.listdir(folder))
+    for name in ("thesis.tex", "figures/mine.svg", "csv/mine.csv", "other.mcap", "notes/a"):
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("precious")
+        said = name if name.startswith("figures") else name.partition("/")[0]
+        with pytest.raises(FileExistsError, match=f"out: holds {said}, which no run wrote"):
+            result.write(folder, force=True)
+        assert path.read_text() == "precious"
+        path.unlink()
+        if path.parent != folder:
+            path.parent.rmdir()
+    assert set(load_result(folder).arrow) == set(TABLES)
+
+
+def test_the_kinds_of_figures_are_known_without_drawing() -> None:
+    """The names that force may replace are those that `plot` gives."""
+    from bindusbl_des.figures.kinds import KINDS
+    from bindusbl_des.figures.style import FORMATS
+
+    assert {f"{kind}.{suffix}" for kind in KINDS for suffix in FORMATS} == result_folder.DRAWN
+
+
+def test_a_failed_write_leaves_nothing(
+    result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A disk that fills up half way leaves neither folder nor draft."""
+
+    def full(*_: object) -> None:
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr(result_folder, "write_parquet", full)
+    with pytest.raises(OSError, match="No space left"):
+        result.write(tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_killed_run_leaves_no_result(tmp_path: Path) -> None:
+    """A run killed at any moment leaves no folder that looks complete."""
+    path = Path(__file__).parents[2] / "scenarios" / "recovery_140m.yaml"
+    for delay in (0.8, 1.6, 2.4):
+        folder = tmp_path / f"out{delay}"
+        command = [sys.executable, "-m", "bindusbl_des.cli", "run", str(path), "--out", str(folder)]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(delay)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        if folder.exists():
+            assert set(load_result(folder).arrow) == set(TABLES)
+
+
+@pytest.mark.parametrize("damage", ["missing", "run.json", "fixes.parquet"])
+def test_a_damaged_folder_is_refused(result: Result, tmp_path: Path, damage: str) -> None:
+    """A folder that is no result, or a damaged one, is refused in plain words."""
+    folder = tmp_path / "out"
+    if damage != "missing":
+        result.write(folder)
+        os.truncate(folder / damage, 20)
+    with pytest.raises((FileNotFoundError, ValueError), match=r"no result folder|damaged"):
+        load_result(folder)
+
+
+def test_a_summary_keeps_metrics_only(tmp_path: Path) -> None:
+    """With detail: summary no event tables are kept, in memory or on disk."""
+    short = scenario(duration_s=20.0, record={"detail": "summary"})
+    folder = simulate(short).write(tmp_path / "out")
+    assert not [name for name in EVENT_TABLES if (folder / f"{name}.parquet").exists()]
+    assert set(load_result(folder).arrow) == {"auvs", "mission"}
+
+
+def test_columns_go_to_arrow_and_back() -> None:
+    """Missing numbers are null, whole numbers stay whole, and strings may have any letters."""
+    numbers, texts = [1.5, None, -0.0, float("nan")], ["AUV0", None, "Nürnberg ✓", ""]
+    table = pa.table({
+        "x": arrow(numbers, pa.float64()), "n": arrow(np.arange(4) - 2, pa.int64()),
+        "s": arrow(texts, pa.string()), "none": arrow([None] * 4, pa.int64()),
+        "b": arrow([True, False, None, True], pa.bool_()),
+        "big": arrow([2**63 - 1, None, -(2**53) - 1, 0], pa.int64()),
+    })  # fmt: skip
+    assert table["x"].to_pylist() == [1.5, None, 0.0, None]
+    assert table["n"].to_pylist() == [-2, -1, 0, 1]
+    assert table["s"].to_pylist() == texts
+    assert table["none"].null_count == 4
+    assert table["b"].to_pylist() == [True, False, None, True]
+    assert table["big"].to_pylist() == [2**63 - 1, None, -(2**53) - 1, 0]
+    table = table.drop_columns(["b", "big"])
+    for part in (table, table.slice(1, 2), table.slice(3), table.slice(0, 0)):
+        back = numpy_columns(part)
+        assert back["n"].tolist() == part["n"].to_pylist()
+        assert back["s"].tolist() == part["s"].to_pylist()
+        assert [None if x != x else x for x in back["x"].tolist()] == part["x"].to_pylist()
+    assert numpy_columns(table)["n"].dtype == np.int64
+
+
+def test_a_run_needs_no_pandas() -> None:
+    """From scenario to report and summary nothing loads pandas, which takes a third of a second."""
+    code = (
+        "import sys; from bindusbl_des import Scenario, simulate\n"
+        "from bindusbl_des.report.run_page import run_page\n"
+        "result = simulate(Scenario(name='x', duration_s=20.0), 1)\n"
+        "run_page(result), result.summary()\n"
+        "print('pandas' in sys.modules, 'matplotlib' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"], done.stderr
+
+
+def test_a_folder_that_lacks_a_table_is_damaged(result: Result, tmp_path: Path) -> None:
+    """Whoever reads it is told which, instead of going on without."""
+    folder = result.write(tmp_path / "run")
+    for name in ("auvs", "fixes"):
+        (folder / f"{name}.parquet").unlink()
+    with pytest.raises(
+        ValueError, match=r"auvs\.parquet is missing; .*fixes\.parquet is missing; run"
+    ):
+        load_result(folder)
+
+
+def test_names_are_spelt_from_their_numbers() -> None:
+    """Names may be of any length, none at all, beyond ASCII, or missing."""
+    names, numbers = ["AUV0", "", "AUV10", "Bo\u00eft"], [2.0, 0.0, np.nan, 3.0, 1.0, 2.0]
+    expected = [None if np.isnan(n) else names[int(n)] for n in numbers]
+    assert named(np.array(numbers), names).to_pylist() == expected
+    assert named(np.empty(0), []).to_pylist() == []
