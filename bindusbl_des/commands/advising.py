@@ -8,7 +8,6 @@ import click
 
 from ..core.plugins import is_allowed, is_plugin, refusal
 from ..core.progress import ProgressLine
-from ..scenario.families import parts_of
 from .console import is_quiet, refuse, talk
 
 if TYPE_CHECKING:
@@ -54,10 +53,12 @@ def advice_on(
     """
     if seconds == 0:
         return None
+    from ..advice.advising import advise
+    from ..scenario.families import parts_of
+
     for family, name in parts_of(result.scenario):
         if is_plugin(name) and not is_allowed(name):
             refuse(f"{family.key}: {refusal(name)}")
-    from ..advice.advising import advise
 
     line = ProgressLine(quiet=is_quiet())
     now = "trying changes"

@@ -100,7 +100,8 @@ def compiled(function: Function, **options: Any) -> Function:
     try:
         dispatcher._cache = CodeCache(function, _digest(source))
     except (RuntimeError, AttributeError, OSError):  # no place to cache, another numba, a zip file
-        trouble(source.parent, "no folder can be written to keep it")
+        if not source.name.startswith("<"):  # what was typed at a prompt has no place
+            trouble(source.parent, "no folder can be written to keep it")
     return cast(Function, dispatcher)
 
 

@@ -351,7 +351,7 @@ def test_a_disk_that_fills_up_is_told_in_one_line(monkeypatch: pytest.MonkeyPatc
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("bindusbl_des.results.result_folder.write_parquet", full)
+    monkeypatch.setattr("bindusbl_des.results.result.write_parquet", full)
     told = call("-q", "run", "f.yaml", "--out", "new/o", "--no-advice")
     assert told.exit_code == 2
     assert told.stderr == "new/o: cannot be written (No space left on device)\n"

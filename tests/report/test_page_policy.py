@@ -67,15 +67,14 @@ def result() -> Result:
 
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A campaign's folder whose record holds scripts, and what a terminal would obey."""
+    """A campaign's folder whose record holds scripts wherever it may hold a text."""
     folder = tmp_path_factory.mktemp("sweep")
     (folder / "base.yaml").write_text(BASE)
     sweep(folder / "base.yaml", folder / "out", vary={"asvs.count": [1, 2]}, seeds=2, workers=1)
     record = json.loads((folder / "out" / "campaign.json").read_text())
-    record["name"] = record["plan_sha256"] = record["scenario_sha256"] = ATTACK + TERMINAL
+    record["name"] = ATTACK
     record["versions"] = {ATTACK: ATTACK}
     record["scenario"]["name"] = ATTACK
-    record["experiment"]["seeds"] = [ATTACK, f"{ATTACK}1"]
     (folder / "out" / "campaign.json").write_text(json.dumps(record))
     (folder / "out" / "failures").mkdir(exist_ok=True)
     failure = {"mission": 0, "varied": {ATTACK: ATTACK}, "seed": ATTACK, "error": ATTACK}
@@ -160,17 +159,30 @@ def test_a_terminal_obeys_no_file(campaign: Path, tmp_path: Path) -> None:
     """Escape sequences, bells, returns, C1 and changes of direction are shown, not obeyed."""
     broken = shutil.copytree(campaign, tmp_path / "c")
     record = json.loads((broken / "campaign.json").read_text())
-    (broken / "campaign.json").write_text(json.dumps({**record, "format": TERMINAL}))
+    record["name"] += TERMINAL  # which no program wrote, and so is refused
+    (broken / "campaign.json").write_text(json.dumps(record))
     (tmp_path / "x.yaml").write_text('name: x\n"owned\\e[31m\\a\\u009b\\u202e": 1\n')
     for words in (
         ("status", str(campaign)), ("status", str(campaign), "--json"), ("status", str(broken)),
         ("report", str(broken)), ("validate", str(tmp_path / "x.yaml")),
     ):  # fmt: skip
         done = CliRunner().invoke(main, list(words))
-        assert "owned" in done.output, words
+        assert ("owned" in done.output) == (str(broken) not in words), words
         assert not OBEYED.search(done.stdout + done.stderr), words
     shown = CliRunner().invoke(main, ["status", str(campaign), "--json"]).stdout
-    assert json.loads(shown)["name"] == ATTACK + TERMINAL
+    assert json.loads(shown)["name"] == ATTACK
+
+
+@pytest.mark.parametrize("key", ["plan_sha256", "scenario_sha256"])
+def test_what_cannot_be_a_fingerprint_is_refused(campaign: Path, tmp_path: Path, key: str) -> None:
+    """Scripts in the place of hashes reach no page."""
+    folder = shutil.copytree(campaign, tmp_path / "c")
+    record = json.loads((folder / "campaign.json").read_text())
+    (folder / "campaign.json").write_text(json.dumps({**record, key: ATTACK + TERMINAL}))
+    done = CliRunner().invoke(main, ["report", str(folder)])
+    assert done.exit_code == 2
+    assert key in done.stderr
+    assert not OBEYED.search(done.output)
 
 
 def test_a_damaged_failure_is_told(campaign: Path, tmp_path: Path) -> None:

@@ -302,7 +302,7 @@ def test_a_folder_of_other_missions_is_refused(small: Path) -> None:
     """With and without --quick other missions are planned; neither may continue the other."""
     text = (small / "sweep" / "campaign.json").read_text()
     record = json.loads(text)
-    (small / "sweep" / "campaign.json").write_text(json.dumps({**record, "plan_sha256": "0"}))
+    (small / "sweep" / "campaign.json").write_text(json.dumps({**record, "plan_sha256": "0" * 64}))
     result = CliRunner().invoke(main, ["reproduce", "--quick", "--out", str(small)])
     (small / "sweep" / "campaign.json").write_text(text)
     assert result.exit_code == 2

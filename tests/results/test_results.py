@@ -16,6 +16,7 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import Result, load_result, simulate
+from bindusbl_des.results import result as results
 from bindusbl_des.results import result_folder
 from bindusbl_des.results.arrow import arrow, named, numpy_columns
 from bindusbl_des.results.tables import EVENT_TABLES, TABLES, data_dictionary, schema
@@ -168,7 +169,7 @@ def test_a_failed_write_leaves_nothing(
     def full(*_: object) -> None:
         raise OSError("No space left on device")
 
-    monkeypatch.setattr(result_folder, "write_parquet", full)
+    monkeypatch.setattr(results, "write_parquet", full)
     with pytest.raises(OSError, match="No space left"):
         result.write(tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
