@@ -78,6 +78,10 @@ def plot(
     paths = {
         name: Path(out) if out else Path(folder) / "figures" / f"{name}.{suffix}" for name in chosen
     }
+    if not out and (Path(folder) / "figures").is_symlink():
+        refuse(
+            f"{Path(folder) / 'figures'} is a link, which is not followed; remove it, or give --out"
+        )
     for path in paths.values():
         if path.parent.exists():
             check_file(path, force)

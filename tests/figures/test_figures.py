@@ -351,6 +351,17 @@ def test_numbers_of_a_heatmap_can_be_read() -> None:
     assert keys[1].label == "acoustics.hf.range (m)"
 
 
+def test_plot_follows_no_link_in_a_folder(result: Result, tmp_path: Path) -> None:
+    """A stranger's folder does not choose where figures are written."""
+    folder, elsewhere = result.write(tmp_path / "run"), tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (folder / "figures").symlink_to(elsewhere)
+    done = call("plot", str(folder), "--force")
+    assert done.exit_code == 2
+    assert "is a link, which is not followed" in done.stderr
+    assert list(elsewhere.iterdir()) == []
+
+
 def test_plot_of_a_summary_says_what_is_missing(tmp_path: Path) -> None:
     """Without event tables the coverage can be drawn; the rest is told with the remedy."""
     summary = simulate(scenario(duration_s=3.0, record={"detail": "summary"}))
