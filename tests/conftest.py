@@ -1,11 +1,18 @@
 """Runs under test keep their warnings as errors and their results in temporary folders."""
 
+import signal
 import sys
+import threading
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from bindusbl_des.core.plugins import allow
+
+# Shells have what they run in the background ignore requests that some tests send.
+if threading.current_thread() is threading.main_thread():
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # Parts of the tests' own, named by scenarios in Python; files need leave as everywhere.
 SCHEDULES = ("all_at_once", "no_groups", "twice", "stranger", "broken", "nothing", "absent")

@@ -54,7 +54,7 @@ def test_same_scenario_and_seed_give_identical_tables() -> None:
 
 def test_hash_seed_does_not_matter() -> None:
     """Two interpreters with different hash seeds agree on every cell."""
-    code = PRINT_HASH.format(tests=Path(__file__).parents[1])
+    code = PRINT_HASH.format(tests=str(Path(__file__).parents[1]))
     hashes = {
         subprocess.run(
             [sys.executable, "-c", code],
