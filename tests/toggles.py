@@ -19,7 +19,11 @@ BASES: dict[str, Data] = {
     "lanes": {
         "duration_s": 30.0,
         "survey": {"side_m": 80.0},
-        "auvs": {"speed_m_per_s": 4.0, "turning_radius_m": 4.0},
+        "auvs": {
+            "speed_m_per_s": 6.0,
+            "turning_radius_m": 4.0,
+            "route": {"kind": "lawnmower", "lane_spacing_m": 5.0},
+        },
         "asvs": {"count": 2, "formation": {"angle_deg": 10.0}},
         "acoustics": {
             "hf": {"range_m": 60.0},
@@ -38,7 +42,7 @@ BASES: dict[str, Data] = {
     },
     "called": {
         "duration_s": 30.0,
-        "survey": {"side_m": 200.0},
+        "survey": {"side_m": 200.0, "depth_m": 60.0},
         "auvs": {"speed_m_per_s": 4.0},
         "asvs": {"count": 2, "formation": {"angle_deg": 20.0, "clearance_m": 5.0}},
         "environment": {"current_m_per_s": 0.1, "current_variation_m_per_s": 0.03},
@@ -52,8 +56,8 @@ BASES: dict[str, Data] = {
 }
 
 ROUTES: dict[str, Data] = {
-    "lawnmower": {"kind": "lawnmower"},
-    "hold": {"kind": "hold", "positions_m": [[10.0, 12.0], [-8.0, -11.0], [12.0, -5.0]]},
+    "lawnmower": {"kind": "lawnmower", "lane_spacing_m": 5.0},
+    "hold": {"kind": "hold", "positions_m": [[10.0, 12.0], [0.0, 0.0], [12.0, -5.0]]},
     "waypoints": {
         "kind": "waypoints",
         "points_m": [

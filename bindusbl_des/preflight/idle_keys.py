@@ -38,6 +38,11 @@ RULES = (
         BROADCASTS,
         "the ASV that hears a ping first answers it at once, nothing is broadcast",
     ),
+    Idle(
+        {"protocol.downlink": ("sequential", "pipelined_round", "pipelined_group")},
+        ("protocol.reply_at",),
+        "no ping is answered at once, fixes are broadcast",
+    ),
     Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
     Idle({"auvs.route.kind": ("track",)}, ("survey.depth_m",), "the tracks say how deep they are"),
@@ -91,7 +96,11 @@ RULES = (
         "a single ASV lies at the centre",
     ),
     Idle({"asvs.count": (1,)}, ("protocol.broadcaster",), "there is no other ASV"),
-    Idle({"auvs.count": (1,)}, ("acoustics.loss.contention_per_auv",), "there is no other AUV"),
+    Idle(
+        {"auvs.count": (1,)},
+        ("acoustics.loss.contention_per_auv", "acoustics.loss.combine"),
+        "there is no other AUV",
+    ),
     Idle(
         {"auvs.count": (1,), "protocol.ranging": ("owtt_sync",)},
         ("protocol.positions",),
