@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .campaigns.running import sweep
     from .geometry.coverage import covered_area, covering_radius
     from .geometry.formation import formation
+    from .mission.mission import Mission
     from .mission.simulation import simulate
     from .preflight.worth_knowing import cautions
     from .protocol.slots import airtime, downlink_slot, uplink_slot
@@ -45,6 +46,7 @@ _HOMES = {
     "fuse": "usbl.fusion",
     "load_result": "results.loading",
     "load_scenario": "scenario.files.scenario_file",
+    "Mission": "mission.mission",
     "range_loss": "acoustics.loss",
     "Result": "results.result",
     "Scenario": "scenario.scenario",
@@ -57,6 +59,7 @@ _HOMES = {
 
 __all__ = [
     "Campaign",
+    "Mission",
     "Result",
     "Scenario",
     "ScenarioError",

@@ -20,7 +20,7 @@ ROOMS = [
 HOMES = {
     "simpy": "protocol mission",
     "networkx": "protocol.conflicts protocol.schedules",
-    "pyarrow": "results mission.event_tables mission.simulation campaigns export",
+    "pyarrow": "results mission.event_tables campaigns export",
     "yaml": "scenario.files",
     "click": "cli commands manual",
     "numba": "core.compiled core.code_cache",

@@ -21,7 +21,7 @@ from ..records.columns import (
 )
 from ..records.recorder import Recorder
 from ..results.tables import from_numbers, from_rows
-from .samples import instants, sample
+from .samples import instants, sample, turned
 from .world import World
 
 
@@ -73,6 +73,6 @@ def _tracks_table(world: World) -> pa.Table:
         xx, yy, xy = world.navigator.covariance(auv, samples.odometry).T
         spread = np.sqrt(np.maximum(xx, 0.0)), np.sqrt(np.maximum(yy, 0.0)), xy
         track[:, ESTIMATE_SPREAD : ESTIMATE_SPREAD + 3] = np.stack(spread, axis=1)
-    rows[:, :, YAW] = np.pi - np.mod(np.pi - rows[:, :, YAW], 2 * np.pi)
+    rows[:, :, YAW] = turned(rows[:, :, YAW])
     names = [f"AUV{auv}" for auv in range(len(auvs))] + [f"ASV{asv}" for asv in range(len(asvs))]
     return from_numbers("tracks", columns.reshape(TRACK_COLUMNS, -1).T, vehicle=names)

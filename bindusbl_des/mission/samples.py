@@ -81,6 +81,15 @@ def across(yaw: Array, error: Array) -> Array:
     return out
 
 
+def turned(yaw: Array) -> Array:
+    """Return headings (rad) in (-pi, pi].
+
+    >>> turned(np.array([0.0, np.pi, -np.pi])).round(9).tolist()
+    [0.0, 3.141592654, 3.141592654]
+    """
+    return np.asarray(np.pi - np.mod(np.pi - yaw, 2 * np.pi))
+
+
 def sample(world: World, auv: int, times: Array) -> Samples:
     """Sample one AUV; its estimate at an instant includes a fix delivered at that instant."""
     truth, odometry = world.reckoning.sample(auv, times)

@@ -107,6 +107,15 @@ class MfDownlink:
         event = self._env.timeout(max(instant - self._env.now, 0.0))
         event.callbacks.append(lambda _: self.deliver(instant))
 
+    def settle(self, time: float) -> None:
+        """Let AUVs have what has reached them by an instant (s), all of whose events are over.
+
+        Fixes of a frame are else delivered when the last of them has arrived, in the same order.
+        Who steers by them has had each at its own instant, and nothing is left to do.
+        """
+        if self._auvs.foreseen:
+            self.deliver(time)
+
     def deliver(self, time: float) -> None:
         """Let AUVs have every fix that has reached them by an instant (s)."""
         fixes = self._fixes

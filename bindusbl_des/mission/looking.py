@@ -1,0 +1,75 @@
+"""What can be seen of a mission at an instant: where vehicles are, and what is in the air."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..records.columns import AUV, CALL, PASSED_AT, PING, SENT_AT
+from ..records.events import HEARD, Broadcast
+from ..vehicles.fleet import Fleet
+from ..vehicles.motion import places
+from .samples import sample, turned
+from .world import World
+
+Array = NDArray[np.float64]
+
+
+class AuvStates(NamedTuple):
+    """The AUVs at one instant, a row for each; survey frame, z down.
+
+    `truth` (n, 4): x, y, z (m), yaw (rad, in (-pi, pi]).  `estimate` (n, 2): x and y (m) as the
+    AUV's own navigator has them.  `covariance` (n, 2, 2), m2: how sure that is of it.
+    """
+
+    truth: Array
+    estimate: Array
+    covariance: Array
+
+
+class PingUnderWay(NamedTuple):
+    """A ping in the water: its number in the table `pings`, its AUV (row), when it began (s)."""
+
+    ping: int
+    auv: int
+    sent_at_s: float
+
+
+def auv_states(world: World, time: float) -> AuvStates:
+    """Return the AUVs at an instant (s); the estimate is of the fixes delivered so far."""
+    world.auv_fleet.reach(time)
+    count, now = len(world.auv_fleet), np.array([time])
+    states = AuvStates(np.empty((count, 4)), np.empty((count, 2)), np.empty((count, 2, 2)))
+    for auv in range(count):
+        found = sample(world, auv, now)
+        states.truth[auv], states.estimate[auv] = found.truth[0], found.estimate[0]
+        xx, yy, xy = world.navigator.covariance(auv, found.odometry)[0]
+        states.covariance[auv] = (xx, xy), (xy, yy)
+    states.truth[:, 3] = turned(states.truth[:, 3])
+    return states
+
+
+def places_of(fleet: Fleet, time: float) -> Array:
+    """Return x, y, z (m), yaw (rad, in (-pi, pi]) of a fleet at an instant (s), shape (n, 4)."""
+    fleet.reach(time)
+    found = places(fleet.motion, time)
+    found[:, 3] = turned(found[:, 3])
+    return found
+
+
+def under_way(world: World, time: float) -> list[PingUnderWay]:
+    """Return the pings that are in the water at an instant (s), of those on record by then."""
+    pings = world.record.pings.rows
+    # an AUV that was called in vain does not ping
+    silent = ~np.isnan(pings[:, CALL]) & (pings[:, CALL] != HEARD)
+    sending = ~silent & (pings[:, SENT_AT] + world.network.uplink.ping_duration > time)
+    passing = np.isfinite(pings[:, PASSED_AT]) & (pings[:, PASSED_AT] > time)
+    found = pings[sending | passing][:, (PING, AUV, SENT_AT)].tolist()
+    return [PingUnderWay(int(ping), int(auv), sent_at) for ping, auv, sent_at in found]
+
+
+def on_air(broadcasts: Sequence[Broadcast], time: float) -> Broadcast | None:
+    """Return the broadcast that is being sent at an instant (s), of those on record by then."""
+    last = broadcasts[-1] if broadcasts else None
+    return last if last and time < last.sent_at_s + last.airtime_s else None

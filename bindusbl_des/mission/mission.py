@@ -1,0 +1,159 @@
+"""A mission that can be held: advanced to an instant, looked at, advanced again, ended."""
+
+import math
+import time as clock
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from ..core.wording import plain
+from ..protocol.tdma import serve
+from ..records.events import Broadcast
+from ..results.result import Result
+from ..results.tables import from_columns, from_rows
+from ..scenario.scenario import Scenario
+from .build import build_world
+from .event_tables import event_tables
+from .looking import AuvStates, PingUnderWay, auv_states, on_air, places_of, under_way
+from .metrics import auv_metrics, mission_metrics, utilisation
+
+Array = NDArray[np.float64]
+
+
+class Mission:
+    """One mission of a scenario, as far as it has been advanced.
+
+    All that happens up to and including the instant `time` has happened, and nothing later.  The
+    mission covers [0, duration): what would happen at its last instant does not, and pings and
+    fixes still under way then are recorded as in flight.  The same scenario and seed give the same
+    tables, at whatever instants one has stopped and looked.
+
+    >>> mission = Mission(Scenario(name="example", duration_s=10.0), seed=1)
+    >>> mission.advance(4.0)
+    >>> mission.time, mission.auvs().estimate.shape, len(mission.result().auvs)
+    (4.0, (3, 2), 3)
+    """
+
+    def __init__(self, scenario: Scenario, seed: int = 0) -> None:
+        """Put a mission together; it is at 0 s.
+
+        Raises:
+            ValueError: when the seed is not a whole number >= 0, or the scenario names a schedule
+                or track that cannot be used.
+        """
+        if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+            raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
+        self.scenario, self.seed = scenario, int(seed)
+        self._time, self._worked_s, self._has_failed = 0.0, 0.0, False
+        with self._at_work():
+            self._env = simpy.Environment()
+            self._world = build_world(self._env, scenario, self.seed)
+            self._env.process(serve(self._world.network))
+            self._happen(0.0)
+
+    @property
+    def time(self) -> float:
+        """The instant (s) that the mission has been advanced to, or of the error that ended it."""
+        return self._time
+
+    def advance(self, until: float) -> None:
+        """Let everything happen up to an instant (s) of the mission, that instant included.
+
+        Raises:
+            ValueError: when that is in the past or beyond the mission's end.
+            RuntimeError: when the mission has ended with an error before.
+        """
+        until, end = float(until), self.scenario.duration_s
+        if not self._time <= until <= end:
+            raise ValueError(
+                f"the mission is at {plain(self._time)} s and can be advanced from there to its "
+                f"end at {plain(end)} s, not to {plain(until)} s; for an earlier instant begin a "
+                "new Mission"
+            )
+        if self._has_failed:
+            raise RuntimeError(
+                f"the mission has ended with an error at {plain(self._time)} s; begin a new one"
+            )
+        if until == self._time:
+            return
+        with self._at_work():
+            self._happen(until)
+            if until == end:
+                self._world.network.close(end)
+                self._world.auv_fleet.reach(end)
+            self._time = until
+
+    def _happen(self, until: float) -> None:
+        """Let all events up to an instant (s) happen."""
+        last, peek, step = self._last_instant(until), self._env.peek, self._env.step
+        while peek() <= last:  # `run(until)` may stop beside it by a rounding
+            step()
+
+    def _last_instant(self, time: float) -> float:
+        """Return the last instant (s), up to one of the mission, at which anything may happen."""
+        return min(time, math.nextafter(self.scenario.duration_s, 0.0))
+
+    @contextmanager
+    def _at_work(self) -> Iterator[None]:
+        """Count the time that the mission itself takes; after an error it cannot go on."""
+        began = clock.perf_counter()
+        try:
+            yield
+        except BaseException:
+            self._has_failed, self._time = True, max(self._time, self._env.now)
+            raise
+        self._worked_s += clock.perf_counter() - began
+
+    def auvs(self) -> AuvStates:
+        """Return where the AUVs are now, where they believe to be, and how sure they are of it.
+
+        The estimate includes every fix delivered by now, as that of `tracks` does.
+        """
+        self._world.network.downlink.settle(self._last_instant(self._time))
+        return auv_states(self._world, self._time)
+
+    def asvs(self) -> Array:
+        """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""
+        return places_of(self._world.asv_fleet, self._time)
+
+    def pings_under_way(self) -> list[PingUnderWay]:
+        """Return the pings under way now, in the order in which they were sent: who, since when.
+
+        A ping is under way while it is being sent, and until its end has passed every ASV in range.
+        Calls of `twtt` are none.
+        """
+        return under_way(self._world, self._time)
+
+    def broadcast_on_air(self) -> Broadcast | None:
+        """Return the broadcast that is on the air now, if any: who sends it, since when, how long.
+
+        It is on the air while the ASV (a row of `asvs`) sends it; answers of `direct_reply` take no
+        time.
+        """
+        current = on_air(self._world.record.broadcasts, self._time)
+        return None if current is None else replace(current)
+
+    def result(self) -> Result:
+        """Run to the end; return what happened, a table for each kind of event.
+
+        Raises:
+            RuntimeError: when the mission has ended with an error before.
+        """
+        self.advance(self.scenario.duration_s)
+        return self._result
+
+    @cached_property
+    def _result(self) -> Result:
+        world = self._world
+        with self._at_work():
+            tables = {} if self.scenario.record.detail == "summary" else event_tables(world)
+            auvs = auv_metrics(world)
+            tables["auvs"] = from_rows("auvs", auvs)
+            whole = mission_metrics(auvs, utilisation(world))
+            tables["mission"] = from_columns("mission", {name: [whole[name]] for name in whole})
+        return Result(self.scenario, self.seed, tables, self._worked_s)
