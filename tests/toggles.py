@@ -42,7 +42,7 @@ BASES: dict[str, Data] = {
     },
     "called": {
         "duration_s": 30.0,
-        "survey": {"side_m": 200.0, "depth_m": 60.0},
+        "survey": {"side_m": 200.0, "depth_m": 40.0},
         "auvs": {"speed_m_per_s": 4.0},
         "asvs": {"count": 2, "formation": {"angle_deg": 20.0, "clearance_m": 5.0}},
         "environment": {"current_m_per_s": 0.1, "current_variation_m_per_s": 0.03},

@@ -22,6 +22,15 @@ SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SLIGHT = {"rounds.conflicts"}
 
 
+# What does something in a mode, but not in these missions: a hull's second lane comes after their
+# end, and a single ASV in their midst hears every AUV.
+UNSEEN = (
+    ("auvs.route.turns", "auvs.vehicle", "bluerov2"),
+    ("auvs.route.turns", "auvs.feedback", "estimate"),
+    ("protocol.positions", "asvs.count", 1),
+)
+
+
 def told(**changes: Any) -> dict[str, str]:
     """Return the warnings of the default scenario with changes, by their keys."""
     scenario = Scenario.model_validate({"name": "m", **changes})
@@ -60,7 +69,8 @@ def test_idle_keys_do_nothing(rule: Any) -> None:
 def test_every_key_that_does_nothing_is_known(mode: str, value: Any) -> None:
     """Each key is toggled in each mode: where no mission notices, a rule says so."""
     bases = [put(base, mode, value) for base in BASES.values()]
-    for key in set(toggled()) - {mode}:
+    unseen = {key for key, at, its in UNSEEN if (at, its) == (mode, value)}
+    for key in set(toggled()) - {mode} - unseen:
         tried = {
             n: idle for n, base in enumerate(bases) if (idle := is_idle(base, key)) is not None
         }
