@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from .mission.mission import Mission
     from .mission.simulation import simulate
     from .preflight.worth_knowing import cautions
+    from .protocol.broadcasters import BroadcastView
+    from .protocol.schedules import View
     from .protocol.slots import airtime, downlink_slot, uplink_slot
     from .results.loading import load_result
     from .results.result import Result
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
+    "BroadcastView": "protocol.broadcasters",
     "Campaign": "campaigns.campaign",
     "advise": "advice.advising",
     "compare": "campaigns.compare",
@@ -55,14 +58,17 @@ _HOMES = {
     "sound_speed": "acoustics.water",
     "travel_time": "acoustics.travel_time",
     "uplink_slot": "protocol.slots",
+    "View": "protocol.schedules",
 }
 
 __all__ = [
+    "BroadcastView",
     "Campaign",
     "Mission",
     "Result",
     "Scenario",
     "ScenarioError",
+    "View",
     "absorption",
     "advise",
     "airtime",

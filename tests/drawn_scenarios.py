@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from bindusbl_des import Scenario, cautions, simulate
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
-from bindusbl_des.scenario.families import FILTERS, SCHEDULES
+from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError, parameters
@@ -83,8 +83,8 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
     if kind == "array":
         return _array(schema, draw, path)
     assert kind == "string", schema
-    siblings = {"schedule": SCHEDULES, "filter": FILTERS}
-    return draw.choice(siblings.get(path[-1], ("text",)))
+    siblings = {tuple(family.key.split(".")): family.siblings for family in FAMILIES}
+    return draw.choice(siblings.get(path, ("text",)))
 
 
 def _number(schema: dict[str, Any], draw: random.Random) -> float | int:

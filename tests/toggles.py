@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.scenario.families import FILTERS, SCHEDULES
+from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import Key, keys
 
 Data = dict[str, Any]
@@ -82,15 +82,14 @@ OTHERS: dict[str, list[Any]] = {
     "acoustics.mf.range_m": [9.0, 30.0],
     "acoustics.loss.cap": [0.02],
     "acoustics.loss.contention_per_auv": [0.3],
-    "protocol.schedule": list(SCHEDULES),
     "protocol.tick_rate_hz": [7.0],
     "protocol.frame_s": [2.5],
     "protocol.turnaround_s": [0.2],
     "usbl.gnss_sd_m": [0.4],
     "navigation.velocity_bias_m_per_s": [[0.1, -0.02]],
     "navigation.gain": [0.4],
-    "navigation.filter": list(FILTERS),
     "navigation.nis_gate": [0.1],
+    **{family.key: list(family.siblings) for family in FAMILIES},
 }
 
 # What tables do not show: names, places for exports, lists that belong to a number of vehicles.
@@ -119,8 +118,7 @@ def modes() -> list[tuple[str, Any]]:
 
 def named() -> list[tuple[str, Any]]:
     """Return the parts that ship under keys that also take one of somebody's own."""
-    schedules = [("protocol.schedule", name) for name in SCHEDULES]
-    return [*schedules, *(("navigation.filter", name) for name in FILTERS)]
+    return [(family.key, name) for family in FAMILIES for name in family.siblings]
 
 
 def toggled() -> list[str]:

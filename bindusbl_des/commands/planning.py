@@ -64,6 +64,9 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
 def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
     policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
+    if not rounds.are_known:
+        yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
+        return
     yield f"{schedule} / {policy}: {POLICIES[policy]}"
     if rounds.frame:
         yield from _frames(scenario, rounds)

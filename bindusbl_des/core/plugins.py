@@ -12,10 +12,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from inspect import signature
+from numbers import Integral
 from operator import attrgetter
 from typing import Any, TypeVar
 
-from .wording import printable
+from .wording import printable, shortened
 
 # Set to 1, every plug-in that is named is loaded by whoever runs missions.
 PERMISSION = "BINDUSBL_ALLOW_PLUGINS"
@@ -148,17 +149,36 @@ def asked(
 ) -> Answer:
     """Return what a verb of somebody's own answers; whatever it raises is that part's mistake.
 
-    `when` says when that was, in messages.
+    `when` says when that was, in messages.  The mistake of another part that it called stays that
+    other's.
 
     Raises:
         PluginError: naming key, part and error, in one line; even where it called `sys.exit`.
     """
     try:
         return verb(*arguments)
-    except (KeyboardInterrupt, Ended):
+    except (KeyboardInterrupt, Ended, PluginError):
         raise
     except BaseException as error:
         raise PluginError(key, f"{name!r} raised {_told(error, when)}") from error
+
+
+def shown(key: str, name: str, answer: Any, when: str = "") -> str:
+    """Return an answer of somebody's own as a message shows it, in one short line.
+
+    Raises:
+        PluginError: when it cannot even be written down.
+    """
+    return shortened(" ".join(asked(key, name, repr, answer, when=when).split()))
+
+
+def is_whole(answer: Any) -> bool:
+    """Tell whether an answer is a whole number, of Python or numpy; True is none.
+
+    >>> is_whole(2), is_whole(2.0), is_whole(True)
+    (True, False, False)
+    """
+    return isinstance(answer, Integral) and not isinstance(answer, bool)
 
 
 def _check(family: Family, name: str, found: Any) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.plugins import is_plugin
 from ..results.round_timeline import uplink_slots
 from .chain import Part, Step
 from .numbers import compared, place, rows_where
@@ -75,7 +76,10 @@ def broadcasting(result: "Result", fix: Any) -> Step:
 
 def _why_then(result: "Result", fix: Any) -> str:
     """Tell what the fix has waited for."""
-    slots, policy = uplink_slots(result, fix["round"]), result.scenario.protocol.downlink
+    policy = result.scenario.protocol.downlink
+    if is_plugin(policy):
+        return f"{policy}: the plug-in decided to broadcast now"
+    slots = uplink_slots(result, fix["round"])
     slot = row_slot(result, fix) if policy == "pipelined_group" else len(slots) - 1
     ends = slots[slot].end
     which = "its slot" if policy == "pipelined_group" else "the last slot of its round"
@@ -94,6 +98,8 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     """Tell by which rule this ASV broadcasts, `number` counting all frames before."""
     rule, count = result.scenario.protocol.broadcaster, result.scenario.asvs.count
     carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
+    if is_plugin(rule):
+        return f"{rule}: the plug-in chose {fix.broadcast_by}"
     if rule == "rotate":
         return f"rotate: frame {number} is that of ASV {number} mod {count} = {number % count}"
     if rule == "random":

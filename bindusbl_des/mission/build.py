@@ -6,7 +6,7 @@ import simpy
 from ..acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
-from ..protocol.broadcasters import BROADCASTERS
+from ..protocol.broadcasters import broadcaster_named
 from ..protocol.downlink import MfDownlink
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.network import Network
@@ -14,6 +14,7 @@ from ..protocol.ranging import OneWay, TwoWay, strayed
 from ..protocol.reception import LossTerms
 from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
+from ..protocol.tdma import downlink_named
 from ..protocol.uplink import Uplink
 from ..records.recorder import Recorder
 from ..scenario.scenario import Scenario
@@ -99,11 +100,11 @@ def _network(
         uplink,
         downlink,
         ranging,
-        policy=protocol.downlink,
+        policy=downlink_named(protocol.downlink),
         frame=protocol.frame_s if framed else 0.0,
         schedule=schedule,
         schedule_draw=streams.of(Purpose.SCHEDULE),
-        broadcaster=BROADCASTERS[protocol.broadcaster],
+        broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
     )

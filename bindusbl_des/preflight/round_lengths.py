@@ -47,7 +47,8 @@ class Rounds:
     """The rounds of a protocol: their slots and policy, and which ping groups they may have.
 
     They have `fewest` to `most` groups, together of `auvs` AUVs.  A schedule with frames (`frame`
-    in s, else 0) begins each round with a frame.
+    in s, else 0) begins each round with a frame.  How long those of a policy of one's own last,
+    only it knows; where a number is needed, they are taken for sequential ones.
     """
 
     slots: Slots
@@ -57,9 +58,14 @@ class Rounds:
     auvs: int
     frame: float
 
+    @property
+    def are_known(self) -> bool:
+        """Whether the lengths follow from the slots: those of a policy that ships do."""
+        return self.policy in LENGTHS
+
     def length(self, groups: int, fixes: int) -> float:
         """Return the time (s) that a round of some groups and fixes takes."""
-        return LENGTHS[self.policy](self.slots, groups, fixes)
+        return LENGTHS.get(self.policy, sequential)(self.slots, groups, fixes)
 
     def period(self, groups: int, fixes: int) -> float:
         """Return the time (s) from one round to the next: its length, or its frame if longer."""

@@ -162,7 +162,7 @@ def _frames(scenario: Scenario) -> Iterator[Problem]:
     rounds = rounds_of(scenario)
     frame, count = protocol.frame_s, scenario.auvs.count
     empty, full = rounds.length(1, 0), rounds.length(1, 1)
-    if full <= frame:
+    if full <= frame or not rounds.are_known:
         return
     if empty > frame:
         consequence = (

@@ -1,48 +1,86 @@
-"""Which ASV broadcasts the fixes of a round; the paper does not say."""
+"""Which ASV broadcasts the fixes of a round; the paper does not say.
+
+A broadcaster is a function from what the surface fleet knows as a broadcast begins
+(:class:`BroadcastView`) to the number of the ASV that sends it.  A scenario can name one of one's
+own as ``module:object``.
+"""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..core.plugins import PluginError, asked, is_whole, load, shown
+from ..scenario.families import BROADCASTER
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from .fix_queue import FixBatch
 
+Array = NDArray[np.float64]
+
 # ASVs whose distances to all fixes are worked out at a time.
 BLOCK = 64
 
-Choice = Callable[[int, FixBatch, Fleet, float, np.random.Generator], int]
+
+class BroadcastView:
+    """What the surface fleet knows when it broadcasts k fixes; k may be 0.
+
+    `number` counts the broadcasts of the mission, `time` (s) is when this one begins, `count` is
+    how many ASVs there are, and `random` a stream of the broadcaster's own.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        time: float,
+        batch: FixBatch,
+        fleet: Fleet,
+        random: np.random.Generator,
+    ) -> None:
+        self.number, self.time, self.count, self.random = number, time, len(fleet), random
+        self._batch, self._fleet = batch, fleet
+
+    @cached_property
+    def fixes(self) -> Array:
+        """Where the fixes say that the AUVs were (m), shape (k, 3)."""
+        return self._batch.positions.copy()
+
+    @cached_property
+    def asvs(self) -> Array:
+        """Where the m ASVs are (m), shape (m, 3)."""
+        return places(self._fleet.motion, self.time)[:, :3]
+
+    @cached_property
+    def heard(self) -> NDArray[np.bool_]:
+        """Whose measurements were fused for each fix, shape (k, m)."""
+        return self._batch.hearers(self.count)
 
 
-def rotate(
-    number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator
-) -> int:
+Broadcaster = Callable[[BroadcastView], int]
+
+
+def rotate(view: BroadcastView) -> int:
     """Let the ASVs broadcast in turn, counted by broadcasts."""
-    return number % len(asvs)
+    return view.number % view.count
 
 
-def random(
-    number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator
-) -> int:
+def random(view: BroadcastView) -> int:
     """Draw the ASV by lot."""
-    return int(draw.integers(len(asvs)))
+    return int(view.random.integers(view.count))
 
 
-def most_fixes(
-    number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator
-) -> int:
+def most_fixes(view: BroadcastView) -> int:
     """Take the ASV that measured most of the fixes; the first of equals."""
-    return int(np.argmax(frame.hearers(len(asvs)).sum(axis=0)))
+    return int(np.argmax(view.heard.sum(axis=0)))
 
 
-def nearest(
-    number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator
-) -> int:
+def nearest(view: BroadcastView) -> int:
     """Take the ASV with the least mean horizontal distance to the fixes; the first of equals."""
-    if not len(frame):
+    if not len(view.fixes):
         return 0
-    goals = frame.positions[:, :2]
-    vessels = places(asvs.motion, time)[:, :2]
+    goals, vessels = view.fixes[:, :2], view.asvs[:, :2]
     apart = [
         np.linalg.norm(vessels[k : k + BLOCK, None] - goals, axis=2).mean(axis=1)
         for k in range(0, len(vessels), BLOCK)
@@ -50,11 +88,47 @@ def nearest(
     return int(np.argmin(np.concatenate(apart)))
 
 
-def fixed(number: int, frame: FixBatch, asvs: Fleet, time: float, draw: np.random.Generator) -> int:
+def fixed(view: BroadcastView) -> int:
     """Always take ASV0."""
     return 0
 
 
-BROADCASTERS: dict[str, Choice] = {
+BROADCASTERS: dict[str, Broadcaster] = {
     function.__name__: function for function in (rotate, random, most_fixes, nearest, fixed)
 }
+
+
+def broadcaster_named(name: str) -> Broadcaster:
+    """Return a broadcaster by its name in the scenario; one's own is named ``module:object``.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+    """
+    if name in BROADCASTERS:
+        return BROADCASTERS[name]
+    return OwnBroadcaster(name, load(BROADCASTER, name))
+
+
+@dataclass(frozen=True)
+class OwnBroadcaster:
+    """A broadcaster of somebody's own: each of its choices is checked."""
+
+    name: str
+    choose: Broadcaster
+
+    def __call__(self, view: BroadcastView) -> int:
+        """Return the number of the ASV that broadcasts.
+
+        Raises:
+            PluginError: when it raises anything, or what it returns is no number of an ASV.
+        """
+        when = f" in broadcast {view.number}"
+        asv = asked(BROADCASTER.key, self.name, self.choose, view, when=when)
+        if not is_whole(asv) or not 0 <= asv < view.count:
+            said = shown(BROADCASTER.key, self.name, asv, when)
+            raise PluginError(
+                BROADCASTER.key,
+                f"{self.name!r} returned {said}{when}; it must be the whole number of an ASV, "
+                f"0..{view.count - 1}",
+            )
+        return int(asv)

@@ -1,30 +1,48 @@
 """The network of a mission: both bands, and the surface fleet that schedules and broadcasts."""
 
 import math
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 
 import simpy
-from numpy.random import Generator
+from numpy.random import Generator as RandomStream
 
+from ..records.events import Round
 from ..records.recorder import Recorder
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from .broadcasters import Choice
+from .broadcasters import Broadcaster, BroadcastView
 from .chart import Chart
 from .conflicts import Array, hearing, survey
 from .downlink import MfDownlink
 from .fix_queue import FixBatch, FixQueue, ReplyQueue
 from .ranging import OneWay, TwoWay
-from .schedules import Schedule, View
+from .schedules import Groups, Schedule, View
 from .slots import Slots
 from .uplink import Uplink
+
+Steps = Generator[simpy.Event, None, float]
+
+
+@dataclass(slots=True)
+class Turn:
+    """A round under way: its row in the record, its ping groups, one for each slot, and what the
+    fleet knew when it began.
+    """
+
+    row: Round
+    groups: Groups
+    view: View
+
+
+Downlink = Callable[["Network", Turn, float], Steps]
 
 
 @dataclass
 class Network:
     """What the protocol runs on: slots and bands, who decides what, and what the fleet knows.
 
-    `policy` names the downlink; rounds start every `frame` (s), or as soon as they can if it is 0.
+    `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0.
     A `chart` tells where the fleet believes the AUVs to be; without one it knows.
     """
 
@@ -37,12 +55,12 @@ class Network:
     uplink: Uplink
     downlink: MfDownlink
     ranging: OneWay | TwoWay
-    policy: str
+    policy: Downlink
     frame: float
     schedule: Schedule
-    schedule_draw: Generator
-    broadcaster: Choice
-    broadcaster_draw: Generator
+    schedule_draw: RandomStream
+    broadcaster: Broadcaster
+    broadcaster_draw: RandomStream
     chart: Chart | None
     downlink_free_at: float = 0.0
     _fixes_plotted: int = field(default=0, init=False)
@@ -67,7 +85,8 @@ class Network:
     def next_broadcaster(self, frame: FixBatch, time: float) -> int:
         """Choose the ASV of the next broadcast."""
         number = len(self.record.broadcasts)
-        return self.broadcaster(number, frame, self.asv_fleet, time, self.broadcaster_draw)
+        view = BroadcastView(number, time, frame, self.asv_fleet, self.broadcaster_draw)
+        return self.broadcaster(view)
 
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""

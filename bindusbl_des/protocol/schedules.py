@@ -15,7 +15,7 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.plugins import PluginError, asked, load, loaded
+from ..core.plugins import PluginError, asked, is_whole, load, loaded, shown
 from ..core.wording import shortened
 from ..scenario.consistency import FRAMED_SCHEDULES
 from ..scenario.families import SCHEDULE
@@ -121,11 +121,11 @@ class OwnSchedule:
         # Lists may be made as they are read, so they are read as it is asked.
         plain = asked(SCHEDULE.key, self.name, _as_lists, groups, when=when)
         if plain is None:
-            said = asked(SCHEDULE.key, self.name, repr, groups, when=when)
+            said = shown(SCHEDULE.key, self.name, groups, when)
             raise PluginError(
                 SCHEDULE.key,
-                f"{self.name!r} returned {shortened(' '.join(said.split()))}{when}; a round is a "
-                "list of groups, each a list of whole AUV numbers",
+                f"{self.name!r} returned {said}{when}; a round is a list of groups, each a list "
+                "of whole AUV numbers",
             )
         return self._checked(plain, len(view.auvs), when)
 
@@ -148,10 +148,6 @@ def _as_lists(groups: Any) -> list[list[int]] | None:
     lists: list[list[Any]] = [
         list(group) if isinstance(group, Iterable) else [None] for group in groups
     ]
-    if not all(_is_whole(auv) for group in lists for auv in group):
+    if not all(is_whole(auv) for group in lists for auv in group):
         return None
     return [[int(auv) for auv in group] for group in lists]
-
-
-def _is_whole(auv: Any) -> bool:
-    return isinstance(auv, int | np.integer) and not isinstance(auv, bool)

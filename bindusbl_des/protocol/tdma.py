@@ -1,32 +1,21 @@
 """The TDMA protocol: AUVs ping in groups on HF, then an ASV broadcasts their fixes on MF.
 
 ``serve`` is the process that runs through the mission.  Each downlink policy below is one round as
-its timeline reads; all return the instant at which the next round may start.
+its timeline reads; all return the instant at which the next round may start.  A scenario can name
+one of one's own as ``module:object``.
 """
 
-from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from collections.abc import Generator
 from itertools import count
 
 import simpy
 
+from ..core.plugins import load
 from ..records.events import Broadcast, Round
+from ..scenario.families import DOWNLINK
 from .colouring import conflict_count
-from .network import Network
-from .schedules import Groups, View
-
-Steps = Generator[simpy.Event, None, float]
-
-
-@dataclass(slots=True)
-class Turn:
-    """A round under way: its row in the record, its ping groups, one for each slot, and what the
-    fleet knew when it began.
-    """
-
-    row: Round
-    groups: Groups
-    view: View
+from .network import Downlink, Network, Steps, Turn
+from .own_downlink import OwnDownlink
 
 
 def serve(network: Network) -> Generator[simpy.Event, None, None]:
@@ -40,7 +29,7 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
         groups = network.schedule(view)
         turn = Turn(Round(number, time, len(groups), conflict_count(view.heard)), groups, view)
         network.record.rounds.append(turn.row)
-        time = yield from DOWNLINKS[network.policy](network, turn, time)
+        time = yield from network.policy(network, turn, time)
 
 
 def sequential(network: Network, turn: Turn, time: float) -> Steps:
@@ -77,10 +66,21 @@ def direct_reply(network: Network, turn: Turn, time: float) -> Steps:
     return time
 
 
-DOWNLINKS: dict[str, Callable[[Network, Turn, float], Steps]] = {
+DOWNLINKS: dict[str, Downlink] = {
     policy.__name__: policy
     for policy in (sequential, pipelined_round, pipelined_group, direct_reply)
 }
+
+
+def downlink_named(name: str) -> Downlink:
+    """Return a downlink by its name in the scenario; one's own is named ``module:object``.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+    """
+    if name in DOWNLINKS:
+        return DOWNLINKS[name]
+    return OwnDownlink(name, load(DOWNLINK, name))
 
 
 def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:

@@ -23,18 +23,32 @@ class Span:
 
 
 def uplink_slots(result: "Result", number: int) -> list[Span]:
-    """Return the uplink slots of a round, one for each of its ping groups."""
+    """Return the uplink slots of a round, one for each of its ping groups.
+
+    A slot begins with its first ping, or call (twtt), whenever the downlink let it; one in which
+    nobody has pinged, as the one before it ends.
+    """
     rounds = result.tables["rounds"]
     row: Any = rounds[rounds["round"] == number].iloc[0]
-    slots, frames = slots_of(result.scenario), broadcasts_of(result, number)
+    slots, starts = slots_of(result.scenario), _first_pings(result, number)
     spans: list[Span] = []
-    start = float(row.started_at_s)
+    ends = float(row.started_at_s)
     for slot in range(int(row.colours)):
-        spans.append(Span(start, slots.clock.after(start, slots.uplink_slot)))
-        waits = result.scenario.protocol.downlink == "pipelined_group" and slot < len(frames)
-        # A group that waits for the frame before begins with the broadcast of its own fixes.
-        start = float(frames.sent_at_s.iloc[slot]) if waits else spans[-1].end
+        start = starts.get(slot, ends)
+        ends = slots.clock.after(start, slots.uplink_slot)
+        spans.append(Span(start, ends))
     return spans
+
+
+def _first_pings(result: "Result", number: int) -> dict[int, float]:
+    """Return when (s) the first ping, or call, of each slot of a round was sent, by slot."""
+    pings = result.tables["pings"]
+    one_way = result.scenario.protocol.ranging == "owtt_sync"
+    sent = "sent_at_s" if one_way else "called_at_s"
+    if sent not in pings:  # of an older version
+        return {}
+    first: Any = pings[pings["round"] == number].groupby("slot")[sent].min()
+    return dict(zip(first.index, first, strict=True))
 
 
 def downlink_slots(result: "Result", number: int) -> list[Span]:

@@ -7,11 +7,15 @@ from ..core.plugins import Family, PluginError, allow, is_plugin, load
 from .sections import ScenarioKeys
 
 SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
+DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
+BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "dead_reckoning")
 
 SCHEDULE = Family("protocol.schedule", "schedule", SCHEDULES, ("view",))
+DOWNLINK = Family("protocol.downlink", "downlink", DOWNLINKS, ("network", "turn", "time"))
+BROADCASTER = Family("protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",))
 NAVIGATOR = Family("navigation.filter", "filter", FILTERS, ("reckoning", "auvs"))
-FAMILIES = (SCHEDULE, NAVIGATOR)
+FAMILIES = (SCHEDULE, DOWNLINK, BROADCASTER, NAVIGATOR)
 
 
 def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, str]]:

@@ -176,11 +176,20 @@ class Protocol(Part):
         PAPER,
         min_length=1,
     )
-    downlink: Literal["sequential", "pipelined_round", "pipelined_group", "direct_reply"] = key(
-        "sequential", "", "when fixes are broadcast", PAPER
+    downlink: PartName = key(
+        "sequential",
+        "",
+        "sequential | pipelined_round | pipelined_group | direct_reply, or module:object: when "
+        "fixes are broadcast",
+        PAPER,
+        min_length=1,
     )
-    broadcaster: Literal["rotate", "random", "most_fixes", "nearest", "fixed"] = key(
-        "rotate", "", "which ASV broadcasts a round's fixes"
+    broadcaster: PartName = key(
+        "rotate",
+        "",
+        "rotate | random | most_fixes | nearest | fixed, or module:object: which ASV broadcasts a "
+        "round's fixes",
+        min_length=1,
     )
     ranging: Literal["owtt_sync", "twtt", "passive"] = key(
         "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times"
