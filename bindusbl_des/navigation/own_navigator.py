@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.plugins import PluginError, asked
-from ..records.columns import AUV_OF_FIX, CORRECTION, DELIVERED_AT
+from ..records.columns import AUV_OF_FIX, CORRECTION, DELIVERED_AT, INNOVATION, POSITION, VALID_AT
 from ..scenario.families import NAVIGATOR
 from ..vehicles.motion import Floats, Ints
 from .dead_reckoning import DeadReckoning, Odometry
@@ -39,10 +39,16 @@ class OwnNavigator:
             raise PluginError(NAVIGATOR.key, f"{name!r} lacks {', '.join(missing)}")
 
     def correct(self, fixes: Floats, due: Ints) -> None:
-        """Hand the fixes whose rows are due on; note how far each moved its AUV's estimate (m)."""
+        """Hand the fixes whose rows are due on; note how far each moved its AUV's estimate (m).
+
+        The innovation is noted before: against the estimate of the instant at which the fix holds.
+        """
         for row in due:
             auv, now = int(fixes[row, AUV_OF_FIX]), fixes[row, DELIVERED_AT : DELIVERED_AT + 1]
             odometry = self._reckoning.sample(auv, now)[1]
+            then = self._reckoning.sample(auv, fixes[row, VALID_AT : VALID_AT + 1])[1]
+            missed = fixes[row, POSITION : POSITION + 2] - self.estimate(auv, then)[0]
+            fixes[row, INNOVATION] = np.hypot(*missed)
             was = self.estimate(auv, odometry)
             self._asked(self._navigator.correct, fixes, np.array([row]))
             moved = self.estimate(auv, odometry)
