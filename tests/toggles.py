@@ -8,7 +8,7 @@ from typing import Any
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.scenario.families import FAMILIES
-from bindusbl_des.scenario.keys import Key, keys
+from bindusbl_des.scenario.keys import OWN_PART, Key, keys
 
 Data = dict[str, Any]
 TRACKS = Path(__file__).parent / "reference" / "tracks"
@@ -113,12 +113,7 @@ SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
 def modes() -> list[tuple[str, Any]]:
     """Return every choice of every key, and what can be switched off."""
     choices = [(row.key, choice) for row in keys() for choice in row.choices]
-    return [*choices, *named(), *SWITCHED_OFF]
-
-
-def named() -> list[tuple[str, Any]]:
-    """Return the parts that ship under keys that also take one of somebody's own."""
-    return [(family.key, name) for family in FAMILIES for name in family.siblings]
+    return [*(it for it in choices if it[1] != OWN_PART), *SWITCHED_OFF]
 
 
 def toggled() -> list[str]:

@@ -11,6 +11,7 @@ from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
 from ..core.wording import plain
+from .families import FAMILIES
 from .key_types import Part
 from .scenario import Scenario
 from .vehicle_choice import VehicleChoice
@@ -21,13 +22,17 @@ if TYPE_CHECKING:
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 REQUIRED = "(required)"
 
+# Parts of the mission: those that ship, or one's own.
+OWN_PART = "module:object"
+PARTS = {family.key: (*family.siblings, OWN_PART) for family in FAMILIES}
+
 
 @dataclass(frozen=True)
 class Key:
     """One key of the scenario file; `only` names the route it belongs to, "" for every scenario.
 
-    `kind` is its type in words, `choices` its allowed words if it has such, `default` and `range`
-    are written as in a file.
+    `kind` is its type in words, `choices` its allowed words if it has such (`module:object` stands
+    for a part of one's own), `default` and `range` are written as in a file.
     """
 
     key: str
@@ -70,6 +75,12 @@ def json_schema() -> dict[str, Any]:
     # `route: {}` fits several kinds, which `oneOf` forbids; Scenario reads it as a lawnmower.
     route = schema["$defs"]["Auvs"]["properties"]["route"]
     route["anyOf"] = route.pop("oneOf")
+    for family in FAMILIES:
+        section, _, name = family.key.partition(".")
+        part = schema["$defs"][section.title()]["properties"][name]
+        own = {"type": part.pop("type"), "pattern": "^[^:]+:[^:]+$"}
+        part["anyOf"] = [{"type": "string", "enum": list(family.siblings)}, own]
+        del part["pattern"]
     return {"$schema": DIALECT, **schema}
 
 
@@ -123,8 +134,8 @@ def _row(key: str, field: "FieldInfo", only: str) -> Key:
     extra = _extra(field)
     return Key(
         key,
-        _type(field.annotation),
-        _choices(field.annotation),
+        "choice" if key in PARTS else _type(field.annotation),
+        PARTS.get(key) or _choices(field.annotation),
         extra["unit"],
         REQUIRED if field.is_required() else plain(field.default),
         _range(field.metadata),

@@ -169,28 +169,9 @@ class Acoustics(Part):
 class Protocol(Part):
     """Who pings when, who answers how, and what the clock is."""
 
-    schedule: PartName = key(
-        "spatial_reuse",
-        "",
-        "spatial_reuse | dsatur | one_per_slot | round_robin | random, or module:object",
-        PAPER,
-        min_length=1,
-    )
-    downlink: PartName = key(
-        "sequential",
-        "",
-        "sequential | pipelined_round | pipelined_group | direct_reply, or module:object: when "
-        "fixes are broadcast",
-        PAPER,
-        min_length=1,
-    )
-    broadcaster: PartName = key(
-        "rotate",
-        "",
-        "rotate | random | most_fixes | nearest | fixed, or module:object: which ASV broadcasts a "
-        "round's fixes",
-        min_length=1,
-    )
+    schedule: PartName = key("spatial_reuse", "", "which AUVs ping in which slot", PAPER)
+    downlink: PartName = key("sequential", "", "when fixes are broadcast", PAPER)
+    broadcaster: PartName = key("rotate", "", "which ASV broadcasts a round's fixes")
     ranging: Literal["owtt_sync", "twtt", "passive"] = key(
         "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times"
     )
@@ -260,13 +241,7 @@ class Navigation(Part):
     )
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
-    filter: PartName = key(
-        "fixed_gain",
-        "",
-        "fixed_gain | kalman | dead_reckoning, or module:object: how a fix corrects",
-        PAPER,
-        min_length=1,
-    )
+    filter: PartName = key("fixed_gain", "", "how a fix corrects", PAPER)
     gain: Real = key(0.9, "1", "gain gamma of eq. update (fixed_gain)", PAPER, gt=0, le=1)
     nis_gate: Real | None = key(
         9.210340372,

@@ -152,7 +152,7 @@ def _wrong_value(error: Mapping[str, Any], row: Key | None, path: Path, value: A
     kind, context = error["type"], error.get("ctx", {})
     unit = f" {row.unit}" if row and row.unit not in ("", "1") else ""
     got = f"got {described(value)}"
-    if kind == "literal_error" and row:
+    if row and row.choices and kind in ("literal_error", "string_type"):
         return _one_of(row.choices, value)
     if kind in SIGNS and row:
         limit = f"{SIGNS[kind]} {plain(next(iter(context.values())))}"

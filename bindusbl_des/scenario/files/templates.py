@@ -112,7 +112,7 @@ def _line(row: Key, values: Mapping[str, object], important: Collection[str]) ->
 
 def _comment(row: Key) -> str:
     """Return unit, meaning, choices or range, and the route that a key belongs to."""
-    choices = "" if row.key.endswith("schedule") else " | ".join(row.choices)
+    choices = " | ".join(row.choices)
     unit = "" if row.unit == "1" else row.unit
     remarks = (unit, row.meaning, choices, row.range, f"only kind: {row.only}" if row.only else "")
     return "; ".join(remark for remark in remarks if remark)
