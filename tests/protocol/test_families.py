@@ -8,12 +8,14 @@ import pytest
 import yaml
 from click.testing import CliRunner, Result
 
-from bindusbl_des import Scenario, load_result, load_scenario, simulate, sweep
+from bindusbl_des import Scenario, cautions, load_result, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
 from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
+from bindusbl_des.preflight.effort import effort
+from bindusbl_des.results.round_timeline import uplink_slots
 from bindusbl_des.scenario.families import BROADCASTER, DOWNLINK, FAMILIES, SCHEDULE
 
 # A part of each family, called by the family's noun.
@@ -115,7 +117,7 @@ def call(*words: object) -> Result:
     return CliRunner().invoke(main, [str(word) for word in words])
 
 
-def with_parts(**names: str) -> Scenario:
+def with_parts(**names: object) -> Scenario:
     """Return the mission with parts of the protocol."""
     return Scenario.model_validate(MISSION | {"protocol": names})
 
@@ -161,10 +163,17 @@ def test_explain_says_that_ones_own_decided(home: Path) -> None:
     assert "rounds/s" not in timing.stdout
 
 
+def test_no_round_length_is_claimed_for_ones_own() -> None:
+    """Whether a round fits its frame follows from the slots of downlinks that ship only."""
+    short = {"schedule": "round_robin", "frame_s": 0.01}
+    for downlink, claims in (("sequential", True), (OWN_PARTS[DOWNLINK], False)):
+        told = cautions(with_parts(**short, downlink=downlink))
+        assert any(it.key == "protocol.frame_s" for it in told) is claims
+    assert effort(with_parts(downlink=OWN_PARTS[DOWNLINK])).seconds > 0.0
+
+
 def test_slots_are_told_where_the_downlink_put_them(home: Path) -> None:
     """Those of `own_parts:downlink` begin a quarter of a second late each."""
-    from bindusbl_des.results.round_timeline import uplink_slots
-
     allow(OWN_PARTS.values())
     for ranging in ("owtt_sync", "twtt"):
         own = {"downlink": OWN_PARTS[DOWNLINK], "schedule": "one_per_slot", "ranging": ranging}
