@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +51,16 @@ class Campaign:
 
     def __init__(self, folder: Path, plan: Plan, record: Mapping[str, Any]) -> None:
         self.folder, self.plan, self.record = folder, plan, record
+
+    def __repr__(self) -> str:
+        points, seeds = len(self.plan.points), len(self.plan.experiment.seeds)
+        return (
+            f"<Campaign {self.record['name']}: {points} points x {seeds} seeds, in {self.folder}>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Return the first and last missions as notebooks show them."""
+        return f"<p>{escape(repr(self))}</p>{self.missions.to_html(max_rows=10)}"
 
     @cached_property
     def missions(self) -> "pd.DataFrame":

@@ -6,17 +6,19 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from html import escape
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
+from ..core.durable import write_text
 from ..core.kept_tracks import keep, portable
 from ..preflight.worth_knowing import Caution, cautions
 from ..scenario.scenario import Scenario
 from .effects import Advice
-from .faces import page
+from .faces import figure, page
 from .result_folder import ADVICE, RECORD, advice_text, result_draft, write_json
 from .summary import summary
 from .tables import data_dictionary, write_parquet
@@ -73,6 +75,45 @@ class Result:
         """Return the metrics that matter most, in a table of at most 80 columns, and the advice."""
         auvs, mission = (self.arrow[name].to_pylist() for name in ("auvs", "mission"))
         return summary(auvs, mission[0], self.advice)
+
+    def report(self, path: str | Path | None = None) -> str:
+        """Return the report, one HTML page that opens offline; also write it to `path`, if given.
+
+        Raises:
+            OSError: when it cannot be written.
+        """
+        text = page(self)
+        if path is not None:
+            write_text(Path(path), text)
+        return text
+
+    def plot(
+        self, kind: str, path: str | Path | None = None, *, width: float = 7.16, **options: Any
+    ) -> Any:
+        """Return a matplotlib figure, `width` inches wide, as `plot` draws it; also write it.
+
+        `kind` is trajectory, error, fixes, coverage, timeline, round or latency; the ending of
+        `path` chooses PNG, SVG or PDF.
+
+        Raises:
+            ValueError: when there is no such figure, or the result lacks the tables that it needs.
+            OSError: when it cannot be written.
+        """
+        drawn = figure(self, kind, width, **options)
+        if path is not None:
+            drawn.savefig(path)
+        return drawn
+
+    def __repr__(self) -> str:
+        auvs, asvs = self.scenario.auvs.count, self.scenario.asvs.count
+        return (
+            f"<Result of {self.scenario.name}, seed {self.seed}: {auvs} AUVs, {asvs} ASVs, "
+            f"{self.scenario.duration_s:g} s>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Return the summary as notebooks show it."""
+        return f"<p>{escape(repr(self))}</p><pre>{escape(self.summary())}</pre>"
 
     def run_record(self) -> dict[str, Any]:
         """Return what `run.json` holds: scenario, seed, warnings, versions, times, status."""
