@@ -4,7 +4,7 @@ import errno
 import io
 import os
 import sys
-from typing import Any
+from typing import Any, TextIO
 
 import click
 
@@ -65,8 +65,19 @@ class Commands(click.Group):
                 raise
             click.echo(f"Error: the output cannot be written: {error.strerror}", err=True)
             # What is left of it would be tried again when Python ends, and fail with a code of 120.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _let_go_of(sys.stdout)
             sys.exit(1)
+        finally:
+            if sys.stderr is not None and not sys.stderr.closed:
+                try:
+                    sys.stderr.flush()
+                except OSError:  # work goes on when nobody hears of it
+                    _let_go_of(sys.stderr)
+
+
+def _let_go_of(stream: TextIO) -> None:
+    """Have what a stream could not write vanish."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _print_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
