@@ -365,12 +365,19 @@ def test_a_phone_scrolls_past_the_map(browser: Any, recovery: Path) -> None:
             touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
             page.wait_for_timeout(16)
         touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-        page.wait_for_timeout(200)
+        come_to_rest()
+
+    def come_to_rest() -> None:
+        before = -1
+        while (now := page.evaluate("scrollY")) != before:  # a page that was flung goes on
+            before = now
+            page.wait_for_timeout(300)
 
     drag([[(x, y - 15 * step) for step in range(10)]])
     assert page.evaluate("scrollY") > before + 50
     assert page.evaluate("bindusbl.map.view") == view
     page.evaluate("byId('map').scrollIntoView({ block: 'center' })")
+    come_to_rest()
     before = page.evaluate("scrollY")
     drag([[(x + side * (30 + 10 * step), y) for step in range(6)] for side in (-1, 1)])
     assert page.evaluate("bindusbl.map.view.scale") > 1.5 * view["scale"]
