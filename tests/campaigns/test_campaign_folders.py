@@ -267,9 +267,18 @@ def of_no_mission(folder: Path, part: str) -> Path:
     return path
 
 
+def another_column(folder: Path, part: str) -> Path:
+    """A table whose column has another name, as after one flipped bit."""
+    path = folder / "auvs" / f"part-{part}.parquet"
+    table = pq.read_table(path)
+    names = ["qoint" if name == "point" else name for name in table.column_names]
+    pq.write_table(table.rename_columns(names).replace_schema_metadata(table.schema.metadata), path)
+    return path
+
+
 DAMAGE = (
     empty, truncated, lost_auvs, lost_pings, fewer_rows, foreign, a_stranger, another_name,
-    another_type, of_no_mission,
+    another_type, of_no_mission, another_column,
 )  # fmt: skip
 
 

@@ -36,6 +36,10 @@ LABELS = {
 }
 MAY_BE_MISSING = ("error",)
 
+# Those that every table has; that of missions has all of them
+OF_EVERY_ROW = ("mission", "mission_id", "seed")
+NEEDED = {MISSIONS: tuple(LABELS), "auvs": (*OF_EVERY_ROW, "point", "auv")}
+
 
 def part_path(folder: Path, table: str, part: str) -> Path:
     """Return where a part of a table lies."""
@@ -111,7 +115,11 @@ def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> None:
 
 
 def _check_columns(path: Path, table: str, footer: pq.FileMetaData) -> None:
-    """Refuse a file with columns of other types, or with a row of no mission."""
+    """Refuse a file without columns, or with those of other types, or with a row of no mission."""
+    names = footer.schema.to_arrow_schema().names
+    for name in NEEDED.get(table, OF_EVERY_ROW):
+        if name not in names:
+            raise DamagedFile(str(path), f"has no column {name}")
     described = schema("mission" if table == MISSIONS else table)
     types = LABELS | {field.name: field.type for field in described}
     for place, field in enumerate(footer.schema.to_arrow_schema()):
