@@ -8,6 +8,16 @@ from bindusbl_des import Scenario
 from bindusbl_des.navigation.belief import Growth, first_belief
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.navigation.navigators import LinearNavigator, Rule
+from bindusbl_des.records.rows import LEARNT, NONE
+
+
+def blank(kind: np.dtype, count: int) -> np.ndarray:
+    """Return records in which nothing has happened yet."""
+    rows = np.zeros(count, dtype=kind)
+    for name in rows.dtype.names:
+        rows[name] = np.nan if rows[name].dtype.kind == "f" else NONE
+    return rows
+
 
 QUIET_USBL = {
     "tdoa_sd_s": 0.0, "travel_time_sd_s": 0.0, "quantum_s": 0.0,
@@ -73,7 +83,7 @@ def fixed_gain(
 ) -> LinearNavigator:
     """Return the paper's navigators, which write their corrections (n, 2) to where one wants."""
     rule, growth = Rule(gain, compensation == "shift", gate=0.0), Growth(0.0, 0.0, in_body=True)
-    learnt = np.zeros((len(corrections), 7))
+    learnt = np.zeros(len(corrections), dtype=LEARNT)
     first = first_belief(0.0, (0.0, 0.0), 0.0)
     return LinearNavigator(reckoning, rule, growth, first, corrections, learnt)
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,17 +128,24 @@ COMBINERS: Mapping[str, Callable[[float, float, float], float]] = MappingProxyTy
 )
 
 
-@compiled
-def loss_probability(
-    slant_range: float, coefficients: Floats, combine: int, contention: float, cap: float
-) -> float:
-    """Return the probability that a ping is lost over a slant range (m), as a scenario has it.
-
-    `coefficients` (4,) are those of a loss law, `combine` the number of a combiner in COMBINERS.
+class LossTerms(NamedTuple):
+    """How likely a ping is lost, as a scenario has it: the coefficients (4,) of a loss law, the
+    number of a combiner in COMBINERS, what other AUVs add, and the largest probability.
     """
-    loss = _law(slant_range, coefficients[0], coefficients[1], coefficients[2], coefficients[3])
-    if combine == 0:
-        return clamp_first(loss, contention, cap)
-    if combine == 1:
-        return paper_raw(loss, contention, cap)
-    return off(loss, contention, cap)
+
+    coefficients: Floats
+    combine: int
+    contention: float
+    cap: float
+
+
+@compiled
+def loss_probability(slant_range: float, terms: LossTerms) -> float:
+    """Return the probability that a ping is lost over a slant range (m)."""
+    own = terms.coefficients
+    loss = _law(slant_range, own[0], own[1], own[2], own[3])
+    if terms.combine == 0:
+        return clamp_first(loss, terms.contention, terms.cap)
+    if terms.combine == 1:
+        return paper_raw(loss, terms.contention, terms.cap)
+    return off(loss, terms.contention, terms.cap)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 from ..core.compiled import compiled
 from ..core.wording import refuse
-from ..vehicles.motion import Floats, Ints, where
+from ..vehicles.motion import Motion, Place, where
 
 # Light-time loop: a fixed point is found when the delay changes by less than this (s).
 SETTLED = 1e-13
@@ -80,9 +80,8 @@ def travel_time_constant_velocity(
 
 @compiled
 def light_time(
-    x: float, y: float, z: float, table: Floats, first: Ints, step: float, vehicle: int,
-    sent_at: float, sound_speed: float,
-) -> float:  # fmt: skip
+    source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float
+) -> float:
     """Return how long (s) a sound sent from a place (m) at `sent_at` travels until it meets a
     vehicle: :func:`travel_time` for a motion that is known.
 
@@ -91,8 +90,8 @@ def light_time(
     settled = SETTLED + LAST_DIGIT * sent_at
     delay = 0.0
     for _ in range(MOST_STEPS):
-        there = where(table, first, step, vehicle, sent_at + delay)
-        ahead, aside, below = there[0] - x, there[1] - y, there[2] - z
+        there = where(motion, vehicle, sent_at + delay)
+        ahead, aside, below = there[0] - source[0], there[1] - source[1], there[2] - source[2]
         reached = math.sqrt(ahead * ahead + aside * aside + below * below) / sound_speed
         if abs(reached - delay) < settled:
             return reached

@@ -87,6 +87,15 @@ def inlined(function: Function) -> Function:
     return compiled(function, inline="always")
 
 
+def entry(function: Function) -> Function:
+    """Return a compiled equation by which Python enters compiled code, argument by argument.
+
+    numba takes a tuple of arrays apart ten times slower than the arrays by themselves, so here, and
+    only here, arguments stand flat however many they are; inside they are put together again.
+    """
+    return compiled(function)
+
+
 def compiled(function: Function, **options: Any) -> Function:
     """Return the equation compiled by numba on its first use; its type stays what it was.
 

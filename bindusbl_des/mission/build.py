@@ -3,7 +3,8 @@
 import numpy as np
 import simpy
 
-from ..acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss
+from ..acoustics.loss import COMBINERS, LOSS_LAWS, LossTerms, contention_loss
+from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
 from ..protocol.broadcasters import broadcaster_named
@@ -11,7 +12,6 @@ from ..protocol.downlink import MfDownlink
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.network import Network
 from ..protocol.ranging import OneWay, TwoWay, strayed
-from ..protocol.reception import LossTerms
 from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named
@@ -58,15 +58,12 @@ def _network(
     uplink = Uplink(
         auvs,
         asvs,
-        hf_range=hf.range_m,
-        metric=hf.range_metric,
-        ping_duration=hf.ping_s,
-        sound_speed=sound_speed,
-        loss=loss_of(scenario),
-        usbl=usbl_of(scenario),
-        strayed=strayed(scenario, auvs),
-        streams=streams,
-        record=record,
+        Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
+        loss_of(scenario),
+        usbl_of(scenario),
+        streams,
+        strayed(scenario, auvs),
+        record,
     )
     downlink = MfDownlink(
         env,

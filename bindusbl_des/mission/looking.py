@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..records.columns import AUV, CALL, PASSED_AT, PING, SENT_AT
 from ..records.events import HEARD, Broadcast
+from ..records.rows import NONE
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from .samples import sample, turned
@@ -62,11 +62,11 @@ def under_way(world: World, time: float) -> list[PingUnderWay]:
     """Return the pings that are in the water at an instant (s), of those on record by then."""
     pings = world.record.pings.rows
     # an AUV that was called in vain does not ping
-    silent = ~np.isnan(pings[:, CALL]) & (pings[:, CALL] != HEARD)
-    sending = ~silent & (pings[:, SENT_AT] + world.network.uplink.ping_duration > time)
-    passing = np.isfinite(pings[:, PASSED_AT]) & (pings[:, PASSED_AT] > time)
-    found = pings[sending | passing][:, (PING, AUV, SENT_AT)].tolist()
-    return [PingUnderWay(int(ping), int(auv), sent_at) for ping, auv, sent_at in found]
+    silent = ~np.isin(pings["call"], (NONE, HEARD))
+    sending = ~silent & (pings["sent_at_s"] + world.network.uplink.band.duration > time)
+    passing = np.isfinite(pings["passed_at_s"]) & (pings["passed_at_s"] > time)
+    found = pings[list(PingUnderWay._fields)][sending | passing].tolist()
+    return [PingUnderWay(*ping) for ping in found]
 
 
 def on_air(broadcasts: Sequence[Broadcast], time: float) -> Broadcast | None:

@@ -12,25 +12,6 @@ from numpy.typing import NDArray
 from ..core.compiled import compiled
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.navigators import SURE
-from ..records.columns import (
-    AUV,
-    AUV_OF_FIX,
-    BROADCAST_AT,
-    CALL,
-    CALLED_AT,
-    CORRECTION,
-    DELIVERED_AT,
-    ERROR,
-    HEARD_BY,
-    IN_RANGE_OF,
-    LATENCY,
-    NIS,
-    OF_AUV,
-    OF_PING,
-    OUTCOME,
-    OUTCOME_OF_FIX,
-    SENT_AT,
-)
 from ..records.events import (
     COLLIDED,
     DELIVERED,
@@ -42,6 +23,7 @@ from ..records.events import (
     Utilisation,
 )
 from ..records.recorder import Recorder
+from ..records.rows import NONE, Rows
 from ..records.worst import worst_of
 from .samples import Samples, instants, sample
 from .world import World
@@ -61,7 +43,7 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
             AuvMetrics(
                 auv=auv,
                 **{name: counts[auv] for name, counts in reach.items()},
-                **_service(fixes[fixes[:, AUV_OF_FIX] == auv], world),
+                **_service(fixes[fixes["auv"] == auv], world),
                 **_accuracy(world, auv, times, errors),
                 path_error_m=_mean(vehicle.path_error(times)),
                 distance_m=distance,
@@ -87,31 +69,31 @@ def _refuse(auv: int, trouble: str) -> NoReturn:
 def _reach(record: Recorder, auvs: int) -> dict[str, list[Any]]:
     """Return what became of the pings of each AUV."""
     pings, receptions = record.pings.rows, record.receptions.rows
-    sender, outcome = pings[:, AUV].astype(np.intp), receptions[:, OUTCOME]
+    sender, outcome = pings["auv"], receptions["outcome"]
 
-    def count(of: NDArray[Any], which: NDArray[np.bool_]) -> list[int]:
-        counts: list[int] = np.bincount(of[which].astype(np.intp), minlength=auvs).tolist()
+    def count(of: NDArray[np.int64], which: NDArray[np.bool_]) -> list[int]:
+        counts: list[int] = np.bincount(of[which], minlength=auvs).tolist()
         return counts
 
     landed = np.ones(len(pings), dtype=bool)
-    landed[receptions[outcome == IN_FLIGHT, OF_PING].astype(np.intp)] = False
-    in_range = pings[:, IN_RANGE_OF] > 0
+    landed[receptions["ping"][outcome == IN_FLIGHT]] = False
+    in_range = pings["in_range_of"] > 0
     covered, known = count(sender, landed & in_range), count(sender, landed)
     return {
         "pings": count(sender, np.ones(len(pings), dtype=bool)),
         "pings_in_range": count(sender, in_range),
-        "pings_heard": count(sender, pings[:, HEARD_BY] > 0),
+        "pings_heard": count(sender, pings["heard_by"] > 0),
         "hf_coverage": [c / k if k else None for c, k in zip(covered, known, strict=True)],
-        "receptions_lost": count(receptions[:, OF_AUV], outcome == LOST),
-        "collisions": count(receptions[:, OF_AUV], outcome == COLLIDED),
+        "receptions_lost": count(receptions["auv"], outcome == LOST),
+        "collisions": count(receptions["auv"], outcome == COLLIDED),
     }
 
 
-def _service(fixes: Array, world: World) -> dict[str, Any]:
+def _service(fixes: Rows, world: World) -> dict[str, Any]:
     """Return what became of the fixes of one AUV (rows of the buffer), and how late they were."""
-    arrived = fixes[fixes[:, OUTCOME_OF_FIX] == DELIVERED]
-    delivered, latency = arrived[:, DELIVERED_AT], arrived[:, LATENCY]
-    outcomes = fixes[:, OUTCOME_OF_FIX].astype(int).tolist()
+    arrived = fixes[fixes["outcome"] == DELIVERED]
+    delivered, latency = arrived["delivered_at_s"], arrived["latency_s"]
+    outcomes = fixes["outcome"].tolist()
     protocol = world.scenario.protocol
     in_slots = protocol.ranging == "owtt_sync" and protocol.downlink != "direct_reply"
     slot = world.network.slots.clock.after(
@@ -126,11 +108,11 @@ def _service(fixes: Array, world: World) -> dict[str, Any]:
         **_spread("interval", np.diff(np.sort(delivered))),
         **_ages(np.sort(delivered), world.scenario.duration_s),
         **_spread("latency", latency),
-        "latency_from_broadcast_s": _mean(delivered - arrived[:, BROADCAST_AT]),
+        "latency_from_broadcast_s": _mean(delivered - arrived["broadcast_at_s"]),
         "latency_from_slot_s": _mean(latency - slot) if in_slots else None,
-        "fix_error_rms_m": _rms(fixes[:, ERROR]),
-        "nis": _mean(arrived[~np.isnan(arrived[:, NIS]), NIS]),
-        "fixes_refused": int(np.isnan(arrived[:, CORRECTION]).sum()),
+        "fix_error_rms_m": _rms(fixes["error_m"]),
+        "nis": _mean(arrived["nis"][~np.isnan(arrived["nis"])]),
+        "fixes_refused": int(np.isnan(arrived["correction_m"]).sum()),
     }
 
 
@@ -251,7 +233,7 @@ def utilisation(world: World) -> Utilisation:
     on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
     return Utilisation(
         rounds=len(record.rounds),
-        collisions=int(np.sum(record.receptions.rows[:, OUTCOME] == COLLIDED)),
+        collisions=int(np.sum(record.receptions.rows["outcome"] == COLLIDED)),
         hf_utilisation=_covered(_sounds(record), ping, duration) / duration,
         mf_utilisation=sum(on_air) / duration,
     )
@@ -260,9 +242,9 @@ def utilisation(world: World) -> Utilisation:
 def _sounds(record: Recorder) -> Array:
     """Return the instants (s) at which a ping or a call begins on HF, in rising order."""
     pings = record.pings.rows
-    called = ~np.isnan(pings[:, CALLED_AT])
-    answered = ~called | (pings[:, CALL] == HEARD)
-    return np.sort(np.concatenate((pings[called, CALLED_AT], pings[answered, SENT_AT])))
+    called = pings["call"] != NONE
+    answered = ~called | (pings["call"] == HEARD)
+    return np.sort(np.concatenate((pings["called_at_s"][called], pings["sent_at_s"][answered])))
 
 
 def _covered(starts: Array, length: float, end: float) -> float:

@@ -9,6 +9,7 @@ from ..navigation.belief import Growth, first_belief
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import WEIGHED, LinearNavigator, Navigator, Rule
 from ..navigation.own_navigator import OwnNavigator
+from ..records.rows import LEARNT, Rows
 from ..scenario.families import NAVIGATOR
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
@@ -24,7 +25,7 @@ def equip_auvs(
         fleet.motion, walks, navigation.imu_rate_hz, biases, navigation.bias_frame
     )
     if fleet.guided is None:
-        steering = np.zeros((len(fleet), 2)), np.zeros((len(fleet), 7))
+        steering = np.zeros((len(fleet), 2)), np.zeros(len(fleet), dtype=LEARNT)
     else:
         fleet.guided.has_learnt = navigation.filter == "kalman"
         steering = fleet.guided.corrections, fleet.guided.learnt
@@ -54,7 +55,7 @@ def _growth(scenario: Scenario) -> Growth:
     return Growth(navigation.random_walk_m_per_sqrt_s**2, wander, navigation.bias_frame == "body")
 
 
-def _first_belief(scenario: Scenario) -> Array:
+def _first_belief(scenario: Scenario) -> Rows:
     """Return what AUVs believe at the start: that nothing is wrong, as surely as it may be so."""
     navigation, water = scenario.navigation, scenario.environment
     x, y = navigation.velocity_bias_m_per_s

@@ -13,15 +13,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiled import compiled, inlined
+from ..core.compiled import compiled, entry, inlined
+from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
 
 # A belief: the instant (s) that it is about, the integrals of cosine and sine of the heading up to
-# there (s); error (m), velocity bias (m/s) and current (m/s), two components each; fixes that the
-# gate has refused in a row; and the covariance of the six.
-AT, COS, SIN, STATE, REFUSED, SPREAD = 0, 1, 2, 3, 9, 10
+# there (s); its state, the error (m), velocity bias (m/s) and current (m/s) with two components
+# each, and the covariance of the six; fixes that the gate has refused in a row.
 STATES = 6
-BELIEF_COLUMNS = SPREAD + STATES * STATES
+BELIEF = np.dtype(
+    [
+        ("at_s", "f8"),
+        ("cosine_s", "f8"),
+        ("sine_s", "f8"),
+        ("state", "f8", (STATES,)),
+        ("covariance", "f8", (STATES, STATES)),
+        ("refused", "i8"),
+    ]
+)
 
 
 class Growth(NamedTuple):
@@ -34,49 +43,47 @@ class Growth(NamedTuple):
     in_body: bool
 
 
-def first_belief(start_sd: float, bias_sd: tuple[float, float], current_sd: float) -> Floats:
-    """Return what is believed at the start (BELIEF_COLUMNS,): no error, as sure as the sensors are.
+def first_belief(start_sd: float, bias_sd: tuple[float, float], current_sd: float) -> Rows:
+    """Return what is believed at the start (1,), BELIEF: no error, as sure as the sensors are.
 
     `start_sd` m of position, `bias_sd` m/s along both axes, `current_sd` m/s.
     """
-    belief = np.zeros(BELIEF_COLUMNS)
+    belief = np.zeros(1, dtype=BELIEF)
     sd = np.array([start_sd, start_sd, *bias_sd, current_sd, current_sd])
-    belief[SPREAD:] = np.diag(sd**2).ravel()
+    belief["covariance"] = np.diag(sd**2)
     return belief
 
 
 @inlined
 def _turned(
-    belief: Floats, time: float, cosine: float, sine: float, in_body: bool
+    belief: Row, time: float, cosine: float, sine: float, in_body: bool
 ) -> tuple[float, float, float]:
     """Return the time (s) passed since the belief, and what R has summed up to meanwhile (s)."""
-    passed = time - belief[AT]
-    ahead = cosine - belief[COS] if in_body else passed
-    aside = sine - belief[SIN] if in_body else 0.0
+    passed = time - belief.at_s
+    ahead = cosine - belief.cosine_s if in_body else passed
+    aside = sine - belief.sine_s if in_body else 0.0
     return passed, ahead, aside
 
 
 @inlined
-def _error(belief: Floats, passed: float, ahead: float, aside: float) -> tuple[float, float]:
+def _error(belief: Row, passed: float, ahead: float, aside: float) -> tuple[float, float]:
     """Return the error (m) that a belief expects after some time (s)."""
-    x = ahead * belief[STATE + 2] - aside * belief[STATE + 3] - passed * belief[STATE + 4]
-    y = aside * belief[STATE + 2] + ahead * belief[STATE + 3] - passed * belief[STATE + 5]
-    return belief[STATE] + x, belief[STATE + 1] + y
+    state = belief.state
+    x = ahead * state[2] - aside * state[3] - passed * state[4]
+    y = aside * state[2] + ahead * state[3] - passed * state[5]
+    return state[0] + x, state[1] + y
 
 
 @compiled
-def carry(
-    belief: Floats, time: float, cosine: float, sine: float, walk: float, wander: float,
-    in_body: bool,
-) -> None:  # fmt: skip
+def carry(belief: Row, time: float, cosine: float, sine: float, growth: Growth) -> None:
     """Carry a belief, in its place, to another instant (s); to an earlier one it gets no surer.
 
     `cosine` and `sine` are the integrals of the heading up to there (s).
     """
-    passed, ahead, aside = _turned(belief, time, cosine, sine, in_body)
-    belief[STATE], belief[STATE + 1] = _error(belief, passed, ahead, aside)
-    belief[AT], belief[COS], belief[SIN] = time, cosine, sine
-    spread = belief[SPREAD:].reshape(STATES, STATES)
+    passed, ahead, aside = _turned(belief, time, cosine, sine, growth.in_body)
+    state, spread = belief.state, belief.covariance
+    state[0], state[1] = _error(belief, passed, ahead, aside)
+    belief.at_s, belief.cosine_s, belief.sine_s = time, cosine, sine
     for k in range(STATES):  # F P ...
         spread[0, k] += ahead * spread[2, k] - aside * spread[3, k] - passed * spread[4, k]
         spread[1, k] += aside * spread[2, k] + ahead * spread[3, k] - passed * spread[5, k]
@@ -85,16 +92,14 @@ def carry(
         spread[k, 1] += aside * spread[k, 2] + ahead * spread[k, 3] - passed * spread[k, 5]
     grown = max(passed, 0.0)
     for axis in range(2):
-        spread[axis, axis] += walk * grown + wander * grown**3 / 3.0
-        spread[axis, 4 + axis] -= wander * grown**2 / 2.0
-        spread[4 + axis, axis] -= wander * grown**2 / 2.0
-        spread[4 + axis, 4 + axis] += wander * grown
+        spread[axis, axis] += growth.walk * grown + growth.wander * grown**3 / 3.0
+        spread[axis, 4 + axis] -= growth.wander * grown**2 / 2.0
+        spread[4 + axis, axis] -= growth.wander * grown**2 / 2.0
+        spread[4 + axis, 4 + axis] += growth.wander * grown
 
 
 @compiled
-def weigh(
-    belief: Floats, gain: Floats, x: float, y: float, noise: tuple[float, float, float]
-) -> None:
+def weigh(belief: Row, gain: Floats, x: float, y: float, noise: tuple[float, float, float]) -> None:
     """Take a measured error of dead reckoning in, in the place of `belief`, by a gain (6, 2).
 
     It is off (`x`, `y`), m, from the one believed; its covariance is `noise` (xx, yy, xy), m2.
@@ -102,10 +107,10 @@ def weigh(
     Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation,
     2001, eq. 5.2.3-18.
     """
-    spread = belief[SPREAD:].reshape(STATES, STATES)
+    state, spread = belief.state, belief.covariance
     xx, yy, xy = noise
     for k in range(STATES):
-        belief[STATE + k] += gain[k, 0] * x + gain[k, 1] * y
+        state[k] += gain[k, 0] * x + gain[k, 1] * y
     for k in range(STATES):
         first, second = spread[0, k], spread[1, k]
         for i in range(STATES):
@@ -120,15 +125,14 @@ def weigh(
             spread[i, k] += over * gain[k, 0] + beside * gain[k, 1]
 
 
-@compiled
+@entry
 def positions(
-    since: Floats, beliefs: Floats, times: Floats, reckoned: Floats, headings: Floats,
-    in_body: bool,
-) -> Floats:  # fmt: skip
+    since: Floats, beliefs: Rows, times: Floats, reckoned: Floats, headings: Floats, in_body: bool
+) -> Floats:
     """Return the positions (n, 2), m, believed at instants (n,), s, that rise.
 
-    `beliefs` (k, BELIEF_COLUMNS) are held from the instants `since` (k,), s, on, the first from
-    before all `times`; `reckoned` and `headings` as in :class:`.dead_reckoning.Odometry`.
+    `beliefs` (k,), BELIEF, are held from the instants `since` (k,), s, on, the first from before
+    all `times`; `reckoned` and `headings` as in :class:`.dead_reckoning.Odometry`.
     """
     out = np.empty((times.size, 2))
     last = 0
@@ -142,19 +146,20 @@ def positions(
     return out
 
 
-@compiled
+@entry
 def covariances(
     times: Floats, headings: Floats, walk: float, wander: float, in_body: bool, since: Floats,
-    beliefs: Floats,
+    beliefs: Rows,
 ) -> Floats:  # fmt: skip
     """Return the covariances xx, yy, xy (n, 3), m2, of what :func:`positions` returns."""
-    out, own = np.empty((times.size, 3)), np.empty(BELIEF_COLUMNS)
+    growth, own = Growth(walk, wander, in_body), np.empty(1, BELIEF)
+    out = np.empty((times.size, 3))
     last = 0
     for n in range(times.size):
         while last + 1 < since.size and since[last + 1] <= times[n]:
             last += 1
-        own[:] = beliefs[last]
-        carry(own, times[n], headings[n, 0], headings[n, 1], walk, wander, in_body)
-        out[n, 0], out[n, 1] = own[SPREAD], own[SPREAD + STATES + 1]
-        out[n, 2] = own[SPREAD + 1]
+        own[0] = beliefs[last]
+        carry(own[0], times[n], headings[n, 0], headings[n, 1], growth)
+        spread = own[0].covariance
+        out[n, 0], out[n, 1], out[n, 2] = spread[0, 0], spread[1, 1], spread[0, 1]
     return out

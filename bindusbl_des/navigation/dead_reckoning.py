@@ -1,12 +1,12 @@
 """How dead reckoning drifts: a velocity bias and the random walk of the IMU's noise."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.compiled import compiled, inlined
+from ..core.compiled import compiled, entry, inlined
 from ..vehicles.motion import Ints, Motion, headed
 
 Array = NDArray[np.float64]
@@ -74,13 +74,11 @@ def _sum_up(walks: Array, step: float) -> None:
 
 
 class Reckoned(NamedTuple):
-    """What a fleet's dead reckoning is made of: its motion (:class:`.motion.Motion`), random walks
-    (n, samples, 2), m, at a rate (Hz), and biases (n, 2), m/s, in the body or not.
+    """What a fleet's dead reckoning is made of: its motion, random walks (n, samples, 2), m, at a
+    rate (Hz), and biases (n, 2), m/s, in the body or not.
     """
 
-    table: Array
-    first: Ints
-    step: float
+    motion: Motion
     walks: Array
     rate: float
     biases: Array
@@ -112,37 +110,39 @@ class DeadReckoning:
         the `frame` "body" (ahead, to starboard) or "world" (along x and y).
         """
         own = np.array(np.broadcast_to(biases, (len(walks), 2)), dtype=np.float64, order="C")
-        self.known = Reckoned(*motion, walks, rate, own, frame == "body")
+        self.known = Reckoned(motion, walks, rate, own, frame == "body")
+        # as compiled equations take them
+        self.flat: tuple[Any, ...] = (*motion, walks, rate, own, frame == "body")
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
         """Return where an AUV believes to be (m) at an instant (s) if it has had no fix."""
-        x, y, _, _ = reckoned(auv, time, *self.known)
-        return x, y
+        x, y = self.sample(auv, np.array((time,)))[1].position[0]
+        return float(x), float(y)
 
     def sample(self, auv: int, times: Array) -> tuple[Array, Odometry]:
         """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
         n = len(times)
         truth, position, headings = np.empty((n, 4)), np.empty((n, 2)), np.empty((n, 2))
         instants = np.ascontiguousarray(times, dtype=np.float64)
-        _reckoned_all(auv, instants, *self.known, truth, position, headings)
+        _reckoned_all(auv, instants, truth, position, headings, *self.flat)
         return truth, Odometry(instants, position, headings)
 
 
 @inlined
 def _reckon(
-    auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
-    biases: Array, in_body: bool,
-) -> tuple[float, float, float, float, float, float, float, float]:  # fmt: skip
+    auv: int, time: float, known: Reckoned
+) -> tuple[float, float, float, float, float, float, float, float]:
     """Return true x, y, z (m) and yaw (rad), dead-reckoned x and y (m), and the integrals of the
     cosine and sine of the heading (s), at an instant (s).
     """
-    x, y, z, yaw, cosine, sine = headed(table, first, step, auv, time)
-    whole = min(int(time * rate), walks.shape[1] - 2)
-    share = time * rate - whole
+    x, y, z, yaw, cosine, sine = headed(known.motion, auv, time)
+    walks = known.walks
+    whole = min(int(time * known.rate), walks.shape[1] - 2)
+    share = time * known.rate - whole
     ahead = walks[auv, whole, 0] + share * (walks[auv, whole + 1, 0] - walks[auv, whole, 0])
     aside = walks[auv, whole, 1] + share * (walks[auv, whole + 1, 1] - walks[auv, whole, 1])
-    forward, starboard = biases[auv, 0], biases[auv, 1]
-    if in_body:
+    forward, starboard = known.biases[auv, 0], known.biases[auv, 1]
+    if known.in_body:
         ahead += cosine * forward - sine * starboard
         aside += sine * forward + cosine * starboard
     else:
@@ -152,29 +152,23 @@ def _reckon(
 
 
 @compiled
-def reckoned(
-    auv: int, time: float, table: Array, first: Ints, step: float, walks: Array, rate: float,
-    biases: Array, in_body: bool,
-) -> tuple[float, float, float, float]:  # fmt: skip
+def reckoned(auv: int, time: float, known: Reckoned) -> tuple[float, float, float, float]:
     """Return dead-reckoned x and y (m), and the integrals of the cosine and sine of the heading
     (s), at an instant (s).
     """
-    _, _, _, _, x, y, cosine, sine = _reckon(
-        auv, time, table, first, step, walks, rate, biases, in_body
-    )
+    _, _, _, _, x, y, cosine, sine = _reckon(auv, time, known)
     return x, y, cosine, sine
 
 
-@compiled
+@entry
 def _reckoned_all(
-    auv: int, times: Array, table: Array, first: Ints, step: float, walks: Array, rate: float,
-    biases: Array, in_body: bool, truth: Array, position: Array, headings: Array,
+    auv: int, times: Array, truth: Array, position: Array, headings: Array,
+    table: Array, first: Ints, step: float, walks: Array, rate: float, biases: Array, in_body: bool,
 ) -> None:  # fmt: skip
     """Write truth (n, 4), dead reckoning (n, 2) and headings (n, 2) at instants (n,), s."""
+    known = Reckoned(Motion(table, first, step), walks, rate, biases, in_body)
     for k in range(times.size):
-        x, y, z, yaw, reckoned_x, reckoned_y, cosine, sine = _reckon(
-            auv, times[k], table, first, step, walks, rate, biases, in_body
-        )
+        x, y, z, yaw, reckoned_x, reckoned_y, cosine, sine = _reckon(auv, times[k], known)
         truth[k, 0], truth[k, 1], truth[k, 2], truth[k, 3] = x, y, z, yaw
         position[k, 0], position[k, 1] = reckoned_x, reckoned_y
         headings[k, 0], headings[k, 1] = cosine, sine

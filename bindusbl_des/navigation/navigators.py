@@ -7,38 +7,17 @@ position (eq. update), the share that the covariances say (Kalman), or none.
 """
 
 from math import hypot, nan
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled
+from ..core.compiled import compiled, entry
 from ..core.growing import lengthened
-from ..records.columns import (
-    AUV_OF_FIX,
-    CORRECTION,
-    COVARIANCE,
-    DELIVERED_AT,
-    INNOVATION,
-    NIS,
-    POSITION,
-    SD,
-    VALID_AT,
-)
-from ..vehicles.motion import Floats, Ints
-from .belief import (
-    BELIEF_COLUMNS,
-    REFUSED,
-    SPREAD,
-    STATE,
-    STATES,
-    Growth,
-    carry,
-    covariances,
-    positions,
-    weigh,
-)
-from .dead_reckoning import DeadReckoning, Odometry, reckoned
+from ..records.rows import Row, Rows
+from ..vehicles.motion import Floats, Ints, Motion
+from .belief import BELIEF, STATES, Growth, carry, covariances, positions, weigh
+from .dead_reckoning import DeadReckoning, Odometry, Reckoned, reckoned
 
 Array = NDArray[np.float64]
 
@@ -46,7 +25,7 @@ Array = NDArray[np.float64]
 WEIGHED = -1.0
 
 # After so many refused in a row it is the belief that is wrong, and the next fix is taken in.
-MOST_REFUSED = 5.0
+MOST_REFUSED = 5
 
 # An AUV is sure in a direction when det P is below this share of the square of tr P.
 SURE = 1e-12
@@ -58,8 +37,8 @@ REMEMBERED = 16
 class Navigator(Protocol):
     """What the AUVs make of the fixes that reach them."""
 
-    def correct(self, fixes: Floats, due: Ints) -> None:
-        """Take in the fixes whose rows are due, in this order, which is that of their delivery."""
+    def correct(self, fixes: Rows, due: Ints) -> None:
+        """Take in the fixes (:data:`.rows.FIX`) whose rows are due, in the order of delivery."""
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
@@ -82,13 +61,13 @@ class Rule(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What each of n AUVs remembers: its latest belief (n, BELIEF_COLUMNS), and of its last `known`
-    fixes the rows, `past` (n, REMEMBERED), in the order in which they are taken in, and what it
-    believed before each of them (n, REMEMBERED, BELIEF_COLUMNS).
+    """What each of n AUVs remembers: its latest belief (n,), and of its last `known` fixes the
+    rows, `past` (n, REMEMBERED), in the order in which they are taken in, and what it believed
+    before each of them (n, REMEMBERED).
     """
 
-    latest: Floats
-    before: Floats
+    latest: Rows
+    before: Rows
     past: Ints
     known: Ints
 
@@ -105,33 +84,34 @@ class LinearNavigator:
         reckoning: DeadReckoning,
         rule: Rule,
         growth: Growth,
-        first: Array,
+        first: Rows,
         corrections: Array,
-        learnt: Array,
+        learnt: Rows,
     ) -> None:
         """Take dead reckoning, how to correct it, and what is believed at first.
 
-        `first` (BELIEF_COLUMNS,) as of :func:`.belief.first_belief`.  For autopilots are written
-        what to add to dead reckoning, `corrections` (n, 2), m, and as of when, and which bias and
-        current go on carrying it off, `learnt` (n, 7): AT, COS, SIN and the rest of the state.
+        `first` (1,) as of :func:`.belief.first_belief`.  For autopilots are written what to add to
+        dead reckoning, `corrections` (n, 2), m, and which bias and current go on carrying it off
+        since when, `learnt` (n,), :data:`.rows.LEARNT`.
         """
         count = len(corrections)
         self._reckoning, self._rule, self._growth = reckoning, rule, growth
         self._corrections, self._learnt = corrections, learnt
-        self._held = Beliefs(np.tile(first, (count, 1)))
+        self._held = Beliefs(np.repeat(first, count))
         self._memory = Memory(
-            np.tile(first, (count, 1)),
-            np.empty((count, REMEMBERED, BELIEF_COLUMNS)),
+            np.repeat(first, count),
+            np.empty((count, REMEMBERED), dtype=BELIEF),
             np.zeros((count, REMEMBERED), dtype=np.int64),
             np.zeros(count, dtype=np.int64),
         )
 
-    def correct(self, fixes: Floats, due: Ints) -> None:
+    def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
-        held, everything = self._held, (*self._rule, *self._growth, *self._memory)
+        self._held.make_room(len(due))
+        parts: tuple[Any, ...] = (*self._rule, *self._growth, *self._memory)
         _correct(
-            fixes, due, held.room_for(len(due)), held.count, self._corrections, self._learnt,
-            *everything, *self._reckoning.known,
+            fixes, due, *self._held.rows, self._held.count, self._corrections, self._learnt,
+            *parts, *self._reckoning.flat,
         )  # fmt: skip
         self._held.count += len(due)
 
@@ -145,87 +125,110 @@ class LinearNavigator:
         return covariances(times, headings, *self._growth, *self._held.of(auv))
 
 
-# A belief that was held: by which AUV, from which instant (s) on, and what was believed.
-HOLDER, SINCE, BELIEF = 0, 1, 2
+class Held(NamedTuple):
+    """Beliefs that were held: by which AUV (n,), since when (n,), s, and what was believed (n,)."""
+
+    auvs: Ints
+    since: Floats
+    beliefs: Rows
 
 
 class Beliefs:
     """All beliefs that the AUVs of a fleet have held, in the order in which they came about."""
 
-    def __init__(self, first: Array) -> None:
-        """Take the first beliefs (n, BELIEF_COLUMNS), held from the start on."""
+    def __init__(self, first: Rows) -> None:
+        """Take the first beliefs (n,), held from the start on."""
         self.count = self._fleet = len(first)
         self._sorted = 0
-        self._rows = np.zeros((2 * self.count, BELIEF + BELIEF_COLUMNS))
-        self._rows[: self.count, HOLDER] = np.arange(self.count)
-        self._rows[: self.count, BELIEF:] = first
+        self.rows = Held(np.arange(self.count), np.zeros(self.count), first)
 
-    def room_for(self, count: int) -> Floats:
-        """Return the rows, with room for further ones after the first `self.count`."""
-        if self.count + count > len(self._rows):
-            length = max(2 * len(self._rows), self.count + count)
-            self._rows = lengthened(self._rows[: self.count], length)
-        return self._rows
+    def make_room(self, count: int) -> None:
+        """Have room in the rows for further ones after the first `self.count`."""
+        if self.count + count > len(self.rows.since):
+            length = max(2 * len(self.rows.since), self.count + count)
+            self.rows = Held(*(lengthened(column[: self.count], length) for column in self.rows))
 
-    def of(self, auv: int) -> tuple[Array, Array]:
-        """Return since when (k,), s, an AUV has believed what (k, BELIEF_COLUMNS)."""
+    def of(self, auv: int) -> tuple[Array, Rows]:
+        """Return since when (k,), s, an AUV has believed what (k,)."""
         if self._sorted != self.count:  # not a search of all for each AUV
-            holders = self._rows[: self.count, HOLDER]
+            holders = self.rows.auvs[: self.count]
             self._order = np.argsort(holders, kind="stable")
             self._ends = np.searchsorted(holders[self._order], np.arange(self._fleet + 1))
             self._sorted = self.count
-        own = self._rows[self._order[self._ends[auv] : self._ends[auv + 1]]]
-        return own[:, SINCE].copy(), own[:, BELIEF:].copy()
+        own = self._order[self._ends[auv] : self._ends[auv + 1]]
+        return self.rows.since[own], self.rows.beliefs[own]
+
+
+@entry
+def _correct(
+    fixes: Rows, due: Ints, holders: Ints, since: Floats, beliefs: Rows, count: int,
+    corrections: Floats, learnt: Rows, gain: float, at_ping: bool, gate: float,
+    walk: float, wander: float, in_body: bool,
+    latest: Rows, before: Rows, past: Ints, known: Ints,
+    table: Floats, first: Ints, step: float, walks: Floats, rate: float, biases: Floats,
+    biases_in_body: bool,
+) -> None:  # fmt: skip
+    """Take in the fixes `due`; note what is believed then in the rows of :class:`Held` from `count`
+    on, and for autopilots.
+    """
+    rule, growth = Rule(gain, at_ping, gate), Growth(walk, wander, in_body)
+    memory = Memory(latest, before, past, known)
+    reckoning = Reckoned(Motion(table, first, step), walks, rate, biases, biases_in_body)
+    own = np.empty(1, BELIEF)
+    for number in range(due.size):
+        fix = fixes[due[number]]
+        auv, now = fix.auv, fix.delivered_at_s
+        _, _, cosine, sine = reckoned(auv, now, reckoning)
+        own[0] = latest[auv]
+        carry(own[0], now, cosine, sine, growth)
+        was_x, was_y = own[0].state[0], own[0].state[1]
+        taken = _take_in(fixes, due[number], rule, growth, memory, reckoning)
+        own[0] = latest[auv]
+        carry(own[0], now, cosine, sine, growth)
+        moved = hypot(own[0].state[0] - was_x, own[0].state[1] - was_y)
+        fix.correction_m = moved if taken else nan
+        belief = latest[auv]
+        corrections[auv, 0], corrections[auv, 1] = -belief.state[0], -belief.state[1]
+        told = learnt[auv]
+        told.at_s, told.cosine_s, told.sine_s = belief.at_s, belief.cosine_s, belief.sine_s
+        for axis in range(2):
+            told.bias[axis], told.current[axis] = belief.state[2 + axis], belief.state[4 + axis]
+        holders[count + number], since[count + number] = auv, now
+        beliefs[count + number] = belief
 
 
 @compiled
-def _correct(
-    fixes: Floats, due: Ints, held: Floats, count: int, corrections: Floats, learnt: Floats,
-    gain: float, at_ping: bool, gate: float, walk: float, wander: float, in_body: bool,
-    latest: Floats, before: Floats, past: Ints, known: Ints, table: Floats, first: Ints,
-    step: float, walks: Floats, rate: float, biases: Floats, biases_in_body: bool,
-) -> None:  # fmt: skip
-    """Take in the fixes `due`; write what is believed then to `held`, from row `count` on."""
-    own = np.empty(BELIEF_COLUMNS)
-    for number in range(due.size):
-        row = due[number]
-        auv, now = int(fixes[row, AUV_OF_FIX]), fixes[row, DELIVERED_AT]
-        _, _, here_cosine, here_sine = reckoned(
-            auv, now, table, first, step, walks, rate, biases, biases_in_body
-        )
-        own[:] = latest[auv]
-        carry(own, now, here_cosine, here_sine, walk, wander, in_body)
-        was_x, was_y = own[STATE], own[STATE + 1]
-        place, end = _place(fixes, row, past[auv], known[auv], gain == WEIGHED, before[auv])
-        if place < end - 1:
-            latest[auv] = before[auv, place]
-        known[auv] = end
-        fixes[row, INNOVATION] = fixes[row, NIS] = nan
-        taken = False
-        for k in range(place, end):
-            before[auv, k] = latest[auv]
-            fix = fixes[past[auv, k]]
-            time = fix[VALID_AT] if at_ping else now
-            x, y, cosine, sine = reckoned(
-                auv, time, table, first, step, walks, rate, biases, biases_in_body
-            )
-            carry(latest[auv], time, cosine, sine, walk, wander, in_body)
-            off, weight, is_taken = _take(latest[auv], fix, x, y, gain, gate)
-            if past[auv, k] == row:
-                fix[INNOVATION], fix[NIS], taken = off, weight, is_taken
-        own[:] = latest[auv]
-        carry(own, now, here_cosine, here_sine, walk, wander, in_body)
-        moved = hypot(own[STATE] - was_x, own[STATE + 1] - was_y)
-        fixes[row, CORRECTION] = moved if taken else nan
-        corrections[auv] = -latest[auv, STATE : STATE + 2]
-        learnt[auv, :3], learnt[auv, 3:] = latest[auv, :STATE], latest[auv, STATE + 2 : REFUSED]
-        held[count + number, HOLDER], held[count + number, SINCE] = auv, now
-        held[count + number, BELIEF:] = latest[auv]
+def _take_in(
+    fixes: Rows, row: int, rule: Rule, growth: Growth, memory: Memory, reckoning: Reckoned
+) -> bool:
+    """Put a fix in its place among those of its AUV, and weigh anew those that come after it.
+
+    Note its innovation and normalised square; tell whether the gate let it pass.
+    """
+    auv = fixes[row].auv
+    latest, before, past = memory.latest, memory.before[auv], memory.past[auv]
+    by_ping = rule.gain == WEIGHED
+    place, end = _place(fixes, row, past, memory.known[auv], by_ping, before)
+    if place < end - 1:
+        latest[auv] = before[place]
+    memory.known[auv] = end
+    fixes[row].innovation_m = fixes[row].nis = nan
+    taken = False
+    for k in range(place, end):
+        before[k] = latest[auv]
+        fix = fixes[past[k]]
+        time = fix.valid_at_s if rule.at_ping else fixes[row].delivered_at_s
+        x, y, cosine, sine = reckoned(auv, time, reckoning)
+        carry(latest[auv], time, cosine, sine, growth)
+        off, weight, is_taken = _take(latest[auv], fix, x, y, rule.gain, rule.gate)
+        if past[k] == row:
+            fix.innovation_m, fix.nis, taken = off, weight, is_taken
+    return taken
 
 
 @compiled
 def _place(
-    fixes: Floats, row: int, past: Ints, known: int, by_ping: bool, before: Floats
+    fixes: Rows, row: int, past: Ints, known: int, by_ping: bool, before: Rows
 ) -> tuple[int, int]:
     """Put a fix in its place among those of an AUV; return that, and how many there are then.
 
@@ -237,7 +240,7 @@ def _place(
         known -= 1
         past[:known], before[:known] = past[1:].copy(), before[1:].copy()
     place = known
-    while by_ping and place > 0 and fixes[past[place - 1], VALID_AT] > fixes[row, VALID_AT]:
+    while by_ping and place > 0 and fixes[past[place - 1]].valid_at_s > fixes[row].valid_at_s:
         place -= 1
     if was_full and place == 0:
         return known, known
@@ -248,26 +251,26 @@ def _place(
 
 @compiled
 def _take(
-    belief: Floats, fix: Floats, x: float, y: float, gain: float, gate: float
+    belief: Row, fix: Row, x: float, y: float, gain: float, gate: float
 ) -> tuple[float, float, bool]:
     """Correct a belief by a fix, in its place, when dead reckoning is at `x`, `y` (m).
 
     Return the length of the innovation (m), its normalised square (NaN where nothing is unsure),
     and whether the gate let it pass.
     """
-    spread = belief[SPREAD:].reshape(STATES, STATES)
-    noise = fix[SD] ** 2, fix[SD + 1] ** 2, fix[COVARIANCE]
-    ahead = fix[POSITION] - (x - belief[STATE])
-    aside = fix[POSITION + 1] - (y - belief[STATE + 1])
+    spread = belief.covariance
+    noise = fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2
+    ahead = fix.x_m - (x - belief.state[0])
+    aside = fix.y_m - (y - belief.state[1])
     xx, yy, xy = spread[0, 0] + noise[0], spread[1, 1] + noise[1], spread[0, 1] + noise[2]
     determinant = xx * yy - xy * xy
     weight = nan
     if determinant > SURE * (xx + yy) ** 2:
         weight = (yy * ahead * ahead - 2.0 * xy * ahead * aside + xx * aside * aside) / determinant
-    if gate > 0.0 and weight > gate and belief[REFUSED] < MOST_REFUSED:
-        belief[REFUSED] += 1.0
+    if gate > 0.0 and weight > gate and belief.refused < MOST_REFUSED:
+        belief.refused += 1
         return hypot(ahead, aside), weight, False
-    belief[REFUSED] = 0.0
+    belief.refused = 0
     share = np.zeros((STATES, 2))
     if gain != WEIGHED:
         share[0, 0] = share[1, 1] = gain

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.plugins import PluginError, asked
-from ..records.columns import AUV_OF_FIX, CORRECTION, DELIVERED_AT, INNOVATION, POSITION, VALID_AT
+from ..records.rows import Rows
 from ..scenario.families import NAVIGATOR
-from ..vehicles.motion import Floats, Ints
+from ..vehicles.motion import Ints
 from .dead_reckoning import DeadReckoning, Odometry
 from .navigators import Navigator
 
@@ -38,21 +38,21 @@ class OwnNavigator:
         if missing:
             raise PluginError(NAVIGATOR.key, f"{name!r} lacks {', '.join(missing)}")
 
-    def correct(self, fixes: Floats, due: Ints) -> None:
+    def correct(self, fixes: Rows, due: Ints) -> None:
         """Hand the fixes whose rows are due on; note how far each moved its AUV's estimate (m).
 
         The innovation is noted before: against the estimate of the instant at which the fix holds.
         """
         for row in due:
-            auv, now = int(fixes[row, AUV_OF_FIX]), fixes[row, DELIVERED_AT : DELIVERED_AT + 1]
-            odometry = self._reckoning.sample(auv, now)[1]
-            then = self._reckoning.sample(auv, fixes[row, VALID_AT : VALID_AT + 1])[1]
-            missed = fixes[row, POSITION : POSITION + 2] - self.estimate(auv, then)[0]
-            fixes[row, INNOVATION] = np.hypot(*missed)
+            fix, auv = fixes[row], int(fixes[row]["auv"])
+            odometry = self._reckoning.sample(auv, np.array([fix["delivered_at_s"]]))[1]
+            then = self._reckoning.sample(auv, np.array([fix["valid_at_s"]]))[1]
+            x, y = self.estimate(auv, then)[0]
+            fix["innovation_m"] = np.hypot(fix["x_m"] - x, fix["y_m"] - y)
             was = self.estimate(auv, odometry)
-            self._asked(self._navigator.correct, fixes, np.array([row]))
+            self._asked(self._navigator.correct, fixes.view(np.recarray), np.array([row]))
             moved = self.estimate(auv, odometry)
-            fixes[row, CORRECTION] = np.hypot(*(moved - was)[0])
+            fix["correction_m"] = np.hypot(*(moved - was)[0])
             self._corrections[auv] = (moved - odometry.position)[0]
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.paths import Path
-from ..records.columns import AUV_OF_FIX, PINGED_AT, POSITION
-from ..records.recorder import Rows
+from ..records.rows import Rows
 from ..vehicles.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -95,7 +94,7 @@ class LastFixes:
     def note(self, fixes: Rows) -> None:
         """Plot fixes, rows of the buffer."""
         for fix in fixes:
-            self._places[int(fix[AUV_OF_FIX]), :2] = fix[POSITION : POSITION + 2]
+            self._places[fix["auv"], :2] = fix["x_m"], fix["y_m"]
 
     def at(self, time: float) -> Array:
         """Return where the AUVs are believed to be at an instant (s), shape (n, 3), m."""
@@ -111,8 +110,8 @@ class CarriedForward:
     def note(self, fixes: Rows) -> None:
         """Plot fixes, rows of the buffer; each holds at the instant of its ping."""
         for fix in fixes:
-            place = float(fix[POSITION]), float(fix[POSITION + 1])
-            self._courses[int(fix[AUV_OF_FIX])].fixed(float(fix[PINGED_AT]), place)
+            place = float(fix["x_m"]), float(fix["y_m"])
+            self._courses[fix["auv"]].fixed(float(fix["pinged_at_s"]), place)
 
     def at(self, time: float) -> Array:
         """Return where the AUVs are believed to be at an instant (s), shape (n, 3), m."""

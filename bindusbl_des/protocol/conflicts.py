@@ -7,7 +7,8 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled
+from ..acoustics.propagation import within
+from ..core.compiled import compiled, entry
 from ..vehicles.motion import Ints, Motion, where
 
 Array = NDArray[np.float64]
@@ -22,52 +23,55 @@ REMEMBERED = 256
 SMALL_FLEET = 32
 
 
-def hearing(auvs: Array, asvs: Array, hf_range: float, metric: str) -> Hearing:
-    """Return who is within HF range of whom, shape (AUVs, ASVs); the edge of the range counts.
+def hearing(auvs: Array, asvs: Array, reach: float, slant: bool) -> Hearing:
+    """Return who is within a reach (m) of whom (:func:`.propagation.within`), shape (AUVs, ASVs).
 
-    `auvs` (n, 3) and `asvs` (m, 3) are positions in m; `metric` is "horizontal" or "slant".
+    `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
     """
     heard = np.empty((len(auvs), len(asvs)), dtype=np.bool_)
-    _hearing(auvs, asvs, hf_range, 2 if metric == "horizontal" else 3, heard)
+    _hearing(auvs, asvs, reach, slant, heard)
     return heard
 
 
 @compiled
-def _hearing(auvs: Array, asvs: Array, hf_range: float, axes: int, heard: Hearing) -> None:
+def _hearing(auvs: Array, asvs: Array, reach: float, slant: bool, heard: Hearing) -> None:
     for i in range(len(auvs)):
+        here = auvs[i, 0], auvs[i, 1], auvs[i, 2], 0.0
         for j in range(len(asvs)):
-            square = 0.0
-            for axis in range(axes):
-                square += (auvs[i, axis] - asvs[j, axis]) ** 2
-            heard[i, j] = square <= hf_range**2
+            there = asvs[j, 0], asvs[j, 1], asvs[j, 2], 0.0
+            heard[i, j] = within(here, there, slant, reach)
 
 
 def survey(
-    auvs: Motion, asvs: Motion, time: float, hf_range: float, metric: str
+    auvs: Motion, asvs: Motion, time: float, reach: float, slant: bool
 ) -> tuple[Array, Array, Hearing]:
     """Return where AUVs and ASVs are at an instant (s), (n, 3) and (m, 3) in m, and who is within
-    HF range of whom: :func:`hearing` of these, in one step.
+    a reach (m) of whom: :func:`hearing` of these, in one step.
     """
     count, vessels = len(auvs.first) - 1, len(asvs.first) - 1
     here, there = np.empty((count, 3)), np.empty((vessels, 3))
     heard = np.empty((count, vessels), dtype=np.bool_)
-    _survey(*auvs, *asvs, time, hf_range, 2 if metric == "horizontal" else 3, here, there, heard)
+    _survey(*auvs, *asvs, time, reach, slant, here, there, heard)
     return here, there, heard
 
 
-@compiled
+@entry
 def _survey(
-    auv_table: Array, auv_first: Ints, auv_step: float, asv_table: Array, asv_first: Ints,
-    asv_step: float, time: float, hf_range: float, axes: int, auvs: Array, asvs: Array,
-    heard: Hearing,
+    auv_table: Array, auv_first: Ints, auv_step: float,
+    asv_table: Array, asv_first: Ints, asv_step: float,
+    time: float, reach: float, slant: bool, auvs: Array, asvs: Array, heard: Hearing,
 ) -> None:  # fmt: skip
-    for auv in range(len(auvs)):
-        x, y, z, _ = where(auv_table, auv_first, auv_step, auv, time)
-        auvs[auv, 0], auvs[auv, 1], auvs[auv, 2] = x, y, z
-    for asv in range(len(asvs)):
-        x, y, z, _ = where(asv_table, asv_first, asv_step, asv, time)
-        asvs[asv, 0], asvs[asv, 1], asvs[asv, 2] = x, y, z
-    _hearing(auvs, asvs, hf_range, axes, heard)
+    _place(Motion(auv_table, auv_first, auv_step), time, auvs)
+    _place(Motion(asv_table, asv_first, asv_step), time, asvs)
+    _hearing(auvs, asvs, reach, slant, heard)
+
+
+@compiled
+def _place(motion: Motion, time: float, out: Array) -> None:
+    """Write where the vehicles of a fleet are at an instant (s)."""
+    for vehicle in range(len(out)):
+        x, y, z, _ = where(motion, vehicle, time)
+        out[vehicle, 0], out[vehicle, 1], out[vehicle, 2] = x, y, z
 
 
 def conflict_graph(heard: Hearing) -> "nx.Graph[int]":

@@ -11,20 +11,11 @@ from ..acoustics.travel_time import travel_time
 from ..core.clock import Clock
 from ..core.compiled import compiled
 from ..navigation.navigators import Navigator
-from ..records.columns import (
-    ARRIVES_AT,
-    AUV_OF_FIX,
-    BROADCAST_AT,
-    BROADCAST_BY,
-    DELIVERED_AT,
-    LATENCY,
-    OUTCOME_OF_FIX,
-    PINGED_AT,
-)
 from ..records.events import DELIVERED, IN_FLIGHT
 from ..records.recorder import Recorder
+from ..records.rows import Rows
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Floats, Ints, where
+from ..vehicles.motion import Ints
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
@@ -69,11 +60,11 @@ class MfDownlink:
     def _leave(self, rows: range, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""
         ends = time + airtime
-        vessel = where(*self._asvs.motion, asv, ends)
+        vessel = self._asvs.vehicles[asv].at(ends)
         for fix in rows:
-            auv, outcome = self._fixes.array[fix, [AUV_OF_FIX, OUTCOME_OF_FIX]].astype(int)
-            if outcome == IN_FLIGHT:
-                place = self._auvs.vehicles[auv].at(ends)
+            row = self._fixes.array[fix]
+            if row["outcome"] == IN_FLIGHT:
+                place = self._auvs.vehicles[row["auv"]].at(ends)
                 event = self._env.timeout(
                     NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
                 )
@@ -87,20 +78,20 @@ class MfDownlink:
     def _travel(self, asv: int, fix: int, time: float) -> float:
         """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix."""
         vessel = self._asvs.vehicles[asv].at(time)
-        auv = self._auvs.vehicles[int(self._fixes.array[fix, AUV_OF_FIX])]
+        auv = self._auvs.vehicles[self._fixes.array[fix]["auv"]]
         return travel_time(vessel, auv.at, time, self._sound_speed)
 
     def reply(self, fix: int, asv: int, time: float) -> None:
         """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
         row = self._fixes.array[fix]
-        row[BROADCAST_AT], row[BROADCAST_BY] = time, asv
-        pinged_at = float(row[PINGED_AT])
+        row["broadcast_at_s"], row["broadcast_by"] = time, asv
+        pinged_at = float(row["pinged_at_s"])
         two_way = time - pinged_at + self._travel(asv, fix, time)
         self._expect(fix, self._clock.after(pinged_at, two_way))
 
     def _expect(self, fix: int, instant: float) -> None:
         """Let an AUV have a fix at an instant (s), but not before now."""
-        self._fixes.array[fix, ARRIVES_AT] = max(instant, self._env.now)
+        self._fixes.array[fix]["arrives_at_s"] = max(instant, self._env.now)
         self._deliver_at(max(instant, self._env.now))
 
     def _deliver_at(self, instant: float) -> None:
@@ -131,7 +122,7 @@ class MfDownlink:
 
 
 @compiled
-def delivered(fixes: Floats, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
+def delivered(fixes: Rows, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
     """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
 
     They stand there in the order of their arrival.  Return how many there are, and the first row
@@ -140,13 +131,13 @@ def delivered(fixes: Floats, first: int, end: int, time: float, due: Ints) -> tu
     count, waiting = 0, end
     for row in range(first, end):
         line = fixes[row]
-        if line[OUTCOME_OF_FIX] != IN_FLIGHT:
+        if line.outcome != IN_FLIGHT:
             continue
-        if line[ARRIVES_AT] <= time:
-            line[DELIVERED_AT], line[OUTCOME_OF_FIX] = line[ARRIVES_AT], DELIVERED
-            line[LATENCY] = line[ARRIVES_AT] - line[PINGED_AT]
+        if line.arrives_at_s <= time:
+            line.delivered_at_s, line.outcome = line.arrives_at_s, DELIVERED
+            line.latency_s = line.arrives_at_s - line.pinged_at_s
             place = count
-            while place > 0 and fixes[due[place - 1], ARRIVES_AT] > line[ARRIVES_AT]:
+            while place > 0 and fixes[due[place - 1]].arrives_at_s > line.arrives_at_s:
                 due[place] = due[place - 1]
                 place -= 1
             due[place] = row

@@ -6,19 +6,9 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
-from ..records.columns import (
-    ARRIVED_AT,
-    AT_ASV,
-    END,
-    FIRST,
-    FUSED,
-    FUSED_END,
-    OUTCOME,
-    POSITION,
-    ROUND,
-)
 from ..records.events import HEARD, IN_FLIGHT, Broadcast
 from ..records.recorder import Recorder
+from ..records.rows import Rows
 from .downlink import MfDownlink
 from .uplink import Uplink
 
@@ -33,27 +23,29 @@ class FixBatch:
         return len(self.rows)
 
     @property
-    def _fixes(self) -> NDArray[np.float64]:
+    def _fixes(self) -> Rows:
         return self._record.fixes.array[self.rows.start : self.rows.stop]
 
     @property
     def positions(self) -> NDArray[np.float64]:
         """x, y, z (m) of each fix, shape (k, 3)."""
-        return self._fixes[:, POSITION : POSITION + 3]
+        fixes = self._fixes
+        return np.column_stack((fixes["x_m"], fixes["y_m"], fixes["z_m"]))
 
     def hearers(self, asvs: int) -> NDArray[np.bool_]:
         """Return whose measurements were fused for each fix, shape (k, `asvs`)."""
         fused = np.zeros((len(self.rows), asvs), dtype=np.bool_)
         if len(self.rows):
-            bounds = self._fixes[:, (FUSED, FUSED_END)].astype(np.intp)
-            begin = int(bounds[:, 0].min())
-            receptions = self._record.receptions.array[begin : int(bounds[:, 1].max())]
-            heard = np.flatnonzero(receptions[:, OUTCOME] == HEARD)
-            first, end = np.searchsorted(heard, bounds - begin).T
+            fixes = self._fixes
+            begin = int(fixes["first"].min())
+            receptions = self._record.receptions.array[begin : int(fixes["end"].max())]
+            heard = np.flatnonzero(receptions["outcome"] == HEARD)
+            first = np.searchsorted(heard, fixes["first"] - begin)
+            end = np.searchsorted(heard, fixes["end"] - begin)
             before = np.repeat(np.cumsum(end - first) - end, end - first)
             rows = heard[np.arange(len(before)) - before]
-            fix = np.repeat(np.arange(len(bounds)), end - first)
-            fused[fix, receptions[rows, AT_ASV].astype(np.intp)] = True
+            fix = np.repeat(np.arange(len(fixes)), end - first)
+            fused[fix, receptions["asv"][rows]] = True
         return fused
 
 
@@ -91,20 +83,20 @@ class ReplyQueue:
 
     def expect(self, pings: range) -> None:
         """Wait for each ping at each ASV in range by itself."""
-        receptions = self._record.receptions.array
-        for ping in pings:
-            for row in range(*self._record.pings.array[ping, [FIRST, END]].astype(int)):
-                if receptions[row, OUTCOME] == IN_FLIGHT:
-                    ends = receptions[row, ARRIVED_AT] + self._uplink.ping_duration
+        for ping in self._record.pings.array[pings.start : pings.stop]:
+            for row in range(ping["first"], ping["end"]):
+                reception = self._record.receptions.array[row]
+                if reception["outcome"] == IN_FLIGHT:
+                    ends = reception["arrived_at_s"] + self._uplink.band.duration
                     event = self._env.timeout(max(float(ends) - self._env.now, 0.0))
-                    event.callbacks.append(partial(self._hear, ping, row))
+                    event.callbacks.append(partial(self._hear, int(ping["ping"]), row))
 
     def _hear(self, ping: int, row: int, _: simpy.Event) -> None:
         """Answer a ping when it has just been heard for the first time."""
         if self._uplink.decide(ping, row):
             fix, reception = self._record.fixes.count - 1, self._record.receptions.array[row]
-            asv, time = int(reception[AT_ASV]), float(reception[ARRIVED_AT]) + self._after
-            number = int(self._record.pings.array[ping, ROUND])
+            asv, time = int(reception["asv"]), float(reception["arrived_at_s"]) + self._after
+            number = int(self._record.pings.array[ping]["round"])
             self._record.broadcasts.append(Broadcast(number, asv, time, 0.0, 0, 1))
             self._record.rounds[number].fixes += 1
             self._downlink.reply(fix, asv, time)

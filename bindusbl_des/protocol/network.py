@@ -67,14 +67,15 @@ class Network:
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
-        asvs, hf_range, metric = self.asv_fleet.motion, self.uplink.hf_range, self.uplink.metric
+        asvs, reach, slant = self.asv_fleet.motion, self.uplink.band.reach, self.uplink.band.slant
         if self.chart is None:
             self.auv_fleet.reach(time)
-            seen = survey(self.auv_fleet.motion, asvs, time, hf_range, metric)
+            seen = survey(self.auv_fleet.motion, asvs, time, reach, slant)
         else:
             plot, own = self._plotted(self.chart, time), places(asvs, time)[:, :3]
-            seen = plot, own, hearing(plot, own, hf_range, metric)
-        return View(round_number, time, *seen, hf_range, metric, self.schedule_draw)
+            seen = plot, own, hearing(plot, own, reach, slant)
+        metric = "slant" if slant else "horizontal"
+        return View(round_number, time, *seen, reach, metric, self.schedule_draw)
 
     def _plotted(self, chart: Chart, time: float) -> Array:
         """Return where the fleet believes the AUVs to be, by all fixes made so far."""

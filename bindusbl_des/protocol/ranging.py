@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 import simpy
 
-from ..records.columns import CALL, CALL_TIME, CALLED_AT
 from ..records.events import HEARD, IN_FLIGHT
+from ..records.rows import Rows
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, Ints
@@ -50,20 +50,22 @@ class TwoWay:
         turnaround: float,
     ) -> None:
         self._env, self._uplink, self._queue = env, uplink, queue
-        self._answer_delay = uplink.ping_duration + turnaround
-        self._waiting: dict[tuple[int, int, int], Floats] = {}  # calls not yet answered
+        self._answer_delay = uplink.band.duration + turnaround
+        self._waiting: dict[tuple[int, int, int], Rows] = {}  # calls not yet answered
 
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
         """Call the AUVs of a group at the start of its slot; each pings when it has heard that."""
         callers = nearest(view, group)
-        for auv, call in zip(group, self._uplink.call(group, callers, time), strict=True):
-            if call[CALL - CALLED_AT] != HEARD:
+        calls = self._uplink.call(group, callers, time)
+        for number, auv in enumerate(group):
+            call = calls[number : number + 1]
+            if call["call"][0] != HEARD:
                 self._uplink.send(round_number, slot, [auv], time, call)
                 continue
             self._waiting[round_number, slot, auv] = call
-            answers_at = time + call[CALL_TIME - CALLED_AT] + self._answer_delay
+            answers_at = time + float(call["call_time_s"][0]) + self._answer_delay
             event = self._env.timeout(max(answers_at - self._env.now, 0.0))
             event.callbacks.append(partial(self._answer, (round_number, slot, auv), answers_at))
 
@@ -74,8 +76,8 @@ class TwoWay:
     def close(self) -> None:
         """End the mission; record the calls that AUVs have not answered by now."""
         for (round_number, slot, auv), call in self._waiting.items():
-            call[CALL - CALLED_AT] = IN_FLIGHT
-            self._uplink.send(round_number, slot, [auv], float(call[0]), call)
+            call["call"] = IN_FLIGHT
+            self._uplink.send(round_number, slot, [auv], float(call["called_at_s"][0]), call)
 
 
 def nearest(view: View, group: Sequence[int]) -> Ints:

@@ -6,33 +6,23 @@ from math import hypot
 
 import numpy as np
 
-from ..acoustics.propagation import spread
+from ..acoustics.loss import LossTerms
+from ..acoustics.propagation import Band, spread
 from ..core.streams import NoiseStore, Purpose, Streams
-from ..records.columns import (
-    ARRIVED_AT,
-    AT_ASV,
-    AUV,
-    CALL_TIME,
-    CALLED_AT,
-    FIRST,
-    OF_AUV,
-    OF_PING,
-    OUTCOME,
-    PASSED_AT,
-)
 from ..records.events import IN_FLIGHT
 from ..records.recorder import EventBuffer, Recorder
+from ..records.rows import CALLED, NONE, Rows
 from ..usbl.instrument import NOISE_WIDTH, Usbl
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints
-from .calling import Call, interrogate
-from .reception import NOBODY, LossTerms, decide, passed
+from .calling import CALL, interrogate
+from .reception import settle
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
 
-# What a ping that nobody called has from CALLED_AT to CALL_TIME
-NO_CALL = np.full(CALL_TIME + 1 - CALLED_AT, np.nan)
+# What a ping has that nobody called
+NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
 
 
 @lru_cache(maxsize=4096)
@@ -52,52 +42,47 @@ class Uplink:
         self,
         auvs: Fleet,
         asvs: Fleet,
-        *,
-        hf_range: float,
-        metric: str,
-        ping_duration: float,
-        sound_speed: float,
+        band: Band,
         loss: LossTerms,
         usbl: Usbl,
         streams: Streams,
         strayed: Floats,
         record: Recorder,
     ) -> None:
-        """Put a band together; `strayed` (n,), m2, as of :func:`.reception.decide` for each AUV."""
-        self.ping_duration, self.hf_range, self.metric = ping_duration, hf_range, metric
+        """Put a band together; `strayed` (n,), m2, as of :class:`.reception.Listeners`."""
+        self.band = band
         self._auvs, self._asvs, self._record, self._loss = auvs, asvs, record, loss
-        self._limits = metric == "slant", hf_range, ping_duration, sound_speed
-        self._instruments = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels, strayed)
+        self._listeners = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels, strayed)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
         self._luck = cache(partial(streams.of, Purpose.CALL))
-        self._calls = EventBuffer(Call)
+        self._calls = EventBuffer(CALL)
         self._undecided = 0  # pings before this one are decided
 
-    def call(self, group: Sequence[int], callers: Ints, time: float) -> Floats:
+    def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
         """Let ASVs call AUVs at an instant (s), one for each, who may name several in its call.
 
-        Return for each AUV what a ping has from CALLED_AT to CALL_TIME, shape (n, 4).
+        Return for each AUV what became of its call (n,), :data:`.rows.CALLED`.
         """
         calls, luck = self._calls, self._luck
         chances = [
             luck(auv, asv).random() for auv, asv in zip(group, callers.tolist(), strict=True)
         ]
         self._foresee(group, time)
-        answers, sounds = np.empty((len(group), 2)), len(set(callers.tolist())) * len(self._asvs)
+        answers, sounds = np.empty(len(group), CALLED), len(set(callers.tolist())) * len(self._asvs)
         calls.count = interrogate(
             members(tuple(group)), callers, np.array(chances), time, answers,
-            calls.room_for(sounds), calls.count, *self._loss, *self._limits,
+            calls.room_for(sounds), calls.count, *self._loss, *self.band,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
-        return np.column_stack((np.full(len(group), time), callers, answers))
+        return answers
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
         self._auvs.reach(time)
         if not self._auvs.foreseen:
-            _, hf_range, _, sound_speed = self._limits
             deepest = max(self._auvs.vehicles[auv].at(time).z for auv in group)
-            self._auvs.reach(time + PASSED * hypot(hf_range, deepest) / sound_speed)
+            way = hypot(self.band.reach, deepest)
+            self._auvs.reach(time + PASSED * way / self.band.sound_speed)
 
     def send(
         self,
@@ -105,19 +90,19 @@ class Uplink:
         slot: int,
         group: Sequence[int],
         time: float,
-        call: Floats = NO_CALL,
+        called: Rows = NO_CALL,
     ) -> range:
         """Let AUVs ping now, at `time` (s); return their pings.
 
-        Those who answer a `call`, or should have, are told of it as :meth:`call` does.
+        What became of a call that they answer, or should have, tells `called` (1,).
         """
         pings, receptions = self._record.pings, self._record.receptions
         first, count = pings.count, len(group)
         self._auvs.reach(time)
         receptions.count = spread(
-            members(tuple(group)), round_number, slot, time, call, self._calls.count,
+            members(tuple(group)), round_number, slot, time, called, self._calls.count,
             pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
-            receptions.count, self._record.everything, *self._limits,
+            receptions.count, self._record.everything, *self.band,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
@@ -125,52 +110,50 @@ class Uplink:
 
     def decide_passed(self, time: float) -> range:
         """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""
-        pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
-        noise, first = self._noise, fixes.count
+        pings, first = self._record.pings, self._record.fixes.count
         while True:
-            fixes.count, auv, asv = passed(
-                time, self._undecided, pings.array, pings.count, receptions.array,
-                receptions.count, fixes.room_for(pings.count - self._undecided), fixes.count,
-                self._calls.rows, self.ping_duration, noise.shelf, noise.taken, noise.blocks,
-                *self._instruments,
-            )  # fmt: skip
-            if asv == NOBODY:
+            auv, asv = self._settle(time, self._undecided)
+            if asv == NONE:
                 break
-            for other in {asv, *self._bound_for(auv)}:  # at once: `passed` begins anew each time
-                if noise.is_spent(auv, other):
-                    noise.refill(auv, other)
-        while self._undecided < pings.count and pings.array[self._undecided, PASSED_AT] == np.inf:
+            for other in {asv, *self._bound_for(auv)}:  # at once: settling begins anew each time
+                if self._noise.is_spent(auv, other):
+                    self._noise.refill(auv, other)
+        while (
+            self._undecided < pings.count and pings.array[self._undecided]["passed_at_s"] == np.inf
+        ):
             self._undecided += 1
-        return range(first, fixes.count)
+        return range(first, self._record.fixes.count)
+
+    def _settle(self, time: float, ping: int, only: int = NONE) -> tuple[int, int]:
+        """Decide what has passed; return an AUV and an ASV whose noise is used up, or NONE."""
+        pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
+        noise = self._noise
+        fixes.count, auv, asv = settle(
+            time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
+            fixes.room_for(pings.count - self._undecided + 1), fixes.count,
+            noise.shelf, noise.taken, noise.blocks, *self._listeners,
+        )  # fmt: skip
+        return auv, asv
 
     def _bound_for(self, auv: int) -> list[int]:
         """Return the ASVs that pings of an AUV are under way to."""
-        first = int(self._record.pings.array[self._undecided, FIRST])
-        rows = self._record.receptions.rows[first:]
-        mine = (rows[:, OF_AUV] == auv) & (rows[:, OUTCOME] == IN_FLIGHT)
-        bound: list[int] = rows[mine, AT_ASV].astype(np.int64).tolist()
+        rows = self._record.receptions.rows[self._record.pings.array[self._undecided]["first"] :]
+        mine = (rows["auv"] == auv) & (rows["outcome"] == IN_FLIGHT)
+        bound: list[int] = rows["asv"][mine].tolist()
         return bound
 
     def decide(self, ping: int, row: int) -> bool:
         """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
-        pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
-        noise = self._noise
-        while True:
-            made, dry = decide(
-                ping, row, row + 1, pings.array, receptions.array, receptions.count,
-                fixes.room_for(1), fixes.count, self._calls.rows, self.ping_duration, noise.shelf,
-                noise.taken, noise.blocks, *self._instruments,
-            )  # fmt: skip
-            if dry == NOBODY:
-                fixes.count += made
-                return bool(made)
-            noise.refill(int(pings.array[ping, AUV]), dry)
+        count = self._record.fixes.count
+        while (dry := self._settle(0.0, ping, row))[1] != NONE:
+            self._noise.refill(*dry)
+        return self._record.fixes.count > count
 
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""
         receptions, fixes = self._record.receptions.rows, self._record.fixes
-        arrived = receptions[:, ARRIVED_AT] + self.ping_duration < time
+        arrived = receptions["arrived_at_s"] + self.band.duration < time
         count = fixes.count
-        for row in np.flatnonzero((receptions[:, OUTCOME] == IN_FLIGHT) & arrived).tolist():
-            self.decide(int(receptions[row, OF_PING]), row)
+        for row in np.flatnonzero((receptions["outcome"] == IN_FLIGHT) & arrived).tolist():
+            self.decide(int(receptions["ping"][row]), row)
         fixes.count = count  # nobody waits for what others hear of them any more

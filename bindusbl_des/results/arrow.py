@@ -5,7 +5,6 @@ half a second in every run and every worker.
 """
 
 from collections.abc import Sequence
-from math import isnan
 from typing import Any
 
 import numpy as np
@@ -20,8 +19,8 @@ Ends = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
 
 
-def named(values: Floats, names: Sequence[str]) -> pa.Array:
-    """Return the names that numbers count in, as Arrow strings; NaN becomes null."""
+def named(values: Ints, names: Sequence[str]) -> pa.Array:
+    """Return the names that numbers count in, as Arrow strings; a negative number becomes null."""
     encoded = [name.encode() for name in names]
     letters = np.array(encoded or [b"-"])
     width = letters.dtype.itemsize
@@ -29,16 +28,16 @@ def named(values: Floats, names: Sequence[str]) -> pa.Array:
     text = np.empty(len(values) * width, dtype=np.uint8)
     spelt = letters.view(np.uint8).reshape(-1, width)
     length = _spell(values, spelt, np.array(list(map(len, encoded)), dtype=np.int64), ends, text)
-    return _string_array(np.isnan(values), ends, text[:length])
+    return _string_array(values < 0, ends, text[:length])
 
 
 @compiled
-def _spell(values: Floats, spelt: Bytes, lengths: Ints, ends: Ends, text: Bytes) -> int:
+def _spell(values: Ints, spelt: Bytes, lengths: Ints, ends: Ends, text: Bytes) -> int:
     """Write names one after the other, and where each ends; return how long the text is."""
     length = 0
     for k in range(values.size):
-        if not isnan(values[k]):
-            name = int(values[k])
+        name = values[k]
+        if name >= 0:
             for letter in range(lengths[name]):
                 text[length + letter] = spelt[name, letter]
             length += lengths[name]

@@ -23,6 +23,7 @@ from ..records.events import (
     TrackPoint,
     Utilisation,
 )
+from ..records.rows import NONE, Rows
 from ..records.worst import WORST_IS_LARGEST
 from .arrow import arrow, named
 
@@ -122,18 +123,22 @@ def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=described)
 
 
-def from_numbers(table: str, rows: Floats, **labels: Sequence[str]) -> pa.Table:
+def from_numbers(
+    table: str, columns: Rows | Mapping[str, NDArray[Any]], **labels: Sequence[str]
+) -> pa.Table:
     """Return the rows of a buffer, all columns numbers, as an Arrow table with names for labels.
 
-    Vehicles and outcomes have theirs; in other columns of text numbers count in `labels`.
+    Vehicles and outcomes have theirs; in other columns of text numbers count in `labels`.  NaN
+    becomes null, as does NONE in columns of text.
     """
     described = schema(table)
     arrays = []
-    for field, values in zip(described, rows.T, strict=True):
+    for field in described:
+        values = columns[field.name]
         if field.type != pa.string():
             arrays.append(arrow(values, field.type))
         elif field.name in VEHICLES:
-            most = int(np.fmax.reduce(values, initial=-1))
+            most = int(np.max(values, initial=NONE))
             arrays.append(named(values, [f"{VEHICLES[field.name]}{n}" for n in range(most + 1)]))
         else:
             arrays.append(named(values, labels.get(field.name, OUTCOMES)))

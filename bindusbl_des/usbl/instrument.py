@@ -6,11 +6,13 @@ own position from GNSS.  Frames are those of :mod:`.array`.
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled
+from ..records.rows import Row, Rows
 from .array import arrival_differences, direction, rotation, scatter, tangents
 
 Vector = NDArray[np.float64]
@@ -18,8 +20,34 @@ Vector = NDArray[np.float64]
 # Noise of one measurement: 5 element arrivals, 1 travel time, 3 attitude angles, 3 GNSS axes
 NOISE_WIDTH = 12
 
+# What all measurements of an instrument share: the sound speed (m/s), the noise of one element by
+# itself and with what its clock's steps add (s), that of a travel time (s), the step (s), the noise
+# of a range by one way (m), of GNSS along each axis (m), and of roll, pitch and heading (rad).
+LEVELS = np.dtype(
+    [
+        ("sound_speed_m_per_s", "f8"),
+        ("element_sd_s", "f8"),
+        ("stepped_element_sd_s", "f8"),
+        ("travel_time_sd_s", "f8"),
+        ("quantum_s", "f8"),
+        ("range_sd_m", "f8"),
+        ("gnss_sd_m", "f8"),
+        ("attitude_sd_rad", "f8", (3,)),
+    ]
+)
+
 # A source nearer than this (m) is within the array; it only keeps divisions finite.
 SHORTEST_RANGE = 1e-3
+
+
+class Instrument(NamedTuple):
+    """What ASVs measure with: the places of the elements (5, 3), m, their scatter matrix (3, 3), m2
+    (:mod:`.array`), and a record of LEVELS.
+    """
+
+    array: Vector
+    metric: Vector
+    levels: Row
 
 
 def element_sd(tdoa_sd: float, quantum: float = 0.0, elements: int = 5) -> float:
@@ -105,18 +133,17 @@ def locate(
     yaw: float,
     travel_time: float,
     noise: Vector,
-    array: Vector,
-    metric: Vector,
-    levels: Vector,
+    instrument: Instrument,
 ) -> tuple[Vector, Vector]:
     """Measure one ping: return the fix (3,), m, and its covariance (3, 3), m2 (eq. usbl_fix).
 
     `source` is where the ping was sent and `vessel` where the array is when it arrives (survey
-    frame, m); `noise` are NOISE_WIDTH standard normal numbers; `levels` as in :class:`Usbl`.
+    frame, m); `noise` are NOISE_WIDTH standard normal numbers.
     """
-    unit, believed = sighted(source, vessel, yaw, noise, array, metric, levels)
-    reach = levels[0] * clocked(travel_time, noise, levels)
-    return placed(vessel, unit, believed, reach, levels[5], noise, metric, levels)
+    levels = instrument.levels
+    unit, believed = sighted(source, vessel, yaw, noise, instrument)
+    reach = levels.sound_speed_m_per_s * clocked(travel_time, noise, instrument)
+    return placed(vessel, unit, believed, reach, levels.range_sd_m, noise, instrument)
 
 
 @compiled
@@ -125,22 +152,22 @@ def sighted(
     vessel: Vector,
     yaw: float,
     noise: Vector,
-    array: Vector,
-    metric: Vector,
-    levels: Vector,
+    instrument: Instrument,
 ) -> tuple[Vector, Vector]:
     """Return the unit vector to a source that an ASV believes in, and the attitude that it believes
     to have: the rotation (3, 3) from array to survey frame.  Arguments as of :func:`locate`.
     """
-    sound_speed, sigma_element, quantum = levels[0], levels[1], levels[4]
-    attitude_sd = levels[7:10]
+    levels = instrument.levels
+    attitude_sd, sound_speed = levels.attitude_sd_rad, levels.sound_speed_m_per_s
     truth = rotation(0.0, 0.0, yaw)
     offset = source - vessel
     seen = np.empty(3)  # the source as the array sees it
     for k in range(3):
         seen[k] = truth[0, k] * offset[0] + truth[1, k] * offset[1] + truth[2, k] * offset[2]
-    differences = arrival_differences(array, seen, sound_speed, sigma_element * noise[:5], quantum)
-    within = direction(array, differences, sound_speed, metric)
+    differences = arrival_differences(
+        instrument.array, seen, sound_speed, levels.element_sd_s * noise[:5], levels.quantum_s
+    )
+    within = direction(instrument.array, differences, sound_speed, instrument.metric)
     believed = rotation(
         attitude_sd[0] * noise[6], attitude_sd[1] * noise[7], yaw + attitude_sd[2] * noise[8]
     )
@@ -153,9 +180,10 @@ def sighted(
 
 
 @compiled
-def clocked(travel_time: float, noise: Vector, levels: Vector) -> float:
+def clocked(travel_time: float, noise: Vector, instrument: Instrument) -> float:
     """Return a travel time (s) as it is measured; none is negative, whatever the noise."""
-    measured, quantum = travel_time + levels[3] * noise[5], levels[4]
+    quantum = instrument.levels.quantum_s
+    measured = travel_time + instrument.levels.travel_time_sd_s * noise[5]
     if quantum > 0.0:
         measured = round(measured / quantum) * quantum
     return float(max(measured, 0.0))
@@ -169,22 +197,22 @@ def placed(
     reach: float,
     ranging_sd: float,
     noise: Vector,
-    metric: Vector,
-    levels: Vector,
+    instrument: Instrument,
 ) -> tuple[Vector, Vector]:
     """Return the fix (3,), m, at a range `reach` (m) in a direction, and its covariance (3, 3), m2.
 
     `ranging_sd` (m) is that of the range; direction and attitude as of :func:`sighted`.
     """
-    ahead = reach * unit
+    ahead, levels = reach * unit, instrument.levels
+    direction_sd = levels.sound_speed_m_per_s * levels.stepped_element_sd_s
     covariance = fix_covariance(
-        ahead, believed, metric, levels[0] * levels[2], ranging_sd, levels[7:10], 0.0
+        ahead, believed, instrument.metric, direction_sd, ranging_sd, levels.attitude_sd_rad, 0.0
     )
     shrinkage = debias(ahead, covariance, ranging_sd)
     fix = np.empty(3)
     for k in range(3):
-        fix[k] = vessel[k] + levels[6] * noise[9 + k] + shrinkage * ahead[k]
-        covariance[k, k] += levels[6] ** 2
+        fix[k] = vessel[k] + levels.gnss_sd_m * noise[9 + k] + shrinkage * ahead[k]
+        covariance[k, k] += levels.gnss_sd_m**2
     return fix, covariance
 
 
@@ -231,26 +259,27 @@ class Usbl:
     attitude_sd: tuple[float, float, float]
     gnss_sd: float
     sound_speed: float
-    levels: Vector = field(init=False, repr=False)
     metric: Vector = field(init=False, repr=False)
+    levels: Rows = field(init=False, repr=False)  # (1,)
 
     def __post_init__(self) -> None:
-        ranging = range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1)
-        levels = (
+        levels = np.zeros(1, dtype=LEVELS)
+        levels[0] = (
             self.sound_speed,
             element_sd(self.tdoa_sd),
             element_sd(self.tdoa_sd, self.quantum),
             self.travel_time_sd,
             self.quantum,
-            ranging,
+            range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1),
             self.gnss_sd,
-            *self.attitude_sd,
+            self.attitude_sd,
         )
-        object.__setattr__(self, "levels", np.array(levels))  # derived once, then frozen
+        object.__setattr__(self, "levels", levels)  # derived once, then frozen
         object.__setattr__(self, "metric", scatter(self.array))
 
     def locate(
         self, source: Vector, vessel: Vector, yaw: float, travel_time: float, noise: Vector
     ) -> tuple[Vector, Vector]:
         """Measure one ping; see :func:`locate`."""
-        return locate(source, vessel, yaw, travel_time, noise, self.array, self.metric, self.levels)
+        instrument = Instrument(self.array, self.metric, self.levels[0])
+        return locate(source, vessel, yaw, travel_time, noise, instrument)

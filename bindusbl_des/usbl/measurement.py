@@ -5,52 +5,51 @@ both; ASVs share their clock, GNSS time, and what they measured.
 """
 
 from math import isnan
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.compiled import compiled
-from ..records.columns import (
-    ARRIVED_AT,
-    AT_ASV,
-    CALL_TIME,
-    CALLED_AT,
-    CALLED_BY,
-    OUTCOME,
-    PING_X,
-    PING_Z,
-    TRAVEL_TIME,
-)
 from ..records.events import HEARD
-from ..vehicles.motion import Floats, Ints, where
+from ..records.rows import Row, Rows
+from ..vehicles.motion import Floats, Ints, Motion, where
 from .fusion import fuse_pair, fuse_shared
-from .instrument import clocked, locate, placed, sighted
-from .round_trip import dated, own_range
+from .instrument import Instrument, clocked, locate, placed, sighted
+from .round_trip import PathErrors, dated, own_range
+
+
+class Sighting(NamedTuple):
+    """What an ASV measures of an answer: where it is (m), the direction and the attitude that it
+    believes in (:func:`.instrument.sighted`), and the length (m) of the way of call and answer.
+    """
+
+    vessel: Floats
+    unit: Floats
+    believed: Floats
+    path: float
 
 
 @compiled
 def measured(
-    ping: Floats, heard: Ints, receptions: Floats, first: int, noise: Floats, asv_table: Floats,
-    asv_first: Ints, asv_step: float, array: Floats, metric: Floats, levels: Floats, strayed: float,
+    ping: Row, heard: Ints, receptions: Rows, noise: Floats, asvs: Motion,
+    instrument: Instrument, strayed: float,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
 
-    `heard` are the receptions that were decoded; `noise` has a row of standard normal numbers for
-    each reception of the ping from `first` on; `strayed` (m2) as of :func:`.reception.decide`.
+    `receptions` (n,) and `noise` (n, NOISE_WIDTH), standard normal numbers, belong together;
+    `heard` are the receptions that were decoded; `strayed` (m2) as in
+    :class:`.reception.Listeners`.
     """
-    if not isnan(ping[CALLED_AT]):
-        return _two_way(
-            ping, heard, receptions, first, noise, asv_table, asv_first, asv_step, array, metric,
-            levels, strayed,
-        )  # fmt: skip
-    source = ping[PING_X : PING_Z + 1]
+    if not isnan(ping.called_at_s):
+        return _two_way(ping, heard, receptions, noise, asvs, instrument, strayed)
+    source = np.array((ping.x_m, ping.y_m, ping.z_m))
     estimate, covariance = np.zeros(3), np.zeros((3, 3))
     for row in heard:
         it = receptions[row]
-        x, y, z, yaw = where(asv_table, asv_first, asv_step, int(it[AT_ASV]), it[ARRIVED_AT])
+        x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
         fix, spread = locate(
-            source, np.array((x, y, z)), yaw, it[TRAVEL_TIME], noise[row - first], array, metric,
-            levels,
-        )  # fmt: skip
+            source, np.array((x, y, z)), yaw, it.travel_time_s, noise[row], instrument
+        )
         if row == heard[0]:
             estimate, covariance = fix, spread
         else:
@@ -60,8 +59,8 @@ def measured(
 
 @compiled
 def _two_way(
-    ping: Floats, heard: Ints, receptions: Floats, first: int, noise: Floats, asv_table: Floats,
-    asv_first: Ints, asv_step: float, array: Floats, metric: Floats, levels: Floats, strayed: float,
+    ping: Row, heard: Ints, receptions: Rows, noise: Floats, asvs: Motion,
+    instrument: Instrument, strayed: float,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Measure the answer to a call; arguments as of :func:`measured`.
 
@@ -69,69 +68,58 @@ def _two_way(
     answered, and with it the range of all others, whose errors contain that of the first (eq. rtt;
     the turnaround is known and removed).
     """
-    caller, reference = int(ping[CALLED_BY]), heard[0]
+    reference = heard[0]
     astray = np.zeros(3)  # the caller's GNSS error, which lasts for as long as call and answer
-    for row in range(first, first + len(noise)):
-        if receptions[row, AT_ASV] == caller:
-            astray = levels[6] * noise[row - first, 9:12]
-            if receptions[row, OUTCOME] == HEARD:
+    for row in range(len(receptions)):
+        if receptions[row].asv == ping.called_by:
+            astray = instrument.levels.gnss_sd_m * noise[row, 9:12]
+            if receptions[row].outcome == HEARD:
                 reference = row
     state, spread, call_way = _by_itself(
-        ping, receptions[reference], noise[reference - first], astray, asv_table, asv_first,
-        asv_step, array, metric, levels, strayed,
-    )  # fmt: skip
+        ping, receptions[reference], noise[reference], astray, asvs, instrument, strayed
+    )
     for row in heard:
         if row != reference:
-            vessel, unit, believed, path = _seen(
-                ping, receptions[row], noise[row - first], asv_table, asv_first, asv_step, array,
-                metric, levels,
-            )  # fmt: skip
+            seen = _seen(ping, receptions[row], noise[row], asvs, instrument)
             fix, other = placed(
-                vessel, unit, believed, max(path - call_way, 0.0), levels[5], noise[row - first],
-                metric, levels,
+                seen.vessel, seen.unit, seen.believed, max(seen.path - call_way, 0.0),
+                instrument.levels.range_sd_m, noise[row], instrument,
             )  # fmt: skip
-            state, spread = fuse_shared(state, spread, fix, other, unit)
+            state, spread = fuse_shared(state, spread, fix, other, seen.unit)
     return state[:3].copy(), spread[:3, :3].copy()
 
 
 @compiled
-def _seen(
-    ping: Floats, it: Floats, noise: Floats, asv_table: Floats, asv_first: Ints, asv_step: float,
-    array: Floats, metric: Floats, levels: Floats,
-) -> tuple[Floats, Floats, Floats, float]:  # fmt: skip
-    """Return where an ASV is at a reception (m), the direction and the attitude that it believes
-    in, and the length (m) of the way of call and answer that it measures.
-    """
-    x, y, z, yaw = where(asv_table, asv_first, asv_step, int(it[AT_ASV]), it[ARRIVED_AT])
-    vessel = np.array((x, y, z))
-    unit, believed = sighted(ping[PING_X : PING_Z + 1], vessel, yaw, noise, array, metric, levels)
-    path = levels[0] * clocked(ping[CALL_TIME] + it[TRAVEL_TIME], noise, levels)
-    return vessel, unit, believed, path
+def _seen(ping: Row, it: Row, noise: Floats, asvs: Motion, instrument: Instrument) -> Sighting:
+    """Return what an ASV measures of a reception of an answer."""
+    x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
+    vessel, source = np.array((x, y, z)), np.array((ping.x_m, ping.y_m, ping.z_m))
+    unit, believed = sighted(source, vessel, yaw, noise, instrument)
+    under_way = clocked(ping.call_time_s + it.travel_time_s, noise, instrument)
+    return Sighting(vessel, unit, believed, instrument.levels.sound_speed_m_per_s * under_way)
 
 
 @compiled
 def _by_itself(
-    ping: Floats, it: Floats, noise: Floats, astray: Floats, asv_table: Floats, asv_first: Ints,
-    asv_step: float, array: Floats, metric: Floats, levels: Floats, strayed: float,
+    ping: Row, it: Row, noise: Floats, astray: Floats, asvs: Motion, instrument: Instrument,
+    strayed: float,
 ) -> tuple[Floats, Floats, float]:  # fmt: skip
     """Locate an AUV by one reception of its answer; return what :func:`.fusion.fuse_shared` takes
     as an estimate and its covariance, and the length (m) of the call's way.
     """
-    vessel, unit, believed, path = _seen(
-        ping, it, noise, asv_table, asv_first, asv_step, array, metric, levels
+    seen, levels = _seen(ping, it, noise, asvs, instrument), instrument.levels
+    x, y, z, _ = where(asvs, ping.called_by, ping.called_at_s)
+    baseline = np.array((x, y, z)) - seen.vessel
+    gnss, other_gnss = levels.gnss_sd_m**2, 0.0
+    if it.asv != ping.called_by:
+        baseline, other_gnss = baseline + astray - levels.gnss_sd_m * noise[9:12], gnss
+    own = own_range(seen.path, baseline, seen.unit)
+    fix, covariance = placed(
+        seen.vessel, seen.unit, seen.believed, own.reach, 0.0, noise, instrument
     )
-    x, y, z, _ = where(asv_table, asv_first, asv_step, int(ping[CALLED_BY]), ping[CALLED_AT])
-    baseline, gnss, other_gnss = np.array((x, y, z)) - vessel, levels[6] ** 2, 0.0
-    if it[AT_ASV] != ping[CALLED_BY]:
-        baseline, other_gnss = baseline + astray - levels[6] * noise[9:12], gnss
-    reach, share, bearing, lean, doubt = own_range(path, baseline, unit)
-    fix, covariance = placed(vessel, unit, believed, reach, 0.0, noise, metric, levels)
     state = np.zeros(4)
     state[:3] = fix
     limit = (baseline[0] ** 2 + baseline[1] ** 2 + baseline[2] ** 2) / 6  # two places on a line
-    level = bearing[0] ** 2 + bearing[1] ** 2  # AUVs go level
-    spread = dated(
-        covariance, unit, share, bearing, lean, doubt, limit, levels[5] ** 2, level * strayed, gnss,
-        other_gnss,
-    )  # fmt: skip
-    return state, spread, path - reach
+    level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
+    errors = PathErrors(levels.range_sd_m**2, level * strayed, gnss, other_gnss)
+    return state, dated(covariance, seen.unit, own, limit, errors), seen.path - own.reach

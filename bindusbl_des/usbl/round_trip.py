@@ -6,6 +6,7 @@ the call and at which it answered, a ping and a turnaround later.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +19,39 @@ Vector = NDArray[np.float64]
 IN_LINE = 1e-9
 
 
+class OwnRange(NamedTuple):
+    """How far (m) an AUV was from who heard its answer.
+
+    `share` of an error of the path goes into the range; the AUV lies from the caller along the unit
+    vector `bearing` (3,); the range grows by `lean` (3,) per metre across the direction.  In
+    `doubt` (m2) it is whatever the errors only where the AUV lies between the two, where every
+    range makes the same path.
+    """
+
+    reach: float
+    share: float
+    bearing: Vector
+    lean: Vector
+    doubt: float
+
+
+class PathErrors(NamedTuple):
+    """Variances (m2): of a path's own length, of the AUV's motion between call and answer, of the
+    GNSS of who heard it, and of the GNSS of the caller if that is another (else 0).
+    """
+
+    timing: float
+    motion: float
+    gnss: float
+    other_gnss: float
+
+
 @compiled
-def own_range(
-    path: float, baseline: Vector, unit: Vector
-) -> tuple[float, float, Vector, Vector, float]:
-    """Return how far (m) an AUV in a direction was, when call and answer took a `path` (m).
+def own_range(path: float, baseline: Vector, unit: Vector) -> OwnRange:
+    """Return how far an AUV in a direction was, when call and answer took a `path` (m).
 
     `baseline` (3,), m, points from who heard the answer to where the call was sent: 0 for a caller
-    that keeps its place, who takes half the path; others look for a point of an ellipse.  Also
-    returned: what share of an error of the path goes into the range; where the AUV lies from the
-    caller, a unit vector; by how much the range grows per metre across the direction, (3,); and how
-    uncertain the range is whatever the errors (m2): not at all, but where the AUV lies between the
-    two, where every range makes the same path.
+    that keeps its place, who takes half the path; others look for a point of an ellipse.
 
     >>> [round(x, 9) for x in own_range(100.0, np.zeros(3), np.array([1.0, 0.0, 0.0]))[:2]]
     [50.0, 0.5]
@@ -42,47 +64,46 @@ def own_range(
     whole = max(path, math.sqrt(square))
     rest = whole - along
     if rest <= IN_LINE * whole:
-        return whole / 2, 0.5, -unit, np.zeros(3), square / 12
+        return OwnRange(whole / 2, 0.5, -unit, np.zeros(3), square / 12)
     reach = (whole**2 - square) / (2 * rest)
     lean = (baseline - along * unit) / rest
     bearing = reach * unit - baseline
     way = math.sqrt(bearing[0] ** 2 + bearing[1] ** 2 + bearing[2] ** 2)
     if way <= IN_LINE * whole:
-        return reach, 0.5, unit, lean, 0.0
-    return reach, (whole - reach) / rest, bearing / way, lean, 0.0
+        return OwnRange(reach, 0.5, unit, lean, 0.0)
+    return OwnRange(reach, (whole - reach) / rest, bearing / way, lean, 0.0)
 
 
 @compiled
 def dated(
-    covariance: Vector, unit: Vector, share: float, bearing: Vector, lean: Vector, doubt: float,
-    limit: float, timing: float, motion: float, gnss: float, other_gnss: float,
-) -> Vector:  # fmt: skip
+    covariance: Vector, unit: Vector, own: OwnRange, limit: float, errors: PathErrors
+) -> Vector:
     """Return the covariance (4, 4), m2, of a fix by a range of one's own and of the call's way.
 
     The call's way is what remains of the path, and tells all others when the AUV answered.
-    `covariance` (3, 3) is that of the direction and of the ASV's GNSS (m2 per axis, `gnss`); the
-    range errs by `share` of the path's own error (variance `timing`) and of the AUV's motion
-    between call and answer (`motion`), by `lean` of the error of the direction, and where another
-    ASV has called by `share` of both GNSS errors along the `bearing` (`other_gnss`, else 0); what
-    :func:`own_range` is in `doubt` about comes on top.  However little the geometry tells, the
-    AUV lies on an ellipse: neither direction nor path make more than a `limit` (m2) of it.
+    `covariance` (3, 3) is that of the direction and of the ASV's GNSS; the range errs by a share of
+    the path's own error, of the AUV's motion, and where another ASV has called of both GNSS errors
+    along the bearing, and it leans on the error of the direction.  However little the geometry
+    tells, the AUV lies on an ellipse: neither direction nor path make more than a `limit` (m2) of
+    it.
     """
+    share, timing, motion = own.share, errors.timing, errors.motion
     tilt = np.zeros(3)  # covariance of the place with what the direction makes of the range
     variance = 0.0
     for i in range(3):
         for j in range(3):
-            tilt[i] += (covariance[i, j] - (gnss if i == j else 0.0)) * lean[j]
-        variance += lean[i] * tilt[i]
+            tilt[i] += (covariance[i, j] - (errors.gnss if i == j else 0.0)) * own.lean[j]
+        variance += own.lean[i] * tilt[i]
     if variance > limit:
         tilt *= math.sqrt(limit / variance)
         variance = limit
-    drawn = share**2 * (timing + motion + 2 * other_gnss)
+    drawn = share**2 * (timing + motion + 2 * errors.other_gnss)
     if drawn > timing + motion + limit:
         share *= math.sqrt((timing + motion + limit) / drawn)
-    variance += share**2 * (timing + motion + 2 * other_gnss) + doubt
+    variance += share**2 * (timing + motion + 2 * errors.other_gnss) + own.doubt
     out = np.empty((4, 4))
     for i in range(3):
-        tilt[i] -= share * other_gnss * bearing[i]
+        tilt[i] -= share * errors.other_gnss * own.bearing[i]
     for i in range(3):
         for j in range(3):
             out[i, j] = covariance[i, j] + variance * unit[i] * unit[j]

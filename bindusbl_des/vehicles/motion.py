@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, inlined
+from ..core.compiled import compiled, entry, inlined
 from . import logs
 
 Floats = NDArray[np.float64]
@@ -27,6 +27,7 @@ SUMS = slice(COS, COLUMNS)
 COS_YAW, SIN_YAW, LEG_COLUMNS = COLUMNS, COLUMNS + 1, COLUMNS + 2  # of its first heading
 
 # Where a vehicle is: x, y, z (m), yaw (rad); integrals of cos(yaw) and sin(yaw) (s); distance (m)
+Place = logs.Place
 Line = tuple[float, float, float, float, float, float, float]
 PLACE, HEADINGS = slice(0, 4), slice(4, 6)
 
@@ -35,8 +36,6 @@ class Motion(NamedTuple):
     """The motion of a fleet: vehicle v has the lines first[v] to first[v + 1] of the table.
 
     `step` is the time (s) between the lines of logs; it is 0 for legs, which know their own.
-    Compiled equations take the three by themselves (`where(*motion, vehicle, time)`), which numba
-    unpacks and reads several times faster than a tuple of arrays.
     """
 
     table: Floats
@@ -97,31 +96,39 @@ def _leg_at(table: Floats, first: int, end: int, time: float) -> int:
 
 
 @compiled
-def where(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> logs.Place:
+def where(motion: Motion, vehicle: int, time: float) -> Place:
     """Return x, y, z (m) and yaw (rad) of a vehicle at an instant (s)."""
-    begin, end = first[vehicle], first[vehicle + 1]
-    if step > 0.0:
-        x, y, z, yaw = logs.place_at(table, begin, end, step, time)
+    begin, end = motion.first[vehicle], motion.first[vehicle + 1]
+    if motion.step > 0.0:
+        x, y, z, yaw = logs.place_at(motion.table, begin, end, motion.step, time)
     else:
-        x, y, z, yaw, _, _, _ = _on_leg(table, _leg_at(table, begin, end, time), time)
+        leg = _leg_at(motion.table, begin, end, time)
+        x, y, z, yaw, _, _, _ = _on_leg(motion.table, leg, time)
     return x, y, z, yaw
 
 
 @inlined
 def headed(
-    table: Floats, first: Ints, step: float, vehicle: int, time: float
+    motion: Motion, vehicle: int, time: float
 ) -> tuple[float, float, float, float, float, float]:
     """Return where a vehicle is at an instant (s), and the integrals of cos(yaw) and sin(yaw)."""
-    begin, end = first[vehicle], first[vehicle + 1]
-    if step > 0.0:
-        x, y, z, yaw = logs.place_at(table, begin, end, step, time)
-        ahead, aside = logs.headings_at(table, begin, end, step, time)
+    begin, end = motion.first[vehicle], motion.first[vehicle + 1]
+    if motion.step > 0.0:
+        x, y, z, yaw = logs.place_at(motion.table, begin, end, motion.step, time)
+        ahead, aside = logs.headings_at(motion.table, begin, end, motion.step, time)
     else:
-        x, y, z, yaw, ahead, aside, _ = _on_leg(table, _leg_at(table, begin, end, time), time)
+        leg = _leg_at(motion.table, begin, end, time)
+        x, y, z, yaw, ahead, aside, _ = _on_leg(motion.table, leg, time)
     return x, y, z, yaw, ahead, aside
 
 
-@compiled
+@entry
+def place_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> Place:
+    """Return x, y, z (m) and yaw (rad) of a vehicle at an instant (s): :func:`where` for Python."""
+    return where(Motion(table, first, step), vehicle, time)
+
+
+@entry
 def distance_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> float:
     """Return how far (m) a vehicle has travelled by an instant (s)."""
     begin, end = first[vehicle], first[vehicle + 1]
@@ -138,22 +145,22 @@ def places(motion: Motion, time: float) -> Floats:
     return out
 
 
-@compiled
+@entry
 def _places(table: Floats, first: Ints, step: float, time: float, out: Floats) -> None:
     # an array made here and returned would cost ten times as much
     for vehicle in range(first.size - 1):
-        x, y, z, yaw = where(table, first, step, vehicle, time)
+        x, y, z, yaw = where(Motion(table, first, step), vehicle, time)
         out[vehicle, 0], out[vehicle, 1], out[vehicle, 2], out[vehicle, 3] = x, y, z, yaw
 
 
-@compiled
+@entry
 def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) -> Floats:
     """Return x, y, z (m), yaw (rad), and the integrals of cos(yaw) and sin(yaw) (s), shape (n, 6),
     of a vehicle at n instants (s).
     """
-    out = np.empty((times.size, 6))
+    motion, out = Motion(table, first, step), np.empty((times.size, 6))
     for k in range(times.size):
-        x, y, z, yaw, ahead, aside = headed(table, first, step, vehicle, times[k])
+        x, y, z, yaw, ahead, aside = headed(motion, vehicle, times[k])
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
         out[k, 4], out[k, 5] = ahead, aside
     return out

@@ -61,7 +61,7 @@ class SegmentedTrajectory:
         self._motion = Motion(legs, np.array([0, len(legs)]), 0.0)
 
     def at(self, time: float) -> Place:
-        return Place(*motion.where(*self._motion, 0, time))
+        return Place(*motion.place_at(*self._motion, 0, time))
 
     def sample(self, times: Array) -> Array:
         return self._lines(times)[:, PLACE]

@@ -7,22 +7,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from worlds import believed, fixed_gain, scenario
+from worlds import believed, blank, fixed_gain, scenario
 
 from bindusbl_des import simulate
 from bindusbl_des.geometry.paths import Path as RoutePath
 from bindusbl_des.geometry.paths import Pose, Segment
 from bindusbl_des.geometry.routes import lawnmower
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
-from bindusbl_des.records.columns import (
-    AUV_OF_FIX,
-    CORRECTION,
-    DELIVERED_AT,
-    FIX_COLUMNS,
-    INNOVATION,
-    POSITION,
-    VALID_AT,
-)
+from bindusbl_des.records.rows import FIX
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 
@@ -142,10 +134,10 @@ def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> No
 
 def fixes_of(auvs: int, valid_at: float, delivered_at: float) -> np.ndarray:
     """Return the rows of one fix for each AUV, at (0, 0) and of the same instants (s)."""
-    fixes = np.full((auvs, FIX_COLUMNS), np.nan)
-    fixes[:, AUV_OF_FIX] = np.arange(auvs)
-    fixes[:, VALID_AT], fixes[:, DELIVERED_AT] = valid_at, delivered_at
-    fixes[:, POSITION : POSITION + 2] = 0.0
+    fixes = blank(FIX, auvs)
+    fixes["auv"] = np.arange(auvs)
+    fixes["valid_at_s"], fixes["delivered_at_s"] = valid_at, delivered_at
+    fixes["x_m"] = fixes["y_m"] = 0.0
     return fixes
 
 
@@ -179,7 +171,7 @@ def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
                 believed(navigator, reckoning, auv, now)[0] - speed * now for auv in range(auvs)
             ]
             made = fixes_of(auvs, pinged, now)
-            made[:, POSITION] = speed * pinged + fix_sd * rng.standard_normal(auvs)
+            made["x_m"] = speed * pinged + fix_sd * rng.standard_normal(auvs)
             navigator.correct(made, np.arange(auvs))
             after[fleet] = [
                 believed(navigator, reckoning, auv, now)[0] - speed * now for auv in range(auvs)
@@ -201,8 +193,8 @@ def test_overlapping_fixes_are_not_charged_twice() -> None:
     navigator.correct(fixes, np.array([0]))
     assert believed(navigator, reckoning, 0, 3.0) == [0.0, 0.0]
     navigator.correct(fixes, np.array([1]))
-    assert fixes[:, INNOVATION].tolist() == [10.0, 0.0]
-    assert fixes[:, CORRECTION].tolist() == [10.0, 0.0]
+    assert fixes["innovation_m"].tolist() == [10.0, 0.0]
+    assert fixes["correction_m"].tolist() == [10.0, 0.0]
     assert believed(navigator, reckoning, 0, 4.0) == [0.0, 0.0]
 
 
@@ -218,8 +210,8 @@ def test_a_fix_corrects_only_the_auv_that_it_locates() -> None:
     assert wanted.tolist() == [[-5.0, 0.0], [0.0, 0.0], [-15.0, -3.5]]
     places = [believed(navigator, reckoning, auv, 3.0) for auv in range(3)]
     assert places == [[5, 0], [20, 5], [15, 3.5]]
-    assert fixes[[0, 2], CORRECTION] == pytest.approx([5.0, np.hypot(15.0, 3.5)])
-    assert np.isnan(fixes[1, [INNOVATION, CORRECTION]]).all()
+    assert fixes["correction_m"][[0, 2]] == pytest.approx([5.0, np.hypot(15.0, 3.5)])
+    assert np.isnan([fixes[1]["innovation_m"], fixes[1]["correction_m"]]).all()
 
 
 def test_fixes_beat_dead_reckoning_in_a_mission() -> None:

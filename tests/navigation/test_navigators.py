@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
-from worlds import QUIET_NAVIGATION, QUIET_USBL, paper_case, scenario
+from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, paper_case, scenario
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.navigation.belief import SPREAD, STATE, STATES, Growth, carry, first_belief, weigh
+from bindusbl_des.navigation.belief import Growth, carry, first_belief, weigh
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.navigation.navigators import (
     MOST_REFUSED,
@@ -19,18 +19,7 @@ from bindusbl_des.navigation.navigators import (
     LinearNavigator,
     Rule,
 )
-from bindusbl_des.records.columns import (
-    AUV_OF_FIX,
-    CORRECTION,
-    COVARIANCE,
-    DELIVERED_AT,
-    FIX_COLUMNS,
-    INNOVATION,
-    NIS,
-    POSITION,
-    SD,
-    VALID_AT,
-)
+from bindusbl_des.records.rows import FIX, LEARNT
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 
@@ -47,11 +36,12 @@ def fixes_at(
     pinged: list[float], delivered: list[float], places: np.ndarray, sd: float
 ) -> np.ndarray:
     """Return the rows of fixes of one AUV."""
-    fixes = np.full((len(pinged), FIX_COLUMNS), np.nan)
-    fixes[:, AUV_OF_FIX] = 0
-    fixes[:, VALID_AT], fixes[:, DELIVERED_AT] = pinged, delivered
-    fixes[:, POSITION : POSITION + 2] = places
-    fixes[:, SD : SD + 2], fixes[:, COVARIANCE] = sd, 0.0
+    fixes = blank(FIX, len(pinged))
+    fixes["auv"] = 0
+    fixes["valid_at_s"], fixes["delivered_at_s"] = pinged, delivered
+    fixes["x_m"], fixes["y_m"] = places.T
+    fixes["sd_x_m"] = fixes["sd_y_m"] = sd
+    fixes["cov_xy_m2"] = 0.0
     return fixes
 
 
@@ -59,7 +49,7 @@ def navigator_of(
     reckoning: DeadReckoning, rule: Rule, growth: Growth, first: np.ndarray
 ) -> LinearNavigator:
     """Return the navigator of one AUV, by which nobody steers."""
-    steering = np.zeros((1, 2)), np.zeros((1, 7))
+    steering = np.zeros((1, 2)), np.zeros(1, dtype=LEARNT)
     return LinearNavigator(reckoning, rule, growth, first, *steering)
 
 
@@ -84,16 +74,17 @@ def test_a_late_fix_speaks_of_its_ping() -> None:
     place, spread = estimate(navigator, reckoning, 1.5)
     assert place[0] == pytest.approx(1.3388664, abs=5e-8)
     assert spread[0] == pytest.approx(0.205253157673, abs=1e-12)
-    assert fixes[0, INNOVATION] == pytest.approx(0.2)
+    assert fixes["innovation_m"][0] == pytest.approx(0.2)
     # until it is delivered, nobody knows of it
     assert estimate(navigator, reckoning, 1.25)[0] == pytest.approx([1.25, 0.0])
-    naive = first.copy()
-    carry(naive, 1.0, 1.0, 0.0, *growth)
-    gain = naive[SPREAD:].reshape(STATES, STATES)[:, :2] / (naive[SPREAD] + 0.25)
+    naive = first.copy()[0]
+    carry(naive, 1.0, 1.0, 0.0, growth)
+    p = naive["covariance"]
+    gain = p[:, :2] / (p[0, 0] + 0.25)
     weigh(naive, gain, -(0.8 - 1.0), 0.0, (0.25, 0.25, 0.0))
-    carry(naive, 1.5, 1.5, 0.0, *growth)
-    p = naive[SPREAD:].reshape(STATES, STATES)
-    assert naive[STATE + 2] == pytest.approx(0.00158638, abs=5e-9)  # too fast, and that is the bias
+    carry(naive, 1.5, 1.5, 0.0, growth)
+    # too fast, and that is the bias
+    assert naive["state"][2] == pytest.approx(0.00158638, abs=5e-9)
     assert (p[0, 0], p[0, 2], p[2, 2]) == pytest.approx(
         (0.205253157673, 0.006943320095, 0.009920680812), abs=1e-12
     )
@@ -110,10 +101,10 @@ def test_the_gain_settles_where_riccati_says(
     period: float, gains: tuple[float, float], before: float, after: float
 ) -> None:
     """A current that wanders by 1e-8 m2/s3, fixes of 0.5 m: the gains of the Riccati equation."""
-    belief = first_belief(1.0, (0.0, 0.0), 0.1)
-    p = belief[SPREAD:].reshape(STATES, STATES)
+    [belief] = first_belief(1.0, (0.0, 0.0), 0.1)
+    p, growth = belief["covariance"], Growth(0.027**2, 1e-8, in_body=True)
     for k in range(1, 4000):
-        carry(belief, k * period, k * period, 0.0, 0.027**2, 1e-8, True)
+        carry(belief, k * period, k * period, 0.0, growth)
         gain, was = p[:, :2] / (p[0, 0] + 0.25), p[0, 0]
         weigh(belief, gain, 0.0, 0.0, (0.25, 0.25, 0.0))
     assert (gain[0, 0], -gain[4, 0]) == pytest.approx(gains, rel=3e-6)
@@ -148,9 +139,9 @@ def test_a_wild_fix_is_refused_and_a_lost_navigator_comes_back() -> None:
         growth,
         first_belief(0.1, (0.0, 0.0), 0.0),
         np.zeros((1, 2)),
-        np.zeros((1, 7)),
+        np.zeros(1, dtype=LEARNT),
     )
-    count = int(MOST_REFUSED) + 1
+    count = MOST_REFUSED + 1
     instants = [float(k) for k in range(1, count + 1)]
     fixes = fixes_at(instants, instants, np.array([[30.0, 0.0]] * count), 0.5)
     for row in range(count - 1):
@@ -158,9 +149,9 @@ def test_a_wild_fix_is_refused_and_a_lost_navigator_comes_back() -> None:
         assert estimate(navigator, reckoning, instants[row])[0].tolist() == [0.0, 0.0]
     navigator.correct(fixes, np.array([count - 1]))
     assert estimate(navigator, reckoning, instants[-1])[0][0] > 0.5
-    assert np.isnan(fixes[:-1, CORRECTION]).all()
-    assert fixes[-1, CORRECTION] > 0.5
-    assert (fixes[:, NIS] > 1000).all()
+    assert np.isnan(fixes["correction_m"][:-1]).all()
+    assert fixes["correction_m"][-1] > 0.5
+    assert (fixes["nis"] > 1000).all()
 
 
 def test_what_comes_too_late_for_its_place_is_left_out() -> None:
@@ -172,15 +163,15 @@ def test_what_comes_too_late_for_its_place_is_left_out() -> None:
         growth,
         first_belief(0.1, (0.0, 0.0), 0.0),
         np.zeros((1, 2)),
-        np.zeros((1, 7)),
+        np.zeros(1, dtype=LEARNT),
     )
     pinged = [*map(float, range(10, 11 + REMEMBERED)), 1.0]
     fixes = fixes_at(pinged, [50.0] * len(pinged), np.zeros((len(pinged), 2)), 0.5)
-    fixes[-1, POSITION] = 5.0
+    fixes["x_m"][-1] = 5.0
     for row in range(len(fixes)):
         navigator.correct(fixes, np.array([row]))
     assert estimate(navigator, reckoning, 60.0)[0].tolist() == [0.0, 0.0]
-    assert np.isnan(fixes[-1, [INNOVATION, NIS, CORRECTION]]).all()
+    assert np.isnan([fixes[-1][name] for name in ("innovation_m", "nis", "correction_m")]).all()
 
 
 def drawn(**changes: object) -> Scenario:
@@ -258,8 +249,7 @@ class Still:
 
     def correct(self, fixes: np.ndarray, due: np.ndarray) -> None:
         for fix in fixes[due]:
-            place = fix[POSITION : POSITION + 2].copy()
-            self.held[int(fix[AUV_OF_FIX])].append((fix[DELIVERED_AT], place))
+            self.held[fix.auv].append((fix.delivered_at_s, np.array((fix.x_m, fix.y_m))))
 
     def estimate(self, auv: int, odometry: Odometry) -> np.ndarray:
         out = odometry.position.copy()

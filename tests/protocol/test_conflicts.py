@@ -19,9 +19,9 @@ def test_an_asv_hears_whom_the_metric_says() -> None:
     """At (30, 40) and 120 m depth an AUV is 50 m away from above and 130 m in all; edges count."""
     auv, asvs = np.array([[30.0, 40.0, 120.0]]), np.zeros((2, 3))
     asvs[1, 0] = 1e4
-    for metric, reach in (("horizontal", 50.0), ("slant", 130.0)):
-        assert hearing(auv, asvs, reach, metric).tolist() == [[True, False]]
-        assert hearing(auv, asvs, np.nextafter(reach, 0.0), metric).tolist() == [[False, False]]
+    for slant, reach in ((False, 50.0), (True, 130.0)):
+        assert hearing(auv, asvs, reach, slant).tolist() == [[True, False]]
+        assert hearing(auv, asvs, np.nextafter(reach, 0.0), slant).tolist() == [[False, False]]
 
 
 def path_of_four() -> np.ndarray:

@@ -17,20 +17,6 @@ from bindusbl_des.protocol.fix_queue import FixQueue
 from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
 from bindusbl_des.protocol.schedules import View
 from bindusbl_des.protocol.uplink import Uplink
-from bindusbl_des.records.columns import (
-    ARRIVED_AT,
-    CALL,
-    CALL_TIME,
-    CALLED_AT,
-    ERROR,
-    OUTCOME,
-    PINGED_AT,
-    POSITION,
-    SD,
-    SENT_AT,
-    TRAVEL_TIME,
-    VALID_AT,
-)
 from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from bindusbl_des.records.recorder import Recorder
 from bindusbl_des.usbl.fusion import fuse_shared
@@ -65,11 +51,13 @@ def test_who_calls_allows_for_its_own_way() -> None:
     # called from x = 0 in 0.4 s, answered at 0.6 s; met at 30 (0.6 + t) = 600 - 1500 t
     band, record = answered(fleet(at(600.0)), fleet(moving(0.0, 30.0)), 0.19)
     back = (600 - 18) / 1530
-    assert record.pings.rows[0, [SENT_AT, CALL_TIME]] == pytest.approx([0.6, 0.4])
-    assert record.receptions.rows[:, TRAVEL_TIME] == pytest.approx(back)
+    ping = record.pings.rows[0]
+    assert (ping["sent_at_s"], ping["call_time_s"]) == pytest.approx((0.6, 0.4))
+    assert record.receptions.rows["travel_time_s"] == pytest.approx(back)
     assert band.decide_passed(2.0) == range(1)
-    assert record.fixes.rows[0, POSITION] == pytest.approx(600.0, abs=1e-6)
-    assert record.fixes.rows[0, [PINGED_AT, VALID_AT]] == pytest.approx([0.6, 0.6])
+    assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=1e-6)
+    fix = record.fixes.rows[0]
+    assert (fix["pinged_at_s"], fix["valid_at_s"]) == pytest.approx((0.6, 0.6))
 
 
 def test_who_did_not_call_finds_the_auv_on_an_ellipse() -> None:
@@ -77,8 +65,8 @@ def test_who_did_not_call_finds_the_auv_on_an_ellipse() -> None:
     for row, asv in enumerate((at(0.0), at(600.0, 1400.0), at(-400.0, 1400.0))):
         band, record = answered(fleet(at(600.0)), fleet(at(0.0), at(600.0, 1400.0), asv), 0.3)
         assert band.decide(0, min(row, 2))  # the first to hear it makes the fix, by itself
-        assert record.fixes.rows[0, POSITION] == pytest.approx(600.0, abs=0.02)
-        assert record.fixes.rows[0, ERROR] < 0.03
+        assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=0.02)
+        assert record.fixes.rows["error_m"][0] < 0.03
 
 
 def test_between_caller_and_listener_nobody_can_tell() -> None:
@@ -86,11 +74,11 @@ def test_between_caller_and_listener_nobody_can_tell() -> None:
     band, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
     assert band.decide(0, 1)
     fix = record.fixes.rows[0]
-    assert 0.0 <= fix[POSITION] <= 2000.0
-    assert 400.0 < fix[SD] < 1000.0
+    assert 0.0 <= fix["x_m"] <= 2000.0
+    assert 400.0 < fix["sd_x_m"] < 1000.0
     band, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
     assert band.decide_passed(5.0) == range(1)  # with the caller's measurement they can
-    assert record.fixes.rows[0, POSITION] == pytest.approx(600.0, abs=1e-6)
+    assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=1e-6)
 
 
 @settings(max_examples=200, deadline=None)
@@ -198,14 +186,14 @@ def test_calls_that_meet_at_an_auv_destroy_each_other() -> None:
         auvs, asvs = fleet(at(15.0), at(30.0 + gap - 14.0)), fleet(at(0.0), at(30.0 + gap))
         band, _ = uplink(auvs, asvs, hf_range=100.0)
         calls = band.call([0, 1], nearest(view_of(auvs, asvs), [0, 1]), 0.0)
-        assert calls[0, CALL - CALLED_AT] == outcome
+        assert calls["call"][0] == outcome
 
 
 def test_a_call_that_names_two_auvs_is_one_sound() -> None:
     """Both hear it, and answer when it has reached them."""
     _, record = answered(fleet(at(15.0), at(-60.0)), fleet(at(0.0)))
-    assert record.pings.rows[:, CALL].tolist() == [HEARD, HEARD]
-    assert record.pings.rows[:, SENT_AT] == pytest.approx([0.01 + PING, 0.04 + PING])
+    assert record.pings.rows["call"].tolist() == [HEARD, HEARD]
+    assert record.pings.rows["sent_at_s"] == pytest.approx([0.01 + PING, 0.04 + PING])
 
 
 @pytest.mark.parametrize(("turnaround", "outcome"), [(0.0, COLLIDED), (0.05, HEARD)])
@@ -214,14 +202,14 @@ def test_a_call_drowns_answers_at_other_asvs(turnaround: float, outcome: int) ->
     auvs, asvs = fleet(at(-20.0), at(70.0)), fleet(at(0.0), at(50.0))
     band, record = answered(auvs, asvs, turnaround, hf_range=50.0)
     band.decide_passed(1.0)
-    heard = record.receptions.rows[record.receptions.rows[:, OUTCOME] != OUT_OF_RANGE]
-    assert heard[:, ARRIVED_AT] == pytest.approx([0.08 / 3 + PING + turnaround] * 2)
-    assert heard[:, OUTCOME].tolist() == [outcome] * 2
+    heard = record.receptions.rows[record.receptions.rows["outcome"] != OUT_OF_RANGE]
+    assert heard["arrived_at_s"] == pytest.approx([0.08 / 3 + PING + turnaround] * 2)
+    assert heard["outcome"].tolist() == [outcome] * 2
     # from farther away the call is not heard
     band, record = answered(fleet(at(-20.0), at(71.0)), fleet(at(0.0), at(51.0)), hf_range=50.0)
     band.decide_passed(1.0)
-    assert HEARD in record.receptions.rows[:, OUTCOME]
-    assert COLLIDED not in record.receptions.rows[:, OUTCOME]
+    assert HEARD in record.receptions.rows["outcome"]
+    assert COLLIDED not in record.receptions.rows["outcome"]
 
 
 @pytest.mark.parametrize(("time", "outcome"), [(0.0899, HEARD), (0.095, COLLIDED), (0.11, HEARD)])
@@ -232,7 +220,7 @@ def test_an_asv_hears_nothing_while_it_calls(time: float, outcome: int) -> None:
     band.call([1], np.array([0]), time)
     band.call([1], np.array([1]), 0.1)  # far away, out of range of all
     band.decide_passed(1.0)
-    assert record.receptions.rows[0, OUTCOME] == outcome
+    assert record.receptions.rows["outcome"][0] == outcome
 
 
 def test_calls_of_other_slots_are_searched_as_well() -> None:
@@ -246,7 +234,7 @@ def test_calls_of_other_slots_are_searched_as_well() -> None:
     for slot in range(20):
         band.call([0], np.array([0]), 2.0 + 0.02 * slot)
     band.decide_passed(5.0)
-    assert record.receptions.rows[:, OUTCOME].tolist() == [COLLIDED, HEARD]
+    assert record.receptions.rows["outcome"].tolist() == [COLLIDED, HEARD]
 
 
 def test_calls_are_lost_as_pings_are() -> None:
@@ -333,11 +321,11 @@ def test_calls_change_no_other_noise() -> None:
         auvs, asvs = fleet(at(300.0)), fleet(at(0.0))
         band, record = uplink(auvs, asvs, **({} if loss is None else {"loss": loss}))
         calls = [band.call([0], np.array([0]), float(time)) for time in range(50)]
-        lost = [call[0, CALL - CALLED_AT] == LOST for call in calls]
+        lost = [call["call"][0] == LOST for call in calls]
         draws[loss is None] = lost
         band.send(0, 0, [0], 60.0)
         band.decide_passed(100.0)
-        assert record.receptions.rows[0, OUTCOME] in (HEARD, LOST, IN_FLIGHT)
+        assert record.receptions.rows["outcome"][0] in (HEARD, LOST, IN_FLIGHT)
     assert not any(draws[True])
     assert 10 < sum(draws[False]) < 50
 

@@ -232,7 +232,7 @@ def test_fixes_are_as_good_as_they_say(axes: int) -> None:
 def test_an_overconfident_covariance_is_caught() -> None:
     """The test above can fail: without rounding in the books, coarse sampling shows."""
     coarse = instrument(quantum=3e-6, attitude_sd=(0.0, 0.0, 0.0))
-    coarse.levels[2] = element_sd(THESIS_TDOA)
+    coarse.levels["stepped_element_sd_s"] = element_sd(THESIS_TDOA)
     assert sample_nees(coarse, 2000, 3) > 4.0
 
 

@@ -10,6 +10,7 @@ from math import ceil, cos, floor, sin
 import numpy as np
 
 from ...core.compiled import inlined
+from ...records.rows import Row
 from .. import logs
 from ..hulls.frames import Floats
 
@@ -58,33 +59,28 @@ def for_fleet(
     return SteeringDrift(bias, bool(drift.in_body), walk, float(drift.rate), drift.through_water)
 
 
-# What a filter on board believes: the instant (s) of its last correction, the integrals of the
-# heading up to there (s), the velocity bias (m/s) and the current (m/s) that it has learnt.
-AT, COS, SIN, BIAS, CURRENT, TOLD = 0, 1, 2, 3, 5, 7
-
-
 @inlined
-def carried_on(time: float, line: Floats, told: Floats, in_body: bool) -> tuple[float, float]:
+def carried_on(time: float, line: Floats, told: Row, in_body: bool) -> tuple[float, float]:
     """Return how far (m) along x and y the bias and current that a filter has learnt have carried
     dead reckoning off since its last correction; `line` of the voyage's log is that of now.
     """
-    past = time - told[AT]
-    ahead = line[logs.COS] - told[COS] if in_body else past
-    aside = line[logs.SIN] - told[SIN] if in_body else 0.0
-    north = ahead * told[BIAS] - aside * told[BIAS + 1] - past * told[CURRENT]
-    east = aside * told[BIAS] + ahead * told[BIAS + 1] - past * told[CURRENT + 1]
+    past = time - told.at_s
+    ahead = line[logs.COS] - told.cosine_s if in_body else past
+    aside = line[logs.SIN] - told.sine_s if in_body else 0.0
+    north = ahead * told.bias[0] - aside * told.bias[1] - past * told.current[0]
+    east = aside * told.bias[0] + ahead * told.bias[1] - past * told.current[1]
     return north, east
 
 
 @inlined
-def set_of(turn: float, told: Floats, sensed: Floats) -> None:
+def set_of(turn: float, told: Row, sensed: Floats) -> None:
     """Write how fast water and bias carry the vehicle beyond what its log measures (m/s).
 
     As a filter has learnt it; `turn` (rad) is that of the frame in which the bias is constant.
     """
     c_turn, s_turn = cos(turn), sin(turn)
-    sensed[SET_N] = told[CURRENT] - (c_turn * told[BIAS] - s_turn * told[BIAS + 1])
-    sensed[SET_E] = told[CURRENT + 1] - (s_turn * told[BIAS] + c_turn * told[BIAS + 1])
+    sensed[SET_N] = told.current[0] - (c_turn * told.bias[0] - s_turn * told.bias[1])
+    sensed[SET_E] = told.current[1] - (s_turn * told.bias[0] + c_turn * told.bias[1])
 
 
 @inlined

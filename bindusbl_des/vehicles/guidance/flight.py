@@ -9,6 +9,7 @@ from math import cos, hypot, isfinite, nan, sin
 import numpy as np
 
 from ...core.compiled import compiled, inlined
+from ...records.rows import Rows
 from ..hulls import rk4
 from ..hulls.frames import Floats, move_rigid_body, move_surface_craft
 from . import belief, bluerov2, cybership2, drift, logbook, otter, remus100, tracks
@@ -134,14 +135,14 @@ def fly(
     model: int, p: Floats, gains: Floats, states: Floats, memory: Floats, watch: Floats,
     rows: Floats, bounds: Ints, progress: Floats, active: Ints, currents: Floats, noise: Floats,
     bias: Floats, in_body: bool, walk: Floats, walk_rate: float, corrections: Floats,
-    learnt: Floats, has_learnt: bool, missed: float, lines: Floats, logs: Floats,
+    learnt: Rows, has_learnt: bool, missed: float, lines: Floats, logs: Floats,
     saturated: Flags, first: int, last: int, control: float, step: float, steps: int, lost: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
     Vehicles are the first axis of `gains` (2,), `states`, `memory` (MEMORY,), `watch` (WATCH,),
     `bounds`, `progress` (tracks.PROGRESS,), `active` (intervals,), `noise` (intervals or 1, 2),
-    `bias` (2,), `walk` (samples, 2), `corrections` (2,), `learnt` (belief.TOLD,), `lines`
+    `bias` (2,), `walk` (samples, 2), `corrections` (2,), `learnt`, `lines`
     (drift.MEMORIES,), `logs` (boundaries, logbook.COLUMNS), `saturated` (intervals,). Of `currents`
     (any, 2) the last row holds; velocity logs miss the share `missed` (0 or 1) of it. Returns -1,
     or the vehicle lost, with `lost` holding how it fares and when (s).

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...geometry.paths import Path
+from ...records.rows import LEARNT
 from .. import logs
 from ..hulls import rk4
 from ..hulls.frames import Floats
@@ -39,7 +40,7 @@ class GuidedFleet:
     What a vehicle believes is truth + drift + noise + its row of `corrections` (n, 2), which anyone
     may write to: the sum of what fixes have put right. A log through the water gives it no other
     word of the current, unless a filter writes the bias and current that it has learnt to its row
-    of `learnt` (n, belief.TOLD) and sets `has_learnt`. Without drift it does not matter when and
+    of `learnt` (n,) and sets `has_learnt`. Without drift it does not matter when and
     how often the fleet is advanced.
 
     Raises ValueError for arguments that do not fit, GuidanceError for what cannot be flown.
@@ -80,7 +81,7 @@ class GuidedFleet:
         self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
         self._drift = belief.for_fleet(model, drift, count, self.duration_s)
         self.corrections = np.zeros((count, 2))
-        self.learnt = np.zeros((count, belief.TOLD))
+        self.learnt = np.zeros(count, dtype=LEARNT)
         self.has_learnt = False
         self.tracks, self._vessels = self._set_out(
             paths,

@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import logs
 from ..hulls.frames import Floats
-from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, where
+from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at
 from ..vehicle import Place
 from . import departure, logbook
 from .tracks import Flags, Ints, Tracks
@@ -47,7 +47,7 @@ class GuidedVehicle:
     def at(self, time: float) -> Place:
         """Return the true place at an instant (s)."""
         self._fleet.advance(time)
-        return Place(*where(*self._fleet.motion, self._number, time))
+        return Place(*place_at(*self._fleet.motion, self._number, time))
 
     def velocity(self, time: float) -> tuple[float, float, float]:
         """Return the true velocity over ground (m/s) along x, y and z at an instant (s)."""

@@ -1,0 +1,83 @@
+"""What stands in a buffer: numpy records made from the event classes, read by name everywhere.
+
+Numbers stand for the names of vehicles and outcomes.  What has not happened is NaN, or NONE among
+whole numbers.
+"""
+
+import types
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .events import Fix, Ping, Reception
+
+Rows = NDArray[np.void]
+Row = Any  # one of them: the type checker knows no fields
+
+# No vehicle and no outcome: null in tables
+NONE = -1
+
+
+def row_type(
+    event: type, further: Mapping[str, type] | None = None, without: tuple[str, ...] = ()
+) -> np.dtype[np.void]:
+    """Return the record of an event class: a field for each of its own, then those only missions
+    need.  Fields of text hold numbers.
+
+    >>> row_type(Reception, {"answered_s": float}).names[-2:]
+    ('outcome', 'answered_s')
+    """
+    hints = get_type_hints(event)
+    told = {field.name: hints[field.name] for field in fields(event) if field.name not in without}
+    return np.dtype([(name, _kind(hint)) for name, hint in {**told, **(further or {})}.items()])
+
+
+def _kind(hint: Any) -> str:
+    if isinstance(hint, types.UnionType):
+        hint = next(arg for arg in get_args(hint) if arg is not type(None))
+    return "f8" if hint is float else "i8"
+
+
+# What became of the call before a ping: when and by whom, its outcome, how long it was under way
+CALLED = np.dtype(
+    [("called_at_s", "f8"), ("called_by", "i8"), ("call", "i8"), ("call_time_s", "f8")]
+)
+
+PING = row_type(
+    Ping,
+    {
+        "call_time_s": float,  # how long its call was under way
+        "first": int,  # its receptions,
+        "end": int,  # up to but not this one
+        "passed_at_s": float,  # when it has passed all of its ASVs; infinite once that is decided
+        "longest_s": float,  # longest travel time of any ping up to this one
+        "calls": int,  # calls on record when it was sent
+    },
+)
+
+RECEPTION = row_type(Reception)
+
+FIX = row_type(
+    Fix,
+    {
+        "first": int,  # the receptions that it may be made of,
+        "end": int,  # up to but not this one
+        "arrives_at_s": float,  # when it reaches its AUV
+    },
+    without=("asvs",),
+)
+
+# What an AUV's navigator has learnt, for its autopilot: the instant of its last correction, the
+# integrals of the heading up to there, the velocity bias (m/s) and the current (m/s).
+LEARNT = np.dtype(
+    [
+        ("at_s", "f8"),
+        ("cosine_s", "f8"),
+        ("sine_s", "f8"),
+        ("bias", "f8", (2,)),
+        ("current", "f8", (2,)),
+    ]
+)

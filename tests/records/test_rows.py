@@ -1,0 +1,40 @@
+"""The records of buffers have what event classes have, and more that only missions need."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from bindusbl_des.protocol.calling import CALL, Call
+from bindusbl_des.records.events import Fix, Ping, Reception
+from bindusbl_des.records.rows import CALLED, FIX, PING, RECEPTION
+
+
+@pytest.mark.parametrize(
+    ("event", "kind", "further"),
+    [
+        (Ping, PING, ["call_time_s", "first", "end", "passed_at_s", "longest_s", "calls"]),
+        (Reception, RECEPTION, []),
+        (Fix, FIX, ["first", "end", "arrives_at_s"]),
+        (Call, CALL, []),
+    ],
+)
+def test_a_record_has_a_field_for_each_of_its_events(
+    event: type, kind: np.dtype, further: list[str]
+) -> None:
+    """In their order; the ASVs' names, which no number stands for, are left to the table."""
+    told = [field.name for field in fields(event) if field.name != "asvs"]
+    assert list(kind.names) == told + further
+
+
+def test_numbers_are_whole_where_they_count_or_name_something() -> None:
+    """Vehicles, outcomes and counts; instants and places are not."""
+    whole = {name for name in PING.names if PING[name].kind == "i"}
+    assert whole == {
+        "ping", "round", "slot", "auv", "in_range_of", "heard_by", "called_by", "call", "first",
+        "end", "calls",
+    }  # fmt: skip
+    assert {name for name in FIX.names if FIX[name].kind == "i"} == {
+        "fix", "ping", "round", "auv", "broadcast_by", "outcome", "first", "end",
+    }  # fmt: skip
+    assert set(CALLED.names) < set(PING.names)
