@@ -12,7 +12,7 @@ import click
 from .campaigns.experiments.experiment_schema import experiment_schema
 from .cli import main
 from .results.tables import data_dictionary
-from .scenario.keys import Key, keys, sections
+from .scenario.keys import Key, keys, sections, settings
 
 HEAD = """\
 # Reference
@@ -96,11 +96,26 @@ def _scenario_keys() -> Iterator[str]:
             yield f"### {section}\n"
             yield f"{meaning[0].upper()}{meaning[1:]}.\n"
             yield from _key_table(section)
+    yield "### Settings of parts\n"
+    yield (
+        "Where `module:object` is among the choices, the key takes a name or a mapping of the part "
+        "and its settings, `{model: name-or-module:object, setting: value}`. The settings of your "
+        "own part are its keyword-only parameters (docs/extending.md); of parts that ship these "
+        "have some:\n"
+    )
+    rows = [
+        (f"`{row.key}`", *_key_row(row)[1:4], f"{row.meaning}; only `model: {row.only}`")
+        for row in settings()
+    ]
+    yield from _table(("setting", *KEY_COLUMNS[1:5]), rows)
+
+
+KEY_COLUMNS = ("key", "default", "unit", "range or choices", "meaning", "source")
 
 
 def _key_table(section: str) -> Iterator[str]:
     rows = [_key_row(row) for row in keys() if row.section == section]
-    yield from _table(("key", "default", "unit", "range or choices", "meaning", "source"), rows)
+    yield from _table(KEY_COLUMNS, rows)
 
 
 def _key_row(row: Key) -> tuple[str, ...]:

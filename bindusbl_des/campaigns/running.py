@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from ..core.ctrl_c import answered, end_now, say
 from ..core.durable import sync
 from ..core.kept_tracks import keep, portable
-from ..core.plugins import allow, load
+from ..core.plugins import allow
 from ..results.result import PACKAGES, scenario_sha256
+from ..scenario.part_settings import own_part
 from .campaign import Campaign, unfinished_campaign
 from .experiments.experiment import Detail, Experiment
 from .experiments.experiment_file import load_experiment
@@ -133,9 +134,9 @@ def crew_for_check(settings: Settings) -> None:
 def check_plugins(plan: Plan, allowed: bool) -> None:
     """Load the plug-ins of a plan, before any worker does; refuse one that is not allowed."""
     if allowed:
-        allow(plan.plugins)
-    for name, family in plan.plugins.items():
-        load(family, name)
+        allow(name for _, name in plan.plugins.values())
+    for family, name in plan.plugins.values():
+        own_part(family, name)
 
 
 def _warn(text: str) -> None:

@@ -120,9 +120,9 @@ def params(pattern: str, as_json: bool) -> None:
     PATTERN selects keys that contain it, or match it if it has a * in it.
     """
     from ..core.wording import did_you_mean
-    from ..scenario.keys import keys
+    from ..scenario.keys import keys, settings
 
-    rows = [row for row in keys() if _matches(row, pattern)]
+    rows = [row for row in (*keys(), *settings()) if _matches(row, pattern)]
     if not rows:
         hint = did_you_mean(pattern, [row.name for row in keys()])
         refuse(f"no key matches {pattern!r}{hint or '; `bindusbl-des params` lists all'}")
@@ -143,6 +143,6 @@ def _paragraph(row: "Key") -> str:
     """Return the first line to grep for and the second to read."""
     unit = "" if row.unit in ("", "1") else f" {row.unit}"
     allowed = " | ".join(row.choices) or f"{row.kind} {row.range}".strip()
-    only = f"; only auvs.route.kind: {row.only}" if row.only else ""
+    only = f"; only {row.condition}" if row.only else ""
     source = f" [{row.source}]" if row.source else ""
     return f"{row.key}: {row.default}{unit}  ({allowed})\n    {row.meaning}{only}{source}"

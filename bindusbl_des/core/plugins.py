@@ -8,10 +8,10 @@ never kept in a file.
 """
 
 import os
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
-from inspect import signature
+from inspect import Parameter, signature
 from numbers import Integral
 from operator import attrgetter
 from typing import Any, TypeVar
@@ -32,13 +32,15 @@ Answer = TypeVar("Answer")
 class Family:
     """The parts that can be named at one key of the scenario.
 
-    `siblings` ship; one's own is called with `arguments`.
+    `siblings` ship, and `settings` are the models of those of them that have any; one's own is
+    called with `arguments`, and with its settings by name.
     """
 
     key: str
     noun: str
     siblings: tuple[str, ...]
     arguments: tuple[str, ...]
+    settings: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
 
 class Ended(SystemExit):
@@ -68,7 +70,7 @@ def is_plugin(name: str) -> bool:
 
 def allow(names: Iterable[str]) -> None:
     """Admit names: whoever runs missions in this process may import their modules."""
-    _admitted.update(names)
+    _admitted.update(map(str, names))
 
 
 def allowed_everywhere() -> bool:
@@ -191,7 +193,8 @@ def _check(family: Family, name: str, found: Any) -> None:
     except (TypeError, ValueError):  # what is compiled need not tell
         return
     try:
-        form.bind(*family.arguments)
+        own = [it for it in form.parameters.values() if it.kind is not Parameter.KEYWORD_ONLY]
+        form.replace(parameters=own).bind(*family.arguments)
     except TypeError as error:
         raise PluginError(
             family.key,

@@ -78,7 +78,7 @@ def _why_then(result: "Result", fix: Any) -> str:
     """Tell what the fix has waited for."""
     policy = result.scenario.protocol.downlink
     if is_plugin(policy):
-        return f"{policy}: the plug-in decided to broadcast now"
+        return f"{policy.told}: the plug-in decided to broadcast now"
     slots = uplink_slots(result, fix["round"])
     slot = row_slot(result, fix) if policy == "pipelined_group" else len(slots) - 1
     ends = slots[slot].end
@@ -99,13 +99,13 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     rule, count = result.scenario.protocol.broadcaster, result.scenario.asvs.count
     carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
     if is_plugin(rule):
-        return f"{rule}: the plug-in chose {fix.broadcast_by}"
+        return f"{rule.told}: the plug-in chose {fix.broadcast_by}"
     if rule == "rotate":
         return f"rotate: frame {number} is that of ASV {number} mod {count} = {number % count}"
     if rule == "random":
         return "random: drawn by lot"
     if rule == "fixed":
-        return "fixed: always ASV0"
+        return f"fixed: always {fix.broadcast_by}"
     if rule == "most_fixes":
         own = sum(fix.broadcast_by in asvs.split() for asvs in carried.asvs)
         return f"most_fixes: it measured {own} of the {len(carried)}, no ASV more"
@@ -168,7 +168,7 @@ def _weighed(result: "Result", fix: Any) -> str:
     if navigation.filter == "fixed_gain":
         return f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m {moves}"
     if navigation.filter != "kalman":
-        return f"{navigation.filter} {moves}"
+        return f"{navigation.filter.told} {moves}"
     if weight is None:
         return f"by the covariances it {moves}"
     return f"normalised, its square is {weight:.2f}; by the covariances it {moves}"

@@ -21,7 +21,7 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
         row.started_at_s,
         f"Round {ping['round']}",
         f"begins: {_counted(row.colours, 'ping group')}, {_counted(row.conflicts, 'conflict')} "
-        f"({protocol.schedule})",
+        f"({protocol.schedule.told})",
         facts={"round": ping["round"], "colours": row.colours, "conflicts": row.conflicts},
     )
     slot = uplink_slots(result, ping["round"])[ping.slot]

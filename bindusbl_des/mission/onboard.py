@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 
-from ..core.plugins import is_plugin, load
+from ..core.plugins import is_plugin
 from ..navigation.belief import Growth, first_belief
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import WEIGHED, LinearNavigator, Navigator, Rule
 from ..navigation.own_navigator import OwnNavigator
 from ..records.rows import LEARNT, Rows
 from ..scenario.families import NAVIGATOR
+from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from .launch import Array
@@ -30,7 +31,7 @@ def equip_auvs(
         fleet.guided.has_learnt = navigation.filter == "kalman"
         steering = fleet.guided.corrections, fleet.guided.learnt
     if is_plugin(navigation.filter):
-        make = load(NAVIGATOR, navigation.filter)
+        make = own_part(NAVIGATOR, navigation.filter)
         return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
     return reckoning, LinearNavigator(
         reckoning, _rule(scenario), _growth(scenario), _first_belief(scenario), *steering

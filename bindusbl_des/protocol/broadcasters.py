@@ -12,8 +12,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.plugins import PluginError, asked, is_whole, load, shown
+from ..core.plugins import PluginError, asked, is_whole, shown
 from ..scenario.families import BROADCASTER
+from ..scenario.part_settings import own_part, shipped_part
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from .fix_queue import FixBatch
@@ -88,13 +89,17 @@ def nearest(view: BroadcastView) -> int:
     return int(np.argmin(np.concatenate(apart)))
 
 
-def fixed(view: BroadcastView) -> int:
-    """Always take ASV0."""
-    return 0
+def fixed(view: BroadcastView, *, asv: int = 0) -> int:
+    """Always take the same ASV."""
+    return asv
 
 
 BROADCASTERS: dict[str, Broadcaster] = {
-    function.__name__: function for function in (rotate, random, most_fixes, nearest, fixed)
+    "rotate": rotate,
+    "random": random,
+    "most_fixes": most_fixes,
+    "nearest": nearest,
+    "fixed": fixed,
 }
 
 
@@ -105,8 +110,8 @@ def broadcaster_named(name: str) -> Broadcaster:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
     if name in BROADCASTERS:
-        return BROADCASTERS[name]
-    return OwnBroadcaster(name, load(BROADCASTER, name))
+        return shipped_part(BROADCASTER, name, BROADCASTERS[name])
+    return OwnBroadcaster(name, own_part(BROADCASTER, name))
 
 
 @dataclass(frozen=True)

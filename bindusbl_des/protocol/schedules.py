@@ -15,10 +15,11 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.plugins import PluginError, asked, is_whole, load, loaded, shown
+from ..core.plugins import PluginError, asked, is_whole, loaded, shown
 from ..core.wording import shortened
 from ..scenario.consistency import FRAMED_SCHEDULES
 from ..scenario.families import SCHEDULE
+from ..scenario.part_settings import own_part, shipped_part
 from .colouring import dsatur_groups, greedy_groups
 from .conflicts import Hearing, conflict_graph
 
@@ -99,8 +100,8 @@ def schedule_named(name: str) -> Schedule:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
     if name in SCHEDULES:
-        return SCHEDULES[name]
-    return OwnSchedule(name, load(SCHEDULE, name))
+        return shipped_part(SCHEDULE, name, SCHEDULES[name])
+    return OwnSchedule(name, own_part(SCHEDULE, name))
 
 
 @dataclass(frozen=True)

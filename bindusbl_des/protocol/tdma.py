@@ -10,9 +10,9 @@ from itertools import count
 
 import simpy
 
-from ..core.plugins import load
 from ..records.events import Broadcast, Round
 from ..scenario.families import DOWNLINK
+from ..scenario.part_settings import own_part, shipped_part
 from .colouring import conflict_count
 from .network import Downlink, Network, Steps, Turn
 from .own_downlink import OwnDownlink
@@ -79,8 +79,8 @@ def downlink_named(name: str) -> Downlink:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
     if name in DOWNLINKS:
-        return DOWNLINKS[name]
-    return OwnDownlink(name, load(DOWNLINK, name))
+        return shipped_part(DOWNLINK, name, DOWNLINKS[name])
+    return OwnDownlink(name, own_part(DOWNLINK, name))
 
 
 def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:

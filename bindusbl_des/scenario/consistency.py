@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean
 from .families import parts_of
+from .part_settings import shipped_mistakes
 from .sections import ScenarioKeys
 
 FRAMED_SCHEDULES = ("round_robin", "random")
@@ -163,7 +164,10 @@ def _formation(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 def _parts(scenario: ScenarioKeys) -> Iterator[Problem]:
     for family, name in parts_of(scenario):
-        if name not in family.siblings and not is_plugin(name):
+        if name in family.siblings:
+            for setting, message in shipped_mistakes(family, name):
+                yield Problem(f"{family.key}.{setting}", message)
+        elif not is_plugin(name):
             yield Problem(
                 family.key,
                 f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
@@ -172,6 +176,13 @@ def _parts(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def _protocol(scenario: ScenarioKeys) -> Iterator[Problem]:
+    asv, count = scenario.protocol.broadcaster.settings.get("asv"), scenario.asvs.count
+    if scenario.protocol.broadcaster == "fixed" and isinstance(asv, int) and asv >= count:
+        yield Problem(
+            "protocol.broadcaster.asv",
+            f"there is no ASV{asv}: {count} ASVs are numbered from 0; use at most {count - 1}",
+            ("asvs.count",),
+        )
     if scenario.protocol.ranging == "passive":
         yield Problem(
             "protocol.ranging", "'passive' is not available yet; use 'owtt_sync' or 'twtt'"

@@ -1,9 +1,17 @@
-"""Which keys of a scenario name a part of the mission, by a shipped name or as `module:object`."""
+"""Which keys of a scenario name a part of the mission, by a shipped name or as `module:object`.
+
+Another family is a key of type :class:`.part_choice.PartChoice`, its line here, and a room that
+makes its parts: those that ship by name, one's own with :func:`.part_settings.own_part`.
+"""
 
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from typing import Any
 
-from ..core.plugins import Family, PluginError, allow, is_plugin, load
+from ..core.plugins import Family, PluginError, allow, is_plugin
+from .key_types import Whole, key
+from .part_choice import PartChoice
+from .part_settings import Settings, own_mistakes
 from .sections import ScenarioKeys
 
 SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
@@ -11,23 +19,31 @@ DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
 BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "dead_reckoning")
 
+
+class Fixed(Settings):
+    """The settings of the broadcaster `fixed`."""
+
+    asv: Whole = key(0, "1", "number of the ASV that always broadcasts", ge=0, le=9_999)
+
+
 SCHEDULE = Family("protocol.schedule", "schedule", SCHEDULES, ("view",))
 DOWNLINK = Family("protocol.downlink", "downlink", DOWNLINKS, ("network", "turn", "time"))
-BROADCASTER = Family("protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",))
+BROADCASTER = Family(
+    "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
+)
 NAVIGATOR = Family("navigation.filter", "filter", FILTERS, ("reckoning", "auvs"))
 FAMILIES = (SCHEDULE, DOWNLINK, BROADCASTER, NAVIGATOR)
 
 
-def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, str]]:
-    """Yield each family and the name of its part in a scenario."""
+def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, PartChoice]]:
+    """Yield each family and the choice of its part in a scenario."""
     for family in FAMILIES:
-        section, _, name = family.key.partition(".")
-        yield family, getattr(getattr(scenario, section), name)
+        yield family, attrgetter(family.key)(scenario)
 
 
 def plugins_of(scenario: ScenarioKeys) -> dict[str, str]:
     """Return the plug-ins that a scenario names, by key."""
-    return {family.key: name for family, name in parts_of(scenario) if is_plugin(name)}
+    return {family.key: str(name) for family, name in parts_of(scenario) if is_plugin(name)}
 
 
 def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:
@@ -35,17 +51,28 @@ def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:
     for family, name in parts_of(scenario):
         if is_plugin(name):
             allow([name])
-            try:
-                load(family, name)
-            except PluginError as error:
-                yield error
+            yield from own_mistakes(family, name)
 
 
 def without_plugins(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return the plain data of a scenario with the first shipped part in place of each plug-in."""
-    plain = dict(data)
+    plain: Any = data
     for family in FAMILIES:
-        section, _, name = family.key.partition(".")
-        if is_plugin(plain[section][name]):
-            plain[section] = {**plain[section], name: family.siblings[0]}
-    return plain
+        plain = _without(plain, family.key.split("."), family)
+    return dict(plain)
+
+
+def _without(data: Any, words: list[str], family: Family) -> Any:
+    if words:
+        return {**data, words[0]: _without(data[words[0]], words[1:], family)}
+    return family.siblings[0] if is_plugin(named(data)) else data
+
+
+def named(value: Any) -> str:
+    """Return the name of the part in what stands at a key; "" where it is none.
+
+    >>> named("dsatur"), named({"model": "my_parts:fast", "depth": 2}), named(3)
+    ('dsatur', 'my_parts:fast', '')
+    """
+    name = value.get("model") if isinstance(value, Mapping) else value
+    return name if isinstance(name, str) else ""

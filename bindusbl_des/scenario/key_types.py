@@ -4,15 +4,12 @@ from typing import Annotated, Any
 
 from pydantic import (
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
     Strict,
     ValidatorFunctionWrapHandler,
     WrapValidator,
 )
-
-from ..core.plugins import name_of
 
 PAPER = "BIND-USBL paper"
 THESIS = "Nitsch 2024, USBL-Simulator"
@@ -26,8 +23,6 @@ LONGEST_NAME = 100
 Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Whole = Annotated[int, Strict()]
 Text = Annotated[str, Strict(), Field(pattern=PRINTABLE)]
-# A part of the mission: a name that ships, one's own as `module:object` or, in Python, that object.
-PartName = Annotated[Text, BeforeValidator(lambda part: name_of(part) if callable(part) else part)]
 Coordinate = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Point = tuple[Coordinate, Coordinate]
 

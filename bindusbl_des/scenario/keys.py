@@ -10,6 +10,7 @@ from functools import cache
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
 
+from ..core.plugins import Family
 from ..core.wording import plain
 from .families import FAMILIES
 from .key_types import Part
@@ -17,6 +18,7 @@ from .scenario import Scenario
 from .vehicle_choice import VehicleChoice
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
     from pydantic.fields import FieldInfo
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -31,6 +33,7 @@ PARTS = {family.key: (*family.siblings, OWN_PART) for family in FAMILIES}
 class Key:
     """One key of the scenario file; `only` names the route it belongs to, "" for every scenario.
 
+    Of a setting, `only` names the part whose setting it is.
     `kind` is its type in words, `choices` its allowed words if it has such (`module:object` stands
     for a part of one's own), `default` and `range` are written as in a file.
     """
@@ -55,11 +58,28 @@ class Key:
         """Its last word."""
         return self.key.rpartition(".")[2]
 
+    @property
+    def condition(self) -> str:
+        """What must be chosen for it, such as `auvs.route.kind: hold`; "" if nothing."""
+        chooser = "model" if self.section in PARTS else "kind"
+        return f"{self.section}.{chooser}: {self.only}" if self.only else ""
+
 
 @cache
 def keys() -> tuple[Key, ...]:
     """Return every key in the order of the file, one row each."""
     return tuple(_rows(Scenario, "", ""))
+
+
+@cache
+def settings() -> tuple[Key, ...]:
+    """Return every setting of the parts that ship, one row each; they are given in a mapping."""
+    return tuple(
+        row
+        for family in FAMILIES
+        for model, part in family.settings.items()
+        for row in _rows(part, f"{family.key}.", model)
+    )
 
 
 @cache
@@ -76,12 +96,39 @@ def json_schema() -> dict[str, Any]:
     route = schema["$defs"]["Auvs"]["properties"]["route"]
     route["anyOf"] = route.pop("oneOf")
     for family in FAMILIES:
-        section, _, name = family.key.partition(".")
-        part = schema["$defs"][section.title()]["properties"][name]
-        own = {"type": part.pop("type"), "pattern": "^[^:]+:[^:]+$"}
-        part["anyOf"] = [{"type": "string", "enum": list(family.siblings)}, own]
-        del part["pattern"]
+        part = _property(schema, family.key)
+        del part["type"], part["pattern"]
+        part["anyOf"] = list(_part_schemas(family))
     return {"$schema": DIALECT, **schema}
+
+
+def _property(schema: dict[str, Any], key: str) -> dict[str, Any]:
+    """Return the schema of a dotted key."""
+    *sections, name = key.split(".")
+    spot = schema
+    for section in sections:
+        spot = schema["$defs"][spot["properties"][section]["$ref"].rpartition("/")[2]]
+    found: dict[str, Any] = spot["properties"][name]
+    return found
+
+
+def _part_schemas(family: Family) -> Iterator[dict[str, Any]]:
+    """Yield what may stand at the key of a family: a name, or a mapping with settings."""
+    own = {"type": "string", "pattern": "^[^:]+:[^:]+$"}
+    bare = [name for name in family.siblings if name not in family.settings]
+    yield {"type": "string", "enum": list(family.siblings)}
+    yield own
+    yield {"type": "object", "properties": {"model": own}, "required": ["model"]}
+    for names, fields in (
+        (bare, {}),
+        *(([it], model.model_json_schema()["properties"]) for it, model in family.settings.items()),
+    ):
+        yield {
+            "type": "object",
+            "properties": {"model": {"enum": names}, **fields},
+            "required": ["model"],
+            "additionalProperties": False,
+        }
 
 
 def _parts(annotation: Any) -> tuple[type[Part], ...]:
@@ -101,7 +148,7 @@ def _sections(model: type[Part], prefix: str) -> Iterator[tuple[str, str]]:
             yield from _sections(parts[0], f"{prefix}{name}.")
 
 
-def _rows(model: type[Part], prefix: str, only: str) -> Iterator[Key]:
+def _rows(model: "type[BaseModel]", prefix: str, only: str) -> Iterator[Key]:
     for name, field in model.model_fields.items():
         parts = _parts(field.annotation)
         if len(parts) > 1:

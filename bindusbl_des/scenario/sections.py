@@ -13,7 +13,6 @@ from .key_types import (
     PAPER,
     THESIS,
     Part,
-    PartName,
     Point,
     Real,
     Text,
@@ -21,8 +20,12 @@ from .key_types import (
     formerly,
     key,
 )
+from .part_choice import PartChoice
 from .route_keys import Lawnmower, Route
 from .vehicle_choice import AsvVehicle, AuvVehicle
+
+# What is said of keys that name a part of the mission.
+SET = ", or {model: ..., setting: value, ...}"
 
 
 class Survey(Part):
@@ -169,9 +172,9 @@ class Acoustics(Part):
 class Protocol(Part):
     """Who pings when, who answers how, and what the clock is."""
 
-    schedule: PartName = key("spatial_reuse", "", "which AUVs ping in which slot", PAPER)
-    downlink: PartName = key("sequential", "", "when fixes are broadcast", PAPER)
-    broadcaster: PartName = key("rotate", "", "which ASV broadcasts a round's fixes")
+    schedule: PartChoice = key("spatial_reuse", "", "which AUVs ping in which slot" + SET, PAPER)
+    downlink: PartChoice = key("sequential", "", "when fixes are broadcast" + SET, PAPER)
+    broadcaster: PartChoice = key("rotate", "", "which ASV broadcasts a round's fixes" + SET)
     ranging: Literal["owtt_sync", "twtt", "passive"] = key(
         "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times"
     )
@@ -241,7 +244,7 @@ class Navigation(Part):
     )
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
-    filter: PartName = key("fixed_gain", "", "how a fix corrects", PAPER)
+    filter: PartChoice = key("fixed_gain", "", "how a fix corrects" + SET, PAPER)
     gain: Real = key(0.9, "1", "gain gamma of eq. update (fixed_gain)", PAPER, gt=0, le=1)
     nis_gate: Real | None = key(
         9.210340372,

@@ -14,6 +14,7 @@ from ...core.kept_tracks import FILES, kept_name, portable, renamed_point
 from ...core.plugin_sources import source_sha256
 from ...core.plugins import Family, is_plugin
 from ...scenario.families import parts_of
+from ...scenario.part_choice import PartChoice
 from .experiment import Experiment
 
 # To be raised whenever a mission would give other numbers than before for the same scenario.
@@ -53,13 +54,15 @@ class Plan:
         self.own_parts: dict[str, str] = {}
         varied = experiment.varied()
         self.points: list[PlannedPoint] = []
-        self.plugins: dict[str, Family] = {}  # what is to be loaded
+        #: What is to be loaded, with all of its settings, by its key and how it is written.
+        self.plugins: dict[str, tuple[Family, PartChoice]] = {}
         for number, point in enumerate(experiment.points):
             mission = experiment.scenario(number)
             for family, name in parts_of(mission):
-                if is_plugin(name) and name not in self.plugins:
-                    self.plugins[name] = family
-                    self.own_parts[name] = source_sha256(name)
+                if is_plugin(name):
+                    self.plugins[f"{family.key}={_canonical(name.plain())}"] = family, name
+                    if str(name) not in self.own_parts:
+                        self.own_parts[str(name)] = source_sha256(name)
             scenario = mission.model_dump(mode="json")
             for file in scenario["auvs"]["route"].get(FILES[-1], ()):
                 self.tracks[kept_name(file)] = file
@@ -108,8 +111,8 @@ def mission_id(scenario: str, seed: int, model: str) -> str:
     return hashlib.sha256(f"{scenario}\n{seed}\n{model}".encode()).hexdigest()
 
 
-def _canonical(scenario: Mapping[str, Any]) -> str:
-    return json.dumps(scenario, sort_keys=True, separators=(",", ":"))
+def _canonical(data: Any) -> str:
+    return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 
 def _value(scenario: Mapping[str, Any], key: str) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...core.kept_tracks import names_tracks, renamed_point
 from ...core.plugins import is_plugin, refusal
-from ...scenario.families import FAMILIES, load_plugins
+from ...scenario.families import FAMILIES, load_plugins, named
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.files.scenario_file import load_scenario
@@ -57,9 +57,9 @@ def plugins_in(document: Document, points: Points, places: Places) -> Iterator[M
     """Yield the plug-ins that points name, each once and at its place."""
     told: set[str] = set()
     for point, where in zip(points, places, strict=True):
-        for key in PARTS:
-            name = point.get(key)
-            if isinstance(name, str) and is_plugin(name) and name not in told:
+        for key in (*PARTS, *(f"{part}.model" for part in PARTS)):
+            name = named(point.get(key))
+            if is_plugin(name) and name not in told:
                 told.add(name)
                 yield Mistake.at(document.values[where[key]], key, refusal(name))
 
@@ -120,11 +120,12 @@ def _explain(
     for key, mistake in alone:
         # What another value of the point mends is no mistake.
         known = any((m.key, m.message) == (mistake.key, mistake.message) for m in together)
-        if known or mistake.key in PARTS:  # plug-ins are loaded for valid scenarios only
+        if known or _is_of_part(mistake.key):  # plug-ins are loaded for valid scenarios only
             _add(document, _place(document, where[key], mistake), mistake.key, mistake.message)
     told = {(mistake.key, mistake.message) for _, mistake in alone}
     for mistake in together:
-        if mistake.key in PARTS and mistake.key not in where:  # of the scenario, at its place there
+        if _is_of_part(mistake.key) and not _is_given(mistake.key, where):
+            # Of the scenario, at its place there.
             document.mistakes += [mistake] if mistake not in document.mistakes else []
         elif (mistake.key, mistake.message) not in told:
             key, place = _last(document, where)
@@ -132,6 +133,16 @@ def _explain(
                 place = document.values[where[mistake.key]]
             values = ", ".join(f"{key}={as_written(value)}" for key, value in point.items())
             _add(document, place, mistake.key, f"{mistake.message} (with {values})")
+
+
+def _is_of_part(key: str) -> bool:
+    """Tell whether a key names a part of a mission, or one of its settings."""
+    return any(f"{key}.".startswith(f"{part}.") for part in PARTS)
+
+
+def _is_given(key: str, where: Mapping[str, Any]) -> bool:
+    """Tell whether a point gives a key, or what it stands in or holds."""
+    return any(f"{key}.".startswith(f"{own}.") or f"{own}.".startswith(f"{key}.") for own in where)
 
 
 def _place(document: Document, path: Path, mistake: Mistake) -> Place:

@@ -188,6 +188,6 @@ def batch_of(
         missions=missions,
         budget_s=budget_s,
         mission_timeout_s=mission_timeout_s,
-        plugins=tuple(name for name in plan.plugins if is_allowed(name)),
+        plugins=tuple(name for name in plan.own_parts if is_allowed(name)),
         own_parts=plan.own_parts,
     )

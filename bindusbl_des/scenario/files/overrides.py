@@ -5,9 +5,13 @@ from functools import cache, lru_cache
 from typing import Any
 
 from ...core.wording import described
+from ..families import FAMILIES
 from ..scenario import Scenario
 from .mistakes import Mistake, Place
 from .plain_yaml import Document, Path, dotted, read_yaml
+
+# Keys whose value is the name of a model, or a mapping with it and what is set about it.
+PARTS = ("auvs.vehicle", "asvs.vehicle", *(family.key for family in FAMILIES))
 
 
 def override(document: Document, option: str) -> None:
@@ -89,10 +93,16 @@ def _misfit(spot: Any, part: str | int, path: Path) -> str:
 
 
 def _inside(spot: Any, part: str | int, path: Path) -> Any:
-    """Return what is at a key of a dict or list; what the file leaves out begins as its default."""
+    """Return what is at a key of a dict or list; what the file leaves out begins as its default.
+
+    A part that is named alone becomes a mapping, to which its settings can be added.
+    """
+    is_part = dotted(path) in PARTS
     if isinstance(spot, dict) and part not in spot:
         default = _default(path)
-        spot[part] = deepcopy(default) if isinstance(default, list) else {}
+        spot[part] = deepcopy(default) if is_part or isinstance(default, list) else {}
+    if is_part and isinstance(spot[part], str):
+        spot[part] = {"model": spot[part]}
     return spot[part]
 
 
