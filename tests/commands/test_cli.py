@@ -23,7 +23,7 @@ from bindusbl_des.scenario.files.plain_yaml import read_yaml
 from bindusbl_des.scenario.files.scenario_file import load_scenario, parse_scenario
 from bindusbl_des.scenario.files.templates import IMPORTANT, TEMPLATES, template
 from bindusbl_des.scenario.key_types import Part
-from bindusbl_des.scenario.keys import json_schema, keys
+from bindusbl_des.scenario.keys import json_schema, keys, settings
 from bindusbl_des.scenario.scenario import Scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -220,7 +220,7 @@ def test_defaults_in_the_list_are_those_of_the_scenario() -> None:
 
 def test_params_lists_and_selects() -> None:
     """`params` prints all keys, those that contain a word, or those that match a pattern."""
-    assert call("params").stdout.count("\n") == 2 * len(keys())
+    assert call("params").stdout.count("\n") == 2 * len((*keys(), *settings()))
     assert call("params", "heading").stdout == (
         "usbl.heading_sd_deg: 1 deg  (number >= 0 and <= 45)\n"
         "    AHRS heading noise [Nitsch 2024, USBL-Simulator]\n"
