@@ -16,6 +16,7 @@ from .commands.ending import ended_in_order
 from .commands.exports import export
 from .commands.files import init, params, schema, validate
 from .commands.missions import explain, run
+from .commands.options import handed_on, quiet_option, shared_options
 from .commands.planning import coverage, timing
 from .commands.plot import plot
 from .commands.reports import report
@@ -28,7 +29,20 @@ SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
 class Commands(click.Group):
-    """A group of commands that ends with 130 when it is interrupted, and in the order given."""
+    """A group of commands that ends with 130 when it is interrupted, and in the order given.
+
+    Each has ``-q``, and what stands before its name is as if it stood behind.
+    """
+
+    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
+        cmd.params.append(quiet_option())
+        super().add_command(cmd, name)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name, command, rest = super().resolve_command(ctx, args)
+        return name, command, [*(handed_on(ctx.params, command) if command else ()), *rest]
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
@@ -98,15 +112,15 @@ def _print_version(context: click.Context, _: click.Parameter, asked: bool) -> N
     callback=_print_version,
     help="Print the version and exit.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing on stderr but what is wrong.")
-@click.pass_context
-def main(context: click.Context, quiet: bool) -> None:
+@shared_options
+def main(**_: Any) -> None:
     """Simulate underwater acoustic networks that keep AUVs on their way.
+
+    --set, --json and -q mean the same before and after the name of a command.
 
     Exit codes: 0 ok, 1 the run failed, 2 bad input, 3 some missions of a campaign failed,
     130 interrupted, 143 ended by SIGTERM (129 by SIGHUP).
     """
-    context.obj = {"quiet": quiet}
 
 
 for _command in (

@@ -15,7 +15,7 @@ from .experiments.plan import Plan
 from .statistics.outcomes import outcomes
 from .statistics.stopping import seeds_wanted
 from .storage.folder import CampaignError, damaged_record, is_locked, read_record
-from .storage.parts import Done, committed, done, read_table
+from .storage.parts import Done, committed, done, read_part, read_table
 from .storage.soundness import MISSIONS, part_path
 
 if TYPE_CHECKING:
@@ -114,12 +114,23 @@ class Campaign:
         return State(len(wanted), len(rows) - failed, failed, status, self._rate(len(rows)))
 
     def _rate(self, ran: int) -> float | None:
+        """Return missions/s since the first one of this session began, None where none is known.
+
+        What went before it, workers that start and load compiled code, does not come again.
+        """
         session = self.record["session"]
-        parts = [part_path(self.folder, "missions", part) for part in committed(self.folder)]
-        latest = max((path.stat().st_mtime for path in parts), default=0.0)
-        if self.record["status"] != "running" or latest <= session["began_at"]:
+        written = {
+            part: part_path(self.folder, MISSIONS, part).stat().st_mtime
+            for part in committed(self.folder)
+        }
+        ends = {part: at for part, at in written.items() if at > session["began_at"]}
+        if self.record["status"] != "running" or not ends:
             return None
-        return (ran - session["rows_before"]) / (latest - session["began_at"]) or None
+        first = min(ends, key=ends.__getitem__)
+        rows = read_part(self.folder, MISSIONS, first, ("wall_time_s",))
+        took = 0.0 if rows is None else sum(it or 0.0 for it in rows["wall_time_s"].to_pylist())
+        spent = max(ends.values()) - max(ends[first] - took, session["began_at"])
+        return (ran - session["rows_before"]) / spent if spent > 0 else None
 
 
 def load_campaign(folder: str | Path) -> Campaign:

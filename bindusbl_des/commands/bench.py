@@ -6,13 +6,14 @@ from typing import Any
 import click
 
 from .console import print_json, refuse, say, talk
+from .options import json_option
 
 
 @click.command()
 @click.option("--quick", is_flag=True, help="Fleets of up to ten AUVs, few repeats.")
 @click.option("--only", metavar="NAME", help="Missions whose name contains this: '(3,3)'.")
 @click.option("--commands", "with_commands", is_flag=True, help="Also time whole commands.")
-@click.option("--json", "as_json", is_flag=True, help="Print all numbers as JSON.")
+@json_option("all numbers")
 def bench(quick: bool, only: str | None, with_commands: bool, as_json: bool) -> None:
     """Measure the speed of standard missions on this machine.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .console import check_file, print_json, refuse, say, talk, writing
+from .options import json_option
 from .sweeps import mistakes_told
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ TABLES = (".csv", ".parquet")
 )
 @click.option("--out", metavar="FILE", help="Also write all rows to a .csv or .parquet file.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
-@click.option("--json", "as_json", is_flag=True, help="Print all rows as JSON.")
+@json_option("all rows")
 def compare(
     folders: tuple[str, ...],
     by: str | None,

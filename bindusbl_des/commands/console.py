@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from ..core.plugins import allowed_everywhere
 from ..core.wording import printable_json, printable_lines
 
 if TYPE_CHECKING:
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
 BAD_INPUT = 2
 FIGURES = (".png", ".svg", ".pdf")
+QUIET = "bindusbl_des.quiet"
 
 
 class BadInput(click.ClickException):
@@ -53,7 +53,12 @@ def talk(text: str) -> None:
 def is_quiet() -> bool:
     """Tell whether the user has asked to hear only what is wrong."""
     context = click.get_current_context(silent=True)
-    return bool(context and (context.find_root().obj or {}).get("quiet"))
+    return bool(context and context.meta.get(QUIET))
+
+
+def be_quiet(context: click.Context) -> None:
+    """Tell nothing from now on but what is wrong."""
+    context.meta[QUIET] = True
 
 
 def tell_of_compiling() -> None:
@@ -97,36 +102,6 @@ def talk_of(warnings: "Iterable[Mistake]") -> None:
     lines = [str(warning) for warning in warnings]
     if lines:
         talk("\n".join(["Worth knowing:", *lines]))
-
-
-def set_option(command: Any) -> Any:
-    """Give a command the option ``--set dotted.key=value``."""
-    return click.option(
-        "--set",
-        "overrides",
-        metavar="KEY=VALUE",
-        multiple=True,
-        help="Override a key of the scenario, such as acoustics.hf.range_m=100; repeatable.",
-    )(command)
-
-
-def anyway_option(command: Any) -> Any:
-    """Give a command the option ``--anyway``."""
-    return click.option(
-        "--anyway",
-        is_flag=True,
-        help="Begin even what needs more memory than this machine has, or more than a day.",
-    )(command)
-
-
-def plugins_option(command: Any) -> Any:
-    """Give a command that runs missions the option ``--allow-plugins``."""
-    return click.option(
-        "--allow-plugins",
-        is_flag=True,
-        callback=lambda context, parameter, given: given or allowed_everywhere(),
-        help="Load the code that the file names as module:object (or BINDUSBL_ALLOW_PLUGINS=1).",
-    )(command)
 
 
 def refuse_plugins(unloaded: "Iterable[Mistake]") -> None:

@@ -10,6 +10,7 @@ from typing import Literal
 import click
 
 from .console import print_json, say
+from .options import json_option
 
 State = Literal["ok", "missing", "broken", "note"]
 BROKEN = ("missing", "broken")
@@ -35,7 +36,7 @@ class Finding:
 
 
 @click.command()
-@click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON.")
+@json_option("the findings")
 @click.pass_context
 def doctor(context: click.Context, as_json: bool) -> None:
     """Check packages, numba's cache and a tiny mission; exit 1 if broken."""

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import check_file, refuse, talk, writing
+from .console import check_file, print_json, refuse, talk, writing
+from .options import json_option
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -22,18 +23,23 @@ REMEDY = (
 @click.option("--to", "kind", type=click.Choice(["mcap", "csv"]), required=True, help="Format.")
 @click.option("--out", metavar="PATH", help="File or folder (default DIR/NAME.mcap, DIR/csv).")
 @click.option("--force", is_flag=True, help="Replace an earlier export.")
-def export(folder: str, kind: str, out: str | None, force: bool) -> None:
+@json_option("name and contents")
+def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) -> None:
     """Export a run, or as CSV also a campaign.
 
     mcap is one file for Foxglove, Lichtblick and PlotJuggler; csv is a folder with a file for each
     table, for spreadsheets.
     """
     source = Path(folder)
-    path = _to_mcap(source, out, force) if kind == "mcap" else _to_csv(source, out, force)
-    click.echo(path)
+    path, counts = (_to_mcap if kind == "mcap" else _to_csv)(source, out, force)
+    if as_json:
+        print_json({"export": str(path), "to": kind, "counts": dict(counts)})
+    else:
+        click.echo(path)
 
 
-def _to_mcap(source: Path, out: str | None, force: bool) -> Path:
+def _to_mcap(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[str, int]]:
+    """Write an MCAP file; return its name and the messages of each topic."""
     if _is_campaign(source):
         refuse(f"{source} is a campaign; MCAP shows one mission: give the folder of a run")
     from ..results.result_folder import mcap_name_of
@@ -57,10 +63,11 @@ def _to_mcap(source: Path, out: str | None, force: bool) -> Path:
     talk(f"{sum(counts.values())} messages on {len(counts)} topics, {_size(path)}")
     if result.scenario.environment.origin.coordinates is None:
         talk("No positions on Earth: the scenario has no environment.origin.")
-    return path
+    return path, counts
 
 
-def _to_csv(source: Path, out: str | None, force: bool) -> Path:
+def _to_csv(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[str, int]]:
+    """Write a folder of CSV files; return its name and the rows of each."""
     from ..export.csv_folder import write_csv
 
     tables = _campaign_tables(source) if _is_campaign(source) else _result(source).arrow
@@ -70,7 +77,7 @@ def _to_csv(source: Path, out: str | None, force: bool) -> Path:
     with writing(path):
         counts = write_csv(tables, path, force=force)
     talk(", ".join(f"{name}: {rows} rows" for name, rows in counts.items()))
-    return path
+    return path, counts
 
 
 def _is_campaign(source: Path) -> bool:

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..scenario.files.shipped import KINDS, listed, located, shipped
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
+from .options import json_option, set_option, shipped_or_file
+
+# The starters that `init` writes, named here for shells, which wait for no keys.
+STARTERS = ("starter", "paper", "still", "large")
 
 if TYPE_CHECKING:
     from ..scenario.files.mistakes import Mistake
@@ -15,14 +20,18 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("files", metavar="FILE...", nargs=-1, required=True)
+@click.argument(
+    "files", metavar="FILE...", nargs=-1, required=True, shell_complete=shipped_or_file()
+)
+@set_option
 @click.option("--strict", is_flag=True, help="Let warnings count as mistakes.")
 @click.option("--allow-plugins", is_flag=True, help="Load and check what is named module:object.")
-@click.option("--json", "as_json", is_flag=True, help="Print mistakes and warnings as JSON.")
+@json_option("mistakes and warnings")
 @click.pass_context
 def validate(
     context: click.Context,
     files: tuple[str, ...],
+    overrides: tuple[str, ...],
     strict: bool,
     allow_plugins: bool,
     as_json: bool,
@@ -33,7 +42,7 @@ def validate(
     early, frames too short for their rounds, plug-ins that were not loaded.  Such warnings leave
     the exit code at 0.
     """
-    found = {file: _findings(file, allow_plugins) for file in files}
+    found = {file: _findings(file, overrides, allow_plugins) for file in files}
     mistakes, warnings = (sum(len(it[n]) for it in found.values()) for n in (0, 1))
     refused = bool(mistakes or (strict and warnings))
     if as_json:
@@ -54,7 +63,9 @@ def _counted(number: int, noun: str) -> list[str]:
     return [f"{number} {noun}{'s' if number > 1 else ''}"] if number else []
 
 
-def _findings(file: str, allow_plugins: bool) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
+def _findings(
+    file: str, overrides: tuple[str, ...], allow_plugins: bool
+) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and what is worth knowing about it."""
     from ..campaigns.experiments.kinds import is_experiment
     from ..preflight.reading import read_scenario
@@ -63,13 +74,16 @@ def _findings(file: str, allow_plugins: bool) -> "tuple[Sequence[Mistake], Seque
     from ..scenario.files.scenario_file import read_text
 
     try:
+        file = located(file)
         data = read_yaml(read_text(file), file).data
         if is_experiment(data):
             from ..campaigns.experiments.experiment_file import load_experiment
+            from ..campaigns.experiments.options import Options
 
-            plan = load_experiment(file, allow_plugins=allow_plugins)
+            options = Options(overrides=overrides)
+            plan = load_experiment(file, options, allow_plugins=allow_plugins)
             return (), (*plan.warnings, *plan.unloaded)
-        reading = read_scenario(file, allow_plugins=allow_plugins)
+        reading = read_scenario(file, overrides=overrides, allow_plugins=allow_plugins)
         return (), (*reading.warnings, *reading.unloaded)
     except ScenarioError as error:
         return error.mistakes, ()
@@ -77,7 +91,8 @@ def _findings(file: str, allow_plugins: bool) -> "tuple[Sequence[Mistake], Seque
 
 @click.command()
 @click.argument("kind", type=click.Choice(["scenario", "experiment"]), default="scenario")
-def schema(kind: str) -> None:
+@json_option("it, as without this option,")
+def schema(kind: str, as_json: bool) -> None:
     """Print the JSON Schema of scenario or experiment files, for completion in editors."""
     if kind == "experiment":
         from ..campaigns.experiments.experiment_schema import experiment_schema
@@ -90,34 +105,56 @@ def schema(kind: str) -> None:
 
 
 @click.command()
-@click.argument("name", metavar="[TEMPLATE]", default="starter")
+@click.argument(
+    "name", metavar="[NAME]", default="starter", shell_complete=lambda *asked: _begun(asked[-1])
+)
 @click.option("--out", metavar="FILE", help="Write it to a file instead of stdout.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 def init(name: str, out: str | None, force: bool) -> None:
-    """Write a commented starter scenario.
+    """Write a commented starter scenario, or copy a file that ships.
 
-    TEMPLATE is starter (the default), paper, still or large.
+    NAME is starter (the default), paper, still or large, or that of a scenario or an experiment
+    that ships, such as quickstart or table_1.
     """
-    from ..scenario.files.templates import template
-
-    try:
-        text = template(name)
-    except LookupError as error:
-        refuse(str(error.args[0]))
+    text = _text_named(name)
     if out is None:
         click.echo(text, nl=False)
         return
     write_new(Path(out), text, force)
-    talk(f"Now try: bindusbl-des run {out}")
+    talk(f"Now try: bindusbl-des {'sweep' if name in shipped('experiments') else 'run'} {out}")
+
+
+def _begun(begun: str) -> list[str]:
+    """Return the names that `init` knows and that begin so."""
+    names = (name for kind in KINDS for name in shipped(kind))
+    return [name for name in (*STARTERS, *names) if name.startswith(begun)]
+
+
+def _text_named(name: str) -> str:
+    """Return the text of a starter or of a file that ships, or end the command."""
+    for kind in KINDS:
+        if name in shipped(kind):
+            return shipped(kind)[name].read_text(encoding="utf-8")
+    from ..scenario.files.templates import TEMPLATES, template
+
+    if name not in TEMPLATES:
+        from ..core.wording import did_you_mean
+
+        hint = did_you_mean(name, [*TEMPLATES, *(it for kind in KINDS for it in shipped(kind))])
+        there = "? There" if hint else "; there"
+        names = ", ".join(TEMPLATES)
+        refuse(f"no template {name!r}{hint[:-1]}{there} are {names}; and of what ships {listed()}")
+    return template(name)
 
 
 @click.command()
-@click.argument("pattern", default="")
-@click.option("--json", "as_json", is_flag=True, help="Print the keys as JSON.")
+@click.argument("pattern", metavar="[WORD]", default="")
+@json_option("the keys")
 def params(pattern: str, as_json: bool) -> None:
     """List the keys of a scenario: default, range, meaning, source.
 
-    PATTERN selects keys that contain it, or match it if it has a * in it.
+    WORD selects keys that have it in their name, their meaning or their choices; with a * in it, as
+    in acoustics.*.range_m, it must match the whole name.
     """
     from ..core.wording import did_you_mean
     from ..scenario.keys import keys, settings
@@ -136,7 +173,9 @@ def _matches(row: "Key", pattern: str) -> bool:
     from fnmatch import fnmatchcase
 
     wanted = pattern.lower()
-    return fnmatchcase(row.key, wanted if "*" in wanted else f"*{wanted}*")
+    if "*" in wanted:
+        return fnmatchcase(row.key, wanted)
+    return any(wanted in text.lower() for text in (row.key, row.meaning, *row.choices))
 
 
 def _paragraph(row: "Key") -> str:

@@ -14,21 +14,19 @@ from ..core.progress import ProgressLine, duration
 from .advising import SECONDS, advice_on, advice_options
 from .console import (
     RunFailed,
-    anyway_option,
     is_quiet,
-    plugins_option,
     print_json,
     reading_from,
     refuse,
     refuse_plugins,
     say,
-    set_option,
     talk,
     talk_of,
     tell_of_compiling,
     weigh,
     writing,
 )
+from .options import anyway_option, json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -36,14 +34,14 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("scenario", metavar="SCENARIO.yaml")
+@scenario_argument
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Random seed (default 0).")
 @click.option("--out", metavar="DIR", help="Result folder (default results/<name>-seed<N>).")
 @set_option
 @click.option("--force", is_flag=True, help="Replace the result folder if it exists.")
 @anyway_option
 @plugins_option
-@click.option("--json", "as_json", is_flag=True, help="Print the mission's metrics as JSON.")
+@json_option("the mission's metrics")
 @advice_options(SECONDS, "Try changes of the plan for so long, and say what helps (default 3).")
 def run(
     scenario: str,
@@ -223,7 +221,7 @@ def _metrics(result: "Result") -> dict[str, Any]:
 @click.argument("folder", metavar="DIR")
 @click.option("--ping", type=click.IntRange(min=0), help="Number of the ping.")
 @click.option("--fix", type=click.IntRange(min=0), help="Number of the fix.")
-@click.option("--json", "as_json", is_flag=True, help="Print the chain as JSON.")
+@json_option("the chain")
 def explain(folder: str, ping: int | None, fix: int | None, as_json: bool) -> None:
     """Tell what became of one ping or fix of a run, and why.
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import check_figure, say, scenario_from, set_option, talk, writing
+from .console import check_figure, print_json, say, scenario_from, talk, writing
+from .options import json_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
     from ..preflight.round_lengths import Rounds
@@ -31,14 +32,18 @@ MOST_ASVS = 50
 
 
 @click.command()
-@click.argument("scenario", metavar="SCENARIO.yaml")
+@scenario_argument
 @set_option
-def timing(scenario: str, overrides: tuple[str, ...]) -> None:
+@json_option("slots and rounds (s)")
+def timing(scenario: str, overrides: tuple[str, ...], as_json: bool) -> None:
     """Print slots, rounds and fix rates of a scenario's protocol."""
     mission = scenario_from(scenario, overrides)
     from ..preflight.round_lengths import rounds_of
 
     rounds = rounds_of(mission)
+    if as_json:
+        print_json(_timing(mission, rounds))
+        return
     say("\n".join([*_durations(mission, rounds.slots), "", *_policy(mission, rounds)]))
 
 
@@ -120,6 +125,34 @@ def _groups(rounds: "Rounds") -> Iterator[str]:
         )
 
 
+def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
+    """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
+    slots, protocol = rounds.slots, scenario.protocol
+    answered = rounds.policy == "direct_reply"
+    most = 1 if rounds.frame else rounds.auvs
+    rows = [
+        {"groups": groups, "fixes": fixes, "round_s": rounds.length(groups, fixes),
+         "period_s": rounds.period(groups, fixes)}
+        for fixes in ([0] if answered else _shown(0, most))
+        for groups in (
+            _shown(rounds.fewest, rounds.most) if answered
+            else sorted({rounds.fewest, rounds.most})
+        )
+    ]  # fmt: skip
+    return {
+        "schedule": protocol.schedule,
+        "downlink": protocol.downlink,
+        "ranging": protocol.ranging,
+        "tick_rate_hz": protocol.tick_rate_hz,
+        "crossing_time_s": slots.crossing_time,
+        "ping_s": slots.ping_duration,
+        "longest_travel_time_s": slots.longest_travel_time,
+        "uplink_slot_s": slots.uplink_slot,
+        "frame_s": rounds.frame or None,
+        "rounds": rows if rounds.are_known else None,
+    }
+
+
 def _shown(first: int, last: int) -> list[int]:
     """Return the numbers to show: all of a few, of many the first and the last."""
     return [k for k in range(first, last + 1) if k - first < MOST_ROWS or k == last]
@@ -130,11 +163,14 @@ def _span(values: list[float]) -> str:
 
 
 @click.command()
-@click.argument("scenario", metavar="SCENARIO.yaml")
+@scenario_argument
 @set_option
 @click.option("--figure", metavar="FILE", help="Also draw the map to a PNG, SVG or PDF file.")
 @click.option("--force", is_flag=True, help="Replace the figure if it exists.")
-def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, force: bool) -> None:
+@json_option("stations and distances (m)")
+def coverage(
+    scenario: str, overrides: tuple[str, ...], figure: str | None, force: bool, as_json: bool
+) -> None:
     """Print where the ASVs are and how much of the survey they hear."""
     mission = scenario_from(scenario, overrides)
     if figure:
@@ -143,9 +179,13 @@ def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, forc
     from ..scenario.planned import asv_stations, horizontal_reach
 
     stations, reach = asv_stations(mission), horizontal_reach(mission)
-    say("\n".join(_coverage(mission, stations, reach)))
-    say("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
-    say("\n".join(coverage_map(mission.survey.side_m, stations, reach)))
+    found = _coverage(mission, stations, reach)
+    if as_json:
+        print_json(found)
+    else:
+        say("\n".join(_told(found)))
+        say("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
+        say("\n".join(coverage_map(mission.survey.side_m, stations, reach)))
     if figure:
         from ..figures.coverage import coverage_figure
         from ..figures.style import TWO_COLUMNS, save, styled
@@ -155,27 +195,46 @@ def coverage(scenario: str, overrides: tuple[str, ...], figure: str | None, forc
         talk(f"Figure: {figure}")
 
 
-def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> Iterator[str]:
+def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[str, Any]:
+    """Return where the ASVs are and what they hear, distances in m; what has no value is None."""
     from ..geometry.coverage import covered_area, covering_radius
     from ..geometry.formation import corner_distance, formation_radius_bound
 
     side, hf_range = scenario.survey.side_m, scenario.acoustics.hf.range_m
-    for number, (x, y) in enumerate(stations[:MOST_ROWS]):
-        yield f"{f'ASV{number}':<26}{x:>9.2f}, {y:.2f} m"
+    try:
+        bound = formation_radius_bound(side, hf_range)
+    except ValueError:  # the HF range is below half the side
+        bound = None
+    few = len(stations) <= MOST_ASVS
+    return {
+        "asvs": [{"asv": number, "x_m": x, "y_m": y} for number, (x, y) in enumerate(stations)],
+        "hf_range_m": hf_range,
+        "range_metric": scenario.acoustics.hf.range_metric,
+        "reach_m": reach,
+        "worst_corner_m": corner_distance(side, stations),
+        "formation_radius_bound_m": bound,
+        "covering_radius_m": covering_radius(side, stations) if few else None,
+        "covered_area": covered_area(side, stations, reach),
+    }
+
+
+def _told(found: dict[str, Any]) -> Iterator[str]:
+    stations, reach = found["asvs"], found["reach_m"]
+    for it in stations[:MOST_ROWS]:
+        yield f"ASV{it['asv']:<23}{it['x_m']:>9.2f}, {it['y_m']:.2f} m"
     if len(stations) > MOST_ROWS:
         yield f"... {len(stations) - MOST_ROWS} more ASVs"
-    metric = scenario.acoustics.hf.range_metric
-    yield f"{'HF range':<26}{hf_range:>9.2f} m {metric}, {reach:.2f} m seen from above"
-    yield f"{'worst corner':<26}{corner_distance(side, stations):>9.2f} m to its nearest ASV"
-    try:
-        bound = f"{formation_radius_bound(side, hf_range):>9.2f} m (not sufficient by itself)"
-    except ValueError:
-        bound = f"{'none':>9} (the HF range is below half the side)"
-    yield f"{'smallest radius (paper)':<26}{bound}"
-    if len(stations) <= MOST_ASVS:
-        radius = covering_radius(side, stations)
+    metric = found["range_metric"]
+    yield f"{'HF range':<26}{found['hf_range_m']:>9.2f} m {metric}, {reach:.2f} m seen from above"
+    yield f"{'worst corner':<26}{found['worst_corner_m']:>9.2f} m to its nearest ASV"
+    if (bound := found["formation_radius_bound_m"]) is None:
+        told = f"{'none':>9} (the HF range is below half the side)"
+    else:
+        told = f"{bound:>9.2f} m (not sufficient by itself)"
+    yield f"{'smallest radius (paper)':<26}{told}"
+    if (radius := found["covering_radius_m"]) is None:
+        yield f"{'covering radius':<26}{'-':>9} (not computed for more than {MOST_ASVS} ASVs)"
+    else:
         verdict = "within" if radius <= reach else "beyond"
         yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} the HF range"
-    else:
-        yield f"{'covering radius':<26}{'-':>9} (not computed for more than {MOST_ASVS} ASVs)"
-    yield f"{'covered area':<26}{100 * covered_area(side, stations, reach):>9.2f} %"
+    yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import FIGURES, check_figure, check_file, refuse, talk, writing
+from .console import FIGURES, check_figure, check_file, print_json, refuse, talk, writing
+from .options import json_option
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -49,6 +50,7 @@ WIDTHS = {"1": 3.5, "2": 7.16}
 @click.option("--series", metavar="KEY", help="Varied key of the curves, or along y (heatmap).")
 @click.option("--no-title", is_flag=True, help="Leave the titles out, for a figure with a caption.")
 @click.option("--force", is_flag=True, help="Replace figures that exist.")
+@json_option("the figures' names")
 def plot(
     folder: str,
     kind: str | None,
@@ -57,6 +59,7 @@ def plot(
     columns: str | None,
     no_title: bool,
     force: bool,
+    as_json: bool,
     **options: Any,
 ) -> None:
     """Draw figures of a run or a campaign as PNG, SVG or PDF.
@@ -87,7 +90,10 @@ def plot(
             check_file(path, force)
     for name, path in paths.items():
         _save(chosen[name], WIDTHS.get(columns or "", usual[name]), path, no_title, force)
-        click.echo(path)
+        if not as_json:
+            click.echo(path)
+    if as_json:
+        print_json({"figures": {name: str(path) for name, path in paths.items()}})
 
 
 def _chosen(offers: "Offers", folder: str, kind: str | None) -> "dict[str, Callable[[float], Any]]":

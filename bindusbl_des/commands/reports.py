@@ -8,7 +8,8 @@ import click
 
 from ..core.wording import printable
 from .advising import advice_on, advice_options
-from .console import BadInput, check_file, refuse, talk, writing
+from .console import BadInput, check_file, print_json, refuse, talk, writing
+from .options import json_option
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
@@ -24,12 +25,14 @@ CAMPAIGN = "campaign.json"
 @click.option("--out", metavar="FILE", help="Where to write the page.")
 @click.option("--force", is_flag=True, help="Replace that file if it exists.")
 @advice_options(None, "Try changes of a run's plan for so long; else its recorded advice is shown.")
+@json_option("the page's name")
 def report(
     folders: tuple[str, ...],
     out: str | None,
     force: bool,
     advice_s: float | None,
     no_advice: bool,
+    as_json: bool,
 ) -> None:
     """Write the HTML report of a run or a sweep; of several runs, side by side.
 
@@ -46,7 +49,10 @@ def report(
         check_file(path, force)
     page = _page(folders[0], advice_s, keep=again) if alone else _comparison(folders)
     _write(path, page, replace=again or force)
-    click.echo(path)
+    if as_json:
+        print_json({"report": str(path)})
+    else:
+        click.echo(path)
 
 
 def leave_report(campaign: "Campaign") -> None:
@@ -57,6 +63,8 @@ def leave_report(campaign: "Campaign") -> None:
         _write(campaign.folder / PAGE, sweep_page(campaign))
     except (BadInput, ValueError) as error:
         talk(str(error))
+    else:
+        talk(f"Open {campaign.folder / PAGE} in a browser.")
 
 
 def _page(folder: str, advice_s: float | None, *, keep: bool) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import is_quiet, print_json, refuse, say, talk
+from .options import json_option
 from .sweeps import SOME_FAILED, mistakes_told
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ SHOWN = 10
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes at once (default: one per CPU)."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print numbers and sentences as JSON.")
+@json_option("numbers and sentences")
 @click.pass_context
 def reproduce(
     context: click.Context,

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .campaign_options import experiment_options, shard_option, worker_options
 from .console import (
     RunFailed,
-    anyway_option,
     is_quiet,
-    plugins_option,
     print_json,
     refuse,
     refuse_plugins,
@@ -24,6 +23,13 @@ from .console import (
     talk_of,
     tell_of_compiling,
     weigh,
+)
+from .options import (
+    anyway_option,
+    experiment_argument,
+    json_option,
+    plugins_option,
+    set_option,
 )
 from .reports import leave_report
 
@@ -38,69 +44,13 @@ MOST_WEIGHED = 300
 INTERRUPTED = 130
 
 
-def _shard(_: click.Context, __: click.Parameter, text: str | None) -> tuple[int, int] | None:
-    """Return the two numbers of a share of a campaign, written ``i/N``: the i-th of N."""
-    if text is None:
-        return None
-    numbers = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
-    if not numbers or not 1 <= int(numbers[1]) <= int(numbers[2]):
-        raise click.BadParameter(f"{text!r} is no share; write i/N with 1 <= i <= N, such as 1/4")
-    return int(numbers[1]), int(numbers[2])
-
-
-def _worker_options(command: Any) -> Any:
-    """Give a command the options that say who does the work."""
-    command = click.option("--json", "as_json", is_flag=True, help="Print a summary as JSON.")(
-        command
-    )
-    command = click.option(
-        "--backend", default="local", metavar="local|dask:ADDRESS", help="Who does the work."
-    )(command)
-    command = click.option(
-        "--mission-timeout",
-        type=float,
-        metavar="SECONDS",
-        help="End a mission that takes longer; it counts as failed.",
-    )(command)
-    return click.option(
-        "--workers",
-        type=click.IntRange(min=1),
-        metavar="N",
-        help="Processes at once (default: one per CPU).",
-    )(command)
-
-
-def _experiment_options(command: Any) -> Any:
-    """Give a command the options that are laid over an experiment or a scenario."""
-    command = click.option(
-        "--detail", type=click.Choice(["summary", "full"]), help="Keep metrics only, or all events."
-    )(command)
-    command = click.option(
-        "--until-ci",
-        metavar="METRIC=WIDTH",
-        multiple=True,
-        help="Stop a point when half the width of the metric's 95 % CI is at most this, such as "
-        "5% of the mean or 0.02; --seeds is the largest number of seeds then (default 256).",
-    )(command)
-    command = click.option(
-        "--seeds", type=click.IntRange(min=1), metavar="N", help="Seeds 0 to N - 1 at each point."
-    )(command)
-    return click.option(
-        "--vary",
-        metavar="KEY=V1,V2",
-        multiple=True,
-        help="Vary a key, such as asvs.count=2,3; several make a grid.",
-    )(command)
-
-
 @click.command()
-@click.argument("file", metavar="FILE.yaml")
-@_experiment_options
+@experiment_argument
+@experiment_options
+@set_option
 @click.option("--out", metavar="DIR", help="Campaign folder (default results/<name>).")
-@_worker_options
-@click.option(
-    "--shard", metavar="i/N", callback=_shard, help="Run the i-th of N shares; `merge` joins them."
-)
+@worker_options
+@shard_option
 @click.option("--dry-run", is_flag=True, help="Tell missions, time and disk; write nothing.")
 @anyway_option
 @plugins_option
@@ -110,6 +60,7 @@ def sweep(
     seeds: int | None,
     until_ci: tuple[str, ...],
     detail: str | None,
+    overrides: tuple[str, ...],
     out: str | None,
     workers: int | None,
     mission_timeout: float | None,
@@ -129,8 +80,8 @@ def sweep(
         from ..campaigns.experiments.experiment_file import load_experiment
         from ..campaigns.experiments.options import Options
 
-        options, load = Options(vary, until_ci, seeds, detail), allow_plugins and not dry_run
-        plan = load_experiment(file, options, allow_plugins=load)
+        options = Options(vary, until_ci, seeds, detail, overrides)
+        plan = load_experiment(file, options, allow_plugins=allow_plugins and not dry_run)
         if not dry_run:
             refuse_plugins(plan.unloaded)
         talk_of((*plan.warnings, *plan.unloaded))
@@ -176,7 +127,7 @@ def default_folder(name: str, shard: tuple[int, int] | None) -> Path:
 
 @click.command()
 @click.argument("folder", metavar="DIR")
-@_worker_options
+@worker_options
 @plugins_option
 @click.option("--retry-failed", is_flag=True, help="Also run missions again that failed.")
 def resume(
@@ -208,7 +159,7 @@ def resume(
 
 @click.command()
 @click.argument("folder", metavar="DIR")
-@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@json_option("how far it is")
 def status(folder: str, as_json: bool) -> None:
     """Tell how far a campaign is."""
     with mistakes_told():
@@ -238,7 +189,7 @@ def status(folder: str, as_json: bool) -> None:
 @click.command()
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
 @click.option("--out", metavar="DIR", required=True, help="Folder of the whole campaign.")
-@click.option("--json", "as_json", is_flag=True, help="Print a summary as JSON.")
+@json_option("a summary")
 def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
     """Join the shards of a campaign."""
     with mistakes_told():

@@ -10,6 +10,7 @@ from ...preflight.reading import Reading, read_scenario
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path, read_yaml
 from ...scenario.files.scenario_file import read_text
+from ...scenario.files.shipped import shipped
 from ...scenario.key_types import LONGEST_NAME, PRINTABLE
 from ...scenario.scenario import Scenario
 from ..storage.record import LARGEST_SEED, MOST_MISSIONS
@@ -17,7 +18,7 @@ from .experiment import Detail, Experiment
 from .experiment_points import Places, Points, points_in
 from .kinds import KEYS, is_experiment, is_scenario
 from .options import Options, lay_over
-from .point_checks import check_points, plugins_in
+from .point_checks import DETAIL, Source, check_points, plugins_in
 from .precision import MOST_SEEDS, targets_in
 
 DETAILS = ("summary", "full")
@@ -28,7 +29,7 @@ NO_OPTIONS = Options()
 def load_experiment(
     path: str | FilePath, options: Options = NO_OPTIONS, *, allow_plugins: bool = False
 ) -> Experiment:
-    """Read an experiment file and the scenario it names, which is sought beside it.
+    """Read an experiment file and the scenario it names: a file beside it, or one that ships.
 
     A scenario file is an experiment of one point, which options may vary.  Plug-ins are loaded and
     checked with `allow_plugins` only.
@@ -48,14 +49,15 @@ def load_experiment(
     name, detail = _name(document, path.stem[:LONGEST_NAME]), _detail(document)
     seeds, until_ci = _seeds(document), targets_in(document)
     points, places = points_in(document)
-    reading = _base(document, path.parent)
+    _check_overrides(document, options.overrides, points)
+    source = _source(document, path.parent, options.overrides)
+    reading = _base(document, source)
     base = None if reading is None else reading.scenario
     if base is not None and seeds and len(points) * len(seeds) > MOST_MISSIONS:
         count = len(points) * len(seeds)
         _note(document, ("seeds",), f"makes {count:,} missions; at most {MOST_MISSIONS:,} can run")
-    elif base is not None:
-        file = path.parent / document.data["scenario"]
-        points = check_points(document, file, base, points, places, allow_plugins)
+    elif source is not None and base is not None:
+        points = check_points(document, source, base, points, places, allow_plugins)
     if reading is None or base is None or document.mistakes:
         raise _wrong(document)
     given = base.model_dump(mode="json", exclude_unset=True)
@@ -195,8 +197,22 @@ def _listed_seeds(document: Document, seeds: list[Any]) -> Sequence[int]:
     return seeds
 
 
-def _base(document: Document, folder: FilePath) -> Reading | None:
-    """Return the scenario that the experiment names; its mistakes join the experiment's."""
+def _check_overrides(document: Document, overrides: Sequence[str], points: Points) -> None:
+    """Note what is set although points, or the experiment's `detail`, would decide it."""
+    varied = dict.fromkeys(key for point in points for key in point)
+    for text in overrides:
+        key = text.partition("=")[0].strip()
+        message = ""
+        if key == DETAIL:
+            message = "belongs to the experiment; write --detail full instead"
+        elif any(f"{key}.".startswith(f"{other}.") for other in varied):
+            message = "is varied, so that setting it changes nothing; leave it out"
+        if message:
+            document.mistakes.append(Mistake.at(Place(f"--set {text}"), key, message))
+
+
+def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) -> Source | None:
+    """Return where the scenario is that the experiment names; None where that is a mistake."""
     if "scenario" not in document.data:
         if not any(mistake.key in ("scenario", "") for mistake in document.mistakes):
             place = Place(document.file, 1, 1)
@@ -209,11 +225,21 @@ def _base(document: Document, folder: FilePath) -> Reading | None:
         return None
     file = folder / named
     if not file.is_file():
-        message = f"no such file: {file}; scenarios are sought beside the experiment file"
+        file = shipped("scenarios").get(named, file)
+    if not file.is_file():
+        hint = did_you_mean(named, shipped("scenarios")) if FilePath(named).name == named else ""
+        message = f"no such file: {file}; scenarios are sought beside the experiment file{hint}"
         _note(document, ("scenario",), message)
         return None
+    return Source(file, overrides)
+
+
+def _base(document: Document, source: Source | None) -> Reading | None:
+    """Return the scenario of the experiment; its mistakes join the experiment's."""
+    if source is None:
+        return None
     try:
-        return read_scenario(file)
+        return read_scenario(source.file, overrides=source.overrides)
     except ScenarioError as error:
         document.mistakes += error.mistakes
         return None

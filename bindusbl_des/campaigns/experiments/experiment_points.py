@@ -7,6 +7,7 @@ from typing import Any
 from ...core.wording import described, did_you_mean
 from ...scenario.files.mistakes import Place
 from ...scenario.files.plain_yaml import Document, Path
+from .ranges import MOST_POINTS, is_range, spread
 from .sampling import METHODS, sampled
 
 Points = list[dict[str, Any]]
@@ -15,7 +16,6 @@ Points = list[dict[str, Any]]
 Places = list[dict[str, Path]]
 
 SAMPLE_KEYS = ("method", "points", "seed", "ranges")
-MOST_POINTS = 1_000_000
 
 
 def points_in(document: Document) -> tuple[Points, Places]:
@@ -43,25 +43,46 @@ def _grid(document: Document, vary: Any) -> tuple[Points, Places]:
     """Return every combination of the values, the last key varying fastest."""
     if not _is_section(document, ("vary",), vary, "dotted keys with lists of values"):
         return [], []
-    for key, values in vary.items():
-        if not isinstance(values, list):
-            message = f"needs a list of values, such as [1, 2]; got {described(values)}"
-            _note(document, ("vary", key), message)
-        elif not values:
-            _note(document, ("vary", key), "is an empty list; give at least one value")
+    axes = {key: _values(document, ("vary", key), values) for key, values in vary.items()}
     if _is_unsettled(document, "vary"):
         return [], []
-    count = prod(len(values) for values in vary.values())
+    count = prod(map(len, axes.values()))
     if count > MOST_POINTS:
         _note(document, ("vary",), f"makes {count:,} points; at most {MOST_POINTS:,} can run")
         return [], []
-    numbered = [list(enumerate(values)) for values in vary.values()]
     points: Points = []
     places: Places = []
-    for row in product(*numbered):
-        points.append({key: value for key, (_, value) in zip(vary, row, strict=True)})
-        places.append({key: ("vary", key, n) for key, (n, _) in zip(vary, row, strict=True)})
+    for row in product(*axes.values()):
+        points.append({key: value for key, (value, _) in zip(axes, row, strict=True)})
+        places.append({key: path for key, (_, path) in zip(axes, row, strict=True)})
     return points, places
+
+
+def _values(document: Document, path: Path, given: Any) -> list[tuple[Any, Path]]:
+    """Return the values of a key and where each stands; a range in a list is all of its values."""
+    if is_range(given):
+        return _spread(document, path, given)
+    if not isinstance(given, list):
+        message = (
+            f"needs a list of values or a range, such as [1, 2] or 2:5; got {described(given)}"
+        )
+        _note(document, path, message)
+        return []
+    if not given:
+        _note(document, path, "is an empty list; give at least one value")
+    found: list[tuple[Any, Path]] = []
+    for number, value in enumerate(given):
+        place = (*path, number)
+        found += _spread(document, place, value) if is_range(value) else [(value, place)]
+    return found
+
+
+def _spread(document: Document, path: Path, text: str) -> list[tuple[Any, Path]]:
+    try:
+        return [(value, path) for value in spread(text)]
+    except ValueError as error:
+        _note(document, path, f"{text.strip()} {error}")
+        return []
 
 
 def _is_section(document: Document, path: Path, data: Any, needs: str) -> bool:

@@ -7,7 +7,7 @@ from ..storage.parts import metric_schema
 from ..storage.record import LARGEST_SEED, MOST_MISSIONS
 from ..storage.soundness import MISSIONS
 from .experiment_file import DETAILS
-from .experiment_points import MOST_POINTS
+from .ranges import MOST_POINTS
 from .sampling import METHODS
 
 
@@ -24,7 +24,12 @@ def experiment_schema() -> dict[str, Any]:
         "properties": {
             "name": _described("name of the campaign; else the file's", type="string"),
             "scenario": _described("scenario file, relative to this file", type="string"),
-            "vary": _by_key(known, "every combination of these values", "array"),
+            "vary": _by_key(
+                known,
+                "every combination of these values; 2:5 stands for 2, 3, 4, 5, and 0:90:15 for 0, "
+                "15 and so on up to 90",
+                ["array", "string"],
+            ),
             "points": {
                 "description": "the points one by one",
                 "type": "array",
@@ -50,12 +55,12 @@ def _described(meaning: str, **rest: Any) -> dict[str, Any]:
     return {"description": meaning, **rest}
 
 
-def _properties(known: dict[str, str], kind: str | None) -> dict[str, Any]:
+def _properties(known: dict[str, str], kind: str | list[str] | None) -> dict[str, Any]:
     only = {"type": kind} if kind else {}
     return {key: _described(meaning, **only) for key, meaning in known.items()}
 
 
-def _by_key(known: dict[str, str], meaning: str, kind: str) -> dict[str, Any]:
+def _by_key(known: dict[str, str], meaning: str, kind: str | list[str]) -> dict[str, Any]:
     """Return the schema of a section with dotted keys; lists of lists are keys of their own."""
     return _described(
         meaning,

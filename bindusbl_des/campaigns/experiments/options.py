@@ -1,4 +1,7 @@
-"""Options of the command line laid over an experiment: ``--vary key=v1,v2``, ``--seeds N``."""
+"""Options of the command line laid over an experiment: ``--vary key=v1,v2``, ``--seeds N``.
+
+What is ``--set`` is laid over its scenario.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +20,7 @@ class Options:
     until_ci: tuple[str, ...] = ()
     seeds: Any = None
     detail: Any = None
+    overrides: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         return self != Options()

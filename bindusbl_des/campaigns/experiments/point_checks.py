@@ -1,6 +1,7 @@
 """Whether every point of an experiment is a valid scenario, told in the experiment's own lines."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -23,9 +24,17 @@ DETAIL = "record.detail"
 PARTS = tuple(family.key for family in FAMILIES)
 
 
+@dataclass(frozen=True)
+class Source:
+    """Where the scenario of an experiment is from: its file, and what is ``--set`` in it."""
+
+    file: FilePath
+    overrides: tuple[str, ...] = ()
+
+
 def check_points(
     document: Document,
-    file: FilePath,
+    source: Source,
     base: Scenario,
     points: Points,
     places: Places,
@@ -38,13 +47,13 @@ def check_points(
     wrong = 0
     looked_at: set[Path] = set()
     for number, (point, where) in enumerate(zip(points, places, strict=True)):
-        point = renamed_point(point, lambda name: str((file.parent / name).resolve()))
+        point = renamed_point(point, lambda name: str((source.file.parent / name).resolve()))
         settled.append(point)
         scenario = None if DETAIL in point else _valid(given, point, allow_plugins)
         if scenario is None:
             wrong += 1
             if wrong <= MOST_WRONG_POINTS or not looked_at.issuperset(where.values()):
-                _explain(document, file, point, where, allow_plugins)
+                _explain(document, source, point, where, allow_plugins)
             looked_at.update(where.values())
         else:
             _check_repeated(document, scenario, seen, number, where)
@@ -101,7 +110,7 @@ def _last(document: Document, where: Mapping[str, Any]) -> tuple[str, Place]:
 
 def _explain(
     document: Document,
-    file: FilePath,
+    source: Source,
     point: Mapping[str, Any],
     where: Mapping[str, Any],
     allow_plugins: bool,
@@ -114,9 +123,9 @@ def _explain(
     alone = [
         (key, mistake)
         for key, value in point.items()
-        for mistake in _mistakes(file, {key: value}, allow_plugins)
+        for mistake in _mistakes(source, {key: value}, allow_plugins)
     ]
-    together = _mistakes(file, point, allow_plugins)
+    together = _mistakes(source, point, allow_plugins)
     for key, mistake in alone:
         # What another value of the point mends is no mistake.
         known = any((m.key, m.message) == (mistake.key, mistake.message) for m in together)
@@ -158,11 +167,13 @@ def _add(document: Document, place: Place, key: str, message: str) -> None:
         document.mistakes.append(mistake)
 
 
-def _mistakes(file: FilePath, point: Mapping[str, Any], allow_plugins: bool) -> list[Mistake]:
+def _mistakes(source: Source, point: Mapping[str, Any], allow_plugins: bool) -> list[Mistake]:
     """Return what the loader of scenario files says to a point."""
     options = [f"{key}={as_written(value)}" for key, value in point.items()]
     try:
-        load_scenario(file, overrides=options, allow_plugins=allow_plugins)
+        load_scenario(
+            source.file, overrides=(*source.overrides, *options), allow_plugins=allow_plugins
+        )
     except ScenarioError as error:
         return error.mistakes
     return []

@@ -89,8 +89,7 @@ def run_batch(batch: Batch) -> list[Row]:
     with _beating(folder, batch.part) as heartbeat:
         began, size = time.monotonic(), 0
         for mission in batch.missions:
-            if batch.mission_timeout_s:  # loading compiled code is not the mission's time
-                warm(batch.points[mission.point].scenario, folder)
+            warm(batch.points[mission.point].scenario, folder)  # loading is no mission's time
             with heartbeat.at(mission.number, batch.mission_timeout_s):
                 ran.append(_run(batch, mission))
             size += sum(table.nbytes for table in ran[-1].tables.values())

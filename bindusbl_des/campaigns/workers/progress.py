@@ -1,5 +1,7 @@
 """How far a campaign is, in one line on stderr."""
 
+import math
+from collections.abc import Sequence
 from time import monotonic
 from typing import TextIO
 
@@ -9,17 +11,22 @@ from .batches import Row
 
 
 class Progress:
-    """Counts missions, and says so."""
+    """Counts missions, and says so.
+
+    Its rate is that of missions: the clock starts where the first one began, when a worker had been
+    started and had its compiled code.
+    """
 
     def __init__(self, total: int = 0, *, quiet: bool = True, stream: TextIO | None = None) -> None:
         self.total, self.ran, self.failed = total, 0, 0
         self._line = ProgressLine(quiet=quiet, stream=stream)
-        self._began = monotonic()
+        self._began = math.inf
 
-    def note(self, row: Row) -> None:
-        """Count a mission that has its row."""
-        self.ran += 1
-        self.failed += row.status == FAILED
+    def note(self, rows: Sequence[Row]) -> None:
+        """Count the missions of a batch that has ended just now."""
+        self.ran += len(rows)
+        self.failed += sum(row.status == FAILED for row in rows)
+        self._began = min(self._began, monotonic() - sum(row.wall_time_s for row in rows))
         self._line.tell(self.line)
 
     def end(self) -> None:
@@ -29,7 +36,7 @@ class Progress:
     def line(self) -> str:
         """Return what there is to say."""
         spent = monotonic() - self._began
-        rate = self.ran / spent if spent else 0.0
+        rate = self.ran / spent if spent > 0 else 0.0
         left = duration((self.total - self.ran) / rate) if rate else "?"
         failed = f", {self.failed} failed" if self.failed else ""
         return f"{self.ran}/{self.total} missions{failed}, {rate:.1f}/s, {left} left"

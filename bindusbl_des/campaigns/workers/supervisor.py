@@ -6,7 +6,7 @@ yet no more than half a minute of one worker's work is ever lost.
 
 import uuid
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from math import ceil
@@ -53,7 +53,7 @@ class Supervisor:
         plan: Plan,
         folder: Path,
         pool: WorkerPool,
-        note: Callable[[Row], None] = lambda _: None,
+        note: Callable[[Sequence[Row]], None] = lambda _: None,
         mission_timeout_s: float | None = None,
     ) -> None:
         self.plan, self.folder, self.pool, self.note = plan, folder, pool, note
@@ -116,8 +116,7 @@ class Supervisor:
 
     def _count(self, batch: Batch, rows: list[Row]) -> None:
         self._finished += len(rows)
-        for row in rows:
-            self.note(row)
+        self.note(rows)
         ran = {row.number for row in rows}
         self._fresh.put_back(it.number for it in batch.missions if it.number not in ran)
 
@@ -161,7 +160,7 @@ class Supervisor:
         except OSError as reason:
             self._break_off(NotWritten(reason.errno, reason.strerror))
             return
-        self.note(Row(mission.number, FAILED, 0.0))
+        self.note([Row(mission.number, FAILED, 0.0)])
 
     def _break_off(self, error: NotWritten) -> None:
         self.trouble = error

@@ -2,6 +2,7 @@
 
 import json
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 
 from ...core.kept_tracks import placed
@@ -23,6 +24,7 @@ def compile_kernels(plan: Plan, folder: Path) -> None:
         warm(point.scenario, folder)
 
 
+@lru_cache(maxsize=16)  # the seeds of a point follow one another
 def warm(scenario: str, folder: Path) -> None:
     """Run the beginning of a mission, unless one with its vehicles was run in this process.
 

@@ -2,13 +2,10 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
-from pathlib import Path
 
 from ...campaigns.experiments.experiment import Experiment, Point
 from ...campaigns.experiments.experiment_file import load_experiment
-
-PACKAGE = Path(__file__).parents[2]
+from ...scenario.files.shipped import shipped
 
 
 def _every_point(_: Point) -> bool:
@@ -59,21 +56,6 @@ CATALOGUE = (
 )
 
 
-@cache
-def experiments_folder() -> Path:
-    """Return where the experiment files are: in the wheel, or at the top of a source checkout.
-
-    Raises:
-        FileNotFoundError: when they are in neither place.
-    """
-    for folder in (PACKAGE / "experiments", PACKAGE.parent / "experiments"):
-        if all((folder / f"{entry.name}.yaml").is_file() for entry in CATALOGUE):
-            return folder
-    raise FileNotFoundError(
-        f"the experiment files are neither in {PACKAGE} nor beside it; install bindusbl-des anew"
-    )
-
-
 def experiments(*, quick: bool) -> Iterator[Experiment]:
     """Yield every experiment; a quick look has fewer seeds and points."""
     for entry in CATALOGUE:
@@ -87,5 +69,12 @@ def experiments(*, quick: bool) -> Iterator[Experiment]:
 
 
 def load(name: str) -> Experiment:
-    """Return an experiment of the paper by the name of its file."""
-    return load_experiment(experiments_folder() / f"{name}.yaml")
+    """Return an experiment of the paper by the name of its file.
+
+    Raises:
+        FileNotFoundError: when the files that ship are not where they were installed.
+    """
+    path = shipped("experiments").get(name)
+    if path is None:
+        raise FileNotFoundError(f"experiments/{name}.yaml is missing; install bindusbl-des anew")
+    return load_experiment(path)

@@ -1,0 +1,126 @@
+"""The options and arguments that several commands have, each written once and meaning the same."""
+
+from collections.abc import Callable
+from glob import escape, glob
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from ..core.plugins import allowed_everywhere
+from ..scenario.files.mistakes import ScenarioError
+from ..scenario.files.shipped import KINDS, located, shipped
+from .console import be_quiet, refuse
+
+Command = Callable[[Any], Any]
+
+# What may also stand before the name of a command, as an option of the program.
+QUIET = ("-q", "--quiet")
+JSON = "--json"
+SET = "--set"
+
+
+def quiet_option() -> click.Option:
+    """Return the option ``-q``, which every command has."""
+
+    def note(context: click.Context, _: click.Parameter, given: bool) -> None:
+        if given:
+            be_quiet(context)
+
+    meaning = "Say nothing on stderr but what is wrong."
+    return click.Option(QUIET, is_flag=True, expose_value=False, callback=note, help=meaning)
+
+
+def json_option(what: str) -> Command:
+    """Give a command the option ``--json``: one JSON document on stdout and nothing else."""
+    return click.option(JSON, "as_json", is_flag=True, help=f"Print {what} as JSON.")
+
+
+def set_option(command: Any) -> Any:
+    """Give a command the option ``--set dotted.key=value``."""
+    return click.option(
+        SET,
+        "overrides",
+        metavar="KEY=VALUE",
+        multiple=True,
+        help="Override a key of the scenario, such as acoustics.hf.range_m=100; repeatable.",
+    )(command)
+
+
+def shared_options(command: Any) -> Any:
+    """Give the program what may stand before the name of a command, and is handed on to it."""
+    for option in (
+        click.option(
+            SET, "overrides", metavar="KEY=VALUE", multiple=True, help="Override a scenario's key."
+        ),
+        click.option(JSON, "as_json", is_flag=True, help="Print one JSON document, nothing else."),
+        click.option(*QUIET, is_flag=True, help="Say nothing on stderr but what is wrong."),
+    ):
+        command = option(command)
+    return command
+
+
+def handed_on(given: dict[str, Any], command: click.Command) -> list[str]:
+    """Return the words that a command is given of what stood before its name, or refuse them."""
+    words = [QUIET[0]] if given.get("quiet") else []
+    words += [JSON] if given.get("as_json") else []
+    words += [f"{SET}={text}" for text in given.get("overrides", ())]
+    known = {name for it in command.params for name in it.opts}
+    for word in words:
+        if word.partition("=")[0] not in known:
+            raise click.UsageError(f"{command.name} has no option {word.partition('=')[0]}")
+    return words
+
+
+def anyway_option(command: Any) -> Any:
+    """Give a command the option ``--anyway``."""
+    return click.option(
+        "--anyway",
+        is_flag=True,
+        help="Begin even what needs more memory than this machine has, or more than a day.",
+    )(command)
+
+
+def plugins_option(command: Any) -> Any:
+    """Give a command that runs missions the option ``--allow-plugins``."""
+    return click.option(
+        "--allow-plugins",
+        is_flag=True,
+        callback=lambda context, parameter, given: given or allowed_everywhere(),
+        help="Load the code that the file names as module:object (or BINDUSBL_ALLOW_PLUGINS=1).",
+    )(command)
+
+
+def scenario_argument(command: Any) -> Any:
+    """Give a command the argument of a scenario: a file, or the name of one that ships."""
+    return _file_argument("scenario", "SCENARIO", KINDS[:1])(command)
+
+
+def experiment_argument(command: Any) -> Any:
+    """Give a command the argument of an experiment or a scenario: a file, or a shipped name."""
+    return _file_argument("file", "FILE", KINDS)(command)
+
+
+def _file_argument(name: str, metavar: str, kinds: tuple[str, ...]) -> Command:
+    def found(context: click.Context, _: click.Parameter, given: str) -> str:
+        try:
+            return located(given, kinds)
+        except ScenarioError as error:
+            refuse(str(error))
+
+    return click.argument(
+        name, metavar=metavar, callback=found, shell_complete=shipped_or_file(kinds)
+    )
+
+
+def shipped_or_file(kinds: tuple[str, ...] = KINDS) -> Callable[..., list[CompletionItem]]:
+    """Return what a shell offers for an argument: names that ship and files, or files alone."""
+
+    def offered(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+        names = [name for kind in kinds for name in shipped(kind) if name.startswith(begun)]
+        if not names:  # the shell completes files by itself
+            return [CompletionItem(begun, type="file")]
+        files = sorted(glob(f"{escape(begun)}*"))
+        return [*map(CompletionItem, names), *map(CompletionItem, files)]
+
+    return offered
