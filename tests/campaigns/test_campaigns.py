@@ -384,11 +384,49 @@ def test_a_lock_is_held_once(tmp_path: Path) -> None:
 def test_progress_is_silent_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
     """Its line counts missions, failures, rate and time left."""
     progress = Progress(3)
-    progress.note(Row(0, "ok", 0.1))
-    progress.note(Row(1, "failed", 0.1))
+    assert progress.line() == "0/3 missions, 0.0/s, ? left"
+    progress.note([Row(0, "ok", 0.1), Row(1, "failed", 0.1)])
     assert progress.line().startswith("2/3 missions, 1 failed, ")
     progress.end()
     assert capsys.readouterr().err == ""
+
+
+def test_progress_leaves_out_how_workers_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten seconds until workers run do not slow down the missions that are left."""
+    now = 100.0
+    monkeypatch.setattr("bindusbl_des.campaigns.workers.progress.monotonic", lambda: now)
+    progress = Progress(202)
+    now += 10.0  # workers are started and load compiled code
+    now += 0.5
+    progress.note([Row(0, "ok", 0.25), Row(1, "ok", 0.25)])
+    assert progress.line() == "2/202 missions, 4.0/s, 50 s left"
+    now += 0.1  # another worker began a little earlier
+    progress.note([Row(2, "ok", 0.7)])
+    assert progress.line() == "3/202 missions, 4.3/s, 46 s left"
+
+
+def test_status_leaves_out_how_workers_start(experiment: Path, home: Path) -> None:
+    """The rate of a campaign that runs counts from its first mission of this session."""
+    plan, folder = Plan(load_experiment(experiment)), home / "rate"
+    folder.mkdir()
+    names, rows = [], []
+    for numbers in ((0, 1), (2, 3, 4)):
+        batch = batch_of(plan, folder, numbers, 100.0)
+        names.append(batch.part)
+        rows.append(run_batch(batch))
+    record = {"status": "running", "session": {"began_at": 1000.0, "rows_before": 0}}
+    campaign = Campaign(folder, plan, record)
+    took = sum(row.wall_time_s for row in rows[0])
+    for part, at in zip(names, (1020.0 + took, 1030.0), strict=True):
+        os.utime(part_path(folder, "missions", part), (at, at))
+    assert campaign._rate(5) == pytest.approx(5 / 10.0, rel=1e-5)
+    record["session"]["began_at"] = 1025.0  # the first part is of an earlier session
+    record["session"]["rows_before"] = 2
+    assert campaign._rate(5) == pytest.approx(
+        3 / min(sum(row.wall_time_s for row in rows[1]), 5.0), rel=1e-5
+    )
+    record["status"] = "complete"
+    assert campaign._rate(5) is None
 
 
 def test_sampled_points_fill_their_ranges(experiment: Path, home: Path) -> None:
@@ -443,7 +481,7 @@ WRONG = {
     ),
     "value for list": (
         HEAD + "vary: {asvs.count: 2}\n",
-        ["2:20: vary.asvs.count: needs a list of values, such as [1, 2]; got 2"],
+        ["2:20: vary.asvs.count: needs a list of values or a range, such as [1, 2] or 2:5; got 2"],
     ),
     "empty values": (
         HEAD + "vary: {asvs.count: []}\n",

@@ -90,7 +90,7 @@ def test_version() -> None:
     ("words", "told"),
     [
         (("rn",), "No such command 'rn'"),
-        (("run",), "Missing argument 'SCENARIO.yaml'"),
+        (("run",), "Missing argument 'SCENARIO'"),
         (("run", "f.yaml", "--seed", "-1"), "-1 is not in the range x>=0"),
         (("run", "f.yaml", "--sed", "1"), "No such option"),
         (("run", "none.yaml"), "none.yaml: no such file; `bindusbl-des init` writes a starter"),
