@@ -18,8 +18,36 @@ HEAD = """\
 # Reference
 
 Written by `python -m bindusbl_des.manual` from the program itself. The same at the command line:
-`bindusbl-des COMMAND --help`, `params [PATTERN]`, `schema`; and `data_dictionary.json` in each
+`bindusbl-des COMMAND --help`, `params [WORD]`, `schema`; and `data_dictionary.json` in each
 result folder.
+"""
+
+SHARED = """\
+`-q` (say nothing on stderr but what is wrong) is an option of every command, `--json` (one JSON
+document on stdout and nothing else) of all but `init`, `--set KEY=VALUE` of those that read a
+scenario. They mean the same everywhere and may stand before the command's name as well. Mistakes
+are told on stderr in lines, with `--json` too; those that `validate` lists are its document.
+
+A scenario or experiment is a file or the name of one that ships, such as `quickstart` or `table_1`;
+a file of that name wins.
+"""
+
+RANGES = """\
+Values of `--vary` are written as in a file, with commas between them. `2:5` stands for 2, 3, 4, 5
+and `0:90:15` (first:last:step) for 0, 15 and so on up to 90; the last is in if the steps meet it.
+Ranges mix with values: `asvs.count=1,3:5`; `protocol.schedule=dsatur,my_module:mine` names a
+plug-in. Experiment files have ranges as well, in a list or in its stead: `vary: {asvs.count: 2:5}`.
+"""
+
+COMPLETION = """\
+### Completion in shells
+
+Commands, options, files and the names of what ships are completed after one line in the shell's own
+file (bash 4.4 or newer):
+
+* bash, `~/.bashrc`: `eval "$(_BINDUSBL_DES_COMPLETE=bash_source bindusbl-des)"`
+* zsh, `~/.zshrc`: `eval "$(_BINDUSBL_DES_COMPLETE=zsh_source bindusbl-des)"`
+* fish, `~/.config/fish/config.fish`: `_BINDUSBL_DES_COMPLETE=fish_source bindusbl-des | source`
 """
 
 EXIT_CODES = {
@@ -64,17 +92,21 @@ def _cell(text: str) -> str:
 
 def _commands() -> Iterator[str]:
     yield "## Commands\n"
+    yield SHARED
     for name, command in main.commands.items():
         context = click.Context(command, info_name=f"bindusbl-des {name}")
         yield f"### {name}\n"
         yield f"`{command.get_usage(context).removeprefix('Usage: ').replace('[OPTIONS] ', '')}`\n"
         yield _paragraphs(command.help or "")
-        options = [option for option in command.params if isinstance(option, click.Option)]
-        records = [option.get_help_record(context) for option in options]
+        options = [it for it in command.params if isinstance(it, click.Option)]
+        records = [it.get_help_record(context) for it in options if "-q" not in it.opts]
         # A bar in code needs a backslash in some dialects of Markdown, and shows it in others.
         rows = [(f"`{record[0].replace('|', ' or ')}`", record[1]) for record in records if record]
         if rows:
             yield from _table(("option", "meaning"), rows)
+        if name == "sweep":
+            yield RANGES
+    yield COMPLETION
 
 
 def _paragraphs(text: str) -> str:

@@ -91,7 +91,7 @@ def _findings(
 
 @click.command()
 @click.argument("kind", type=click.Choice(["scenario", "experiment"]), default="scenario")
-@json_option("it, as without this option,")
+@json_option("it, with or without this option,")
 def schema(kind: str, as_json: bool) -> None:
     """Print the JSON Schema of scenario or experiment files, for completion in editors."""
     if kind == "experiment":

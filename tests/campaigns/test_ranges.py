@@ -72,9 +72,9 @@ WRONG = {
     "asvs.count=2:5:-1": "2:5:-1 leads away from 5; write 2:5:1",
     "asvs.count=5:2:0.5": "5:2:0.5 leads away from 2; write 5:2:-0.5",
     "asvs.count=2:5:1:1": "2:5:1:1 is no range; write first:last or first:last:step, as in 2:5 or",
-    "asvs.count=1:9999999": "1:9999999 has 9,999,999 values; at most 1,000,000 can run",
-    "auvs.speed_m_per_s=0:1:1e-99": "values; at most 1,000,000 can run, so step wider",
-    "asvs.count=2:999999999999999999": "values; at most 1,000,000 can run",
+    "asvs.count=1:9999999": "1:9999999 has 9,999,999 values, and at most 10,000 may be",
+    "auvs.speed_m_per_s=0:1:1e-99": "values, and at most 10,000 may be; step wider",
+    "asvs.count=2:999999999999999999": "values, and at most 10,000 may be",
 }
 
 

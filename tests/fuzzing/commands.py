@@ -37,8 +37,13 @@ ALMOST = {
     "kind": ("trajectory", "fixes", "curves", "heatmap", "error", "x", "scenario", "experiment"),
     "pattern": ("auvs", "*", "**.", "[", "x", ""),
     "file": (EXPERIMENT, SCENARIO),
-    "files": (EXPERIMENT, SCENARIO),
+    "files": (EXPERIMENT, SCENARIO, "quickstart", "table_1", "quikstart"),
     "scenario": (SCENARIO,),
+    "vary": (
+        "asvs.count=2:4", "asvs.count=4:2", "auvs.count=1,2:3", "asvs.formation.angle_deg=0:9:3",
+        "auvs.speed_m_per_s=0.5:1:0.25", "auvs.speed_m_per_s=0:1:1e-9", "asvs.count=:", "x=1:2:0",
+        "protocol.schedule=dsatur,some:thing", "asvs.count",
+    ),
     "what": ("paper",),
 }  # fmt: skip
 
@@ -58,7 +63,8 @@ def command(seed: int, draw: Random) -> Lines:
 
 
 def _common(draw: Random) -> list[str]:
-    return draw.choice((["-q"], [], [], [], [], [], [], [], [], ["--version"], ["-h"], ["--quite"]))
+    odd = (["-q"], ["--json"], ["--set", "asvs.count=2"], ["--version"], ["-h"], ["--quite"])
+    return draw.choice((*odd, *[[]] * 8))
 
 
 def _words(name: str, draw: Random) -> list[str]:

@@ -23,7 +23,9 @@ def experiment_schema() -> dict[str, Any]:
         "additionalProperties": False,
         "properties": {
             "name": _described("name of the campaign; else the file's", type="string"),
-            "scenario": _described("scenario file, relative to this file", type="string"),
+            "scenario": _described(
+                "scenario file, relative to this file, or the name of one that ships", type="string"
+            ),
             "vary": _by_key(
                 known,
                 "every combination of these values; 2:5 stands for 2, 3, 4, 5, and 0:90:15 for 0, "

@@ -8,6 +8,9 @@ from ...core.wording import plain
 
 MOST_POINTS = 1_000_000
 
+# More values of one key were hardly meant; grids of several keys may have more points.
+MOST_VALUES = 10_000
+
 NUMBER = r"[-+]?(?:[0-9]{1,30}(?:\.[0-9]{0,30})?|\.[0-9]{1,30})(?:[eE][-+]?[0-9]{1,2})?"
 RANGE = re.compile(rf"\s*({NUMBER})\s*:\s*({NUMBER})\s*(?::\s*({NUMBER})\s*)?")
 WHOLE = re.compile(r"[-+]?[0-9]+")
@@ -55,7 +58,7 @@ def spread(text: str) -> list[int] | list[float]:
         other = plain(int(-step) if whole else float(-step))
         raise ValueError(f"leads away from {written[1]}; write {written[0]}:{written[1]}:{other}")
     count = (last - first) // step + 1
-    if count > MOST_POINTS:
-        raise ValueError(f"has {count:,} values; at most {MOST_POINTS:,} can run, so step wider")
+    if count > MOST_VALUES:
+        raise ValueError(f"has {count:,} values, and at most {MOST_VALUES:,} may be; step wider")
     values = [first + number * step for number in range(count)]
     return [int(value) for value in values] if whole else [float(value) for value in values]
