@@ -35,14 +35,15 @@ class Commands(click.Group):
     """
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
-        cmd.params.append(quiet_option())
-        super().add_command(cmd, name)
+        super().add_command(quiet_option(cmd), name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name, command, rest = super().resolve_command(ctx, args)
-        return name, command, [*(handed_on(ctx.params, command) if command else ()), *rest]
+        if command is None or ctx.resilient_parsing:  # a shell that completes
+            return name, command, rest
+        return name, command, [*handed_on(ctx.params, command), *rest]
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)

@@ -1,6 +1,6 @@
 """The options and arguments that several commands have, each written once and meaning the same."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from glob import escape, glob
 from typing import Any
 
@@ -14,21 +14,26 @@ from .console import be_quiet, refuse
 
 Command = Callable[[Any], Any]
 
-# What may also stand before the name of a command, as an option of the program.
-QUIET = ("-q", "--quiet")
+# What may also stand before the name of a command, and is handed on to it.
 JSON = "--json"
 SET = "--set"
 
 
-def quiet_option() -> click.Option:
-    """Return the option ``-q``, which every command has."""
+def quiet_option(command: Any) -> Any:
+    """Give the program or a command the option ``-q``."""
 
     def note(context: click.Context, _: click.Parameter, given: bool) -> None:
         if given:
             be_quiet(context)
 
-    meaning = "Say nothing on stderr but what is wrong."
-    return click.Option(QUIET, is_flag=True, expose_value=False, callback=note, help=meaning)
+    return click.option(
+        "-q",
+        "--quiet",
+        is_flag=True,
+        expose_value=False,
+        callback=note,
+        help="Say nothing on stderr but what is wrong.",
+    )(command)
 
 
 def json_option(what: str) -> Command:
@@ -47,28 +52,19 @@ def set_option(command: Any) -> Any:
     )(command)
 
 
-def shared_options(command: Any) -> Any:
-    """Give the program what may stand before the name of a command, and is handed on to it."""
-    for option in (
-        click.option(
-            SET, "overrides", metavar="KEY=VALUE", multiple=True, help="Override a scenario's key."
-        ),
-        click.option(JSON, "as_json", is_flag=True, help="Print one JSON document, nothing else."),
-        click.option(*QUIET, is_flag=True, help="Say nothing on stderr but what is wrong."),
-    ):
-        command = option(command)
-    return command
+def shared_options(program: Any) -> Any:
+    """Give the program the options that may stand before the name of a command."""
+    return set_option(json_option("what is found")(quiet_option(program)))
 
 
-def handed_on(given: dict[str, Any], command: click.Command) -> list[str]:
-    """Return the words that a command is given of what stood before its name, or refuse them."""
-    words = [QUIET[0]] if given.get("quiet") else []
-    words += [JSON] if given.get("as_json") else []
-    words += [f"{SET}={text}" for text in given.get("overrides", ())]
+def handed_on(given: Mapping[str, Any], command: click.Command) -> list[str]:
+    """Return the words for a command that stood before its name; refuse what it does not have."""
+    words = [JSON] if given["as_json"] else []
+    words += [f"{SET}={text}" for text in given["overrides"]]
     known = {name for it in command.params for name in it.opts}
-    for word in words:
-        if word.partition("=")[0] not in known:
-            raise click.UsageError(f"{command.name} has no option {word.partition('=')[0]}")
+    for option in (word.partition("=")[0] for word in words):
+        if option not in known:
+            raise click.UsageError(f"{command.name} has no option {option}")
     return words
 
 

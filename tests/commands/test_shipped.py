@@ -155,6 +155,7 @@ def test_shells_complete_what_ships() -> None:
     assert completed("bindusbl-des -q run my") == ["file,my"]
     assert "plain,two_asvs" in completed("bindusbl-des sweep two")
     assert completed("bindusbl-des init st") == ["plain,starter", "plain,still"]
+    assert completed("bindusbl-des --json init sta") == ["plain,starter"]
     assert completed("bindusbl-des cov") == ["plain,coverage"]
     assert "plain,--json" in completed("bindusbl-des coverage --")
 
