@@ -22,25 +22,46 @@ from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from .closed_loop import Water, velocity_biases, walks
+from ..vehicles.poses import PoseSource, Poses
+from .closed_loop import Water, afterwards_s, velocity_biases, walks
 from .courses import chart_of
-from .launch import launch_asvs, launch_auvs
+from .launch import launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .world import World
 
 
-def build_world(env: simpy.Environment, scenario: Scenario, seed: int) -> World:
-    """Put the world of a scenario together, at rest at time 0."""
+def build_world(
+    env: simpy.Environment,
+    scenario: Scenario,
+    seed: int,
+    source: PoseSource | None = None,
+    pose_step_s: float = 0.1,
+) -> World:
+    """Put the world of a scenario together, at rest at time 0.
+
+    A `source` of poses, asked each `pose_step_s` (s), moves the vehicles that it answers for.
+    """
     streams = Streams(seed)
     record = Recorder(everything=scenario.record.detail == "full")
     water = Water(scenario, streams)
     lost = walks(scenario, streams, water)
     biases = velocity_biases(scenario, streams)
-    auvs = launch_auvs(scenario, water, lost, biases)
-    asvs = launch_asvs(scenario, streams, water)
+    moved = {} if source is None else _moved(scenario, source, pose_step_s)
+    auvs, asvs = moved.get("auvs"), moved.get("asvs")
+    if auvs is None:
+        auvs = launch_auvs(scenario, water, lost, biases)
+    if asvs is None:
+        asvs = launch_asvs(scenario, streams, water)
     reckoning, navigator = equip_auvs(scenario, auvs, lost, biases)
     network = _network(env, scenario, auvs, asvs, navigator, record, streams)
     return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
+
+
+def _moved(scenario: Scenario, source: PoseSource, step_s: float) -> dict[str, Fleet]:
+    """Return the fleets that an outside program moves."""
+    counts, ahead = {"auvs": scenario.auvs.count, "asvs": scenario.asvs.count}, afterwards_s(scenario)
+    poses = Poses(source, step_s, counts, scenario.duration_s + ahead, ahead)
+    return {kind: posed(poses, kind, counts[kind]) for kind in poses.kinds}
 
 
 def _network(

@@ -14,6 +14,7 @@ from ..scenario.scenario import Scenario
 from ..scenario.sections import Auvs, Environment, Survey
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import together
+from ..vehicles.poses import PosedVehicle, Poses
 from ..vehicles.tracks import read_tracks
 from ..vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 from .closed_loop import Water, afterwards_s, control_intervals, guided_asvs, guided_auvs
@@ -22,6 +23,12 @@ if TYPE_CHECKING:
     from ..vehicles.guidance import GuidedFleet, GuidedVehicle
 
 Array = NDArray[np.float64]
+
+
+def posed(poses: Poses, kind: str, count: int) -> Fleet:
+    """Return a fleet, "auvs" or "asvs", that an outside program moves."""
+    vehicles = [PosedVehicle(poses, kind, number) for number in range(count)]
+    return Fleet(vehicles, poses.motion(kind), poses=poses)
 
 
 def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -> Fleet:

@@ -17,6 +17,7 @@ from ..records.events import Broadcast
 from ..results.result import Result
 from ..results.tables import from_columns, from_rows
 from ..scenario.scenario import Scenario
+from ..vehicles.poses import PoseSource
 from .build import build_world
 from .event_tables import event_tables
 from .looking import AuvStates, PingUnderWay, auv_states, on_air, places_of, under_way
@@ -39,12 +40,23 @@ class Mission:
     (4.0, (3, 2), 3)
     """
 
-    def __init__(self, scenario: Scenario, seed: int = 0) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        seed: int = 0,
+        *,
+        poses: PoseSource | None = None,
+        pose_step_s: float = 0.1,
+    ) -> None:
         """Put a mission together; it is at 0 s.
 
+        `poses` is an outside program that moves AUVs, ASVs or both, in the place of what the
+        scenario says (:class:`.vehicles.poses.PoseSource`).  It is asked each `pose_step_s` (s),
+        as the mission goes on; positions between two samples are interpolated.
+
         Raises:
-            ValueError: when the seed is not a whole number >= 0, or the scenario names a schedule
-                or track that cannot be used.
+            ValueError: when the seed is not a whole number >= 0, the scenario names a schedule or
+                track that cannot be used, or the poses cannot be used, now or later.
         """
         if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
             raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
@@ -52,7 +64,7 @@ class Mission:
         self._time, self._worked_s, self._has_failed = 0.0, 0.0, False
         with self._at_work():
             self._env = simpy.Environment()
-            self._world = build_world(self._env, scenario, self.seed)
+            self._world = build_world(self._env, scenario, self.seed, poses, pose_step_s)
             self._env.process(serve(self._world.network))
             self._happen(0.0)
 
@@ -86,6 +98,7 @@ class Mission:
             if until == end:
                 self._world.network.close(end)
                 self._world.auv_fleet.reach(end)
+                self._world.asv_fleet.reach(end)
             self._time = until
 
     def _happen(self, until: float) -> None:

@@ -16,6 +16,7 @@ from ..records.recorder import Recorder
 from ..records.rows import Rows
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Ints
+from ..vehicles.vehicle import Place
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
@@ -47,13 +48,15 @@ class MfDownlink:
         if not rows:
             return
         self._auvs.reach(time)
+        self._asvs.reach(time)
+        foreseen = self._auvs.foreseen and self._asvs.foreseen
         last = arrivals(
-            self._fixes.array, rows.start, rows.stop, asv, time, airtime, self._auvs.foreseen,
+            self._fixes.array, rows.start, rows.stop, asv, time, airtime, foreseen,
             *self._limits, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         if last >= 0.0:
             self._deliver_at(last)
-        elif not self._auvs.foreseen:  # they steer meanwhile by other fixes
+        elif not foreseen:  # they steer meanwhile by other fixes, or who knows by what
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, rows, asv, time, airtime))
 
@@ -62,13 +65,16 @@ class MfDownlink:
         ends = time + airtime
         vessel = self._asvs.vehicles[asv].at(ends)
         for fix in rows:
-            row = self._fixes.array[fix]
-            if row["outcome"] == IN_FLIGHT:
-                place = self._auvs.vehicles[row["auv"]].at(ends)
-                event = self._env.timeout(
-                    NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
-                )
+            if self._fixes.array[fix]["outcome"] == IN_FLIGHT:
+                event = self._nearly_there(fix, vessel, ends)
                 event.callbacks.append(partial(self._arrive, fix, asv, time, airtime))
+
+    def _nearly_there(self, fix: int, vessel: Place, time: float) -> simpy.Timeout:
+        """Return the event at which what left a vessel at an instant (s) is nearly at its AUV."""
+        now, auv = self._env.now, self._fixes.array[fix]["auv"]
+        place = self._auvs.vehicles[auv].at(now)
+        way = NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
+        return self._env.timeout(max(time - now + way, 0.0))
 
     def _arrive(self, fix: int, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
         """Find the exact arrival when it is near: who steers by fixes has no sure future."""
@@ -85,7 +91,15 @@ class MfDownlink:
         """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
         row = self._fixes.array[fix]
         row["broadcast_at_s"], row["broadcast_by"] = time, asv
-        pinged_at = float(row["pinged_at_s"])
+        if self._auvs.predicted:
+            event = self._nearly_there(fix, self._asvs.vehicles[asv].at(time), time)
+            event.callbacks.append(lambda _: self._answered(fix, asv, time))
+        else:
+            self._answered(fix, asv, time)
+
+    def _answered(self, fix: int, asv: int, time: float) -> None:
+        """Let an AUV have the answer that an ASV sent at an instant (s)."""
+        pinged_at = float(self._fixes.array[fix]["pinged_at_s"])
         two_way = time - pinged_at + self._travel(asv, fix, time)
         self._expect(fix, self._clock.after(pinged_at, two_way))
 

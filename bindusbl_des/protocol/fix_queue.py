@@ -87,13 +87,20 @@ class ReplyQueue:
             for row in range(ping["first"], ping["end"]):
                 reception = self._record.receptions.array[row]
                 if reception["outcome"] == IN_FLIGHT:
-                    ends = reception["arrived_at_s"] + self._uplink.band.duration
-                    event = self._env.timeout(max(float(ends) - self._env.now, 0.0))
-                    event.callbacks.append(partial(self._hear, int(ping["ping"]), row))
+                    self._hear_at(float(reception["arrived_at_s"]), int(ping["ping"]), row)
 
-    def _hear(self, ping: int, row: int, _: simpy.Event) -> None:
+    def _hear_at(self, arrives: float, ping: int, row: int) -> None:
+        ends = arrives + self._uplink.band.duration
+        event = self._env.timeout(max(ends - self._env.now, 0.0))
+        event.callbacks.append(partial(self._hear, arrives, ping, row))
+
+    def _hear(self, expected: float, ping: int, row: int, _: simpy.Event) -> None:
         """Answer a ping when it has just been heard for the first time."""
-        if self._uplink.decide(ping, row):
+        self._uplink.amend(self._env.now)
+        arrived = float(self._record.receptions.array[row]["arrived_at_s"])
+        if arrived > expected:  # the ASV was predicted to be nearer
+            self._hear_at(arrived, ping, row)
+        elif self._uplink.decide(ping, row):
             fix, reception = self._record.fixes.count - 1, self._record.receptions.array[row]
             asv, time = int(reception["asv"]), float(reception["arrived_at_s"]) + self._after
             number = int(self._record.pings.array[ping]["round"])

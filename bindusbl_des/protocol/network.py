@@ -68,6 +68,7 @@ class Network:
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
         asvs, reach, slant = self.asv_fleet.motion, self.uplink.band.reach, self.uplink.band.slant
+        self.asv_fleet.reach(time)
         if self.chart is None:
             self.auv_fleet.reach(time)
             seen = survey(self.auv_fleet.motion, asvs, time, reach, slant)

@@ -64,10 +64,24 @@ class TwoWay:
             if call["call"][0] != HEARD:
                 self._uplink.send(round_number, slot, [auv], time, call)
                 continue
-            self._waiting[round_number, slot, auv] = call
-            answers_at = time + float(call["call_time_s"][0]) + self._answer_delay
-            event = self._env.timeout(max(answers_at - self._env.now, 0.0))
-            event.callbacks.append(partial(self._answer, (round_number, slot, auv), answers_at))
+            turn, lasts = (round_number, slot, auv), float(call["call_time_s"][0])
+            self._waiting[turn] = call
+            if self._uplink.foresees_calls:
+                self._answer_at(time + lasts + self._answer_delay, turn)
+            else:
+                event = self._env.timeout(max(time + lasts - self._env.now, 0.0))
+                event.callbacks.append(partial(self._hear, turn))
+
+    def _hear(self, turn: tuple[int, int, int], _: simpy.Event) -> None:
+        """Amend when an AUV hears its call, when it was predicted to hear it."""
+        call = self._waiting[turn][0]
+        called_at = float(call["called_at_s"])
+        call["call_time_s"] = self._uplink.call_time(call["called_by"], turn[2], called_at)
+        self._answer_at(called_at + float(call["call_time_s"]) + self._answer_delay, turn)
+
+    def _answer_at(self, time: float, turn: tuple[int, int, int]) -> None:
+        event = self._env.timeout(max(time - self._env.now, 0.0))
+        event.callbacks.append(partial(self._answer, turn, time))
 
     def _answer(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
         call = self._waiting.pop(turn)
@@ -97,7 +111,7 @@ def strayed(scenario: Scenario, auvs: Fleet) -> Floats:
     speed = np.full(len(auvs), scenario.auvs.speed_m_per_s)
     if scenario.auvs.route.kind == "hold":
         speed[:] = 0.0
-    elif scenario.auvs.route.kind == "track":
+    elif scenario.auvs.route.kind == "track" and auvs.poses is None:
         table, first, _ = auvs.motion
         speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
     drift = 0.0

@@ -7,7 +7,9 @@ from math import hypot
 import numpy as np
 
 from ..acoustics.loss import LossTerms
+from ..acoustics.prediction import amend
 from ..acoustics.propagation import Band, spread
+from ..acoustics.travel_time import travel_time
 from ..core.streams import NoiseStore, Purpose, Streams
 from ..records.events import IN_FLIGHT
 from ..records.recorder import EventBuffer, Recorder
@@ -57,6 +59,7 @@ class Uplink:
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._calls = EventBuffer(CALL)
         self._undecided = 0  # pings before this one are decided
+        self._predicted = 0  # pings before this one have arrived everywhere
 
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
         """Let ASVs call AUVs at an instant (s), one for each, who may name several in its call.
@@ -76,10 +79,21 @@ class Uplink:
         )  # fmt: skip
         return answers
 
+    @property
+    def foresees_calls(self) -> bool:
+        """Whether it is sure when a call will be at an AUV; else it is predicted."""
+        return not self._auvs.predicted
+
+    def call_time(self, asv: int, auv: int, time: float) -> float:
+        """Return how long (s) a call at an instant (s) was under way, once it has arrived."""
+        caller = self._asvs.vehicles[asv].at(time)
+        return travel_time(caller, self._auvs.vehicles[auv].at, time, self.band.sound_speed)
+
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
         self._auvs.reach(time)
-        if not self._auvs.foreseen:
+        self._asvs.reach(time)
+        if not (self._auvs.foreseen or self._auvs.predicted):
             deepest = max(self._auvs.vehicles[auv].at(time).z for auv in group)
             way = hypot(self.band.reach, deepest)
             self._auvs.reach(time + PASSED * way / self.band.sound_speed)
@@ -99,6 +113,7 @@ class Uplink:
         pings, receptions = self._record.pings, self._record.receptions
         first, count = pings.count, len(group)
         self._auvs.reach(time)
+        self._asvs.reach(time)
         receptions.count = spread(
             members(tuple(group)), round_number, slot, time, called, self._calls.count,
             pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
@@ -111,6 +126,7 @@ class Uplink:
     def decide_passed(self, time: float) -> range:
         """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""
         pings, first = self._record.pings, self._record.fixes.count
+        self.amend(time)
         while True:
             auv, asv = self._settle(time, self._undecided)
             if asv == NONE:
@@ -149,8 +165,18 @@ class Uplink:
             self._noise.refill(*dry)
         return self._record.fixes.count > count
 
+    def amend(self, time: float) -> None:
+        """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
+        if self._asvs.predicted:
+            self._asvs.reach(time)
+            self._predicted = amend(
+                time, self._predicted, self._record.pings.rows, self._record.receptions.rows,
+                self.band.duration, self.band.sound_speed, *self._asvs.motion,
+            )  # fmt: skip
+
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""
+        self.amend(time)
         receptions, fixes = self._record.receptions.rows, self._record.fixes
         arrived = receptions["arrived_at_s"] + self.band.duration < time
         count = fixes.count
