@@ -12,6 +12,7 @@ import simpy
 from numpy.typing import NDArray
 
 from ..core.wording import plain
+from ..preflight.worth_knowing import Caution, cautions
 from ..protocol.tdma import serve
 from ..records.events import Broadcast
 from ..results.result import Result
@@ -169,4 +170,13 @@ class Mission:
             tables["auvs"] = from_rows("auvs", auvs)
             whole = mission_metrics(auvs, utilisation(world))
             tables["mission"] = from_columns("mission", {name: [whole[name]] for name in whole})
-        return Result(self.scenario, self.seed, tables, self._worked_s)
+        return Result(self.scenario, self.seed, tables, self._worked_s, self._warnings())
+
+    def _warnings(self) -> list[Caution] | None:
+        """Return what is worth knowing; None where the scenario alone says it."""
+        moved = self._world.auv_fleet.poses or self._world.asv_fleet.poses
+        if moved is None:
+            return None
+        return cautions(self.scenario) + [
+            Caution(f"{kind}.vehicle", moved.described) for kind in moved.kinds
+        ]

@@ -7,7 +7,7 @@ predicted: every vehicle keeps its last velocity.
 
 from collections.abc import Mapping
 from math import ceil, isfinite
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +23,7 @@ from .vehicle import Place
 Array = NDArray[np.float64]
 
 # What is said of one vehicle's pose, and how vehicles of a fleet are called.
-POSE = "x, y, z (m, z down), yaw (rad)"
+POSE, AXES = "x, y, z (m, z down), yaw (rad)", ("x", "y", "z", "yaw")
 NAMES = {"auvs": "AUV", "asvs": "ASV"}
 
 # A shorter step (s) is refused: sound travels a metre and a half in it.
@@ -52,9 +52,9 @@ class Poses:
     """The poses of a mission's vehicles that an outside program moves, as far as it was asked.
 
     Between two samples positions and yaw are cubics with the slopes that the last three samples
-    before each end give: where a vehicle is depends on samples up to the next one only.  For a jerk
-    j (m/s3) they are within 0.05 j step^3 of the motion itself, within 0.02 a step^2 of it where
-    the acceleration jumps by a (m/s2).
+    before each end give: where a vehicle is depends on samples up to the next one only.  They are
+    within 0.04 j step^3 of a motion with the jerk j (m/s3), within 0.07 a step^2 where its
+    acceleration jumps by a (m/s2), within 0.2 v step where its velocity does by v (m/s).
     """
 
     def __init__(
@@ -98,6 +98,16 @@ class Poses:
         """Which fleets the outside program moves: "auvs", "asvs" or both."""
         return tuple(self._logs)
 
+    @property
+    def described(self) -> str:
+        """Say who moves vehicles, for whoever reads the results."""
+        kind = type(self._source)
+        return (
+            f"an outside program, {kind.__module__}:{kind.__qualname__}, gave the poses each "
+            f"{plain(self.step_s)} s, in the place of vehicle, route and formation; scenario and "
+            "seed alone do not give this mission again"
+        )
+
     def motion(self, kind: str) -> Motion:
         """Return the motion of a fleet; beyond the last instant asked for it is predicted."""
         count = self._counts[kind]
@@ -111,7 +121,9 @@ class Poses:
             ValueError: when an answer cannot be used, or the time is beyond all that is asked for.
         """
         wanted = ceil(time / self.step_s)
-        if wanted * self.step_s < time:
+        while wanted > 0 and (wanted - 1) * self.step_s >= time:  # a quotient is rounded
+            wanted -= 1
+        while wanted * self.step_s < time:
             wanted += 1
         if wanted <= self._known:
             return
@@ -183,7 +195,7 @@ class Poses:
             which, axis = np.argwhere(~np.isfinite(poses))[0]
             value = float(poses[which, axis])
             raise ValueError(
-                f"{_at(time)} has {name}{which} at {'x y z yaw'.split()[axis]} = {value}; poses "
+                f"{_at(time)} has {name}{which} at {AXES[axis]} = {value}; poses "
                 "must be finite numbers"
             )
         if self._known >= 0:
@@ -253,11 +265,12 @@ class PosedVehicle:
     def heading_integral(self, times: Array) -> Array:
         return self._lines(times)[:, HEADINGS]
 
-    def _lines(self, times: Array) -> Any:
+    def _lines(self, times: Array) -> Array:
         instants = np.ascontiguousarray(times, dtype=np.float64)
         if len(instants):
             self._poses.advance(float(instants.max()))
-        return lines(*self._motion, self._number, instants)
+        found: Array = lines(*self._motion, self._number, instants)
+        return found
 
     def distance(self, time: float) -> float:
         self._poses.advance(time)
