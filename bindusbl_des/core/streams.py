@@ -4,9 +4,11 @@ Streams are independent of each other and of the order in which they are asked f
 further ASV leaves every AUV's drift as it was, and two scenarios with one seed share their noise.
 """
 
+from copy import deepcopy
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .growing import lengthened
 
@@ -62,6 +64,16 @@ class NoiseStore:
     def is_spent(self, auv: int, asv: int) -> bool:
         """Tell whether a pair has no row left."""
         return bool(self.taken[auv, asv] == self.blocks.shape[1])
+
+    def peek(self, auv: int, asv: int, ahead: int) -> NDArray[np.float64]:
+        """Return the row of a pair that will be taken after `ahead` others, without taking it."""
+        if self.is_spent(auv, asv):
+            self.refill(auv, asv)
+        row, rows = self.taken[auv, asv] + ahead, self.blocks.shape[1]
+        if row < rows:
+            return np.asarray(self.blocks[self.shelf[auv, asv], row])
+        twin = deepcopy(self._drawn[auv, asv])
+        return np.asarray(twin.standard_normal((row - rows + 1, self.blocks.shape[2]))[-1])
 
     def refill(self, auv: int, asv: int) -> None:
         """Draw the next rows of a pair."""

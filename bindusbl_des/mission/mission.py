@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import simpy
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.wording import plain
 from ..preflight.worth_knowing import Caution, cautions
+from ..protocol.happenings import Happening, Watch
 from ..protocol.tdma import serve
 from ..records.events import Broadcast
 from ..results.result import Result
@@ -74,13 +76,59 @@ class Mission:
         """The instant (s) that the mission has been advanced to, or of the error that ended it."""
         return self._time
 
-    def advance(self, until: float) -> None:
-        """Let everything happen up to an instant (s) of the mission, that instant included.
+    @property
+    def env(self) -> simpy.Environment:
+        """The environment of the mission's events, for processes of one's own beside it."""
+        return self._env
+
+    def happening(self, kind: str, **which: Any) -> simpy.Event:
+        """Return the event of the next happening of a kind: `ping`, `arrival`, `reception`,
+        `broadcast` or `delivery`.
+
+        Its value is a :class:`.protocol.happenings.Happening`: kind, time (s), and the row of that
+        instant.  `which` are values that columns of the row must have:
+        ``happening("delivery", auv=1)``.  Whoever waits, and for what, changes nothing of the
+        mission.
 
         Raises:
-            ValueError: when that is in the past or beyond the mission's end.
+            ValueError: for a kind or column that there is not.
+        """
+        return self._world.network.watching.next(kind, which, self._last_instant(self._time))
+
+    def happenings(self, *kinds: str, **which: Any) -> Iterator[Happening]:
+        """Advance from one happening of some kinds to the next, to the mission's end.
+
+        All that happens at the instant of one has happened when it is yielded; `which` as in
+        :meth:`happening`.
+
+        Raises:
+            ValueError: for a kind or column that there is not.
+        """
+        since = self._last_instant(self._time)
+        return self._each(self._world.network.watching.watch(kinds, which, since))
+
+    def _each(self, watch: Watch) -> Iterator[Happening]:
+        try:
+            while self._time < self.scenario.duration_s:
+                event = watch.next()
+                happening = self.advance(event)
+                if event.processed:
+                    yield happening
+        finally:
+            watch.close()
+
+    def advance(self, until: float | simpy.Event) -> Any:
+        """Let everything happen up to an instant (s) of the mission, that instant included.
+
+        Or up to the instant of an event, of which the value is returned; None if the mission has
+        ended before.
+
+        Raises:
+            ValueError: when that is in the past or beyond the mission's end, or of another mission.
             RuntimeError: when the mission has ended with an error before.
         """
+        if isinstance(until, simpy.Event):
+            return self._advance_to_event(until)
         until, end = float(until), self.scenario.duration_s
         if not self._time <= until <= end:
             raise ValueError(
@@ -88,19 +136,40 @@ class Mission:
                 f"end at {plain(end)} s, not to {plain(until)} s; for an earlier instant begin a "
                 "new Mission"
             )
+        self._refuse_failed()
+        if until > self._time:
+            with self._at_work():
+                self._happen(until)
+                if until == end:
+                    self._world.network.close(end)
+                    self._world.auv_fleet.reach(end)
+                    self._world.asv_fleet.reach(end)
+                self._time = until
+        return None
+
+    def _advance_to_event(self, event: simpy.Event) -> Any:
+        """Let everything happen up to the instant of an event, and return its value."""
+        if event.env is not self._env:
+            raise ValueError("the event is of another mission, which is to be advanced to it")
+        self._refuse_failed()
+        last = self._last_instant(self.scenario.duration_s)
+        with self._at_work():
+            while not event.processed and self._env.peek() <= last:
+                self._env.step()
+            if event.processed:
+                # the instant that is recorded may be a rounding later than that of its event
+                told = event.value.time if isinstance(event.value, Happening) else 0.0
+                self._time = min(max(self._time, self._env.now, told), last)
+                self._happen(self._time)
+                return event.value
+        self.advance(self.scenario.duration_s)
+        return None
+
+    def _refuse_failed(self) -> None:
         if self._has_failed:
             raise RuntimeError(
                 f"the mission has ended with an error at {plain(self._time)} s; begin a new one"
             )
-        if until == self._time:
-            return
-        with self._at_work():
-            self._happen(until)
-            if until == end:
-                self._world.network.close(end)
-                self._world.auv_fleet.reach(end)
-                self._world.asv_fleet.reach(end)
-            self._time = until
 
     def _happen(self, until: float) -> None:
         """Let all events up to an instant (s) happen."""

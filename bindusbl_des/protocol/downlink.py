@@ -1,6 +1,7 @@
 """The MF band: a frame of fixes travels from one ASV to every AUV in range."""
 
 import math
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -42,9 +43,16 @@ class MfDownlink:
         self._limits = mf_range, sound_speed, clock.rate
         self._undelivered = 0  # fixes before this one are delivered, or never will be
         self._due = np.empty(0, dtype=np.int64)
+        #: Whom to tell that a broadcast begins, of the fixes of a frame whose arrivals are known,
+        #: and of those that are delivered: nobody unless somebody waits for that.
+        self.on_broadcast: Callable[[], None] | None = None
+        self.on_frame: Callable[[range], None] | None = None
+        self.on_delivered: Callable[[Ints], None] | None = None
 
     def send(self, rows: range, asv: int, time: float, airtime: float) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
+        if self.on_broadcast is not None:
+            self.on_broadcast()
         if not rows:
             return
         self._auvs.reach(time)
@@ -56,6 +64,8 @@ class MfDownlink:
         )  # fmt: skip
         if last >= 0.0:
             self._deliver_at(last)
+            if self.on_frame is not None:
+                self.on_frame(rows)
         elif not foreseen:  # they steer meanwhile by other fixes, or who knows by what
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, rows, asv, time, airtime))
@@ -91,6 +101,8 @@ class MfDownlink:
         """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
         row = self._fixes.array[fix]
         row["broadcast_at_s"], row["broadcast_by"] = time, asv
+        if self.on_broadcast is not None:
+            self.on_broadcast()
         if self._auvs.predicted:
             event = self._nearly_there(fix, self._asvs.vehicles[asv].at(time), time)
             event.callbacks.append(lambda _: self._answered(fix, asv, time))
@@ -133,6 +145,8 @@ class MfDownlink:
         )
         if count:
             self._navigator.correct(fixes.array, self._due[:count])
+            if self.on_delivered is not None:
+                self.on_delivered(self._due[:count])
 
 
 @compiled

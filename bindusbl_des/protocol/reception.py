@@ -153,13 +153,8 @@ def _decide(
         drawn = noise.blocks[noise.shelf[auv, it.asv], noise.taken[auv, it.asv]]
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
         measuring[row - first] = drawn[:NOISE_WIDTH]
-        chance = 0.5 * erfc(-drawn[NOISE_WIDTH] / sqrt(2.0))  # uniform, of a standard normal
-        if overlapped(row, air) or drowned(line, it, air.duration, air.calls):
-            it.outcome = COLLIDED
-        elif chance < loss_probability(it.slant_range_m, listeners.loss):
-            it.outcome = LOST
-        else:
-            it.outcome = HEARD
+        it.outcome = _outcome(row, drawn[NOISE_WIDTH], air, listeners.loss)
+        if it.outcome == HEARD:
             heard[hearers] = row - first
             hearers += 1
     makes = hearers > 0 and line.heard_by == 0
@@ -172,6 +167,26 @@ def _decide(
         _note(fixes[fix], line, estimate, covariance)
         fixes[fix].fix, fixes[fix].first, fixes[fix].end = fix, first, end
     return int(makes), NONE
+
+
+@compiled
+def _outcome(row: int, luck: float, air: Air, loss: LossTerms) -> int:
+    """Return what becomes of a ping at an ASV, where it is lost by `luck`, a standard normal."""
+    it = air.receptions[row]
+    if overlapped(row, air) or drowned(air.pings[it.ping], it, air.duration, air.calls):
+        return COLLIDED
+    chance = 0.5 * erfc(-luck / sqrt(2.0))  # uniform
+    return LOST if chance < loss_probability(it.slant_range_m, loss) else HEARD
+
+
+@entry
+def foretold(
+    row: int, luck: float, pings: Rows, receptions: Rows, calls: Rows, duration: float,
+    coefficients: Floats, combine: int, contention: float, cap: float,
+) -> int:  # fmt: skip
+    """Return what will be decided of a reception, once the ping has passed its ASV."""
+    loss = LossTerms(coefficients, combine, contention, cap)
+    return _outcome(row, luck, Air(pings, receptions, calls, duration), loss)
 
 
 @compiled

@@ -1,6 +1,6 @@
 """The HF band: who hears a ping, how late, and whether at all."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, lru_cache, partial
 from math import hypot
 
@@ -18,7 +18,7 @@ from ..usbl.instrument import NOISE_WIDTH, Usbl
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints
 from .calling import CALL, interrogate
-from .reception import settle
+from .reception import foretold, settle
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
@@ -60,6 +60,8 @@ class Uplink:
         self._calls = EventBuffer(CALL)
         self._undecided = 0  # pings before this one are decided
         self._predicted = 0  # pings before this one have arrived everywhere
+        #: Whom to tell of pings that have just been sent; nobody unless somebody waits for them.
+        self.on_sent: Callable[[range], None] | None = None
 
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
         """Let ASVs call AUVs at an instant (s), one for each, who may name several in its call.
@@ -121,6 +123,8 @@ class Uplink:
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
+        if self.on_sent is not None:
+            self.on_sent(range(first, pings.count))
         return range(first, pings.count)
 
     def decide_passed(self, time: float) -> range:
@@ -173,6 +177,42 @@ class Uplink:
                 time, self._predicted, self._record.pings.rows, self._record.receptions.rows,
                 self.band.duration, self.band.sound_speed, *self._asvs.motion,
             )  # fmt: skip
+
+    def first_under_way(self, time: float) -> int:
+        """Return the first reception that may not be over by an instant (s)."""
+        pings = self._record.pings.rows
+        if not len(pings):
+            return 0
+        lasts = PASSED * float(pings["longest_s"][-1]) + self.band.duration
+        first = int(np.searchsorted(pings["sent_at_s"], time - lasts))
+        return int(pings["first"][first]) if first < len(pings) else self._record.receptions.count
+
+    def _first_undecided(self) -> int:
+        """Return the first reception that is not decided; there must be one."""
+        outcomes = self._record.receptions.rows["outcome"]
+        while True:
+            ping = self._record.pings.array[self._undecided]
+            undecided = np.flatnonzero(outcomes[ping["first"] : ping["end"]] == IN_FLIGHT)
+            if len(undecided):
+                return int(ping["first"] + undecided[0])
+            self._undecided += 1
+
+    def outcome_of(self, row: int) -> int:
+        """Return what becomes of a ping at an ASV that it has just passed, decided or not.
+
+        Its noise is that of the pair's next reception, after those of pings not yet decided.
+        """
+        pings, receptions = self._record.pings.rows, self._record.receptions.rows
+        it = receptions[row]
+        if it["outcome"] != IN_FLIGHT:
+            return int(it["outcome"])
+        before = receptions[self._first_undecided() : row]
+        same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
+        ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
+        luck = self._noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH]
+        return foretold(
+            row, float(luck), pings, receptions, self._calls.rows, self.band.duration, *self._loss
+        )
 
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""

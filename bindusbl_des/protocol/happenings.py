@@ -1,0 +1,248 @@
+"""What happens in a mission, for whoever waits for it: told at the instant at which it happens.
+
+The protocol decides pings late and many at once, and fixes of a frame take effect together; nobody
+can tell.  Who waits for an arrival, its outcome or a delivery has an event of its own at that
+instant; what is decided, and every table, stays the same.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import fields, replace
+from functools import partial
+from math import isnan
+from typing import Any, NamedTuple
+
+import numpy as np
+import simpy
+
+from ..core.wording import did_you_mean
+from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Broadcast, Fix, Ping, Reception
+from ..records.recorder import Recorder
+from ..records.rows import NONE, Row
+from ..vehicles.motion import Ints
+from .downlink import MfDownlink
+from .uplink import Uplink
+
+# What can be waited for, what its row is, and which column says when it happens.
+KINDS: dict[str, type] = {
+    "ping": Ping,
+    "arrival": Reception,
+    "reception": Reception,
+    "broadcast": Broadcast,
+    "delivery": Fix,
+}
+
+
+class Happening(NamedTuple):
+    """Something that has happened at an instant (s): its kind, and its row as it stands then.
+
+    `ping`: an AUV begins to ping (:class:`.records.events.Ping`).  `arrival`: its front reaches an
+    ASV in range (Reception).  `reception`: it has ended there, and was `heard`, `lost` or
+    `collided` (Reception).  `broadcast`: an ASV begins a frame or an answer (Broadcast).
+    `delivery`: an AUV has a fix, and has made of it what it makes of it (Fix).
+
+    A row has the columns of the table of its name; vehicles are numbers, and what there is not is
+    None.
+    """
+
+    kind: str
+    time: float
+    row: Any
+
+
+class Watch:
+    """Happenings that somebody waits for: none is missed, each is had once, in order."""
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        kinds: Iterable[str],
+        which: dict[str, Any],
+        close: Callable[["Watch"], None],
+    ) -> None:
+        self.kinds, self._which, self._env, self._close = frozenset(kinds), which, env, close
+        self._seen, self._waiting = deque[Happening](), deque[simpy.Event]()
+
+    def next(self) -> simpy.Event:
+        """Return the event of the next happening; its value is that :class:`Happening`."""
+        event = self._env.event()
+        if self._seen:
+            event.succeed(self._seen.popleft())
+        else:
+            self._waiting.append(event)
+        return event
+
+    def tell(self, happening: Happening) -> None:
+        """Take in a happening of one of the kinds, if it is one that is waited for."""
+        if any(getattr(happening.row, name) != value for name, value in self._which.items()):
+            return
+        if self._waiting:
+            self._waiting.popleft().succeed(happening)
+        else:
+            self._seen.append(happening)
+
+    def close(self) -> None:
+        """Wait for nothing any more."""
+        self._close(self)
+
+
+class Happenings:
+    """Who waits for what in a mission."""
+
+    def __init__(
+        self, env: simpy.Environment, record: Recorder, uplink: Uplink, downlink: MfDownlink
+    ) -> None:
+        self._env, self._record, self._uplink, self._downlink = env, record, uplink, downlink
+        self._watches: list[Watch] = []
+        self._expected: set[tuple[str, int]] = set()  # kinds and rows that have their event
+
+    def watch(self, kinds: Iterable[str], which: dict[str, Any], since: float) -> Watch:
+        """Wait for happenings of some kinds, later than an instant (s) by which all has happened.
+
+        `which` are values that columns of their rows must have.
+
+        Raises:
+            ValueError: for a kind or column that there is not.
+        """
+        watch = Watch(self._env, kinds, which, self._forget)
+        _refuse_unknown(watch.kinds, which)
+        self._downlink.settle(since)
+        waited_for = self._kinds
+        self._watches.append(watch)
+        self._listen()
+        for kind in watch.kinds - waited_for:  # what is under way was not expected by anybody
+            self._expect_what_is_under_way(kind, since)
+        return watch
+
+    def next(self, kind: str, which: dict[str, Any], since: float) -> simpy.Event:
+        """Return the event of the next happening of a kind, as :meth:`watch` takes it."""
+        watch = self.watch((kind,), which, since)
+        event = watch.next()
+        assert event.callbacks is not None
+        event.callbacks.append(lambda _: watch.close())
+        return event
+
+    @property
+    def _kinds(self) -> set[str]:
+        return {kind for watch in self._watches for kind in watch.kinds}
+
+    def _forget(self, watch: Watch) -> None:
+        if watch in self._watches:
+            self._watches.remove(watch)
+            self._listen()
+
+    def _listen(self) -> None:
+        """Have the bands tell what somebody waits for, and nothing else."""
+        kinds = self._kinds
+        sounds = kinds & {"ping", "arrival", "reception"}
+        self._uplink.on_sent = self._sent if sounds else None
+        self._downlink.on_broadcast = self._broadcast if "broadcast" in kinds else None
+        self._downlink.on_frame = self._framed if "delivery" in kinds else None
+        self._downlink.on_delivered = self._delivered if "delivery" in kinds else None
+
+    def _tell(self, kind: str, time: float, row: Any) -> None:
+        happening = Happening(kind, time, row)
+        for watch in [watch for watch in self._watches if kind in watch.kinds]:
+            watch.tell(happening)
+
+    def _expect_what_is_under_way(self, kind: str, since: float) -> None:
+        if kind == "delivery":
+            fixes = self._record.fixes.rows
+            arriving = (fixes["outcome"] == IN_FLIGHT) & (fixes["arrives_at_s"] > since)
+            self._framed(np.flatnonzero(arriving).tolist())
+        elif kind in ("arrival", "reception"):
+            begin, receptions = self._uplink.first_under_way(since), self._record.receptions.rows
+            for row in range(begin, len(receptions)):
+                self._expect(kind, row, since)
+
+    def _sent(self, pings: range) -> None:
+        """Tell of pings that are sent now; expect where they will be heard."""
+        kinds = self._kinds
+        for ping in self._record.pings.array[pings.start : pings.stop]:
+            if ping["call"] not in (NONE, HEARD):  # it was called in vain
+                continue
+            for kind in kinds & {"arrival", "reception"}:
+                for row in range(ping["first"], ping["end"]):
+                    self._expect(kind, row, -1.0)
+            if "ping" in kinds:
+                self._tell("ping", float(ping["sent_at_s"]), _row_of(Ping, ping))
+
+    def _expect(self, kind: str, row: int, since: float) -> None:
+        """Have an event for an arrival, or its end, unless that was before an instant (s)."""
+        reception, lasts = self._record.receptions.array[row], self._uplink.band.duration
+        instant = float(reception["arrived_at_s"]) + (lasts if kind == "reception" else 0.0)
+        if reception["outcome"] == IN_FLIGHT and instant > since:
+            self._call_at(instant, kind, row, partial(self._heard, kind, row, instant))
+
+    def _call_at(self, instant: float, kind: str, row: int, verb: Callable[[], None]) -> None:
+        if (kind, row) in self._expected:
+            return
+        self._expected.add((kind, row))
+
+        def happen(_: simpy.Event) -> None:
+            self._expected.discard((kind, row))
+            verb()
+
+        event = self._env.timeout(max(instant - self._env.now, 0.0))
+        event.callbacks.append(happen)
+
+    def _heard(self, kind: str, row: int, expected: float) -> None:
+        """Tell of an arrival or of its end, if it is there by now: ASVs may have been predicted."""
+        self._uplink.amend(self._env.now)
+        reception = self._record.receptions.array[row]
+        lasts = self._uplink.band.duration if kind == "reception" else 0.0
+        instant = float(reception["arrived_at_s"]) + lasts
+        if instant > expected:
+            self._call_at(instant, kind, row, partial(self._heard, kind, row, instant))
+            return
+        outcome = OUTCOMES[self._uplink.outcome_of(row) if lasts else IN_FLIGHT]
+        self._tell(kind, instant, _row_of(Reception, reception, outcome=outcome))
+
+    def _broadcast(self) -> None:
+        """Tell of the broadcast that begins now."""
+        sent = self._record.broadcasts[-1]
+        self._tell("broadcast", sent.sent_at_s, replace(sent))
+
+    def _framed(self, rows: Iterable[int]) -> None:
+        """Have each of the fixes delivered at its own instant."""
+        for row in rows:
+            instant = float(self._record.fixes.array[row]["arrives_at_s"])
+            if not isnan(instant):
+                deliver = partial(self._downlink.deliver, instant)
+                self._call_at(instant, "delivery", row, deliver)
+
+    def _delivered(self, rows: Ints) -> None:
+        """Tell of fixes that are delivered now."""
+        for fix in self._record.fixes.array[rows]:
+            fused = self._record.receptions.array[fix["first"] : fix["end"]]
+            hearers = fused["asv"][fused["outcome"] == HEARD]
+            row = _row_of(Fix, fix, asvs=" ".join(f"ASV{asv}" for asv in hearers))
+            self._tell("delivery", float(fix["delivered_at_s"]), row)
+
+
+def _row_of(event: type, row: Row, **told: Any) -> Any:
+    """Return a row of a buffer as its event's class, but for what is `told` of it."""
+    for field in fields(event):
+        if field.name not in told:
+            value = row[field.name].item()
+            missing = isnan(value) if isinstance(value, float) else value == NONE
+            label = OUTCOMES[value] if field.name in ("outcome", "call") else value
+            told[field.name] = None if missing else label
+    return event(**told)
+
+
+def _refuse_unknown(kinds: Iterable[str], which: Iterable[str]) -> None:
+    """Refuse kinds and columns that there are not."""
+    for kind in kinds:
+        if kind not in KINDS:
+            raise ValueError(
+                f"nothing of the kind {kind!r} happens{did_you_mean(kind, KINDS)}; wait for one of "
+                f"{', '.join(KINDS)}"
+            )
+        columns = [field.name for field in fields(KINDS[kind])]
+        for name in which:
+            if name not in columns:
+                raise ValueError(
+                    f"a {kind} has no column {name!r}{did_you_mean(name, columns)}; it has "
+                    f"{', '.join(columns)}"
+                )
