@@ -1,6 +1,6 @@
 """Missions whose vehicles an outside program moves: the same sound, the same fixes."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from worlds import merged, scenario
 
 from bindusbl_des import Mission, Result, Scenario, load_result, simulate
 from bindusbl_des.mission.build import build_world
+from bindusbl_des.protocol.happenings import Happening
 from bindusbl_des.vehicles.motion import places
 
 SOUND = 1500.0  # m/s
@@ -206,3 +207,60 @@ def test_what_cannot_be_used_ends_the_mission_where_it_was() -> None:
     assert 2.5 < held.time < 4.0
     with pytest.raises(RuntimeError, match="the mission has ended with an error"):
         held.advance(20.0)
+
+
+class Steering(Circling):
+    """AUVs as masses that are pulled to the middle by where they were last told to be."""
+
+    def __init__(self, auvs: int, asvs: int) -> None:
+        super().__init__(auvs, asvs)
+        self.told = np.array([self.pose("auvs", n, 0.0)[:2] for n in range(auvs)])
+        self.places, self.speeds, self.time = self.told.copy(), np.zeros((auvs, 2)), 0.0
+
+    def advance_to(self, time: float) -> Mapping[str, Any]:
+        step = time - self.time
+        self.speeds = self.speeds * (1.0 - 0.1 * step) - 0.02 * step * self.told
+        self.places, self.time = self.places + step * self.speeds, time
+        poses = [(x, y, 10.0, 0.0) for x, y in self.places]
+        return {"auvs": poses, "asvs": super().advance_to(time)["asvs"]}
+
+    def steer(self, mission: Mission) -> Iterator[simpy.Event]:
+        """Take in each fix at the instant at which it is delivered."""
+        watch = mission._world.network.happenings("delivery")
+        while True:
+            happening = yield watch.next()  # type: ignore[misc]
+            fix = happening.row
+            self.told[fix.auv] = fix.x_m, fix.y_m
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+@pytest.mark.parametrize("downlink", ["sequential", "direct_reply"])
+def test_who_waits_changes_nothing_of_a_program_that_steers_by_fixes(
+    ranging: str, downlink: str
+) -> None:
+    """Whoever else waits and looks, each sample has had the same fixes before it."""
+    mission = exact(protocol={"ranging": ranging, "downlink": downlink})
+
+    def flown(watched: bool) -> tuple[Result, list[Happening]]:
+        source = Steering(4, mission.asvs.count)
+        held = Mission(mission, 1, poses=source)
+        held.env.process(source.steer(held))
+        told: list[Happening] = []
+        if watched:
+            for happening in held.happenings("ping", "arrival", "reception", "delivery"):
+                told.append(happening)
+                held.auvs()
+        return held.result(), told
+
+    (alone, _), (watched, told) = flown(watched=False), flown(watched=True)
+    assert same(alone, watched)
+    receptions = alone.tables["receptions"]
+    found = {(it.row.ping, it.row.asv): it.row for it in told if it.kind == "reception"}
+    assert len(found) > 50
+    for row in receptions[receptions.outcome.isin(["heard", "lost", "collided"])].itertuples():
+        told_of = found.get((row.ping, int(row.asv[3:])))
+        assert told_of is None or told_of.outcome == row.outcome
+        assert told_of is None or told_of.arrived_at_s == row.arrived_at_s
+    delivered = (alone.tables["fixes"].outcome == "delivered").sum()
+    assert delivered == sum(it.kind == "delivery" for it in told) > 20
+    assert alone.auvs.distance_m.min() > 5.0
