@@ -22,7 +22,8 @@ from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from ..vehicles.poses import Poses, PoseSource
+from ..vehicles.pose_source import PoseSource
+from ..vehicles.poses import Poses
 from .closed_loop import Water, afterwards_s, velocity_biases, walks
 from .courses import chart_of
 from .launch import launch_asvs, launch_auvs, posed
@@ -59,10 +60,8 @@ def build_world(
 
 def _moved(scenario: Scenario, source: PoseSource, step_s: float) -> dict[str, Fleet]:
     """Return the fleets that an outside program moves."""
-    counts, ahead = (
-        {"auvs": scenario.auvs.count, "asvs": scenario.asvs.count},
-        afterwards_s(scenario),
-    )
+    counts = {"auvs": scenario.auvs.count, "asvs": scenario.asvs.count}
+    ahead = afterwards_s(scenario)
     poses = Poses(source, step_s, counts, scenario.duration_s + ahead, ahead)
     return {kind: posed(poses, kind, counts[kind]) for kind in poses.kinds}
 

@@ -20,7 +20,7 @@ from ..records.events import Broadcast
 from ..results.result import Result
 from ..results.tables import from_columns, from_rows
 from ..scenario.scenario import Scenario
-from ..vehicles.poses import PoseSource
+from ..vehicles.pose_source import PoseSource
 from .build import build_world
 from .event_tables import event_tables
 from .looking import AuvStates, PingUnderWay, auv_states, on_air, places_of, under_way
@@ -54,8 +54,8 @@ class Mission:
         """Put a mission together; it is at 0 s.
 
         `poses` is an outside program that moves AUVs, ASVs or both, in the place of what the
-        scenario says (:class:`.vehicles.poses.PoseSource`).  It is asked each `pose_step_s` (s),
-        as the mission goes on; positions between two samples are interpolated.
+        scenario says (:class:`.pose_source.PoseSource`).  It is asked each `pose_step_s` (s), as
+        the mission goes on; positions between two samples are interpolated.
 
         Raises:
             ValueError: when the seed is not a whole number >= 0, the scenario names a schedule or

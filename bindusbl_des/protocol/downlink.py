@@ -124,6 +124,11 @@ class MfDownlink:
         event = self._env.timeout(max(instant - self._env.now, 0.0))
         event.callbacks.append(lambda _: self.deliver(instant))
 
+    @property
+    def first_under_way(self) -> int:
+        """The first fix that may still be delivered."""
+        return self._undelivered
+
     def settle(self, time: float) -> None:
         """Let AUVs have what has reached them by an instant (s), all of whose events are over.
 

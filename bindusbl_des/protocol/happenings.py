@@ -147,9 +147,10 @@ class Happenings:
 
     def _expect_what_is_under_way(self, kind: str, since: float) -> None:
         if kind == "delivery":
-            fixes = self._record.fixes.rows
+            begin = self._downlink.first_under_way
+            fixes = self._record.fixes.rows[begin:]
             arriving = (fixes["outcome"] == IN_FLIGHT) & (fixes["arrives_at_s"] > since)
-            self._framed(np.flatnonzero(arriving).tolist())
+            self._framed((begin + np.flatnonzero(arriving)).tolist())
         elif kind in ("arrival", "reception"):
             begin, receptions = self._uplink.first_under_way(since), self._record.receptions.rows
             for row in range(begin, len(receptions)):

@@ -113,6 +113,7 @@ class Wrong:
         ({"auvs": (GOOD[0], (3.0, np.nan, 5.0, 0.0))}, "at 0.1 s has AUV1 at y = nan"),
         ({"auvs": ((1.0, 2.0, 5.0, np.inf), GOOD[1])}, "has AUV0 at yaw = inf"),
         ({"auvs": (GOOD[0], (3.0, 204.0, 5.0, 0.0))}, "AUV1 200 m from where it was 0.1 s before"),
+        ({"auvs": (GOOD[0], (3.0, 4.0, -200.0, 0.0))}, "AUV1 205 m from where it was"),
     ],
 )
 def test_answers_that_cannot_be_used_are_refused(answer: Any, told: str) -> None:
@@ -133,8 +134,8 @@ def test_a_program_that_stands_elsewhere_in_time_is_refused() -> None:
         poses(used)
 
 
-@pytest.mark.parametrize("step", [0.0, -0.1, np.nan, np.inf, 1e-4])
-def test_a_step_that_is_none_is_refused(step: float) -> None:
+@pytest.mark.parametrize("step", [0.0, -0.1, np.nan, np.inf, 1e-4, "0.1"])
+def test_a_step_that_is_none_is_refused(step: Any) -> None:
     """Steps are numbers of seconds, and no shorter than is good for anything."""
     with pytest.raises(ValueError, match="pose_step_s must be a number of seconds"):
         poses(Moved(lambda time: (0.0, 0.0, 5.0, 0.0)), step)
