@@ -2,6 +2,7 @@
 
 An ASV that an outside program moves has no sure future.  So the arrival of a ping is at first where
 a constant velocity would have it (:mod:`..vehicles.poses`), which is right within a microsecond.
+The sound of a call that may drown it at other ASVs stays where it was predicted.
 """
 
 from math import isfinite, isnan
