@@ -9,6 +9,7 @@ from pydantic import (
     Strict,
     ValidatorFunctionWrapHandler,
     WrapValidator,
+    model_validator,
 )
 
 PAPER = "BIND-USBL paper"
@@ -31,6 +32,14 @@ class Part(BaseModel):
     """A frozen part of a scenario; a key that is not listed is a mistake, never ignored."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_numpy(cls, data: Any) -> Any:
+        """Take numbers and arrays of numpy's for those of Python's, which alone are valid."""
+        if not isinstance(data, dict) or not any(hasattr(it, "tolist") for it in data.values()):
+            return data
+        return {k: it.tolist() if hasattr(it, "tolist") else it for k, it in data.items()}
 
 
 def key(default: Any, unit: str, meaning: str, source: str = OURS, **bounds: Any) -> Any:

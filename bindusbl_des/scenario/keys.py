@@ -14,7 +14,7 @@ from ..core.plugins import Family
 from ..core.wording import plain
 from .families import FAMILIES
 from .key_types import Part
-from .scenario import Scenario
+from .sections import ScenarioKeys
 from .vehicle_choice import VehicleChoice
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Key:
 @cache
 def keys() -> tuple[Key, ...]:
     """Return every key in the order of the file, one row each."""
-    return tuple(_rows(Scenario, "", ""))
+    return tuple(_rows(ScenarioKeys, "", ""))
 
 
 @cache
@@ -85,13 +85,14 @@ def settings() -> tuple[Key, ...]:
 @cache
 def sections() -> dict[str, str]:
     """Return the meaning of each section by its dotted name, in the order of the file."""
-    return dict(_sections(Scenario, ""))
+    return dict(_sections(ScenarioKeys, ""))
 
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of a scenario file, for editors."""
-    schema = Scenario.model_json_schema()
+    schema = ScenarioKeys.model_json_schema()
     schema["title"] = "bindusbl-des scenario"
+    schema["description"] = "One mission of ASVs and AUVs: everything that decides it but the seed."
     # `route: {}` fits several kinds, which `oneOf` forbids; Scenario reads it as a lawnmower.
     route = schema["$defs"]["Auvs"]["properties"]["route"]
     route["anyOf"] = route.pop("oneOf")

@@ -2,8 +2,9 @@
 
 import json
 from html import escape
+from typing import Any
 
-from pydantic import model_validator
+from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from .consistency import problems
@@ -23,6 +24,18 @@ class Scenario(ScenarioKeys):
         """Return what differs from the defaults, as notebooks show it."""
         given = json.dumps(self.model_dump(mode="json", exclude_defaults=True), indent=1)
         return f"<p>{escape(repr(self))}</p><pre>{escape(given)}</pre>"
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _told_in_words(
+        cls, data: Any, validate: ModelWrapValidatorHandler["Scenario"]
+    ) -> "Scenario":
+        try:
+            return validate(data)
+        except ValidationError as error:
+            from .files.explanations import in_words  # which only mistakes need
+
+            raise in_words(error, data) from None
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":

@@ -6,6 +6,9 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
+from pydantic import ValidationError
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
 from ...core.wording import described, did_you_mean, nearest, plain
 from ..keys import REQUIRED, Key, keys, sections
 from .plain_yaml import Path, dotted, scalar
@@ -22,6 +25,9 @@ SIGNS = {
 # More keys than this are not listed when a key is unknown.
 MOST_LISTED = 12
 
+# Unknown keys beyond these are told without what they may have been meant to be: 1 ms each.
+MOST_EXPLAINED = 500
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -35,6 +41,17 @@ class Finding:
     message: str
     at_key: bool = False
     unsettled: tuple[Path, ...] = field(default=())
+
+
+def in_words(error: ValidationError, data: Any) -> ValidationError:
+    """Return the same error in our words; the context of each has its :class:`Finding`."""
+    details = []
+    for number, detail in enumerate(error.errors(include_url=False)):
+        finding = explained(detail, data, briefly=number >= MOST_EXPLAINED)
+        context = {"message": finding.message, "finding": finding}
+        told = PydanticCustomError(detail["type"], "{message}", context)  # type: ignore[arg-type]
+        details.append(InitErrorDetails(type=told, loc=finding.path, input=detail["input"]))
+    return ValidationError.from_exception_data(error.title, details)
 
 
 def explained(error: Mapping[str, Any], data: Any, *, briefly: bool = False) -> Finding:

@@ -11,7 +11,7 @@ from ...core.wording import printable
 from ..consistency import Problem
 from ..families import load_plugins
 from ..scenario import Scenario
-from .explanations import ROUTE, Finding, explained, guessed_kind
+from .explanations import ROUTE, Finding, guessed_kind
 from .mistakes import Mistake, Place, ScenarioError
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
@@ -20,9 +20,6 @@ __all__ = ["Mistake", "ScenarioError", "load_scenario", "parse_scenario"]
 
 # A scenario of thousands of vehicles has some 100 kB.
 LARGEST_FILE = 1_000_000
-
-# Unknown keys beyond these are told without what they may have been meant to be: 1 ms each.
-MOST_EXPLAINED = 500
 
 
 def load_scenario(
@@ -141,10 +138,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
         if details[0]["type"] == "inconsistent":
             _note_contradictions(document, details[0]["ctx"]["problems"])
             return None
-        findings = [  # before any is set aside
-            explained(detail, data, briefly=number >= MOST_EXPLAINED)
-            for number, detail in enumerate(details)
-        ]
+        findings = [detail["ctx"]["finding"] for detail in details]
         # Unknown keys first: a key that was only misspelt is not missing as well.
         findings.sort(key=lambda finding: finding.message.startswith("missing"))
         for finding in findings:
