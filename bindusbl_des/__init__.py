@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .advice.advising import advise
     from .campaigns.campaign import Campaign, load_campaign
     from .campaigns.compare import compare
-    from .campaigns.running import sweep
+    from .campaigns.running import resume, sweep
     from .geometry.coverage import covered_area, covering_radius
     from .geometry.formation import formation
     from .mission.mission import Mission
@@ -52,6 +52,7 @@ _HOMES = {
     "Mission": "mission.mission",
     "range_loss": "acoustics.loss",
     "Result": "results.result",
+    "resume": "campaigns.running",
     "Scenario": "scenario.scenario",
     "ScenarioError": "scenario.files.scenario_file",
     "simulate": "mission.simulation",
@@ -83,6 +84,7 @@ __all__ = [
     "load_result",
     "load_scenario",
     "range_loss",
+    "resume",
     "simulate",
     "sound_speed",
     "sweep",

@@ -5,21 +5,30 @@ from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from pathlib import Path
+from shutil import copytree, ignore_patterns
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.durable import write_text
+from ..core.durable_folder import folder_draft
+from ..results.faces import face
 from .experiments.experiment import Experiment
 from .experiments.plan import Plan
 from .statistics.outcomes import outcomes
+from .statistics.points_table import points_table
 from .statistics.stopping import seeds_wanted
-from .storage.folder import CampaignError, damaged_record, is_locked, read_record
+from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
 from .storage.parts import Done, committed, done, read_part, read_table
 from .storage.soundness import MISSIONS, part_path
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# The modules of the package, and the functions there, that make of a campaign
+PAGE = "campaigns.page:sweep_page"  # a page (HTML)
+FIGURE = "campaigns.drawing:drawn"  # a figure (matplotlib), given its kind and width (in)
 
 # What a plan that somebody made up may raise.
 WRONG = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError)
@@ -47,20 +56,77 @@ class State:
 
 
 class Campaign:
-    """A campaign's folder and what it holds."""
+    """A campaign's folder and what it holds.
+
+    `folder` is its path, `plan` has its points and seeds, `record` is what `campaign.json` holds.
+    """
 
     def __init__(self, folder: Path, plan: Plan, record: Mapping[str, Any]) -> None:
         self.folder, self.plan, self.record = folder, plan, record
 
     def __repr__(self) -> str:
         points, seeds = len(self.plan.points), len(self.plan.experiment.seeds)
+        status = self.record["status"]
         return (
-            f"<Campaign {self.record['name']}: {points} points x {seeds} seeds, in {self.folder}>"
+            f"<Campaign {self.record['name']}: {points} point{'s' * (points != 1)} x "
+            f"{seeds} seed{'s' * (seeds != 1)}, {'' if status == 'complete' else f'{status}, '}"
+            f"in {self.folder}>"
         )
 
     def _repr_html_(self) -> str:
-        """Return the first and last missions as notebooks show them."""
-        return f"<p>{escape(repr(self))}</p>{self.missions.to_html(max_rows=10)}"
+        """Return the summary as notebooks show it."""
+        return f"<p>{escape(repr(self))}</p><pre>{escape(self.summary())}</pre>"
+
+    def summary(self) -> str:
+        """Return what `sweep` prints: a row per point, and what the points show."""
+        return points_table(self.folder, self.plan)
+
+    def report(self, path: str | Path | None = None) -> str:
+        """Return the report, one HTML page that opens offline; also write it to `path`, if given.
+
+        Raises:
+            OSError: when it cannot be written.
+        """
+        text: str = face(PAGE)(self)
+        if path is not None:
+            write_text(Path(path), text)
+        return text
+
+    def plot(
+        self,
+        kind: str = "curves",
+        path: str | Path | None = None,
+        *,
+        metric: str | None = None,
+        x: str | None = None,
+        series: str | None = None,
+        width: float = 4.5,
+    ) -> Any:
+        """Return a matplotlib figure, `width` inches wide, as `plot` draws it; also write it.
+
+        `kind` is curves, or heatmap where two keys vary.  `metric` (that of the worst AUV's error
+        unless given) is drawn over the varied key `x`, for each value of the key `series`; the
+        ending of `path` chooses PNG, SVG or PDF.
+
+        Raises:
+            ValueError: when there is no such figure, format, metric or key, or nothing to draw.
+            OSError: when it cannot be written.
+        """
+        return face(FIGURE)(self, kind, width, path, metric=metric, x=x, series=series)
+
+    def write(self, folder: str | Path) -> Path:
+        """Copy the campaign into a new folder, all of it or nothing; return its path.
+
+        Raises:
+            FileExistsError: when the folder exists.
+            OSError: when it cannot be written, or the disk is full.
+        """
+        folder = Path(folder)
+        if folder.exists():
+            raise FileExistsError(f"{folder}: exists; name another folder")
+        with folder_draft(folder, lambda _: "exists") as draft:
+            copytree(self.folder, draft, ignore=ignore_patterns(LOCK), dirs_exist_ok=True)
+        return folder
 
     @cached_property
     def missions(self) -> "pd.DataFrame":

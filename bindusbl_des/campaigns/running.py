@@ -1,16 +1,17 @@
 """Campaigns begun and continued."""
 
 import errno
-import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from shutil import rmtree
+from tempfile import mkdtemp
+from typing import Any, Unpack
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +20,17 @@ from ..core.ctrl_c import answered, end_now, say
 from ..core.durable import sync
 from ..core.kept_tracks import keep, portable
 from ..core.plugins import allow
+from ..core.wording import described
 from ..results.result import PACKAGES, scenario_sha256
 from ..scenario.part_settings import own_part
+from ..scenario.scenario import Scenario
 from .campaign import Campaign, unfinished_campaign
 from .experiments.experiment import Detail, Experiment
 from .experiments.experiment_file import load_experiment
-from .experiments.options import Options, written
+from .experiments.options import Asked
 from .experiments.plan import Plan
 from .refusals import check_new, check_unchanged
+from .settings import HowToRun, Settings, settings_of
 from .storage.folder import (
     FORMAT,
     RECORD,
@@ -48,71 +52,73 @@ from .workers.warming import compile_kernels
 
 Shard = tuple[int, int]
 
-# The longest limit of a mission's time that the operating system can keep: thirty years.
-LONGEST_LIMIT_S = 1e9
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a campaign is run, which changes nothing of what it finds.
-
-    Raises:
-        ValueError: when the time that a mission may take is no time.
-    """
-
-    workers: int | None = None
-    backend: str = "local"
-    quiet: bool = True
-    mission_timeout_s: float | None = None
-
-    def __post_init__(self) -> None:
-        limit = self.mission_timeout_s
-        if limit is None or limit == math.inf:  # which means none
-            object.__setattr__(self, "mission_timeout_s", None)
-        elif not 0.0 < limit <= LONGEST_LIMIT_S:
-            raise ValueError(
-                f"--mission-timeout {limit:g}: needs a time (s) > 0 and <= {LONGEST_LIMIT_S:g}; "
-                "leave it out for no limit"
-            )
-
 
 def sweep(
-    experiment: str | Path | Experiment,
-    out: str | Path,
+    experiment: str | Path | Scenario | Experiment,
+    out: str | Path | None = None,
     *,
-    vary: Mapping[str, Sequence[Any]] | None = None,
-    seeds: int | Sequence[int] | None = None,
+    vary: Mapping[str, Iterable[Any]] | None = None,
+    seeds: int | Iterable[int] | None = None,
     detail: Detail | None = None,
     until_ci: Mapping[str, float | str] | None = None,
-    workers: int | None = None,
-    backend: str = "local",
     shard: Shard | None = None,
-    quiet: bool = True,
-    mission_timeout_s: float | None = None,
     allow_plugins: bool = False,
+    **settings: Unpack[HowToRun],
 ) -> Campaign:
-    """Run every mission of an experiment; return the campaign, which its folder keeps.
+    """Run every mission of an experiment; return the campaign, which the folder `out` keeps.
 
-    `experiment` is an experiment file or a scenario file; `vary` (dotted keys with their values),
-    `seeds`, `detail` and `until_ci` (metrics with the half width of their 95 % confidence interval
-    at which a point stops, such as ``"5%"``) are laid over it.  A mission that takes longer than
-    `mission_timeout_s` is ended and counts as failed.  Plug-ins (``module:object``) are loaded with
-    `allow_plugins` only, or where they were admitted before.  Interrupted or killed, the campaign
-    is continued by `resume`.
+    `experiment` is a scenario, or the path of a scenario or an experiment file.  Over it are laid
+    `vary` (dotted keys, each with its values: every combination is a point), `seeds` (N for 0 to
+    N - 1, or those to take; 1 unless the file says), `detail` ("summary" or "full", which keeps the
+    event tables) and `until_ci` (metrics with the half width of their 95 % confidence interval at
+    which a point stops, such as ``"5%"``).  `shard` (i, N) runs the i-th of N shares.
+
+    Without `out` the campaign lies in a temporary folder that goes with the campaign; its `write`
+    keeps it.  Interrupted or killed, a campaign in a folder is continued by `resume`.
+
+    Settings: `workers` (processes at once, one per CPU), `backend` ("local" or "dask:ADDRESS"),
+    `quiet` (True: no progress is told) and `mission_timeout_s` (s; a mission that takes longer is
+    ended and counts as failed).  Plug-ins (``module:object``) are loaded with `allow_plugins` only,
+    or where they were admitted before.
 
     Raises:
-        ScenarioError: when the experiment file or its scenario is wrong.
+        ScenarioError: when a file, a key or a value is wrong, listing every mistake.
+        TypeError: when an argument is of another kind, or there is none of that name.
         PluginError: when a plug-in is not allowed.
         CampaignError: when the folder cannot take a new campaign.
         NotWritten: when the disk is full or the folder gone; what was written counts.
     """
-    settings = Settings(workers, backend, quiet, mission_timeout_s)
+    how = settings_of(settings, sweep)
+    if out is not None and not isinstance(out, str | Path):
+        remedy = "; what to vary is given as vary={...}" if isinstance(out, Mapping) else ""
+        raise TypeError(f"out needs a folder; got {described(out)}{remedy}")
+    if shard is not None and not (len(shard) == 2 and 1 <= shard[0] <= shard[1]):
+        raise ValueError(f"shard needs (i, N) with 1 <= i <= N, such as (1, 4); got {shard!r}")
     if not isinstance(experiment, Experiment):
-        targets = tuple(f"{metric}={width}" for metric, width in (until_ci or {}).items())
-        options = Options(written(vary or {}), targets, seeds, detail)
-        experiment = load_experiment(experiment, options, allow_plugins=allow_plugins)
-    plan, folder = Plan(experiment), Path(out)
+        asked = Asked(vary, until_ci, seeds, detail)
+        experiment = load_experiment(experiment, asked, allow_plugins=allow_plugins)
+    plan = Plan(experiment)
     check_plugins(plan, allow_plugins)
+    if out is not None:
+        return _swept(plan, Path(out), shard, how)
+    folder = Path(mkdtemp(prefix="bindusbl-sweep-"))
+    try:
+        campaign = _swept(plan, folder, shard, how)
+    except BaseException:
+        rmtree(folder, ignore_errors=True)
+        raise
+    finalize(campaign, _removed, folder, os.getpid())
+    return campaign
+
+
+def _removed(folder: Path, owner: int) -> None:
+    """Remove the folder of a campaign that nobody holds any more, but in its own process only."""
+    if os.getpid() == owner:
+        rmtree(folder, ignore_errors=True)
+
+
+def _swept(plan: Plan, folder: Path, shard: Shard | None, settings: Settings) -> Campaign:
+    """Run a campaign in a new folder."""
     check_new(folder, plan)
     crew_for_check(settings)
     folder.mkdir(parents=True, exist_ok=True)
@@ -122,7 +128,7 @@ def sweep(
         check_no_links(folder)
         keep(plan.tracks.values(), folder)
         record = first_record(plan, shard)
-        write_scenario(folder, portable(experiment.given))
+        write_scenario(folder, portable(plan.experiment.given))
         return _run(Campaign(folder, plan, record), settings)
 
 
@@ -149,11 +155,12 @@ def resume(
     retry_failed: bool = False,
     allow_plugins: bool = False,
     tell: Callable[[str], None] = _warn,
-    **settings: Any,
+    **settings: Unpack[HowToRun],
 ) -> Campaign:
     """Run what is missing of a campaign, and again what is damaged, of which it will `tell`.
 
-    Its plug-ins must be allowed again.
+    `retry_failed` also runs missions again that failed.  Its plug-ins must be allowed again.
+    Settings: as for `sweep`.
 
     Raises:
         PluginError: when a plug-in is not allowed.
@@ -161,7 +168,7 @@ def resume(
             holds links, or another process runs it.
         NotWritten: when the disk is full or the folder gone; what was written counts.
     """
-    how = Settings(**settings)
+    how = settings_of(settings, resume)
     campaign = unfinished_campaign(folder)
     check_unchanged(campaign)
     check_plugins(campaign.plan, allow_plugins)

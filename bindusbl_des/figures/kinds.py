@@ -1,17 +1,19 @@
 """The kinds of figure that the folder of a run offers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from inspect import signature
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from ..core.wording import did_you_mean
+from ..core.wording import described, did_you_mean
 from .anatomy import anatomy
 from .coverage import coverage
 from .error import error
 from .fixes import fixes
 from .latency import latency
-from .style import styled
+from .style import finished
 from .timeline import timeline
 from .trajectory import trajectory
 
@@ -41,11 +43,15 @@ TABLES: dict[str, tuple[str, ...]] = {
 }
 
 
-def drawn(result: "Result", kind: str, width: float, **options: Any) -> Figure:
-    """Return a figure of a result by its kind, `width` inches wide.
+def drawn(
+    result: "Result", kind: str, width: float, path: str | Path | None = None, **options: Any
+) -> Figure:
+    """Return a figure of a result by its kind, `width` inches wide; also write it to a path.
 
     Raises:
-        ValueError: when there is no such kind, or the result lacks the tables that it needs.
+        ValueError: when there is no such kind, format, option or round, or the result lacks the
+            tables that it needs.
+        OSError: when it cannot be written.
     """
     if kind not in KINDS:
         hint = did_you_mean(kind, KINDS) or f"; there are {', '.join(KINDS)}"
@@ -56,8 +62,23 @@ def drawn(result: "Result", kind: str, width: float, **options: Any) -> Figure:
             f"no {kind}: it needs the tables {', '.join(lacking)}, which the run did not record; "
             "run it again with record.detail full"
         )
-    with styled():
-        return KINDS[kind](result, width, **options)
+    _check(result, kind, options)
+    return finished(lambda: KINDS[kind](result, width, **options), path)
+
+
+def _check(result: "Result", kind: str, options: Mapping[str, Any]) -> None:
+    """Refuse options that a figure does not have, and rounds that the mission did not have."""
+    known = tuple(signature(KINDS[kind]).parameters)[2:]
+    for name, number in options.items():
+        if name not in known:
+            hint = did_you_mean(name, known) or f"; it has {', '.join(known) or 'none'}"
+            raise ValueError(f"{kind} has no option {name!r}{hint}")
+        count = result.arrow["rounds"].num_rows
+        if number is not None and not (isinstance(number, int) and 0 <= number < count):
+            raise ValueError(f"{name} needs a round, 0 to {count - 1}; got {described(number)}")
+    first, last = options.get("first"), options.get("last")
+    if first is not None and last is not None and first > last:
+        raise ValueError(f"first={first} comes after last={last}")
 
 
 def missing(result: "Result", kind: str) -> list[str]:

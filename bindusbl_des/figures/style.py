@@ -1,7 +1,8 @@
 """One style for all figures: colours, sizes and type that suit a paper of one or two columns."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,9 @@ from ..core.palette import COLOURS
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.16
 
 FORMATS = ("png", "svg", "pdf")
+
+# Resolution (dots/in) at which notebooks show figures
+SCREEN_DPI = 144
 
 # With more AUVs than this a legend entry for each hides the figure.
 LARGEST_LEGEND = 10
@@ -63,9 +67,34 @@ def styled() -> AbstractContextManager[None]:
     return matplotlib.rc_context(STYLE)
 
 
+class Drawing(Figure):
+    """A figure that notebooks show, with or without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        with styled():
+            self.savefig(drawn := BytesIO(), format="png", dpi=SCREEN_DPI)
+        return drawn.getvalue()
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure (in) that finds room for its labels by itself."""
-    return Figure(figsize=(width, height), layout="constrained")
+    return Drawing(figsize=(width, height), layout="constrained")
+
+
+def finished(draw: Callable[[], Figure], path: str | Path | None) -> Figure:
+    """Return a figure drawn in our style; also write it to a path, whose ending is its format.
+
+    Raises:
+        ValueError: when that is no format of ours.
+        OSError: when it cannot be written.
+    """
+    if path is not None and Path(path).suffix[1:].lower() not in FORMATS:
+        raise ValueError(f"{path}: a figure is a file that ends in .{', .'.join(FORMATS)}")
+    with styled():
+        figure = draw()
+        if path is not None:
+            save(figure, Path(path))
+    return figure
 
 
 def fits(text: str, axes: Axes, length: float, size: float) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..protocol.tdma import serve
 from ..records.events import Broadcast
 from ..results.result import Result
 from ..results.tables import from_columns, from_rows
+from ..scenario.files.scenario_file import as_scenario
 from ..scenario.scenario import Scenario
 from ..vehicles.pose_source import PoseSource
 from .build import build_world
@@ -45,31 +47,40 @@ class Mission:
 
     def __init__(
         self,
-        scenario: Scenario,
+        scenario: Scenario | str | Path,
         seed: int = 0,
         *,
+        allow_plugins: bool = False,
         poses: PoseSource | None = None,
         pose_step_s: float = 0.1,
     ) -> None:
         """Put a mission together; it is at 0 s.
 
-        `poses` is an outside program that moves AUVs, ASVs or both, in the place of what the
-        scenario says (:class:`.pose_source.PoseSource`).  It is asked each `pose_step_s` (s), as
-        the mission goes on; positions between two samples are interpolated.
+        `scenario` may be the path of a scenario file, read as by `load_scenario`.  `poses` is an
+        outside program that moves AUVs, ASVs or both, in the place of what the scenario says
+        (:class:`.pose_source.PoseSource`).  It is asked each `pose_step_s` (s), as the mission goes
+        on; positions between two samples are interpolated.
 
         Raises:
+            ScenarioError: when the scenario file cannot be read or used.
+            TypeError: when `scenario` is neither a scenario nor a path.
             ValueError: when the seed is not a whole number >= 0, the scenario names a schedule or
                 track that cannot be used, or the poses cannot be used, now or later.
         """
         if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
             raise ValueError(f"the seed must be a whole number >= 0, got {seed!r}")
-        self.scenario, self.seed = scenario, int(seed)
+        self.scenario = as_scenario(scenario, allow_plugins=allow_plugins)
+        self.seed = int(seed)
         self._time, self._worked_s, self._has_failed = 0.0, 0.0, False
         with self._at_work():
             self._env = simpy.Environment()
-            self._world = build_world(self._env, scenario, self.seed, poses, pose_step_s)
+            self._world = build_world(self._env, self.scenario, self.seed, poses, pose_step_s)
             self._env.process(serve(self._world.network))
             self._happen(0.0)
+
+    def __repr__(self) -> str:
+        end = plain(self.scenario.duration_s)
+        return f"<Mission {self.scenario.name}, seed {self.seed}: {self.time:.6g} of {end} s>"
 
     @property
     def time(self) -> float:

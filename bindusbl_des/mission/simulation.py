@@ -1,6 +1,7 @@
 """Run one mission: scenario in, tables out."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 from ..results.result import Result
 from ..scenario.scenario import Scenario
@@ -11,23 +12,32 @@ PROGRESS_STEPS = 200
 
 
 def simulate(
-    scenario: Scenario, seed: int = 0, progress: Callable[[float], None] | None = None
+    scenario: Scenario | str | Path,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    *,
+    allow_plugins: bool = False,
 ) -> Result:
     """Run one mission of a scenario; return what happened, a table for each kind of event.
 
-    `progress` is told the instant (s) of the mission now and then, which changes nothing of it.
+    `scenario` may be the path of a scenario file, read as by `load_scenario`: plug-ins that it
+    names are loaded with `allow_plugins` only.  `progress` is told the instant (s) of the mission
+    now and then, which changes nothing of it.
 
     The mission covers [0, duration): what would happen at its last instant does not, and pings and
     fixes still under way then are recorded as in flight.  The same scenario and seed give the same
     tables.
 
     Raises:
+        ScenarioError: when the scenario file cannot be read or used.
+        TypeError: when `scenario` is neither a scenario nor a path.
         ValueError: when the seed is not a whole number >= 0, or the scenario names a schedule or
             track that cannot be used.
     """
-    mission = Mission(scenario, seed)
+    mission = Mission(scenario, seed, allow_plugins=allow_plugins)
     if progress is not None:
+        duration_s = mission.scenario.duration_s
         for step in range(1, PROGRESS_STEPS):
-            mission.advance(scenario.duration_s * step / PROGRESS_STEPS)
+            mission.advance(duration_s * step / PROGRESS_STEPS)
             progress(mission.time)
     return mission.result()

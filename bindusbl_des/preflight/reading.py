@@ -8,7 +8,7 @@ from ..core.plugins import refusal
 from ..scenario.families import plugins_of
 from ..scenario.files.mistakes import Mistake
 from ..scenario.files.plain_yaml import Document
-from ..scenario.files.scenario_file import parsed, place_of, read_text, told_at
+from ..scenario.files.scenario_file import Source, parsed, place_of, told_at
 from ..scenario.scenario import Scenario
 from .worth_knowing import cautions
 
@@ -28,17 +28,17 @@ class Reading:
 
 
 def read_scenario(
-    path: str | Path, *, overrides: Sequence[str] = (), allow_plugins: bool = False
+    source: str | Path | Source, *, overrides: Sequence[str] = (), allow_plugins: bool = False
 ) -> Reading:
-    """Read a scenario file as `load_scenario` does; return its warnings as well.
+    """Read a scenario file, or its text, as `load_scenario` does; return its warnings as well.
 
     Raises:
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
-    path = Path(path)
-    document, scenario = parsed(read_text(path), str(path), overrides, path.parent, allow_plugins)
+    source = source if isinstance(source, Source) else Source.file(source, overrides)
+    document, scenario = parsed(source, allow_plugins)
     places = {found: told_at(document, found) for found in cautions(scenario)}
-    found = sorted(places, key=lambda it: (places[it].file != str(path), places[it].line))
+    found = sorted(places, key=lambda it: (places[it].file != source.name, places[it].line))
     warnings = tuple(Mistake.at(places[it], it.key, it.message) for it in found)
     unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
     return Reading(scenario, warnings, tuple((it.key, *it.others) for it in found), unloaded)

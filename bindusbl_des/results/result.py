@@ -18,7 +18,7 @@ from ..core.kept_tracks import keep, portable
 from ..preflight.worth_knowing import Caution, cautions
 from ..scenario.scenario import Scenario
 from .effects import Advice
-from .faces import figure, page
+from .faces import FIGURE, face, page
 from .result_folder import ADVICE, RECORD, advice_text, result_draft, write_json
 from .summary import summary
 from .tables import data_dictionary, write_parquet
@@ -30,7 +30,12 @@ PACKAGES = ("bindusbl-des", "simpy", "numpy", "networkx", "pandas", "pyarrow", "
 
 
 class Result:
-    """What happened in one mission, and what it achieved."""
+    """What happened in one mission, and what it achieved.
+
+    `scenario` and `seed` made it; `arrow` has its tables as Arrow tables, by name; `wall_time_s`
+    (s) is what it took; `advice` is what would help, as measured by `advise`, None if nothing was
+    tried.
+    """
 
     def __init__(
         self,
@@ -47,7 +52,6 @@ class Result:
         self.scenario, self.seed = scenario, seed
         self.arrow = dict(arrow)
         self.wall_time_s = wall_time_s
-        #: What would help, as measured beside the mission; None if nothing was tried (`advise`).
         self.advice: Advice | None = None
         self._told = warnings
 
@@ -93,16 +97,15 @@ class Result:
         """Return a matplotlib figure, `width` inches wide, as `plot` draws it; also write it.
 
         `kind` is trajectory, error, fixes, coverage, timeline, round or latency; the ending of
-        `path` chooses PNG, SVG or PDF.
+        `path` chooses PNG, SVG or PDF.  Options: `first` and `last` round of a timeline, `number`
+        of a round.
 
         Raises:
-            ValueError: when there is no such figure, or the result lacks the tables that it needs.
+            ValueError: when there is no such figure, format or round, or the result lacks the
+                tables that the figure needs.
             OSError: when it cannot be written.
         """
-        drawn = figure(self, kind, width, **options)
-        if path is not None:
-            drawn.savefig(path)
-        return drawn
+        return face(FIGURE)(self, kind, width, path, **options)
 
     def __repr__(self) -> str:
         auvs, asvs = self.scenario.auvs.count, self.scenario.asvs.count

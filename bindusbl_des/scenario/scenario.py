@@ -1,18 +1,27 @@
 """The scenario of a mission: keys that agree with each other."""
 
-import json
+from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from ..core.wording import plain, shortened
 from .consistency import problems
 from .sections import ScenarioKeys
 
 
 class Scenario(ScenarioKeys):
-    """One mission of ASVs and AUVs: everything that decides it but the seed."""
+    """One mission of ASVs and AUVs: everything that decides it but the seed.
+
+    Made of the keys of a scenario file: ``Scenario(name="m", asvs={"count": 2})``, or
+    ``Scenario.model_validate({...})``; ``scenario.model_dump()`` gives them back, all of them.  It
+    cannot be changed.
+
+    Raises:
+        ValidationError: listing every mistake, a ValueError of pydantic's.
+    """
 
     def __repr__(self) -> str:
         return (
@@ -20,10 +29,15 @@ class Scenario(ScenarioKeys):
             f"{self.survey.side_m:g} m, {self.duration_s:g} s>"
         )
 
+    __str__ = __repr__
+
     def _repr_html_(self) -> str:
         """Return what differs from the defaults, as notebooks show it."""
-        given = json.dumps(self.model_dump(mode="json", exclude_defaults=True), indent=1)
-        return f"<p>{escape(repr(self))}</p><pre>{escape(given)}</pre>"
+        usual = dict(_leaves(Scenario(name=self.name).model_dump(mode="json")))
+        own = _leaves(self.model_dump(mode="json"))
+        lines = [f"{key}: {shortened(plain(it))}" for key, it in own if usual.get(key, ...) != it]
+        text = "\n".join(lines) or "every key has its default"
+        return f"<p>{escape(repr(self))}</p><pre>{escape(text)}</pre>"
 
     @model_validator(mode="wrap")
     @classmethod
@@ -44,3 +58,12 @@ class Scenario(ScenarioKeys):
             text = "\n".join(f"{problem.key}: {problem.message}" for problem in found)
             raise PydanticCustomError("inconsistent", "{text}", {"text": text, "problems": found})
         return self
+
+
+def _leaves(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys with their values."""
+    for name, value in data.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{section}{name}.")
+        else:
+            yield f"{section}{name}", value

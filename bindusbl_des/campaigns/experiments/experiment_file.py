@@ -9,7 +9,7 @@ from ...core.wording import described, did_you_mean
 from ...preflight.reading import Reading, read_scenario
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path, read_yaml
-from ...scenario.files.scenario_file import read_text
+from ...scenario.files.scenario_file import Source, read_text
 from ...scenario.files.shipped import shipped
 from ...scenario.key_types import LONGEST_NAME, PRINTABLE
 from ...scenario.scenario import Scenario
@@ -17,8 +17,8 @@ from ..storage.record import LARGEST_SEED, MOST_MISSIONS
 from .experiment import Detail, Experiment
 from .experiment_points import Places, Points, points_in
 from .kinds import KEYS, is_experiment, is_scenario
-from .options import Options, lay_over
-from .point_checks import DETAIL, Source, check_points, plugins_in
+from .options import Asked, Options, lay_over
+from .point_checks import DETAIL, check_points, plugins_in
 from .precision import MOST_SEEDS, targets_in
 
 DETAILS = ("summary", "full")
@@ -27,31 +27,40 @@ NO_OPTIONS = Options()
 
 
 def load_experiment(
-    path: str | FilePath, options: Options = NO_OPTIONS, *, allow_plugins: bool = False
+    given: str | FilePath | Scenario,
+    options: Options | Asked = NO_OPTIONS,
+    *,
+    allow_plugins: bool = False,
 ) -> Experiment:
     """Read an experiment file and the scenario it names: a file beside it, or one that ships.
 
-    A scenario file is an experiment of one point, which options may vary.  Plug-ins are loaded and
-    checked with `allow_plugins` only.
+    A scenario, or its file, is an experiment of one point, which options may vary.  Plug-ins are
+    loaded and checked with `allow_plugins` only.
 
     Raises:
         ScenarioError: listing every mistake in either.
         ScipyMissing: when points are to be sampled and scipy is not installed.
+        TypeError: when `given` is neither a path nor a scenario.
     """
-    path = FilePath(path)
-    document = read_yaml(read_text(path), str(path))
-    if not is_experiment(document.data) and (options or is_scenario(document.data)):
-        document = _of_scenario(path, document.data)
-    if not isinstance(document.data, dict):
-        raise _wrong_root(document)
+    source: Source | None = None
+    if isinstance(given, Scenario):
+        source = Source.of(given)
+        document = _of_scenario(source.name, {"name": given.name}, source.name)
+    elif isinstance(given, str | FilePath):
+        document = _document(FilePath(given), options)
+    else:
+        raise TypeError(
+            "a sweep needs a Scenario, or the path of a scenario or experiment file; got "
+            + described(given)
+        )
     lay_over(document, options)
     _check_keys(document)
-    name, detail = _name(document, path.stem[:LONGEST_NAME]), _detail(document)
+    name, detail = _name(document, FilePath(document.file).stem[:LONGEST_NAME]), _detail(document)
     seeds, until_ci = _seeds(document), targets_in(document)
     points, places = points_in(document)
     _check_overrides(document, options.overrides, points)
-    source = _source(document, path.parent, options.overrides)
-    reading = _base(document, source)
+    source = source or _source(document, FilePath(document.file).parent, options.overrides)
+    reading = _reading(document, source)
     base = None if reading is None else reading.scenario
     if base is not None and seeds and len(points) * len(seeds) > MOST_MISSIONS:
         count = len(points) * len(seeds)
@@ -60,12 +69,10 @@ def load_experiment(
         points = check_points(document, source, base, points, places, allow_plugins)
     if reading is None or base is None or document.mistakes:
         raise _wrong(document)
-    given = base.model_dump(mode="json", exclude_unset=True)
+    keys = base.model_dump(mode="json", exclude_unset=True)
     warnings = _fixed(reading, {key for point in points for key in point})
     unloaded = () if allow_plugins else _unloaded(reading, document, points, places)
-    return Experiment(
-        name, given, tuple(points), tuple(seeds), detail, until_ci, warnings, unloaded
-    )
+    return Experiment(name, keys, tuple(points), tuple(seeds), detail, until_ci, warnings, unloaded)
 
 
 def _unloaded(
@@ -90,12 +97,22 @@ def _fixed(reading: Reading, varied: set[str]) -> tuple[Mistake, ...]:
     )
 
 
-def _of_scenario(path: FilePath, data: Any) -> Document:
+def _document(path: FilePath, options: Options | Asked) -> Document:
+    """Return the experiment that a file holds, be it a scenario's."""
+    document = read_yaml(read_text(path), str(path))
+    if not is_experiment(document.data) and (options or is_scenario(document.data)):
+        document = _of_scenario(str(path), document.data, path.name)
+    if not isinstance(document.data, dict):
+        raise _wrong_root(document)
+    return document
+
+
+def _of_scenario(file: str, data: Any, scenario: str) -> Document:
     """Return the experiment that runs a scenario as it is; what is wrong in it is told later."""
     name = data.get("name") if isinstance(data, dict) else None
     named = {"name": name[:LONGEST_NAME]} if isinstance(name, str) and _is_name(name) else {}
-    document = Document(str(path), {**named, "scenario": path.name})
-    document.keys[()] = document.values[()] = Place(str(path), 1, 1)
+    document = Document(file, {**named, "scenario": scenario})
+    document.keys[()] = document.values[()] = Place(file, 1, 1)
     return document
 
 
@@ -212,7 +229,7 @@ def _check_overrides(document: Document, overrides: Sequence[str], points: Point
 
 
 def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) -> Source | None:
-    """Return where the scenario is that the experiment names; None where that is a mistake."""
+    """Return the scenario that the experiment names; what prevents it goes to the document."""
     if "scenario" not in document.data:
         if not any(mistake.key in ("scenario", "") for mistake in document.mistakes):
             place = Place(document.file, 1, 1)
@@ -231,15 +248,19 @@ def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) ->
         message = f"no such file: {file}; scenarios are sought beside the experiment file{hint}"
         _note(document, ("scenario",), message)
         return None
-    return Source(file, overrides)
+    try:
+        return Source.file(file, overrides)
+    except ScenarioError as error:
+        document.mistakes += error.mistakes
+        return None
 
 
-def _base(document: Document, source: Source | None) -> Reading | None:
+def _reading(document: Document, source: Source | None) -> Reading | None:
     """Return the scenario of the experiment; its mistakes join the experiment's."""
     if source is None:
         return None
     try:
-        return read_scenario(source.file, overrides=source.overrides)
+        return read_scenario(source)
     except ScenarioError as error:
         document.mistakes += error.mistakes
         return None

@@ -1,12 +1,14 @@
-"""Options of the command line laid over an experiment: ``--vary key=v1,v2``, ``--seeds N``.
+"""What is laid over an experiment: ``--vary key=v1,v2`` or, in Python, ``vary={key: [v1, v2]}``.
 
 What is ``--set`` is laid over its scenario.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ...core.plugins import name_of
+from ...core.wording import described, shortened
 from ...scenario.files.mistakes import Mistake, Place
 from ...scenario.files.plain_yaml import Document, Path, read_yaml
 from .experiment import as_written
@@ -26,17 +28,87 @@ class Options:
         return self != Options()
 
 
-def written(vary: Mapping[str, Sequence[Any]]) -> tuple[str, ...]:
-    """Return values to vary as one writes them after ``--vary``.
+@dataclass(frozen=True)
+class Asked:
+    """The same as arguments of Python's, checked to be of the right kind; None asks for nothing.
 
-    >>> written({"asvs.count": [2, 3]})
-    ('asvs.count=2, 3',)
+    Raises:
+        TypeError: when `vary` or `until_ci` is no mapping of texts.
     """
-    return tuple(f"{key}={as_written(list(values))[1:-1]}" for key, values in vary.items())
+
+    vary: Mapping[str, Iterable[Any]] | None = None
+    until_ci: Mapping[str, float | str] | None = None
+    seeds: Any = None
+    detail: Any = None
+    overrides: tuple[()] = ()
+
+    def __post_init__(self) -> None:
+        for name, form in (
+            ("vary", '{"asvs.count": [1, 2, 3]}'),
+            ("until_ci", '{"worst_position_error_m": "5%"}'),
+        ):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, Mapping):
+                raise TypeError(f"{name} needs a mapping such as {form}; got {described(value)}")
+            for key in value or ():
+                if not isinstance(key, str):
+                    raise TypeError(
+                        f"{name} needs text as keys, as in {form}; got {described(key)}"
+                    )
+
+    def __bool__(self) -> bool:
+        return self != Asked()
 
 
-def lay_over(document: Document, options: Options) -> None:
+def lay_over(document: Document, options: Options | Asked) -> None:
     """Lay options over the data of an experiment file; their mistakes go to the document."""
+    if isinstance(options, Asked):
+        _lay_asked(document, options)
+    else:
+        _lay_written(document, options)
+
+
+def _lay_asked(document: Document, asked: Asked) -> None:
+    if asked.vary == {}:
+        document.data["vary"] = {}
+        _stand(document, ("vary",), _said("vary", {}))
+    for key, values in (asked.vary or {}).items():
+        plain = _plain(values)
+        place = _said("vary", {key: plain})
+        _put(document, "vary", key, plain, place)
+        for number in range(len(plain) if isinstance(plain, list) else 0):
+            _stand(document, ("vary", key, number), place)
+    for metric, width in (asked.until_ci or {}).items():
+        _put(document, "until_ci", metric, _plain(width), _said("until_ci", {metric: width}))
+    for name in ("seeds", "detail"):
+        value = getattr(asked, name)
+        if value is not None:
+            document.data[name] = _plain(value)
+            _stand(document, (name,), _said(name, value))
+
+
+def _said(name: str, value: Any) -> Place:
+    return Place(shortened(f"{name}={value!r}"))
+
+
+def _plain(value: Any) -> Any:
+    """Return plain data: ranges, arrays and the like as lists, parts of one's own by their names.
+
+    >>> _plain(range(3)), _plain("dsatur"), _plain((1, (2, 3)))
+    ([0, 1, 2], 'dsatur', [1, [2, 3]])
+    """
+    if hasattr(value, "tolist"):  # of numpy's or pandas'
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if callable(value):
+        return name_of(value)
+    if isinstance(value, Iterable) and not isinstance(value, str | bytes):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _lay_written(document: Document, options: Options) -> None:
     for text in options.vary:
         _vary(document, text)
     for text in options.until_ci:

@@ -1,8 +1,6 @@
 """Whether every point of an experiment is a valid scenario, told in the experiment's own lines."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path as FilePath
 from typing import Any
 
 from ...core.kept_tracks import names_tracks, renamed_point
@@ -10,7 +8,7 @@ from ...core.plugins import is_plugin, refusal
 from ...scenario.families import FAMILIES, load_plugins, named
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path
-from ...scenario.files.scenario_file import load_scenario
+from ...scenario.files.scenario_file import Source, parsed
 from ...scenario.scenario import Scenario
 from .experiment import as_written, laid_over
 from .experiment_points import Places, Points
@@ -22,14 +20,6 @@ MOST_MISTAKES = 100
 
 DETAIL = "record.detail"
 PARTS = tuple(family.key for family in FAMILIES)
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where the scenario of an experiment is from: its file, and what is ``--set`` in it."""
-
-    file: FilePath
-    overrides: tuple[str, ...] = ()
 
 
 def check_points(
@@ -47,7 +37,7 @@ def check_points(
     wrong = 0
     looked_at: set[Path] = set()
     for number, (point, where) in enumerate(zip(points, places, strict=True)):
-        point = renamed_point(point, lambda name: str((source.file.parent / name).resolve()))
+        point = renamed_point(point, lambda name: str((source.folder / name).resolve()))
         settled.append(point)
         scenario = None if DETAIL in point else _valid(given, point, allow_plugins)
         if scenario is None:
@@ -169,11 +159,9 @@ def _add(document: Document, place: Place, key: str, message: str) -> None:
 
 def _mistakes(source: Source, point: Mapping[str, Any], allow_plugins: bool) -> list[Mistake]:
     """Return what the loader of scenario files says to a point."""
-    options = [f"{key}={as_written(value)}" for key, value in point.items()]
+    options = (f"{key}={as_written(value)}" for key, value in point.items())
     try:
-        load_scenario(
-            source.file, overrides=(*source.overrides, *options), allow_plugins=allow_plugins
-        )
+        parsed(source._replace(overrides=(*source.overrides, *options)), allow_plugins)
     except ScenarioError as error:
         return error.mistakes
     return []

@@ -1,13 +1,14 @@
 """Scenarios from YAML files: every mistake at once, each with its place and a remedy."""
 
 import copy
+import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from ...core.wording import printable
+from ...core.wording import described, printable
 from ..consistency import Problem
 from ..families import load_plugins
 from ..scenario import Scenario
@@ -16,10 +17,37 @@ from .mistakes import Mistake, Place, ScenarioError
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
 
-__all__ = ["Mistake", "ScenarioError", "load_scenario", "parse_scenario"]
+__all__ = ["Mistake", "ScenarioError", "Source", "as_scenario", "load_scenario", "parse_scenario"]
 
 # A scenario of thousands of vehicles has some 100 kB.
 LARGEST_FILE = 1_000_000
+
+
+class Source(NamedTuple):
+    """Where a scenario stands: its text, what messages call it, where its tracks are sought.
+
+    `overrides` are laid over it, each as ``dotted.key=value``.
+    """
+
+    text: str
+    name: str
+    folder: FilePath
+    overrides: tuple[str, ...] = ()
+
+    @classmethod
+    def file(cls, path: str | FilePath, overrides: Sequence[str] = ()) -> "Source":
+        """Read a scenario file.
+
+        Raises:
+            ScenarioError: when it cannot be read.
+        """
+        return cls(read_text(path), str(path), FilePath(path).parent, tuple(overrides))
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "Source":
+        """Write down what was given of a scenario, as JSON, which is YAML."""
+        given = scenario.model_dump(mode="json", exclude_unset=True)
+        return cls(json.dumps(given, ensure_ascii=False), f"scenario {scenario.name}", FilePath())
 
 
 def load_scenario(
@@ -34,9 +62,24 @@ def load_scenario(
     Raises:
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
-    path = FilePath(path)
-    text = read_text(path)
-    return parsed(text, str(path), overrides, path.parent, allow_plugins)[1]
+    return parsed(Source.file(path, overrides), allow_plugins)[1]
+
+
+def as_scenario(given: Scenario | str | FilePath, *, allow_plugins: bool = False) -> Scenario:
+    """Return the scenario that is given, or that of the file whose path is.
+
+    Raises:
+        ScenarioError: listing every mistake, when the file cannot be read or used.
+        TypeError: when it is neither, in one line that says what is wanted.
+    """
+    if isinstance(given, Scenario):
+        return given
+    if isinstance(given, str | FilePath):
+        return load_scenario(given, allow_plugins=allow_plugins)
+    remedy = "; use Scenario.model_validate" if isinstance(given, dict) else ""
+    raise TypeError(
+        f"a mission needs a Scenario or the path of a scenario file; got {described(given)}{remedy}"
+    )
 
 
 def read_text(path: str | FilePath) -> str:
@@ -81,29 +124,29 @@ def parse_scenario(
     Raises:
         ScenarioError: listing every mistake.
     """
-    return parsed(text, name, overrides, FilePath(folder))[1]
+    return parsed(Source(text, name, FilePath(folder), tuple(overrides)))[1]
 
 
-def parsed(
-    text: str, name: str, overrides: Sequence[str], folder: FilePath, allow_plugins: bool = False
-) -> tuple[Document, Scenario]:
+def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scenario]:
     """Return the document of a scenario's text, which knows where its keys stand, and the scenario.
 
     Raises:
         ScenarioError: listing every mistake.
     """
-    document = read_yaml(text, name)
+    document = read_yaml(source.text, source.name)
     if not document.mistakes or document.data is not None:
         _check_root(document)
-    for option in overrides:
+    for option in source.overrides:
         override(document, option)
-    scenario = _settled(document, folder) if isinstance(document.data, dict) else None
+    scenario = _settled(document, source.folder) if isinstance(document.data, dict) else None
     if scenario is not None and allow_plugins and not document.mistakes:
         found = (Problem(it.key, it.message) for it in load_plugins(scenario))
         _note_contradictions(document, found)
     if scenario is None or document.mistakes:
-        options = enumerate(overrides, 1)
-        order = {printable(name): 0} | {printable(f"--set {option}"): n for n, option in options}
+        options = enumerate(source.overrides, 1)
+        order = {printable(source.name): 0} | {
+            printable(f"--set {option}"): n for n, option in options
+        }
         document.mistakes.sort(key=lambda it: (order[it.file], it.line, it.column))
         raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
     return document, scenario
