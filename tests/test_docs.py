@@ -13,14 +13,15 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
+import bindusbl_des
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.manual import reference
+from bindusbl_des.manual import python_page, reference
 from bindusbl_des.scenario.keys import keys
 
 ROOT = Path(__file__).parents[1]
 MANUAL = (
-    "index.md", "tutorial.md", "model.md", "navigation.md", "vehicles.md", "frames.md",
+    "index.md", "tutorial.md", "python.md", "model.md", "navigation.md", "vehicles.md", "frames.md",
     "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
@@ -135,6 +136,17 @@ def test_the_reference_is_that_of_this_program() -> None:
     """Commands, keys and tables are told as they are; the remedy stands at the head of the page."""
     stale = "python -m bindusbl_des.manual > docs/reference.md"
     assert (ROOT / "docs" / "reference.md").read_text() == reference(), stale
+
+
+def test_the_page_on_python_is_that_of_this_program() -> None:
+    """Each public name has its heading and tells what it does, in plain Markdown."""
+    page = (ROOT / "docs" / "python.md").read_text()
+    assert page == python_page(), "python -m bindusbl_des.manual python > docs/python.md"
+    for name in bindusbl_des.__all__:
+        part = page.partition(f"### {name}\n")[2].partition("\n### ")[0]
+        assert re.search(r"^[A-Z][^|#`]+\.$", part, re.MULTILINE), name
+    prose = re.sub(r"^```.*?^```", "", page, flags=re.DOTALL | re.MULTILINE)
+    assert not re.search(r":\w+:`|``|^ ", prose, re.MULTILINE)
 
 
 def test_the_code_that_the_model_names_exists() -> None:

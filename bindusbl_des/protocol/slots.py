@@ -36,7 +36,7 @@ def longest_way(hf_range: float, depth: float, metric: str) -> float:
 
 
 def uplink_slot(ping_duration: float, longest_travel_time: float, crossing: float) -> float:
-    """Return the slot T_UL (s) that holds a ping, its way and its echoes (eq. UL_slot).
+    """Return the slot T_UL (s) that holds a ping, its way and its echoes (eq. UL_slot); all in s.
 
     >>> round(uplink_slot(0.010, 50 / 1500, crossing_time(140)), 6)
     0.233333
@@ -62,7 +62,9 @@ def payload_bytes(fix_count: int, header: int = 8, record: int = 16) -> int:
 
 
 def airtime(size_bytes: int, bit_rate: float = 2000.0, overhead: float = 2.0) -> float:
-    """Return how long (s) a payload occupies the downlink, T_tx (eq. Ttx).
+    """Return how long (s) a payload (bytes) occupies the downlink (bit/s), T_tx (eq. Ttx).
+
+    `overhead` is how many bits are sent for each bit of the payload.
 
     >>> airtime(payload_bytes(3))
     0.448
@@ -71,7 +73,7 @@ def airtime(size_bytes: int, bit_rate: float = 2000.0, overhead: float = 2.0) ->
 
 
 def downlink_slot(frame_airtime: float, crossing: float) -> float:
-    """Return the slot T_DL (s) that holds a broadcast and its guard (eq. DL_slot).
+    """Return the slot T_DL (s) that holds a broadcast and its guard (eq. DL_slot); all in s.
 
     >>> round(downlink_slot(0.448, crossing_time(60)), 6)
     0.498

@@ -1,18 +1,14 @@
-"""The reference of the manual, written from what the program itself goes by.
-
-``python -m bindusbl_des.manual > docs/reference.md`` writes the page again; a test tells when it is
-stale.
-"""
+"""The reference of commands, keys and tables, written from what the program itself goes by."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import click
 
-from .campaigns.experiments.experiment_schema import experiment_schema
-from .cli import main
-from .results.tables import data_dictionary
-from .scenario.keys import Key, keys, sections, settings
+from ..campaigns.experiments.experiment_schema import experiment_schema
+from ..cli import main
+from ..results.tables import data_dictionary
+from ..scenario.keys import Key, keys, sections, settings
 
 HEAD = """\
 # Reference
@@ -180,7 +176,3 @@ def _tables() -> Iterator[str]:
             for name, told in columns.items()
         ]
         yield from _table(("column", "type", "unit", "meaning"), rows)
-
-
-if __name__ == "__main__":
-    click.echo(reference(), nl=False)
