@@ -24,6 +24,7 @@ MANUAL = (
     "index.md", "tutorial.md", "python.md", "model.md", "navigation.md", "vehicles.md", "frames.md",
     "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
+PICTURES = (".png", ".svg")
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 
 
@@ -185,6 +186,18 @@ def test_versions_agree() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert citation["version"] == version[1]
     assert f"## {version[1]}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_pictures_are_light_and_have_words() -> None:
+    """Each is shown somewhere, has a text for those who do not see it, and loads quickly."""
+    shown = set()
+    for document in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+        for text, target in re.findall(r"!\[([^]]*)\]\(([^)]+)\)", document.read_text()):
+            assert len(text) > 5, f"{document.name}: {target}"
+            shown.add((document.parent / target).resolve())
+    pictures = {path for path in (ROOT / "docs" / "figures").iterdir() if path.suffix in PICTURES}
+    assert pictures <= shown
+    assert all(path.stat().st_size < 250_000 for path in pictures)
 
 
 def test_links_lead_somewhere() -> None:

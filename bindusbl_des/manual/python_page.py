@@ -13,8 +13,8 @@ HEAD = """\
 # Python
 
 Written by `python -m bindusbl_des.manual python` from the docstrings of the package. Everything
-here is imported from `bindusbl_des`, unless its section says otherwise. Units are in the names, else
-in the text; arrays are numpy's, tables pandas'.
+here is imported from `bindusbl_des`, unless its section says otherwise. Units are in the names,
+else in the text; arrays are numpy's, tables pandas'.
 
 ```python
 from bindusbl_des import simulate, sweep
