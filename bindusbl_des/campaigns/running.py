@@ -94,8 +94,11 @@ def sweep(
         raise TypeError(f"out needs a folder; got {described(out)}{remedy}")
     if shard is not None and not (len(shard) == 2 and 1 <= shard[0] <= shard[1]):
         raise ValueError(f"shard needs (i, N) with 1 <= i <= N, such as (1, 4); got {shard!r}")
-    if not isinstance(experiment, Experiment):
-        asked = Asked(vary, until_ci, seeds, detail)
+    asked = Asked(vary, until_ci, seeds, detail)
+    if isinstance(experiment, Experiment):
+        if asked:
+            raise TypeError("an Experiment has its points and seeds; nothing is laid over it")
+    else:
         experiment = load_experiment(experiment, asked, allow_plugins=allow_plugins)
     plan = Plan(experiment)
     check_plugins(plan, allow_plugins)

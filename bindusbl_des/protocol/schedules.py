@@ -31,8 +31,10 @@ Groups = Sequence[Sequence[int]]
 class View:
     """What the surface fleet knows when it schedules a round.
 
-    `auvs` (n, 3) are the AUV positions it believes and `asvs` (m, 3) its own (m); `heard` tells who
-    is within HF range of whom (AUVs, ASVs); `random` is a stream of the schedule's own.
+    `round` is its number, `time` (s) when it begins.  `auvs` (n, 3) are the AUV positions it
+    believes and `asvs` (m, 3) its own (m); `heard` (n, m) tells which ASVs each AUV is within HF
+    range of, `hf_range` (m) and `range_metric` (horizontal or slant) what that is; `random` is a
+    stream of the schedule's own.
     `conflicts` is the conflict graph of the AUVs.
     """
 

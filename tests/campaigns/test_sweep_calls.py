@@ -5,6 +5,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from worlds import scenario
 
@@ -65,6 +66,11 @@ def test_a_scenario_its_file_and_its_text_make_one_plan(tmp_path: Path) -> None:
     given = load_scenario(path)
     plans = [
         sweep(experiment, vary=varied, seeds=seeds, workers=1).record["plan_sha256"]
-        for experiment, seeds in ((path, 2), (str(path), [0, 1]), (given, range(2)))
+        for experiment, seeds in (
+            (path, 2),
+            (str(path), [0, 1]),
+            (given, range(2)),
+            (given, np.arange(2)),
+        )
     ]
     assert len(set(plans)) == 1

@@ -57,7 +57,7 @@ class Asked:
                     )
 
     def __bool__(self) -> bool:
-        return self != Asked()
+        return any(it is not None for it in (self.vary, self.until_ci, self.seeds, self.detail))
 
 
 def lay_over(document: Document, options: Options | Asked) -> None:
