@@ -23,6 +23,15 @@ class Scenario(ScenarioKeys):
         ValidationError: listing every mistake, a ValueError of pydantic's.
     """
 
+    def __new__(cls, *given: object, **_: object) -> "Scenario":
+        """Say what is wanted where a path or a mapping is given."""
+        if given:
+            raise TypeError(
+                "a Scenario is made of keys: Scenario(name=...); load_scenario(path) reads a file, "
+                "Scenario.model_validate({...}) takes a mapping"
+            )
+        return super().__new__(cls)
+
     def __repr__(self) -> str:
         return (
             f"<Scenario {self.name}: {self.auvs.count} AUVs, {self.asvs.count} ASVs, "

@@ -1,5 +1,7 @@
 """What a result, a scenario and a campaign show of themselves in Python and in notebooks."""
 
+import copy
+import pickle
 import re
 from pathlib import Path
 
@@ -116,6 +118,17 @@ def test_mistakes_in_python_are_told_in_the_words_of_the_file(
     ):
         with pytest.raises(ValueError, match=re.escape(told)):
             make()
+
+
+@pytest.mark.parametrize("given", ["scenarios/quickstart.yaml", {"name": "m"}])
+def test_a_scenario_is_made_of_keys(given: object) -> None:
+    with pytest.raises(TypeError, match=r"made of keys: .* load_scenario\(path\) reads a file, Sc"):
+        Scenario(given)  # type: ignore[misc]
+
+
+def test_scenarios_are_copied_and_sent_to_workers() -> None:
+    made = Scenario(name="m", asvs={"count": 2})
+    assert pickle.loads(pickle.dumps(made)) == copy.deepcopy(made) == made.model_copy() == made
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
