@@ -22,6 +22,7 @@ from ..core.kept_tracks import keep, portable
 from ..core.plugins import allow
 from ..core.wording import described
 from ..results.result import PACKAGES, scenario_sha256
+from ..scenario.files.shipped import located
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from .campaign import Campaign, unfinished_campaign
@@ -67,8 +68,9 @@ def sweep(
 ) -> Campaign:
     """Run every mission of an experiment; return the campaign, which the folder `out` keeps.
 
-    `experiment` is a scenario, or the path of a scenario or an experiment file.  Over it are laid
-    `vary` (dotted keys, each with its values: every combination is a point), `seeds` (N for 0 to
+    `experiment` is a scenario, or the path of a scenario or an experiment file, or the name of one
+    that ships.  Over it are laid `vary` (dotted keys, each with its values, or with a range such as
+    ``"2:5"``: every combination is a point), `seeds` (N for 0 to
     N - 1, or those to take; 1 unless the file says), `detail` ("summary" or "full", which keeps the
     event tables) and `until_ci` (metrics with the half width of their 95 % confidence interval at
     which a point stops, such as ``"5%"``).  `shard` (i, N) runs the i-th of N shares.
@@ -99,6 +101,7 @@ def sweep(
         if asked:
             raise TypeError("an Experiment has its points and seeds; nothing is laid over it")
     else:
+        experiment = located(experiment) if isinstance(experiment, str) else experiment
         experiment = load_experiment(experiment, asked, allow_plugins=allow_plugins)
     plan = Plan(experiment)
     check_plugins(plan, allow_plugins)

@@ -56,10 +56,10 @@ class Mission:
     ) -> None:
         """Put a mission together; it is at 0 s.
 
-        `scenario` may be the path of a scenario file, read as by `load_scenario`.  `poses` is an
-        outside program that moves AUVs, ASVs or both, in the place of what the scenario says
-        (:class:`.pose_source.PoseSource`).  It is asked each `pose_step_s` (s), as the mission goes
-        on; positions between two samples are interpolated.
+        `scenario` may be the path of a scenario file, or the name of one that ships, read as by
+        `load_scenario`.  `poses` is an outside program that moves AUVs, ASVs or both, in the place
+        of what the scenario says (:class:`.pose_source.PoseSource`).  It is asked each
+        `pose_step_s` (s), as the mission goes on; positions between two samples are interpolated.
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.

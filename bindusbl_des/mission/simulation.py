@@ -20,9 +20,9 @@ def simulate(
 ) -> Result:
     """Run one mission of a scenario; return what happened, a table for each kind of event.
 
-    `scenario` may be the path of a scenario file, read as by `load_scenario`: plug-ins that it
-    names are loaded with `allow_plugins` only.  `progress` is told the instant (s) of the mission
-    now and then, which changes nothing of it.
+    `scenario` may be the path of a scenario file, or the name of one that ships, read as by
+    `load_scenario`: plug-ins that it names are loaded with `allow_plugins` only.  `progress` is
+    told the instant (s) of the mission now and then, which changes nothing of it.
 
     The mission covers [0, duration): what would happen at its last instant does not, and pings and
     fixes still under way then are recorded as in flight.  The same scenario and seed give the same

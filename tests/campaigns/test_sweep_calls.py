@@ -25,7 +25,7 @@ M = scenario(name="m", duration_s=2.0)
         ({"vary": {}}, ValueError, "vary={}: vary: needs dotted keys with lists of values"),
         ({"vary": {"asvs.cuont": [1]}}, ValueError, "unknown key; did you mean 'count'?"),
         ({"vary": {"asvs.count": []}}, ValueError, "is an empty list; give at least one value"),
-        ({"vary": {"asvs.count": 3}}, ValueError, "needs a list of values, such as [1, 2]; got 3"),
+        ({"vary": {"asvs.count": 3}}, ValueError, "needs a list of values or a range, such as"),
         ({"vary": {"protocol.schedule": "dsatur"}}, ValueError, "got the text 'dsatur'"),
         ({"vary": {"survey.side_m": [-1, 60]}}, ValueError, "must be >= 0.1 and <= 100000 m"),
         ({"vary": {"asvs.count": [1, 1]}}, ValueError, "the same scenario as point 0; keep one"),
@@ -62,7 +62,7 @@ def test_a_scenario_its_file_and_its_text_make_one_plan(tmp_path: Path) -> None:
     """A range, an array or a list of seeds; the scenario as object or by its path."""
     path = tmp_path / "m.yaml"
     path.write_text("name: m\nduration_s: 2\nrecord: {detail: full}\n")
-    varied = {"asvs.count": range(1, 3)}
+    varied: dict[str, Any] = {"asvs.count": range(1, 3)}
     given = load_scenario(path)
     plans = [
         sweep(experiment, vary=varied, seeds=seeds, workers=1).record["plan_sha256"]
@@ -74,3 +74,10 @@ def test_a_scenario_its_file_and_its_text_make_one_plan(tmp_path: Path) -> None:
         )
     ]
     assert len(set(plans)) == 1
+    assert plans[0] == sweep(path, vary={"asvs.count": "1:2"}, seeds=2).record["plan_sha256"]
+
+
+def test_what_ships_has_a_name() -> None:
+    assert sweep("quickstart", vary={"duration_s": [2.0]}, workers=1).record["missions"] == 1
+    with pytest.raises(ValueError, match="did you mean 'quickstart'"):
+        sweep("quikstart")

@@ -81,6 +81,7 @@ def test_a_path_stands_for_its_scenario(tmp_path: Path) -> None:
     for path in (tmp_path / "m.yaml", str(tmp_path / "m.yaml")):
         assert simulate(path, 1).auvs.equals(whole.auvs)
         assert Mission(path, 1).result().auvs.equals(whole.auvs)
+    assert repr(Mission("quickstart")).startswith("<Mission quickstart, seed 0: 0 of ")
     with pytest.raises(TypeError, match="needs a Scenario or the path of a scenario file; got 3"):
         simulate(3)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="got keys and values; use Scenario"):

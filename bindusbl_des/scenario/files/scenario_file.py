@@ -16,6 +16,7 @@ from .explanations import ROUTE, Finding, guessed_kind
 from .mistakes import Mistake, Place, ScenarioError
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
+from .shipped import located
 
 __all__ = ["Mistake", "ScenarioError", "Source", "as_scenario", "load_scenario", "parse_scenario"]
 
@@ -53,7 +54,7 @@ class Source(NamedTuple):
 def load_scenario(
     path: str | FilePath, *, overrides: Sequence[str] = (), allow_plugins: bool = False
 ) -> Scenario:
-    """Read a scenario file.
+    """Read a scenario file, or the scenario of that name that ships, such as ``quickstart``.
 
     `overrides` are laid over it, each as ``dotted.key=value``.  Track files are sought beside the
     scenario file.  Plug-ins that it names (``module:object``) are code of its author's: with
@@ -62,6 +63,7 @@ def load_scenario(
     Raises:
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
+    path = located(path, ("scenarios",)) if isinstance(path, str) else path
     return parsed(Source.file(path, overrides), allow_plugins)[1]
 
 
