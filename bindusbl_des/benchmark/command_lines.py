@@ -22,7 +22,7 @@ BASELINE: dict[str, Any] = {
     "asvs": {"count": 1},
     "acoustics": {"hf": {"range_m": 100}, "mf": {"range_m": 200}},
     "protocol": {"schedule": "round_robin", "downlink": "direct_reply", "tick_rate_hz": 30},
-    "navigation": {"delay_compensation": "none"},
+    "navigation": {"filter": "fixed_gain", "delay_compensation": "none"},
 }
 
 # A sweep over the paper's survey sizes and fleets: 192 points, each with 30 seeds.
@@ -36,7 +36,7 @@ SWEPT: dict[str, Any] = {
     "name": "swept",
     "acoustics": {"loss": {"combine": "clamp_first"}},
     "protocol": {"tick_rate_hz": 30},
-    "navigation": {"delay_compensation": "none"},
+    "navigation": {"filter": "fixed_gain", "delay_compensation": "none"},
 }
 
 # Every 17th of the 192 points: 12 of them, of all sizes, since 17 divides none of the counts.

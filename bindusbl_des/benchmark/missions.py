@@ -55,7 +55,8 @@ def standard_missions() -> dict[str, Scenario]:
 def standard_mission(auvs: int, asvs: int, vehicle: str = "kinematic") -> Scenario:
     """Return the standard mission of a fleet: the package's defaults but for what follows.
 
-    Pings are lost by overlap alone, so that a simulator with the same ranges hears the same.
+    Pings are lost by overlap alone, so that a simulator with the same ranges hears the same; fixes
+    correct by the paper's gain, as in every record kept of these missions.
     """
     return Scenario.model_validate(
         {
@@ -64,6 +65,7 @@ def standard_mission(auvs: int, asvs: int, vehicle: str = "kinematic") -> Scenar
             "auvs": {"count": auvs, "vehicle": vehicle, "speed_m_per_s": SPEEDS[vehicle]},
             "asvs": {"count": asvs},
             "acoustics": {"loss": {"law": "none", "combine": "off"}},
+            "navigation": {"filter": "fixed_gain"},
         }
         if auvs <= DENSEST
         else _large(auvs, asvs, vehicle)
@@ -90,6 +92,7 @@ def _large(auvs: int, asvs: int, vehicle: str) -> Mapping[str, Any]:
             "mf": {"range_m": MF_RANGE_M * growth, "bit_rate_bps": BIT_RATE_BPS * growth**2},
             "loss": {"law": "none", "combine": "off"},
         },
+        "navigation": {"filter": "fixed_gain"},
     }
 
 

@@ -226,7 +226,8 @@ def unfinished_campaign(folder: str | Path) -> Campaign:
     folder = Path(folder)
     record = read_record(folder)
     try:
-        plan = Plan(Experiment.from_record(record["experiment"], folder))
+        experiment = Experiment.from_record(record["experiment"], record["scenario"], folder)
+        plan = Plan(experiment)
         plan.model_version = record["model_version"]
     except WRONG as error:
         raise damaged_record(folder, error) from None

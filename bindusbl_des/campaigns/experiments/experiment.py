@@ -26,8 +26,9 @@ class Experiment:
     `given` holds the keys of the base scenario that its author gave, so that a point may choose
     another kind of route without inheriting the defaults of the first; a point maps dotted keys to
     values.  Where `until_ci` says how sure to be, a point takes as many of the seeds as that needs.
-    `warnings` are what is worth knowing about the base scenario, but for what the points vary;
-    `unloaded` the plug-ins that were not to be loaded.
+    `warnings` are what is worth knowing about the base scenario, but for what the points vary,
+    and about varied keys that do nothing at any point; `unloaded` the plug-ins that were not to be
+    loaded.
     """
 
     name: str
@@ -63,8 +64,12 @@ class Experiment:
         }
 
     @classmethod
-    def from_record(cls, record: Mapping[str, Any], folder: Path) -> "Experiment":
+    def from_record(
+        cls, record: Mapping[str, Any], base: Mapping[str, Any], folder: Path
+    ) -> "Experiment":
         """Return the experiment that `record` described; its tracks lie in a folder.
+
+        `base` is its whole base scenario: a default that has changed since is as it was then.
 
         Raises:
             ValueError: when a track has a name that `record` does not give.
@@ -77,7 +82,7 @@ class Experiment:
 
         return cls(
             record["name"],
-            renamed(record["scenario_as_given"], within),
+            renamed(as_it_was(record["scenario_as_given"], base), within),
             tuple(renamed_point(point, within) for point in record["points"]),
             tuple(record["seeds"]),
             record["detail"],
@@ -97,6 +102,30 @@ def laid_over(given: Mapping[str, Any], point: Point) -> Scenario:
         if problem:
             raise ValueError(f"{key}: {problem}")
     return Scenario.model_validate(data)
+
+
+def as_it_was(given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys given, and those that by default are not what they were in `base` as well.
+
+    >>> given = {"name": "m", "navigation": {"gain": 0.5}}
+    >>> as_it_was(given, {"name": "m", "navigation": {"gain": 0.5, "imu_rate_hz": 10.0}})
+    {'name': 'm', 'navigation': {'gain': 0.5, 'imu_rate_hz': 10.0}}
+    """
+    return _with_former(given, base, laid_over(given, {}).model_dump(mode="json"))
+
+
+def _with_former(
+    given: Mapping[str, Any], base: Mapping[str, Any], now: Mapping[str, Any]
+) -> dict[str, Any]:
+    out = dict(given)
+    for key in (key for key in now if key in base):
+        parts = given.get(key, {}), base[key], now[key]
+        if all(isinstance(part, Mapping) for part in parts):
+            if inner := _with_former(*parts):
+                out[key] = inner
+        elif key not in given and base[key] != now[key]:
+            out[key] = base[key]
+    return out
 
 
 def as_written(value: Any) -> str:

@@ -18,7 +18,7 @@ from .experiment import Detail, Experiment
 from .experiment_points import Places, Points, points_in
 from .kinds import KEYS, is_experiment, is_scenario
 from .options import Asked, Options, lay_over
-from .point_checks import DETAIL, check_points, plugins_in
+from .point_checks import DETAIL, check_points, plugins_in, without_effect
 from .precision import MOST_SEEDS, targets_in
 
 DETAILS = ("summary", "full")
@@ -70,7 +70,10 @@ def load_experiment(
     if reading is None or base is None or document.mistakes:
         raise _wrong(document)
     keys = base.model_dump(mode="json", exclude_unset=True)
-    warnings = _fixed(reading, {key for point in points for key in point})
+    warnings = (
+        *_fixed(reading, {key for point in points for key in point}),
+        *without_effect(document, base, points, places),
+    )
     unloaded = () if allow_plugins else _unloaded(reading, document, points, places)
     return Experiment(name, keys, tuple(points), tuple(seeds), detail, until_ci, warnings, unloaded)
 

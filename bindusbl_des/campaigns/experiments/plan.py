@@ -17,8 +17,9 @@ from ...scenario.families import parts_of
 from ...scenario.part_choice import PartChoice
 from .experiment import Experiment
 
-# To be raised whenever a mission would give other numbers than before for the same scenario.
-MODEL_VERSION = 3
+# To be raised whenever a mission would give other numbers than before for the same scenario file:
+# a campaign is known by the keys given, so that another default counts as another model.
+MODEL_VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from typing import Any
 
 from ...core.kept_tracks import names_tracks, renamed_point
 from ...core.plugins import is_plugin, refusal
+from ...preflight.idle_keys import idle_keys
 from ...scenario.families import FAMILIES, load_plugins, named
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path
@@ -61,6 +62,25 @@ def plugins_in(document: Document, points: Points, places: Places) -> Iterator[M
             if is_plugin(name) and name not in told:
                 told.add(name)
                 yield Mistake.at(document.values[where[key]], key, refusal(name))
+
+
+def without_effect(
+    document: Document, base: Scenario, points: Points, places: Places
+) -> Iterator[Mistake]:
+    """Yield the varied keys that do nothing at any point, each once and at its place."""
+    given = base.model_dump(mode="json", exclude_unset=True)
+    idle = dict.fromkeys(key for point in points for key in point)
+    messages: dict[str, str] = {}
+    for point in points:
+        found = {it.key: it.message for it in idle_keys(laid_over(given, point))}
+        messages = found | messages
+        for key in point.keys() - found.keys():
+            idle.pop(key, None)
+        if not idle:
+            return
+    for key in idle:
+        where = next(at[key] for at in places if key in at)
+        yield Mistake.at(document.values[where], key, messages[key])
 
 
 def _valid(
