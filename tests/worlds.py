@@ -31,7 +31,7 @@ QUIET_NAVIGATION = {
 GOOD = {
     "survey": {"side_m": 500.0},
     "acoustics": {"hf": {"range_m": 300.0}, "mf": {"range_m": 600.0}},
-    "navigation": {"velocity_bias_m_per_s": [0.0032, 0.0032]},
+    "navigation": {"filter": "fixed_gain", "velocity_bias_m_per_s": [0.0032, 0.0032]},
     "record": {"detail": "summary"},
 }
 

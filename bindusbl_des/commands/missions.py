@@ -115,7 +115,7 @@ def models(scenario: "Scenario") -> str:
         f"{scenario.name}: {_counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
         f"{_counted(asvs.count, 'ASV')} ({asvs.vehicle}), {scenario.duration_s:g} s, "
         f"{protocol.schedule} / {protocol.downlink} / {protocol.broadcaster}, "
-        f"{protocol.ranging}, {clock}"
+        f"{protocol.ranging}, {scenario.navigation.filter}, {clock}"
     )
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.plugins import is_plugin
 from ..results.round_timeline import uplink_slots
@@ -13,6 +14,12 @@ from .numbers import compared, place, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# With these filters nothing but a fix changes the correction of dead reckoning.
+UNCHANGING = ("fixed_gain", "dead_reckoning")
 
 
 def known_at(result: "Result", fix: Any) -> float:
@@ -178,15 +185,15 @@ def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | Non
     """Return the horizontal errors (m) just before and after a correction.
 
     The drift at that instant is interpolated between the rows of the track around it, the
-    corrections before and after are the rows' own; none where another fix came between the rows.
+    corrections before and after are the rows' own, carried there as they go on changing without a
+    fix (a filter that has learnt a bias); none where another fix came between the rows.
     """
     track = rows_where(result.tables["tracks"], vehicle=fix.auv)
     times = track.time_s.to_numpy(float)
     last = int(np.searchsorted(times, fix.delivered_at_s, side="left")) - 1
-    others = rows_where(result.tables["fixes"], auv=fix.auv).delivered_at_s
-    if last < 0 or last + 1 >= len(times):
-        return None, None
-    if int(((others > times[last]) & (others <= times[last + 1])).sum()) != 1:
+    others = rows_where(result.tables["fixes"], auv=fix.auv).delivered_at_s.dropna()
+    came = np.diff(np.searchsorted(np.sort(others), times, side="right"))  # from row to row
+    if last < 0 or last + 1 >= len(times) or came[last] != 1:
         return None, None
     x, y = ("x_m", "y_m")
     imu = track[[f"imu_{x}", f"imu_{y}"]].to_numpy(float)
@@ -194,8 +201,32 @@ def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | Non
     corrections = track[[f"estimate_{x}", f"estimate_{y}"]].to_numpy(float) - imu
     share = (fix.delivered_at_s - times[last]) / (times[last + 1] - times[last])
     now = drift[last] + share * (drift[last + 1] - drift[last])
-    before, after = (float(np.hypot(*(now + corrections[last + n]))) for n in (0, 1))
+    rates = _rates(result, times, corrections, came, last)
+    if rates is None:
+        return None, None
+    before, after = (
+        float(np.hypot(*(now + corrections[row] + rate * (fix.delivered_at_s - times[row]))))
+        for row, rate in zip((last, last + 1), rates, strict=True)
+    )
     return before, after
+
+
+def _rates(
+    result: "Result", times: Floats, corrections: Floats, came: Ints, last: int
+) -> tuple[Floats, Floats] | None:
+    """Return how fast corrections (n, 2), m, change without a fix, before row `last` and after it.
+
+    Each is the rate (m/s) in the nearest interval between rows in which no fix `came`; None where
+    there is no such interval.
+    """
+    if result.scenario.navigation.filter in UNCHANGING:
+        return np.zeros(2), np.zeros(2)
+    quiet = np.flatnonzero(came == 0)
+    before, after = quiet[quiet < last], quiet[quiet > last]
+    if not (before.size and after.size):
+        return None
+    rates = np.diff(corrections, axis=0) / np.diff(times)[:, None]
+    return rates[before[-1]], rates[after[0]]
 
 
 def latency(result: "Result", fix: Any) -> Iterator[Part]:

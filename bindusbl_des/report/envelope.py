@@ -14,6 +14,13 @@ Floats = NDArray[np.float64]
 SIGMAS = 3.0
 
 
+def envelope_made_of(navigator: str) -> str:
+    """Return in words what the bound is made of, with a filter of that name."""
+    if navigator == "fixed_gain":
+        return "the known bias, the random walk and the covariances of the fixes delivered"
+    return f"what the filter {navigator} believes of its own error (its covariance)"
+
+
 def error_envelope(mission: "Recording", auv: int) -> Floats:
     """Return the bound (m) on an AUV's position error at each instant of its track.
 

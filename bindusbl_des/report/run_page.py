@@ -7,6 +7,7 @@ from importlib.metadata import version
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from .envelope import envelope_made_of
 from .packing import Packer
 from .page import assembled, asset, filled, number, table
 from .recording import metrics_of, recording
@@ -83,7 +84,9 @@ def run_page(result: "Result") -> str:
         told = story(mission)
         data, scripts = run_data(mission, told.services, packer), SCRIPTS
         middle = Template(asset("run.html")).substitute(
-            story=_told(told), thinned=_sentences(data["thinned"])
+            story=_told(told),
+            thinned=_sentences(data["thinned"]),
+            envelope=html.escape(envelope_made_of(result.scenario.navigation.filter)),
         )
     else:
         middle = Template(asset("summary.html")).substitute(
@@ -116,7 +119,7 @@ def described(result: "Result") -> str:
         f"{auvs.count} AUV{'s' * (auvs.count != 1)} ({auvs.vehicle}) and {asvs.count} "
         f"ASV{'s' * (asvs.count != 1)} ({asvs.vehicle}) over {side:g} m by {side:g} m for "
         f"{scenario.duration_s:g} s; {scenario.protocol.schedule}, {scenario.protocol.downlink} "
-        f"downlink; seed {result.seed}"
+        f"downlink, {scenario.navigation.filter} navigation; seed {result.seed}"
     )
 
 

@@ -84,11 +84,11 @@ def patience(mission: Recording) -> Patience:
     later = _patience(navigation, duration, length, 0.0)
     first = _patience(navigation, duration, length, navigation.initial_position_sd_m)
     if _drift(navigation, duration, 0.0) <= TOLERATED_DRIFT_M:
-        reason = f"{MANY_ROUNDS:g} rounds, since dead reckoning drifts by less than"
+        reason = f"{MANY_ROUNDS:g} rounds, since dead reckoning alone drifts by less than"
     elif later > TOLERATED_ROUNDS * length:
-        reason = "the time in which dead reckoning drifts by"
+        reason = "the time in which dead reckoning alone drifts by"
     else:
-        reason = f"{TOLERATED_ROUNDS:g} rounds, in which dead reckoning drifts by more than"
+        reason = f"{TOLERATED_ROUNDS:g} rounds, in which dead reckoning alone drifts by more than"
     return Patience(min(first, later), later, f"{reason} {TOLERATED_DRIFT_M:g} m")
 
 

@@ -244,7 +244,7 @@ class Navigation(Part):
     )
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
-    filter: PartChoice = key("kalman", "", "how a fix corrects; the paper's is fixed_gain" + SET)
+    filter: PartChoice = key("kalman", "", "how a fix corrects (the paper: fixed_gain)" + SET)
     gain: Real = key(0.9, "1", "gain gamma of eq. update (fixed_gain)", PAPER, gt=0, le=1)
     nis_gate: Real | None = key(
         9.210340372,

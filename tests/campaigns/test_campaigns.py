@@ -307,6 +307,25 @@ def test_resume_refuses_another_model(experiment: Path) -> None:
 
 
 @pytest.mark.usefixtures("at_home")
+def test_a_campaign_keeps_the_defaults_that_it_ran_with(home: Path) -> None:
+    """Points of a campaign from before another default are told as they were flown."""
+    path = home / "filters.yaml"
+    path.write_text(
+        "scenario: base.yaml\npoints: [{asvs.count: 2}, {navigation.filter: dead_reckoning}]\n"
+    )
+    now = sweep(path, "old", workers=1)
+    record = read_record(Path("old"))
+    record["scenario"]["navigation"]["filter"] = "fixed_gain"
+    write_json(Path("old") / RECORD, record)
+    old = load_campaign("old")
+    filters = [[it.varied["navigation.filter"] for it in c.plan.points] for c in (now, old)]
+    assert filters == [["kalman", "dead_reckoning"], ["fixed_gain", "dead_reckoning"]]
+    assert old.plan.experiment.given == {
+        **now.plan.experiment.given, "navigation": {"filter": "fixed_gain"}
+    }  # fmt: skip
+
+
+@pytest.mark.usefixtures("at_home")
 def test_full_detail_keeps_the_events(home: Path, tmp_path: Path) -> None:
     """Event tables say of which mission each row is; a mission equals the same one run alone."""
     path = home / "full.yaml"

@@ -281,7 +281,7 @@ def test_run_writes_a_folder_and_prints_metrics() -> None:
     ]
     assert told == [
         "tiny: 1 AUV (kinematic), 3 ASVs (moored), 5 s, spatial_reuse / sequential / rotate, "
-        "owtt_sync, exact clock",
+        "owtt_sync, kalman, exact clock",
         "Results: results/tiny-seed3",
     ]
     assert sorted(path.name for path in Path().iterdir()) == ["f.yaml", "results"]

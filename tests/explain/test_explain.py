@@ -12,6 +12,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 from bindusbl_des import Result, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping, explain_ping
+from bindusbl_des.explain.delivering import errors_around
 
 # Error (m) at 22 m of a fix without noise: the array takes a spherical wave for a plane one.
 PLANE_WAVE = 6e-3
@@ -168,8 +169,8 @@ def test_the_way_down_is_the_distance() -> None:
 @pytest.mark.parametrize("delay_compensation", ["none", "shift"])
 def test_a_correction_takes_its_share_of_the_error(delay_compensation: str) -> None:
     """A bias of 1 m/s and nothing else: errors before and after follow from eq. update."""
-    bias = {**QUIET_NAVIGATION, "velocity_bias_m_per_s": [1.0, 0.0], "gain": 0.75,
-            "delay_compensation": delay_compensation}  # fmt: skip
+    bias = {**QUIET_NAVIGATION, "velocity_bias_m_per_s": [1.0, 0.0], "filter": "fixed_gain",
+            "gain": 0.75, "delay_compensation": delay_compensation}  # fmt: skip
     run = simulate(around((0.0, 0.0), navigation=bias))
     chain = chain_of_fix(run, 0)
     facts = next(it for it in chain.steps if "has it" in it.what).facts
@@ -183,7 +184,7 @@ def test_a_correction_takes_its_share_of_the_error(delay_compensation: str) -> N
 
 def test_errors_differ_by_what_the_estimate_moved() -> None:
     """In a noisy mission no correction changes the error by more than it moved the estimate."""
-    run = simulate(scenario(duration_s=40.0), 3)
+    run = simulate(scenario(duration_s=40.0, navigation={"filter": "fixed_gain"}), 3)
     known = 0
     for fix in run.tables["fixes"].query("outcome == 'delivered'").itertuples():
         facts = next(it for it in chain_of_fix(run, fix.fix).steps if "has it" in it.what).facts
@@ -194,6 +195,21 @@ def test_errors_differ_by_what_the_estimate_moved() -> None:
             assert change <= facts["moved_m"] + 1e-9
             assert facts["error_after_m"] > 0
     assert known > 20
+
+
+def test_errors_of_a_filter_that_has_learnt_are_those_of_the_instant() -> None:
+    """Its correction changes between fixes; tracks of 2 Hz tell the errors as of 100 Hz do."""
+    coarse, fine = (
+        simulate(scenario(duration_s=120.0, record={"tracks_hz": rate}), 3) for rate in (2.0, 100.0)
+    )
+    off = []
+    for fix in coarse.tables["fixes"].query("outcome == 'delivered'").itertuples():
+        around, true = (errors_around(run, fix) for run in (coarse, fine))
+        if None not in (*around, *true):
+            off += [abs(a - b) for a, b in zip(around, true, strict=True)]
+    assert len(off) > 200
+    assert np.quantile(off, 0.95) < 0.02
+    assert "by the covariances it moves the estimate" in chain_of_fix(coarse, 50).text()
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,17 @@ def test_direct_replies_leave_six_keys_without_effect() -> None:
     assert told(protocol={"downlink": "direct_reply"}) == {}
 
 
+@pytest.mark.parametrize("key", ["gain", "delay_compensation"])
+def test_keys_of_the_fixed_gain_are_told_where_fixes_are_weighed(key: str) -> None:
+    """A file from before fixes were weighed by default learns what its key needs now."""
+    value = {"gain": 0.9, "delay_compensation": "none"}[key]
+    found = told(navigation={key: value})
+    assert list(found) == [f"navigation.{key}"]
+    assert "has no effect with navigation.filter: kalman" in found[f"navigation.{key}"]
+    assert found[f"navigation.{key}"].endswith("remove it, or set navigation.filter: fixed_gain")
+    assert told(navigation={key: value, "filter": "fixed_gain"}) == {}
+
+
 def test_held_auvs_leave_three_keys_without_effect() -> None:
     """How fast and tightly AUVs go that lie still is told to be of no effect."""
     route = {"kind": "hold", "positions_m": [[0, 0]]}
@@ -297,6 +308,18 @@ def test_a_sweep_tells_the_warnings_of_its_base_once() -> None:
     assert held.stderr.count(LINE) == 1
     varied = CliRunner().invoke(main, [*words, "protocol.downlink=sequential,direct_reply"])
     assert (varied.exit_code, "Worth knowing" in varied.stderr) == (0, False)
+
+
+def test_a_sweep_over_a_key_that_does_nothing_is_told(tmp_path: Path) -> None:
+    """Equal missions under different gains are no finding, unless some point has use for them."""
+    (tmp_path / "f.yaml").write_text("name: m\nduration_s: 5\n")
+    words = ["sweep", str(tmp_path / "f.yaml"), "--dry-run", "--vary", "navigation.gain=0.1,0.9"]
+    line = "--vary navigation.gain=0.1,0.9: navigation.gain: has no effect with navigation.filter"
+    assert CliRunner().invoke(main, words).stderr.count(line) == 1
+    filters = ["--vary", "navigation.filter=kalman,fixed_gain"]
+    assert "no effect" not in CliRunner().invoke(main, [*words, *filters]).stderr
+    idle = ["--vary", "navigation.filter=kalman,dead_reckoning"]
+    assert CliRunner().invoke(main, [*words, *idle]).stderr.count(line) == 1
 
 
 @pytest.mark.parametrize("name", TEMPLATES)

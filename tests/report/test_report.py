@@ -269,14 +269,15 @@ def test_patience_knows_of_what_is_drawn() -> None:
     assert f"({wait.first:.1f} s before its first one)" in wait.rule
     certain = still(1, navigation={"velocity_bias_m_per_s": [0.001, 0.0]}, duration_s=60.0)
     assert (
-        "10 rounds, since dead reckoning drifts by less"
+        "10 rounds, since dead reckoning alone drifts by less"
         in patience(recording(simulate(certain))).rule
     )
 
 
 def test_the_envelope_without_fixes_is_drift() -> None:
     """Without any fix the bound is the bias's drift and three sigma of the random walk."""
-    result = simulate(still(1, at=20.0, acoustics={"hf": {"range_m": 12.0}}), seed=0)
+    far, by_gain = {"hf": {"range_m": 12.0}}, {"filter": "fixed_gain"}
+    result = simulate(still(1, at=20.0, acoustics=far, navigation=by_gain), seed=0)
     mission = recording(result)
     time = mission.times
     expected = 0.06 * math.sqrt(2) * time + 3 * 0.027 * np.sqrt(time)
@@ -295,6 +296,8 @@ def test_the_envelope_of_a_filter_that_weighs_is_its_own() -> None:
             held.append((error <= bound + 1e-9).mean())
             wide.append(np.median(bound) / np.median(error))
     assert np.mean(held) > 0.975
+    assert "envelope, of what the filter kalman believes of" in run_page(simulate(world))
+    assert "of what the filter" not in run_page(simulate(paper_case(3, record={"detail": "full"})))
     assert np.median(wide) < 6
 
 
@@ -319,7 +322,9 @@ def test_the_envelope_holds_what_is_drawn(drawn: dict[str, float]) -> None:
 
 def test_the_envelope_of_a_drawn_bias_is_sd_times_time() -> None:
     """Without any fix three sigma of bias, start and walk are 3 sqrt(sd^2 t^2 + sd^2 + s^2 t)."""
-    drawn = {"velocity_bias_sd_m_per_s": 0.02, "initial_position_sd_m": 0.5}
+    drawn = {
+        "filter": "fixed_gain", "velocity_bias_sd_m_per_s": 0.02, "initial_position_sd_m": 0.5
+    }  # fmt: skip
     far = {"hf": {"range_m": 12.0}}
     mission = recording(simulate(still(1, at=20.0, acoustics=far, navigation=drawn), seed=0))
     time = mission.times

@@ -7,9 +7,19 @@ import pytest
 from numpy.typing import NDArray
 
 from bindusbl_des import load_scenario, simulate
+from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
+EXPERIMENTS = SCENARIOS.parent / "experiments"
 SEEDS = range(12)
+
+
+@pytest.mark.parametrize("path", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_paper_corrects_by_its_gain(path: Path) -> None:
+    """Every point of the paper's experiments has its gain, whatever the default filter is."""
+    experiment = load_experiment(path)
+    assert experiment.given["navigation"].items() >= {"filter": "fixed_gain", "gain": 0.9}.items()
+    assert not {"navigation.filter", "navigation.gain"} & set(experiment.varied())
 
 
 def means(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -37,6 +37,7 @@ TEMPLATES: Mapping[str, Mapping[str, object]] = {
         "acoustics.loss.combine": "clamp_first",
         "protocol.tick_rate_hz": 30,
         "navigation.filter": "fixed_gain",
+        "navigation.gain": 0.9,
         "navigation.delay_compensation": "none",
     },
     "still": {
