@@ -313,11 +313,11 @@ def test_a_campaign_keeps_the_defaults_that_it_ran_with(home: Path) -> None:
     path.write_text(
         "scenario: base.yaml\npoints: [{asvs.count: 2}, {navigation.filter: dead_reckoning}]\n"
     )
-    now = sweep(path, "old", workers=1)
-    record = read_record(Path("old"))
+    now = sweep(path, "then", workers=1)
+    record = read_record(Path("then"))
     record["scenario"]["navigation"]["filter"] = "fixed_gain"
-    write_json(Path("old") / RECORD, record)
-    old = load_campaign("old")
+    write_json(Path("then") / RECORD, record)
+    old = load_campaign("then")
     filters = [[it.varied["navigation.filter"] for it in c.plan.points] for c in (now, old)]
     assert filters == [["kalman", "dead_reckoning"], ["fixed_gain", "dead_reckoning"]]
     assert old.plan.experiment.given == {

@@ -30,7 +30,7 @@ COUNT, GAIN = "asvs.count", "navigation.gain"
 def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Campaign]:
     """Sweep missions that come to what a function of scenario and seed says."""
     monkeypatch.chdir(tmp_path)
-    Path("base.yaml").write_text("name: base\n")
+    Path("base.yaml").write_text("name: base\nnavigation: {filter: fixed_gain}\n")
 
     def make(
         fleet: Callable[[Scenario, int], Fleet],
@@ -197,14 +197,14 @@ survey: {side_m: 500}
 auvs: {count: 3, speed_m_per_s: 1.5}
 asvs: {count: 3, formation: {radius_m: 160}}
 acoustics: {hf: {range_m: 180}, mf: {range_m: 400}}
-navigation: {velocity_bias_m_per_s: [0.0032, 0.0032], bias_frame: world}
+navigation: {filter: fixed_gain, velocity_bias_m_per_s: [0.0032, 0.0032], bias_frame: world}
 """
 
 
 def test_a_good_inertial_system_is_told_the_truth(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Real missions: far fixes with the default gain harm every AUV; a fix more would not help."""
+    """Real missions: far fixes with the paper's gain harm every AUV; a fix more would not help."""
     monkeypatch.chdir(tmp_path)
     Path("survey.yaml").write_text(GOOD_INERTIAL)
     campaign = sweep(

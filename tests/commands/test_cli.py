@@ -454,7 +454,7 @@ def test_models_are_told_in_one_line() -> None:
     """The line that `run` begins with names what takes part."""
     assert models(load_scenario(SCENARIOS / "recovery_140m.yaml")) == (
         "recovery_140m: 3 AUVs (kinematic), 3 ASVs (moored), 300 s, "
-        "spatial_reuse / sequential / rotate, owtt_sync, 30 Hz ticks"
+        "spatial_reuse / sequential / rotate, owtt_sync, fixed_gain, 30 Hz ticks"
     )
 
 
