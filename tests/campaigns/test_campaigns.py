@@ -307,17 +307,17 @@ def test_resume_refuses_another_model(experiment: Path) -> None:
 
 
 @pytest.mark.usefixtures("at_home")
-def test_a_campaign_keeps_the_defaults_that_it_ran_with(home: Path) -> None:
+def test_a_campaign_keeps_the_defaults_that_it_ran_with(home: Path, tmp_path: Path) -> None:
     """Points of a campaign from before another default are told as they were flown."""
     path = home / "filters.yaml"
     path.write_text(
         "scenario: base.yaml\npoints: [{asvs.count: 2}, {navigation.filter: dead_reckoning}]\n"
     )
-    now = sweep(path, "then", workers=1)
-    record = read_record(Path("then"))
+    now = sweep(path, tmp_path / "then", workers=1)
+    record = read_record(now.folder)
     record["scenario"]["navigation"]["filter"] = "fixed_gain"
-    write_json(Path("then") / RECORD, record)
-    old = load_campaign("then")
+    write_json(now.folder / RECORD, record)
+    old = load_campaign(now.folder)
     filters = [[it.varied["navigation.filter"] for it in c.plan.points] for c in (now, old)]
     assert filters == [["kalman", "dead_reckoning"], ["fixed_gain", "dead_reckoning"]]
     assert old.plan.experiment.given == {
