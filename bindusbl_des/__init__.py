@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .results.loading import load_result
     from .results.result import Result
     from .scenario.files.scenario_file import ScenarioError, load_scenario
+    from .scenario.own_plans import PlanView
     from .scenario.scenario import Scenario
     from .usbl.fusion import fuse
 
@@ -59,6 +60,7 @@ _HOMES = {
     "sound_speed": "acoustics.water",
     "travel_time": "acoustics.travel_time",
     "uplink_slot": "protocol.slots",
+    "PlanView": "scenario.own_plans",
     "View": "protocol.schedules",
 }
 
@@ -66,6 +68,7 @@ __all__ = [
     "BroadcastView",
     "Campaign",
     "Mission",
+    "PlanView",
     "Result",
     "Scenario",
     "ScenarioError",

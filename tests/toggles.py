@@ -96,7 +96,7 @@ OTHERS: dict[str, list[Any]] = {
 UNSEEN = (
     "name", "environment.origin.lat_deg", "environment.origin.lon_deg", "auvs.route.positions_m",
     "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
-    "asvs.formation.positions_m",
+    "asvs.formation.positions_m", "asvs.formation.model",
 )  # fmt: skip
 
 # Besides each choice: values that turn something off.
@@ -125,7 +125,7 @@ def alternatives(key: str, now: Any) -> list[Any]:
     """Return other values for a key than the one it has now."""
     row = next(row for row in keys() if row.key == key)
     values = OTHERS.get(key) or list(row.choices) or [_larger(row, now)]
-    return [value for value in values if value != now]
+    return [value for value in values if value not in (now, OWN_PART)]
 
 
 def _larger(row: Key, now: Any) -> Any:

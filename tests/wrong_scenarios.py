@@ -65,14 +65,16 @@ WRONG = {
     "unknown kind": (
         ROUTE + "{kind: lawnmowr}}\n",
         [
-            "2:32: auvs.route.kind: must be one of lawnmower, hold, waypoints, track; "
+            "2:32: auvs.route.kind: must be one of lawnmower, hold, waypoints, track, "
+            "module:object; "
             "got the text 'lawnmowr'; did you mean 'lawnmower'?"
         ],
     ),
     "kind far off, guessed by its keys": (
         ROUTE + "{kind: [1], positions_m: [[0, 0], [9]]}}\n",
         [
-            "2:32: auvs.route.kind: must be one of lawnmower, hold, waypoints, track; got a list",
+            "2:32: auvs.route.kind: must be one of lawnmower, hold, waypoints, track, "
+            "module:object; got a list",
             "2:59: auvs.route.positions_m.1: needs two numbers [x, y]; got a list of 1",
         ],
     ),

@@ -11,6 +11,7 @@ from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
+from ..scenario.sections import Formation
 from .stations import Ways
 
 if TYPE_CHECKING:
@@ -177,6 +178,8 @@ def _longer(scenario: Scenario, **now: float) -> Iterator[Change]:
 def _kept(scenario: Scenario) -> dict[str, Any]:
     """Return what keeps a formation where it is, since by default it grows with the HF range."""
     asked = scenario.asvs.formation
+    if not isinstance(asked, Formation) or scenario.asvs.count == 1:
+        return {}
     if asked.positions_m is not None or asked.radius_m is not None or scenario.asvs.count == 1:
         return {}
     return _ring(scenario, float(np.hypot(*asv_stations(scenario)[0])), asked.angle_deg)
@@ -184,7 +187,7 @@ def _kept(scenario: Scenario) -> dict[str, Any]:
 
 def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
     """Return the settings of a regular formation, laid over whatever the file asks for."""
-    asked = scenario.asvs.formation
+    asked = _asked(scenario)
     settings: dict[str, Any] = {}
     if asked.positions_m is not None:
         settings["asvs.formation.positions_m"] = None
@@ -196,7 +199,16 @@ def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
     return settings
 
 
+def _asked(scenario: Scenario) -> Formation:
+    asked = scenario.asvs.formation
+    assert isinstance(asked, Formation)  # nobody moves what a placement of one's own puts somewhere
+    return asked
+
+
 def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]]:
+    if not isinstance(scenario.asvs.formation, Formation):
+        needless.append("other places of ASVs (a placement of your own puts them there)")
+        return []
     ways = Ways(scenario)
     if scenario.asvs.count == 1:
         needless.append("another radius or angle (a single ASV lies in the middle)")
@@ -206,7 +218,7 @@ def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change
 
 def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:
     """Yield formations of as many ASVs that serve the AUVs' ways best."""
-    asked, count = scenario.asvs.formation, scenario.asvs.count
+    asked, count = _asked(scenario), scenario.asvs.count
     if asked.positions_m is None:
         now = float(np.hypot(*asv_stations(scenario)[0]))
         radius, angle = ways.best(count, [now])
@@ -226,7 +238,7 @@ def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:
 
 def _more(scenario: Scenario, ways: Ways) -> Iterator[Change]:
     """Yield plans with one more ASV."""
-    asked, count = scenario.asvs.formation, scenario.asvs.count + 1
+    asked, count = _asked(scenario), scenario.asvs.count + 1
     words = f"{count} ASVs instead of {count - 1}"
     if asked.positions_m is not None:
         x, y = ways.further(asv_stations(scenario))

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.formation import formation
-from ..scenario.planned import horizontal_reach, planned_tour
+from ..scenario.planned import horizontal_reach, planned_tour, tracks_of
 from ..scenario.scenario import Scenario
-from ..vehicles.tracks import read_track
 
 Floats = NDArray[np.float64]
 Score: TypeAlias = tuple[float, float, float]
@@ -82,7 +81,8 @@ def _way(scenario: Scenario, auv: int) -> Floats:
     route, times = scenario.auvs.route, np.linspace(0.0, scenario.duration_s, PLACES)
     if route.kind == "hold":
         return np.tile(np.array(route.positions_m[auv]), (PLACES, 1))
-    if route.kind == "track":
-        at, places = read_track(route.files[auv], route.time_offset_s)
+    tracks = tracks_of(scenario)
+    if tracks is not None:
+        at, places = tracks[auv]
         return np.column_stack([np.interp(times, at, places[:, axis]) for axis in (0, 1)])
     return planned_tour(scenario, auv).sample(scenario.auvs.speed_m_per_s * times)[:, :2]

@@ -6,8 +6,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import check_figure, print_json, say, scenario_from, talk, writing
-from .options import json_option, scenario_argument, set_option
+from .console import (
+    check_figure,
+    print_json,
+    reading_from,
+    refuse,
+    refuse_plugins,
+    say,
+    scenario_from,
+    talk,
+    writing,
+)
+from .options import json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
     from ..preflight.round_lengths import Rounds
@@ -168,17 +178,29 @@ def _span(values: list[float]) -> str:
 @click.option("--figure", metavar="FILE", help="Also draw the map to a PNG, SVG or PDF file.")
 @click.option("--force", is_flag=True, help="Replace the figure if it exists.")
 @json_option("stations and distances (m)")
+@plugins_option
 def coverage(
-    scenario: str, overrides: tuple[str, ...], figure: str | None, force: bool, as_json: bool
+    scenario: str,
+    overrides: tuple[str, ...],
+    figure: str | None,
+    force: bool,
+    as_json: bool,
+    allow_plugins: bool,
 ) -> None:
     """Print where the ASVs are and how much of the survey they hear."""
-    mission = scenario_from(scenario, overrides)
+    reading = reading_from(scenario, overrides, allow_plugins)
+    refuse_plugins(it for it in reading.unloaded if it.key == "asvs.formation")
+    mission = reading.scenario
     if figure:
         check_figure(Path(figure), force)
+    from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
     from ..scenario.planned import asv_stations, horizontal_reach
 
-    stations, reach = asv_stations(mission), horizontal_reach(mission)
+    try:
+        stations, reach = asv_stations(mission), horizontal_reach(mission)
+    except PluginError as error:
+        refuse(f"{scenario}: {error}")
     found = _coverage(mission, stations, reach)
     if as_json:
         print_json(found)

@@ -33,7 +33,8 @@ class Family:
     """The parts that can be named at one key of the scenario.
 
     `siblings` ship, and `settings` are the models of those of them that have any; one's own is
-    called with `arguments`, and with its settings by name.
+    called with `arguments`, and with its settings by name.  Where the key is a section, `word` is
+    the one of its keys that names the part.
     """
 
     key: str
@@ -41,6 +42,12 @@ class Family:
     siblings: tuple[str, ...]
     arguments: tuple[str, ...]
     settings: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    word: str = ""
+
+    @property
+    def name_key(self) -> str:
+        """The key at which a part is named."""
+        return f"{self.key}.{self.word}" if self.word else self.key
 
 
 class Ended(SystemExit):

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 
 from ..core.palette import ALARM, HF, INK
+from ..core.plugins import is_plugin
 from ..geometry.coverage import covered_area, loneliest_point
 from ..scenario.planned import asv_stations, horizontal_reach
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
@@ -33,16 +34,35 @@ def coverage(result: "Result", width: float) -> Figure:
     if "pings" in result.arrow:
         pings = result.tables["pings"]
         unheard = pings.loc[pings.in_range_of == 0, ["x_m", "y_m"]].to_numpy(float)
-    return coverage_figure(result.scenario, width, unheard)
+    return coverage_figure(result.scenario, width, unheard, _stations(result))
+
+
+def _stations(result: "Result") -> "Points | None":
+    """Return where a placement of somebody's own, which is not asked again, has put the ASVs."""
+    if not is_plugin(result.scenario.asvs.formation.choice):
+        return None
+    if "tracks" not in result.arrow:
+        raise ValueError(
+            "where ASVs lay is not kept with record.detail: summary, and the placement of "
+            "somebody's own is not asked again; run it with full"
+        )
+    tracks = result.tables["tracks"]
+    first = tracks[tracks.vehicle.str.startswith("ASV")].groupby("vehicle", sort=False).first()
+    return [(float(x), float(y)) for x, y in first[["x_m", "y_m"]].to_numpy()]
 
 
 def coverage_figure(
-    scenario: "Scenario", width: float, unheard: np.ndarray | None = None
+    scenario: "Scenario",
+    width: float,
+    unheard: np.ndarray | None = None,
+    known: "Points | None" = None,
 ) -> Figure:
-    """Draw the coverage of a scenario; `unheard` (n, 2) are places of pings out of all ranges."""
+    """Draw the coverage of a scenario; `unheard` (n, 2) are places of pings out of all ranges,
+    `known` (m, 2) the places of its ASVs where they need not be asked for.
+    """
     figure = new_figure(width, width + 0.95)
     axes, side = figure.add_subplot(), scenario.survey.side_m
-    stations, reach = asv_stations(scenario), horizontal_reach(scenario)
+    stations, reach = known or asv_stations(scenario), horizontal_reach(scenario)
     covered = covered_area(side, stations, reach)
     _draw_area(axes, side, stations, reach)
     handles: list[Artist] = [

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
 from ..navigation.dead_reckoning import random_walk
+from ..scenario.own_sections import OwnPlacement
+from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from ..vehicles.currents import CONTROL_S, carried, current_series
 
@@ -60,8 +62,11 @@ def afterwards_s(scenario: Scenario) -> float:
 
     Sound sent at the last instant is followed to the farthest vehicle.
     """
-    given = scenario.asvs.formation.positions_m or ((0.0, 0.0),)
-    radius = scenario.asvs.formation.radius_m or 0.0
+    asked = scenario.asvs.formation
+    if isinstance(asked, OwnPlacement):
+        given, radius = tuple(asv_stations(scenario)), 0.0
+    else:
+        given, radius = asked.positions_m or ((0.0, 0.0),), asked.radius_m or 0.0
     farthest = max(math.hypot(x, y) for x, y in given) + radius + scenario.acoustics.hf.range_m
     across = 2 * scenario.survey.side_m
     return 2.0 + (farthest + across + scenario.survey.depth_m) / SLOWEST_SOUND

@@ -4,9 +4,8 @@ from functools import lru_cache
 
 from ..geometry.paths import Path
 from ..protocol.chart import Array, CarriedForward, Chart, Course, LastFixes, Shifted, Touring
-from ..scenario.planned import planned_tour
+from ..scenario.planned import planned_tour, tracks_of
 from ..scenario.scenario import Scenario
-from ..vehicles.tracks import read_tracks
 from ..vehicles.vehicle import Place, moored, recorded
 
 
@@ -27,9 +26,8 @@ def courses(scenario: Scenario) -> list[Course]:
     if auvs.route.kind == "hold":
         depth = scenario.survey.depth_m
         return [Shifted(moored(Place(x, y, depth, 0.0))) for x, y in auvs.route.positions_m]
-    if auvs.route.kind == "track":
-        route, duration = auvs.route, scenario.duration_s
-        tracks = read_tracks(route.files, route.time_offset_s, duration)
+    tracks = tracks_of(scenario)
+    if tracks is not None:
         return [Shifted(recorded(*track)) for track in tracks]
     return [Touring(tour, auvs.speed_m_per_s) for tour in _tours(scenario)]
 

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from ..core.streams import Streams
 from ..geometry.paths import Path
-from ..scenario.planned import asv_stations, planned_tour
+from ..scenario.planned import asv_stations, planned_tour, route_of, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections import Auvs, Environment, Survey
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import together
 from ..vehicles.poses import PosedVehicle, Poses
-from ..vehicles.tracks import read_tracks
 from ..vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 from .closed_loop import Water, afterwards_s, control_intervals, guided_asvs, guided_auvs
 
@@ -38,11 +37,10 @@ def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -
     """
     auvs = scenario.auvs
     if not auvs.vehicle.has_dynamics:
-        if auvs.route.kind == "track":
-            route, duration = auvs.route, scenario.duration_s
-            tracks = read_tracks(route.files, route.time_offset_s, duration)
+        tracks = tracks_of(scenario)
+        if tracks is not None:
             return _segmented([recorded(*track) for track in tracks])
-        return _kinematic_auvs(scenario)
+        return _kinematic_auvs(scenario, route_of(scenario))
     if auvs.feedback == "truth":
         return _guided_foreseen(scenario) if water.is_steady else _guided(scenario, water)
     guided = guided_auvs(scenario, _tours(scenario), water, walks, biases)
@@ -51,26 +49,27 @@ def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -
 
 # Where vehicles go whatever the seed is worked out once for all seeds of a scenario.
 @lru_cache(maxsize=4)
-def _kinematic_auvs(scenario: Scenario) -> Fleet:
+def _kinematic_auvs(scenario: Scenario, _route: object) -> Fleet:
     return _segmented([_kinematic(scenario, index) for index in range(scenario.auvs.count)])
 
 
 def _guided_foreseen(scenario: Scenario) -> Fleet:
     # What decides it: where they are to go in which water, and for how long.
     plan = scenario.survey, scenario.auvs, scenario.environment, control_intervals(scenario)
-    fleet = _foreseen.get(plan)
+    route = route_of(scenario)  # of somebody's own, which may go by more than that
+    fleet = _foreseen.get((*plan, route))
     if fleet is None:
         _foreseen.clear()  # beforehand: there may not be room for two long voyages of large fleets
-        fleet = _foreseen[plan] = _guided(scenario, Water(scenario, Streams(0)))
+        fleet = _foreseen[(*plan, route)] = _guided(scenario, Water(scenario, Streams(0)))
     return fleet
 
 
-_foreseen: dict[tuple[Survey, Auvs, Environment, int], Fleet] = {}
+_foreseen: dict[tuple[Survey, Auvs, Environment, int, object], Fleet] = {}
 
 
 @lru_cache(maxsize=4)
-def _moored_asvs(scenario: Scenario) -> Fleet:
-    return _segmented([moored(Place(x, y, 0.0, 0.0)) for x, y in asv_stations(scenario)])
+def _moored_asvs(stations: tuple[tuple[float, float], ...]) -> Fleet:
+    return _segmented([moored(Place(x, y, 0.0, 0.0)) for x, y in stations])
 
 
 def _segmented(vehicles: Sequence[SegmentedTrajectory]) -> Fleet:
@@ -94,7 +93,7 @@ def _members(guided: "GuidedFleet", count: int) -> "list[GuidedVehicle]":
 
 def _kinematic(scenario: Scenario, index: int) -> SegmentedTrajectory:
     """Return one AUV without dynamics on its route, at its depth."""
-    route, depth = scenario.auvs.route, scenario.survey.depth_m
+    route, depth = route_of(scenario), scenario.survey.depth_m
     if route.kind == "hold":
         return moored(Place(*route.positions_m[index], depth, 0.0))
     lasts = scenario.duration_s + afterwards_s(scenario)
@@ -104,7 +103,7 @@ def _kinematic(scenario: Scenario, index: int) -> SegmentedTrajectory:
 def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> Fleet:
     """Return the ASVs of a scenario at their stations, in index order."""
     if not scenario.asvs.vehicle.has_dynamics:
-        return _moored_asvs(scenario)
+        return _moored_asvs(tuple(asv_stations(scenario)))
     guided = guided_asvs(scenario, asv_stations(scenario), streams, water)
     guided.advance(guided.duration_s)
     return Fleet(_members(guided, scenario.asvs.count), guided.motion)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
-from ..scenario.planned import asv_stations
+from ..scenario.planned import known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..usbl.instrument import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
@@ -222,13 +222,13 @@ def _period(rounds: Rounds, groups: int, fixes: int) -> float:
 
 def _heard(scenario: Scenario) -> NDArray[np.float64]:
     """Return about how many AUVs each ASV hears when the mission begins."""
-    route, reach = scenario.auvs.route, scenario.acoustics.hf.range_m
+    route, reach = known_route(scenario), scenario.acoustics.hf.range_m
     count, asvs = scenario.auvs.count, scenario.asvs.count
     if route.kind in ("hold", "waypoints") and count * asvs <= MOST_PAIRS:
         starts = (
             route.positions_m if route.kind == "hold" else [points[0] for points in route.points_m]
         )
-        apart = np.array(starts)[None] - np.array(asv_stations(scenario))[:, None]
+        apart = np.array(starts)[None] - np.array(known_stations(scenario))[:, None]
         near: NDArray[np.float64] = np.sum(np.hypot(*apart.T) <= reach, axis=0).astype(float)
         return near
     share = min(1.0, math.pi * (reach / scenario.survey.side_m) ** 2)
@@ -251,7 +251,7 @@ def _ways(scenario: Scenario) -> dict[str, float]:
     auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
     moving = auvs.count * auvs.vehicle.has_dynamics + asvs.count * asvs.vehicle.has_dynamics
     found = {"intervals": moving * duration / CONTROL_S, "lanes": 0.0, "legs": 0.0}
-    if auvs.route.kind in ("hold", "track"):
+    if known_route(scenario).kind in ("hold", "track"):
         return found
     lanes, tour = _tour(scenario)
     found["lanes"] = auvs.count * lanes
@@ -263,7 +263,7 @@ def _ways(scenario: Scenario) -> dict[str, float]:
 
 def _tour(scenario: Scenario) -> tuple[float, float]:
     """Return how many lanes an AUV has, and at least how long (m) its tour is."""
-    auvs, side, route = scenario.auvs, scenario.survey.side_m, scenario.auvs.route
+    auvs, side, route = scenario.auvs, scenario.survey.side_m, known_route(scenario)
     turns = 2 * math.pi * (0.0 if auvs.vehicle.has_dynamics else auvs.turning_radius_m)
     if route.kind == "waypoints":
         lengths = [sum(math.dist(a, b) for a, b in pairwise(points)) for points in route.points_m]

@@ -204,7 +204,7 @@ def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
         if name not in part.model_fields_set:
             return False
         part = getattr(part, name)
-    if last not in part.model_fields_set:
+    if last not in part.model_fields_set or last not in type(part).model_fields:
         return False
     return not but_defaults or getattr(part, last) != type(part).model_fields[last].default
 

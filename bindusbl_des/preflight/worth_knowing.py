@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.key_types import Renamed
 from ..scenario.scenario import Scenario
+from ..scenario.sections import Formation
 from .idle_keys import idle_keys
 
 # Vehicles of which the same is to be said are named up to so many.
@@ -55,6 +56,8 @@ def _former_words(scenario: Scenario) -> Iterator[Problem]:
 
 def _formation(scenario: Scenario) -> Iterator[Problem]:
     asked, count = scenario.asvs.formation, scenario.asvs.count
+    if not isinstance(asked, Formation):
+        return
     if asked.positions_m is not None or asked.radius_m is not None or count == 1:
         return
     radius, edge = scenario.acoustics.hf.range_m + asked.clearance_m, scenario.survey.side_m / 2

@@ -8,6 +8,7 @@ import simpy
 
 from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import Rows
+from ..scenario.planned import route_of
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, Ints
@@ -111,7 +112,7 @@ def strayed(scenario: Scenario, auvs: Fleet) -> Floats:
     speed = np.full(len(auvs), scenario.auvs.speed_m_per_s)
     if scenario.auvs.route.kind == "hold":
         speed[:] = 0.0
-    elif scenario.auvs.route.kind == "track" and auvs.poses is None:
+    elif route_of(scenario).kind == "track" and auvs.poses is None:
         table, first, _ = auvs.motion
         speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
     drift = 0.0

@@ -9,7 +9,7 @@ from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean
 from .families import parts_of
 from .part_settings import shipped_mistakes
-from .sections import ScenarioKeys
+from .sections import Formation, ScenarioKeys
 
 FRAMED_SCHEDULES = ("round_robin", "random")
 
@@ -141,6 +141,17 @@ def _route(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 def _formation(scenario: ScenarioKeys) -> Iterator[Problem]:
     formation, count = scenario.asvs.formation, scenario.asvs.count
+    if not isinstance(formation, Formation):
+        return
+    given = formation.positions_m is not None
+    if formation.model is not None and (formation.model == "positions") is not given:
+        yield Problem(
+            "asvs.formation.model",
+            "positions needs positions_m; add it, or use ring"
+            if formation.model == "positions"
+            else "ring excludes positions_m; remove it, or use positions",
+            ("asvs.formation.positions_m",),
+        )
     if formation.positions_m is not None:
         if len(formation.positions_m) != count:
             yield Problem(

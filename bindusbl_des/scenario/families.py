@@ -18,6 +18,8 @@ SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
 BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "dead_reckoning")
+PLACEMENTS = ("ring", "positions")
+ROUTES = ("lawnmower", "hold", "waypoints", "track")
 
 
 class Fixed(Settings):
@@ -32,13 +34,16 @@ BROADCASTER = Family(
     "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
 )
 NAVIGATOR = Family("navigation.filter", "filter", FILTERS, ("reckoning", "auvs"))
-FAMILIES = (SCHEDULE, DOWNLINK, BROADCASTER, NAVIGATOR)
+PLACEMENT = Family("asvs.formation", "placement", PLACEMENTS, ("plan",), word="model")
+ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")
+FAMILIES = (SCHEDULE, DOWNLINK, BROADCASTER, NAVIGATOR, PLACEMENT, ROUTE)
 
 
 def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, PartChoice]]:
     """Yield each family and the choice of its part in a scenario."""
     for family in FAMILIES:
-        yield family, attrgetter(family.key)(scenario)
+        found = attrgetter(family.key)(scenario)
+        yield family, found if isinstance(found, PartChoice) else found.choice
 
 
 def plugins_of(scenario: ScenarioKeys) -> dict[str, str]:
@@ -65,7 +70,9 @@ def without_plugins(data: Mapping[str, Any]) -> dict[str, Any]:
 def _without(data: Any, words: list[str], family: Family) -> Any:
     if words:
         return {**data, words[0]: _without(data[words[0]], words[1:], family)}
-    return family.siblings[0] if is_plugin(named(data)) else data
+    if not is_plugin(named(data)):
+        return data
+    return {family.word: family.siblings[0]} if family.word else family.siblings[0]
 
 
 def named(value: Any) -> str:
@@ -74,5 +81,5 @@ def named(value: Any) -> str:
     >>> named("dsatur"), named({"model": "my_parts:fast", "depth": 2}), named(3)
     ('dsatur', 'my_parts:fast', '')
     """
-    name = value.get("model") if isinstance(value, Mapping) else value
+    name = value.get("model", value.get("kind")) if isinstance(value, Mapping) else value
     return name if isinstance(name, str) else ""

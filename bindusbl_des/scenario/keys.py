@@ -26,7 +26,7 @@ REQUIRED = "(required)"
 
 # Parts of the mission: those that ship, or one's own.
 OWN_PART = "module:object"
-PARTS = {family.key: (*family.siblings, OWN_PART) for family in FAMILIES}
+PARTS = {family.name_key: (*family.siblings, OWN_PART) for family in FAMILIES}
 
 
 @dataclass(frozen=True)
@@ -96,10 +96,12 @@ def json_schema() -> dict[str, Any]:
     # `route: {}` fits several kinds, which `oneOf` forbids; Scenario reads it as a lawnmower.
     route = schema["$defs"]["Auvs"]["properties"]["route"]
     route["anyOf"] = route.pop("oneOf")
-    for family in FAMILIES:
+    for family in (it for it in FAMILIES if not it.word):
         part = _property(schema, family.key)
         del part["type"], part["pattern"]
         part["anyOf"] = list(_part_schemas(family))
+    places = schema["$defs"]["Asvs"]["properties"]["formation"]
+    places["anyOf"] = places.pop("oneOf")
     return {"$schema": DIALECT, **schema}
 
 
@@ -163,10 +165,11 @@ def _rows(model: "type[BaseModel]", prefix: str, only: str) -> Iterator[Key]:
 def _union_rows(parts: tuple[type[Part], ...], prefix: str) -> Iterator[Key]:
     """Yield one `kind` with all its choices, then the keys of each kind."""
     kinds = tuple(str(part.model_fields["kind"].default) for part in parts)
+    choices = (*kinds, OWN_PART)
     first = parts[0].model_fields["kind"]
     extra = _extra(first)
     meaning, source = first.description or "", extra["source"]
-    yield Key(f"{prefix}kind", "choice", kinds, "", kinds[0], "", meaning, source)
+    yield Key(f"{prefix}kind", "choice", choices, "", kinds[0], "", meaning, source)
     for part, kind in zip(parts, kinds, strict=True):
         rows = _rows(part, prefix, kind)
         yield from (row for row in rows if row.name != "kind")

@@ -1,11 +1,10 @@
 """Which part of the mission a scenario asks for at a key, and the settings that it gives it."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import isfinite
 from types import MappingProxyType
 from typing import Any
 
-from pydantic import ValidatorFunctionWrapHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ..core.plugins import name_of
@@ -54,7 +53,7 @@ class PartChoice(str):
         return {"model": str(self), **self.settings} if self.settings else str(self)
 
     @classmethod
-    def read(cls, value: Any, text: ValidatorFunctionWrapHandler) -> "PartChoice":
+    def read(cls, value: Any, text: Callable[[Any], Any]) -> "PartChoice":
         """Return the choice that a file's value stands for, whether or not there is such a part.
 
         Raises:
@@ -82,7 +81,7 @@ class PartChoice(str):
         )
 
 
-def _name(value: Any, text: ValidatorFunctionWrapHandler) -> str:
+def _name(value: Any, text: Callable[[Any], Any]) -> str:
     return name_of(value) if callable(value) else str(text(value))
 
 

@@ -5,9 +5,22 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Tag
 
 from .key_types import OURS, PAPER, Part, Point, Real, Text, key
+from .own_sections import OwnRoute, is_own
+from .part_choice import PartChoice
 
 
-class Lawnmower(Part):
+class Planned(Part):
+    """A kind of route that ships."""
+
+    kind: str
+
+    @property
+    def choice(self) -> PartChoice:
+        """The route as a part of the mission."""
+        return PartChoice(self.kind)
+
+
+class Lawnmower(Planned):
     """Boustrophedon lanes along x in one horizontal strip per AUV, AUV0 at the lowest y."""
 
     kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
@@ -27,21 +40,21 @@ class Lawnmower(Part):
     )
 
 
-class Hold(Part):
+class Hold(Planned):
     """Vehicles hold still at given positions, heading along +x."""
 
     kind: Literal["hold"] = key("hold", "", "route family")
     positions_m: tuple[Point, ...] = key((), "m", "one [x, y] per AUV")
 
 
-class Waypoints(Part):
+class Waypoints(Planned):
     """Each AUV follows its own list of waypoints along Dubins curves, there and back."""
 
     kind: Literal["waypoints"] = key("waypoints", "", "route family")
     points_m: tuple[tuple[Point, ...], ...] = key((), "m", "per AUV a list of [x, y]")
 
 
-class Track(Part):
+class Track(Planned):
     """Each AUV repeats the recorded track of a real vehicle."""
 
     kind: Literal["track"] = key("track", "", "route family")
@@ -61,6 +74,8 @@ class Track(Part):
 
 def _kind(route: Any) -> Any:
     """Tell the family of a route; a route that does not say is a lawnmower."""
+    if is_own(route, "kind"):
+        return "own"
     if isinstance(route, dict):
         return route.get("kind", "lawnmower")
     return getattr(route, "kind", None)
@@ -70,6 +85,7 @@ Route = Annotated[
     Annotated[Lawnmower, Tag("lawnmower")]
     | Annotated[Hold, Tag("hold")]
     | Annotated[Waypoints, Tag("waypoints")]
-    | Annotated[Track, Tag("track")],
+    | Annotated[Track, Tag("track")]
+    | Annotated[OwnRoute, Tag("own")],
     Discriminator(_kind),
 ]

@@ -6,7 +6,7 @@ scenario run with the same seed is the same mission.
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Discriminator, Field, Tag, field_validator
 
 from .key_types import (
     LONGEST_NAME,
@@ -20,6 +20,7 @@ from .key_types import (
     formerly,
     key,
 )
+from .own_sections import OwnPlacement, is_own
 from .part_choice import PartChoice
 from .route_keys import Lawnmower, Route
 from .vehicle_choice import AsvVehicle, AuvVehicle
@@ -65,6 +66,9 @@ class Auvs(Part):
 class Formation(Part):
     """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
 
+    model: Literal["ring", "positions"] | None = key(
+        None, "", "placement; null = positions where positions_m is given, else ring"
+    )
     angle_deg: Real = key(
         0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
     )
@@ -76,6 +80,17 @@ class Formation(Part):
     )
     positions_m: tuple[Point, ...] | None = key(None, "m", "one [x, y] per ASV instead of an N-gon")
 
+    @property
+    def choice(self) -> PartChoice:
+        """The placement as a part of the mission."""
+        return PartChoice("ring" if self.positions_m is None else "positions")
+
+
+Placement = Annotated[
+    Annotated[Formation, Tag("shipped")] | Annotated[OwnPlacement, Tag("own")],
+    Discriminator(lambda placement: "own" if is_own(placement, "model") else "shipped"),
+]
+
 
 class Asvs(Part):
     """The surface vessels that carry the USBL arrays."""
@@ -84,7 +99,7 @@ class Asvs(Part):
     vehicle: AsvVehicle = key(
         "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
     )
-    formation: Formation = Field(default=Formation(), description="where the ASVs keep station")
+    formation: Placement = Field(default=Formation(), description="where the ASVs keep station")
 
 
 class Origin(Part):

@@ -2,7 +2,9 @@
 
 import sys
 from collections.abc import Iterator
+from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -16,7 +18,8 @@ from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.results.round_timeline import uplink_slots
-from bindusbl_des.scenario.families import BROADCASTER, DOWNLINK, FAMILIES, SCHEDULE
+from bindusbl_des.scenario.families import BROADCASTER, DOWNLINK, FAMILIES, SCHEDULE, parts_of
+from bindusbl_des.scenario.files.overrides import put
 
 # A part of each family, called by the family's noun.
 OWN = """
@@ -44,6 +47,12 @@ class filter:
     def correct(self, fixes, due): pass
     def estimate(self, auv, odometry): return odometry.position + 1.0
     def covariance(self, auv, odometry): return [(1.0, 1.0, 0.0)] * len(odometry.times)
+
+def placement(plan):
+    return [(plan.side * (asv / plan.asvs - 0.5), 3.0) for asv in range(plan.asvs)]
+
+def route(plan):
+    return [[(auv, -10.0), (auv, 10.0), (auv + 5.0, 0.0)] for auv in range(plan.auvs)]
 """
 
 # What is wrong with others.
@@ -91,9 +100,16 @@ def tells(network, turn, time):
     return time
 """
 
-MISSION = {"name": "m", "duration_s": 6.0, "auvs": {"count": 2}, "survey": {"side_m": 40.0}}
+MISSION: dict[str, Any] = {
+    "name": "m",
+    "duration_s": 6.0,
+    "auvs": {"count": 2},
+    "survey": {"side_m": 40.0},
+}
 OWN_PARTS = {family: f"own_parts:{family.noun}" for family in FAMILIES}
-PARTS = [(family, name) for family in FAMILIES for name in (*family.siblings, OWN_PARTS[family])]
+# Other routes and placements that ship need keys beside their name.
+SHIPPED = {family: family.siblings[:1] if family.word else family.siblings for family in FAMILIES}
+PARTS = [(family, name) for family in FAMILIES for name in (*SHIPPED[family], OWN_PARTS[family])]
 
 
 @pytest.fixture
@@ -122,6 +138,13 @@ def with_parts(**names: object) -> Scenario:
     return Scenario.model_validate(MISSION | {"protocol": names})
 
 
+def with_part(family: Family, part: object) -> dict[str, Any]:
+    """Return the mission with a part, as plain data."""
+    data = deepcopy(MISSION)
+    assert put(data, family.name_key, part) == ""
+    return data
+
+
 def word(family: Family) -> str:
     return family.key.partition(".")[2]
 
@@ -129,7 +152,7 @@ def word(family: Family) -> str:
 @pytest.mark.parametrize(("family", "name"), PARTS)
 def test_a_part_runs_and_is_explained(home: Path, family: Family, name: str) -> None:
     """Named with `--set`: run, timing and explain take whatever part it is, figures any slots."""
-    setting = ("--set", f"{family.key}={name}")
+    setting = ("--set", f"{family.name_key}={name}")
     ran = call("run", "m.yaml", *setting, "--allow-plugins", "--no-advice", "--out", "r")
     assert ran.exit_code == 0, ran.output
     fixes = load_result(home / "r").tables["fixes"]
@@ -185,24 +208,22 @@ def test_slots_are_told_where_the_downlink_put_them(home: Path) -> None:
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.noun)
 def test_a_campaign_varies_a_family_on_two_workers(home: Path, family: Family) -> None:
     """Workers load one's own with the command's leave, and get what this process gets."""
-    names = [*family.siblings, OWN_PARTS[family]]
-    varied = {family.key: names}
+    names = [*SHIPPED[family], OWN_PARTS[family]]
+    varied = {family.name_key: names}
     campaign = sweep(home / "m.yaml", home / "c", vary=varied, workers=2, allow_plugins=True)
     assert (campaign.state().done, campaign.state().failed) == (len(names), 0)
-    alone = load_scenario(home / "m.yaml", overrides=[f"{family.key}={names[-1]}"])
+    alone = load_scenario(home / "m.yaml", overrides=[f"{family.name_key}={names[-1]}"])
     rows = campaign.auvs
     seed = int(rows.seed.iloc[0])
-    own = rows[rows[family.key] == names[-1]]
+    own = rows[rows[family.name_key] == names[-1]]
     assert own.position_error_m.tolist() == simulate(alone, seed).auvs.position_error_m.tolist()
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.noun)
 def test_ones_own_needs_leave(home: Path, family: Family) -> None:
     """A file loads nothing without leave, and says what it would; the object itself is leave."""
-    setting = f"{family.key}={OWN_PARTS[family]}"
-    section, _, name = family.key.partition(".")
-    own = MISSION | {section: {name: OWN_PARTS[family]}}
-    (home / "own.yaml").write_text(yaml.safe_dump(own))
+    setting = f"{family.name_key}={OWN_PARTS[family]}"
+    (home / "own.yaml").write_text(yaml.safe_dump(with_part(family, OWN_PARTS[family])))
     for command in ("run", "sweep"):
         outcome = call(command, "own.yaml", "--out", "out")
         assert (outcome.exit_code, len(outcome.stderr.splitlines())) == (2, 1)
@@ -212,8 +233,8 @@ def test_ones_own_needs_leave(home: Path, family: Family) -> None:
     assert "own_parts" not in sys.modules
     import own_parts  # type: ignore[import-not-found]  # written by `home`
 
-    given = Scenario.model_validate(MISSION | {section: {name: getattr(own_parts, family.noun)}})
-    assert getattr(getattr(given, section), name) == OWN_PARTS[family]
+    given = Scenario.model_validate(with_part(family, getattr(own_parts, family.noun)))
+    assert dict(parts_of(given))[family] == OWN_PARTS[family]
     assert len(simulate(given).auvs) == 2
 
 
@@ -221,14 +242,17 @@ def test_ones_own_needs_leave(home: Path, family: Family) -> None:
 def test_a_plan_knows_the_source_of_ones_own(home: Path, family: Family) -> None:
     """A plug-in that has changed is another plan."""
 
-    experiment = Experiment("e", MISSION, ({family.key: OWN_PARTS[family]},), (0,))
+    experiment = Experiment("e", MISSION, ({family.name_key: OWN_PARTS[family]},), (0,))
     before = Plan(experiment).fingerprint()
     assert Plan(experiment).fingerprint() == before
     (home / "own_parts.py").write_text(OWN + "\n")
     assert Plan(experiment).fingerprint() != before
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.noun)
+NAMED = [family for family in FAMILIES if not family.word]
+
+
+@pytest.mark.parametrize("family", NAMED, ids=lambda family: family.noun)
 def test_a_misspelt_part_is_told_with_the_one_that_was_meant(home: Path, family: Family) -> None:
     """One line names the file, the key, all that ship, and the nearest of them."""
     meant = family.siblings[0]

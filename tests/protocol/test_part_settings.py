@@ -4,6 +4,8 @@ import json
 import pickle
 import sys
 from collections.abc import Iterator
+from copy import deepcopy
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,16 @@ from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
 from bindusbl_des.results.result import scenario_sha256
-from bindusbl_des.scenario.families import BROADCASTER, DOWNLINK, FAMILIES, NAVIGATOR, SCHEDULE
+from bindusbl_des.scenario.families import (
+    BROADCASTER,
+    DOWNLINK,
+    FAMILIES,
+    NAVIGATOR,
+    PLACEMENT,
+    ROUTE,
+    SCHEDULE,
+)
+from bindusbl_des.scenario.files.overrides import put
 from bindusbl_des.scenario.part_choice import PartChoice
 
 # A part of each family, called by the family's noun, and others whose settings are special.
@@ -48,6 +59,14 @@ class filter:
     def estimate(self, auv, odometry): return odometry.position + self.off
     def covariance(self, auv, odometry): return [(1.0, 1.0, 0.0)] * len(odometry.times)
 
+def placement(plan, *, spacing_m: float = 10.0):
+    return [(spacing_m * asv, 0.0) for asv in range(plan.asvs)]
+
+def route(plan, *, reach_m: float = 10.0, late_s: float | None = None):
+    if late_s is not None:
+        return [[(0, auv, 0, 5), (late_s, auv, reach_m, 5)] for auv in range(plan.auvs)]
+    return [[(auv, -reach_m), (auv, reach_m)] for auv in range(plan.auvs)]
+
 def needy(view, *, depth: int, weights: tuple[float, ...] = (), mode: bool = False):
     assert isinstance(weights, tuple)
     return [[0]] * min(depth, 1)
@@ -59,7 +78,12 @@ class deaf:
     def __new__(cls, view): return [[0]]
 """
 
-MISSION = {"name": "m", "duration_s": 6.0, "auvs": {"count": 2}, "survey": {"side_m": 40.0}}
+MISSION: dict[str, Any] = {
+    "name": "m",
+    "duration_s": 6.0,
+    "auvs": {"count": 2},
+    "survey": {"side_m": 40.0},
+}
 OWN_PARTS = {family: f"set_parts:{family.noun}" for family in FAMILIES}
 
 # Of each part of one's own: its setting, two values of it that tell, and one that is wrong.
@@ -68,6 +92,8 @@ SETTINGS: dict[Family, tuple[str, Any, Any, Any, str]] = {
     DOWNLINK: ("pause_s", 0.5, 1, "long", "needs a number; got the text 'long'"),
     BROADCASTER: ("copy", 0, 2, True, "needs a whole number; got true"),
     NAVIGATOR: ("off_m", 2.0, 3.0, -1, "must be >= 0; got -1"),
+    PLACEMENT: ("spacing_m", 5.0, 15, "far", "needs a number; got the text 'far'"),
+    ROUTE: ("late_s", 3, 4.5, "now", "needs a number; got the text 'now'"),
 }
 EACH = pytest.mark.parametrize("family", SETTINGS, ids=lambda family: family.noun)
 
@@ -93,8 +119,14 @@ def call(*words: object) -> Result:
 
 def written(family: Family, **settings: Any) -> dict[str, Any]:
     """Return the mission with a part of one's own, as plain data."""
-    section, _, name = family.key.partition(".")
-    return MISSION | {section: {name: {"model": OWN_PARTS[family], **settings}}}
+    return with_part(family, {family.word or "model": OWN_PARTS[family], **settings})
+
+
+def with_part(family: Family, part: Any) -> dict[str, Any]:
+    """Return the mission with something at the key of a family, as plain data."""
+    data = deepcopy(MISSION)
+    assert put(data, family.key, part) == ""
+    return data
 
 
 def error_m(result: Any) -> list[float]:
@@ -121,8 +153,9 @@ def test_a_setting_decides_the_mission_and_is_kept(home: Path, family: Family) -
     again = load_result(home / "r")
     assert again.scenario == missions[0]
     kept = json.loads((home / "r" / "run.json").read_text())["scenario"]
+    assert attrgetter(family.key)(again.scenario) == attrgetter(family.key)(missions[0])
     section, _, name = family.key.partition(".")
-    assert kept[section][name] == {"model": OWN_PARTS[family], word: one}
+    assert kept[section][name] == {family.word or "model": OWN_PARTS[family], word: one}
     plugins._admitted.clear()
     ran = call(
         "run", "r/scenario.yaml", "--seed", 1, "--allow-plugins", "--no-advice", "--out", "s"
@@ -136,8 +169,8 @@ def test_a_campaign_varies_a_setting_on_two_workers(home: Path, family: Family) 
     """Workers get the settings of their point, of a part that the file names alone."""
     word, one, other, _, _ = SETTINGS[family]
     key = f"{family.key}.{word}"
-    section, _, name = family.key.partition(".")
-    (home / "m.yaml").write_text(yaml.safe_dump(MISSION | {section: {name: OWN_PARTS[family]}}))
+    bare = {family.word: OWN_PARTS[family]} if family.word else OWN_PARTS[family]
+    (home / "m.yaml").write_text(yaml.safe_dump(with_part(family, bare)))
     campaign = sweep(
         home / "m.yaml", home / "c", vary={key: [one, other]}, workers=2, allow_plugins=True
     )
@@ -201,25 +234,24 @@ def test_in_python_the_model_is_the_object_itself(home: Path, family: Family) ->
     import set_parts  # type: ignore[import-not-found]  # written by `home`
 
     word, one, _, wrong, said = SETTINGS[family]
-    section, _, name = family.key.partition(".")
-    part = getattr(set_parts, family.noun)
-    given = Scenario.model_validate(MISSION | {section: {name: {"model": part, word: one}}})
+    model, part = family.word or "model", getattr(set_parts, family.noun)
+    given = Scenario.model_validate(with_part(family, {model: part, word: one}))
     assert given == Scenario.model_validate(written(family, **{word: one}))
     assert len(simulate(given).auvs) == 2
-    bad = Scenario.model_validate(MISSION | {section: {name: {"model": part, word: wrong}}})
+    bad = Scenario.model_validate(with_part(family, {model: part, word: wrong}))
     with pytest.raises(PluginError) as caught:
         simulate(bad)
     assert str(caught.value) == f"{family.key}.{word}: {said}"
     campaign = sweep(
         home / "m.yaml",
         home / "c",
-        vary={family.key: [{"model": part, word: one}, family.siblings[0]]},
+        vary={family.key: [{model: part, word: one}, {model: family.siblings[0]}]},
         workers=1,
     )
     assert campaign.state().done == 2
 
 
-@EACH
+@pytest.mark.parametrize("family", [it for it in FAMILIES if not it.word], ids=lambda it: it.noun)
 def test_parts_that_ship_refuse_what_is_none_of_theirs(home: Path, family: Family) -> None:
     """One line: the setting, the part, and which of its siblings have settings."""
     for part in family.siblings:

@@ -21,6 +21,7 @@ MOST_MISTAKES = 100
 
 DETAIL = "record.detail"
 PARTS = tuple(family.key for family in FAMILIES)
+NAMES = tuple(f"{family.key}.{family.word or 'model'}" for family in FAMILIES)
 
 
 def check_points(
@@ -57,7 +58,7 @@ def plugins_in(document: Document, points: Points, places: Places) -> Iterator[M
     """Yield the plug-ins that points name, each once and at its place."""
     told: set[str] = set()
     for point, where in zip(points, places, strict=True):
-        for key in (*PARTS, *(f"{part}.model" for part in PARTS)):
+        for key in (*PARTS, *NAMES):
             name = named(point.get(key))
             if is_plugin(name) and name not in told:
                 told.add(name)

@@ -14,6 +14,7 @@ from ..keys import REQUIRED, Key, keys, sections
 from .plain_yaml import Path, dotted, scalar
 
 ROUTE: Path = ("auvs", "route")
+FORMATION: Path = ("asvs", "formation")
 
 SIGNS = {
     "greater_than": ">",
@@ -86,9 +87,9 @@ def guessed_kind(route: Mapping[str, Any]) -> str:
 
 
 def _path(location: tuple[str | int, ...]) -> Path:
-    """Return the path in the file of an error; pydantic names the kind of a route in it."""
-    if location[:2] == ROUTE and len(location) > 2:
-        return (*ROUTE, *location[3:])
+    """Return the path in the file of an error; pydantic names the arm of a union in it."""
+    if location[:2] in (ROUTE, FORMATION):
+        return (*location[:2], *location[3:])
     return location
 
 

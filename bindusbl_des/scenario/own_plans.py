@@ -1,0 +1,161 @@
+"""Placements and routes that somebody has written: asked for a plan, which is checked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import dist
+from typing import Any, Literal, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.plugins import Family, PluginError, asked, shown
+from ..vehicles.tracks import FASTEST, Track
+from .consistency import SHORTEST_WAY
+from .families import PLACEMENT, ROUTE
+from .part_choice import PartChoice
+from .part_settings import own_part
+from .scenario import Scenario
+
+Array = NDArray[np.float64]
+
+# Farther from the survey's centre (m) is nothing that a scenario could give.
+FARTHEST = 1e6
+
+
+@dataclass(frozen=True)
+class PlanView:
+    """What a placement or a route may know: fleet, survey and ranges (m, s, m/s).
+
+    The survey is a square of side `side` about the origin, x and y along its sides; AUVs go at
+    `depth` and `speed`, and turn no tighter than `turning_radius`, for `duration`.
+    """
+
+    auvs: int
+    asvs: int
+    side: float
+    depth: float
+    hf_range: float
+    mf_range: float
+    speed: float
+    turning_radius: float
+    duration: float
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """A route of time-tagged tracks, made by somebody's own: each times (n,), s, places (n, 3), m.
+
+    It is one thing with itself alone, as what is worked out for a scenario is kept.
+    """
+
+    tracks: tuple[Track, ...]
+    kind: Literal["track"] = "track"
+
+
+@dataclass(frozen=True)
+class Points:
+    """A route of way points per AUV, x and y (m), made by somebody's own."""
+
+    points_m: tuple[tuple[tuple[float, float], ...], ...]
+    kind: Literal["waypoints"] = "waypoints"
+
+
+def own_stations(
+    scenario: Scenario, choice: PartChoice, view: PlanView
+) -> list[tuple[float, float]]:
+    """Return where somebody's own placement puts the ASVs, [x, y] in m.
+
+    Raises:
+        PluginError: when it cannot be used, or what it returns is no place for each ASV.
+    """
+    answer = _answer(PLACEMENT, choice, view)
+    places, count = _numbers(PLACEMENT, choice, answer), scenario.asvs.count
+    afloat = places is not None and (places.shape == (count, 2) or _is_level(places, count))
+    if places is None or not afloat:
+        _refuse(
+            PLACEMENT,
+            choice,
+            answer,
+            f"it must be places of shape ({count}, 2), x and y in m, one for each ASV, or "
+            f"({count}, 3) with depths of 0",
+        )
+    return [(float(x), float(y)) for x, y in places[:, :2]]
+
+
+def own_route(scenario: Scenario, choice: PartChoice, view: PlanView) -> Points | Tracks:
+    """Return the route that somebody's own makes: way points for each AUV, or a track for each.
+
+    Raises:
+        PluginError: when it cannot be used, or what it returns is no route of each AUV.
+    """
+    answer = asked(ROUTE.key, str(choice), _listed, _answer(ROUTE, choice, view))
+    count = scenario.auvs.count
+    ways = [_numbers(ROUTE, choice, way) for way in answer or ()]
+    widths = {way.shape[1] for way in ways if way is not None and way.ndim == 2 and len(way) > 1}
+    good = [way for way in ways if way is not None and way.ndim == 2 and len(way) > 1]
+    if len(ways) != count or len(good) != count or widths not in ({2}, {4}):
+        _refuse(
+            ROUTE,
+            choice,
+            answer,
+            f"it must be a list of {count} arrays, one for each AUV: way points (n, 2), x and y "
+            "in m, or tracks (n, 4), time in s, x, y and depth in m; n >= 2",
+        )
+    for auv, way in enumerate(good):
+        problem = _way_problem(way) if widths == {2} else _track_problem(scenario, way)
+        if problem:
+            _refuse(ROUTE, choice, way, f"{problem} (AUV{auv})")
+    if widths == {2}:
+        return Points(tuple(tuple((float(x), float(y)) for x, y in way) for way in good))
+    return Tracks(tuple((way[:, 0], way[:, 1:]) for way in good))
+
+
+def _way_problem(way: Array) -> str:
+    near = any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(way))
+    return f"way points in a row must be {SHORTEST_WAY:g} m apart or more" if near else ""
+
+
+def _track_problem(scenario: Scenario, way: Array) -> str:
+    steps = np.diff(way, axis=0)
+    if scenario.auvs.vehicle.has_dynamics:
+        return f"{scenario.auvs.vehicle} flies way points; with tracks use kinematic"
+    if (steps[:, 0] <= 0.0).any():
+        return "the times of a track must increase"
+    if (np.hypot(steps[:, 1], steps[:, 2]) > FASTEST * steps[:, 0]).any():
+        return f"a track must be slower than {FASTEST:g} m/s; are its columns time, x, y, depth?"
+    if way[0, 0] >= scenario.duration_s or way[-1, 0] <= 0.0:
+        return f"a track must be in the mission, which lasts from 0 to {scenario.duration_s:g} s"
+    return ""
+
+
+def _answer(family: Family, choice: PartChoice, view: PlanView) -> Any:
+    return asked(family.key, str(choice), own_part(family, choice), view)
+
+
+def _listed(answer: Any) -> list[Any] | None:
+    return list(answer) if isinstance(answer, Sequence | np.ndarray) else None
+
+
+def _numbers(family: Family, choice: PartChoice, answer: Any) -> Array | None:
+    """Return an answer as an array of finite numbers; None for what is none."""
+
+    def read() -> Array | None:
+        try:
+            found = np.asarray(answer)
+        except ValueError:  # rows of several lengths
+            return None
+        if found.dtype.kind not in "fiu" or not (np.abs(found) <= FARTHEST).all():
+            return None
+        return found.astype(np.float64)
+
+    return asked(family.key, str(choice), read)
+
+
+def _is_level(places: Array, count: int) -> bool:
+    return places.shape == (count, 3) and not places[:, 2].any()
+
+
+def _refuse(family: Family, choice: PartChoice, answer: Any, needed: str) -> NoReturn:
+    said = shown(family.key, str(choice), answer)
+    raise PluginError(family.key, f"{str(choice)!r} returned {said}; {needed}")
