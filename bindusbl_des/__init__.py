@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from .results.loading import load_result
     from .results.result import Result
     from .scenario.files.scenario_file import ScenarioError, load_scenario
-    from .scenario.own_plans import PlanView
+    from .scenario.own_plans import PlanView, WayView
     from .scenario.scenario import Scenario
     from .usbl.fusion import fuse
 
@@ -62,6 +62,7 @@ _HOMES = {
     "uplink_slot": "protocol.slots",
     "PlanView": "scenario.own_plans",
     "View": "protocol.schedules",
+    "WayView": "scenario.own_plans",
 }
 
 __all__ = [
@@ -73,6 +74,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "View",
+    "WayView",
     "absorption",
     "advise",
     "airtime",

@@ -1,14 +1,18 @@
 """The fleet at the start of a mission: each vehicle on its route, AUVs with their drift."""
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.plugins import load
 from ..core.streams import Streams
 from ..geometry.paths import Path
+from ..scenario.families import ASV, AUV
+from ..scenario.own_plans import WayView, own_motion
+from ..scenario.part_choice import PartChoice
 from ..scenario.planned import asv_stations, planned_tour, route_of, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections import Auvs, Environment, Survey
@@ -36,6 +40,8 @@ def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -
     `walks` and `biases` are what makes their dead reckoning wrong, by which some of them steer.
     """
     auvs = scenario.auvs
+    if auvs.vehicle.own:
+        return _own_auvs(scenario, auvs.vehicle.own, id(load(AUV, str(auvs.vehicle.own))))
     if not auvs.vehicle.has_dynamics:
         tracks = tracks_of(scenario)
         if tracks is not None:
@@ -51,6 +57,29 @@ def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -
 @lru_cache(maxsize=4)
 def _kinematic_auvs(scenario: Scenario, _route: object) -> Fleet:
     return _segmented([_kinematic(scenario, index) for index in range(scenario.auvs.count)])
+
+
+@lru_cache(maxsize=4)
+def _own_auvs(scenario: Scenario, own: PartChoice, _loaded: int) -> Fleet:
+    speed, depth = scenario.auvs.speed_m_per_s, scenario.survey.depth_m
+    ways = [
+        WayView(number, speed, depth, scenario.duration_s, tour.sample)
+        for number, tour in enumerate(_tours(scenario))
+    ]
+    return _segmented([recorded(*track) for track in own_motion(scenario, AUV, own, ways)])
+
+
+@lru_cache(maxsize=4)
+def _own_asvs(scenario: Scenario, own: PartChoice, _loaded: int) -> Fleet:
+    ways = []
+    for number, (x, y) in enumerate(asv_stations(scenario)):
+        station = partial(_stay, (x, y, 0.0))
+        ways.append(WayView(number, 0.0, 0.0, scenario.duration_s, station))
+    return _segmented([recorded(*track) for track in own_motion(scenario, ASV, own, ways)])
+
+
+def _stay(place: tuple[float, float, float], distances: Array) -> Array:
+    return np.tile(place, (len(distances), 1))
 
 
 def _guided_foreseen(scenario: Scenario) -> Fleet:
@@ -102,6 +131,9 @@ def _kinematic(scenario: Scenario, index: int) -> SegmentedTrajectory:
 
 def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> Fleet:
     """Return the ASVs of a scenario at their stations, in index order."""
+    own = scenario.asvs.vehicle.own
+    if own:
+        return _own_asvs(scenario, own, id(load(ASV, str(own))))
     if not scenario.asvs.vehicle.has_dynamics:
         return _moored_asvs(tuple(asv_stations(scenario)))
     guided = guided_asvs(scenario, asv_stations(scenario), streams, water)

@@ -49,7 +49,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
 def _vehicles(scenario: ScenarioKeys) -> Iterator[Problem]:
     auvs, asvs, water = scenario.auvs, scenario.asvs, scenario.environment
     route = auvs.route.kind
-    if auvs.vehicle.has_dynamics and route in ("hold", "track"):
+    if auvs.vehicle.flies_paths and route in ("hold", "track"):
         yield Problem(
             "auvs.vehicle",
             f"{auvs.vehicle} flies paths; with a {route} route use kinematic",
@@ -62,7 +62,7 @@ def _vehicles(scenario: ScenarioKeys) -> Iterator[Problem]:
             ("auvs.vehicle",),
         )
     flows = water.current_m_per_s > 0 or water.current_variation_m_per_s > 0
-    feels = auvs.vehicle.has_dynamics or asvs.vehicle.has_dynamics
+    feels = any(it.has_dynamics or it.own for it in (auvs.vehicle, asvs.vehicle))
     if flows and not feels and scenario.navigation.velocity == "over_ground":
         yield Problem(
             "environment.current_m_per_s",

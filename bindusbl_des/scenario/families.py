@@ -13,6 +13,7 @@ from .key_types import Whole, key
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes
 from .sections import ScenarioKeys
+from .vehicle_choice import AsvVehicle, AuvVehicle
 
 SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
@@ -36,7 +37,9 @@ BROADCASTER = Family(
 NAVIGATOR = Family("navigation.filter", "filter", FILTERS, ("reckoning", "auvs"))
 PLACEMENT = Family("asvs.formation", "placement", PLACEMENTS, ("plan",), word="model")
 ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")
-FAMILIES = (SCHEDULE, DOWNLINK, BROADCASTER, NAVIGATOR, PLACEMENT, ROUTE)
+AUV = Family("auvs.vehicle", "vehicle", AuvVehicle.MODELS, ("way",))
+ASV = Family("asvs.vehicle", "vessel", AsvVehicle.MODELS, ("way",))
+FAMILIES = (SCHEDULE, DOWNLINK, BROADCASTER, NAVIGATOR, PLACEMENT, ROUTE, AUV, ASV)
 
 
 def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, PartChoice]]:

@@ -98,8 +98,9 @@ def json_schema() -> dict[str, Any]:
     route["anyOf"] = route.pop("oneOf")
     for family in (it for it in FAMILIES if not it.word):
         part = _property(schema, family.key)
-        del part["type"], part["pattern"]
-        part["anyOf"] = list(_part_schemas(family))
+        if "pattern" in part:  # any text, as far as its type knows
+            del part["type"], part["pattern"]
+            part["anyOf"] = list(_part_schemas(family))
     places = schema["$defs"]["Asvs"]["properties"]["formation"]
     places["anyOf"] = places.pop("oneOf")
     return {"$schema": DIALECT, **schema}

@@ -1,18 +1,18 @@
 """Placements and routes that somebody has written: asked for a plan, which is checked."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import dist
 from typing import Any, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..core.plugins import Family, PluginError, asked, shown
 from ..vehicles.tracks import FASTEST, Track
 from .consistency import SHORTEST_WAY
-from .families import PLACEMENT, ROUTE
+from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice
 from .part_settings import own_part
 from .scenario import Scenario
@@ -40,6 +40,27 @@ class PlanView:
     speed: float
     turning_radius: float
     duration: float
+
+
+@dataclass(frozen=True)
+class WayView:
+    """What a vehicle of one's own goes by: its number, what is planned for it, and for how long.
+
+    An AUV is to go along its planned way at `speed` (m/s) and `depth` (m) for `duration` (s); of an
+    ASV, which is to keep its station, both are 0.
+    """
+
+    number: int
+    speed: float
+    depth: float
+    duration: float
+    _places: Callable[[Array], Array]
+
+    def planned(self, distances: ArrayLike) -> Array:
+        """Return x, y (m) and heading (rad, from +x to +y) of the way at distances (n,), m, along
+        it, shape (n, 3); it goes on there and back.
+        """
+        return self._places(np.asarray(distances, dtype=np.float64))[:, :3].copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,15 +132,43 @@ def own_route(scenario: Scenario, choice: PartChoice, view: PlanView) -> Points 
     return Tracks(tuple((way[:, 0], way[:, 1:]) for way in good))
 
 
+def own_motion(
+    scenario: Scenario, family: Family, choice: PartChoice, ways: Sequence[WayView]
+) -> list[Track]:
+    """Return how vehicles of somebody's own move along their ways: times (n,), s, places (n, 3), m.
+
+    Raises:
+        PluginError: when the part cannot be used, or what it returns is no motion.
+    """
+    part, name, tracks = own_part(family, choice), str(choice), []
+    for way in ways:
+        answer = asked(family.key, name, part, way)
+        found = _numbers(family, choice, answer)
+        if found is None or found.ndim != 2 or found.shape[1] != 4 or len(found) < 2:
+            needed = "it must be an array (n, 4), time in s, x, y and depth in m; n >= 2"
+            _refuse(family, choice, answer, f"{needed} ({family.noun} {way.number})")
+        problem = _motion_problem(scenario, found)
+        if family is ASV and found[:, 3].any():
+            problem = "ASVs are at the surface, at a depth of 0"
+        if problem:
+            _refuse(family, choice, found, f"{problem} ({family.noun} {way.number})")
+        tracks.append((found[:, 0], found[:, 1:]))
+    return tracks
+
+
 def _way_problem(way: Array) -> str:
     near = any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(way))
     return f"way points in a row must be {SHORTEST_WAY:g} m apart or more" if near else ""
 
 
 def _track_problem(scenario: Scenario, way: Array) -> str:
-    steps = np.diff(way, axis=0)
-    if scenario.auvs.vehicle.has_dynamics:
+    if scenario.auvs.vehicle.flies_paths:
         return f"{scenario.auvs.vehicle} flies way points; with tracks use kinematic"
+    return _motion_problem(scenario, way)
+
+
+def _motion_problem(scenario: Scenario, way: Array) -> str:
+    steps = np.diff(way, axis=0)
     if (steps[:, 0] <= 0.0).any():
         return "the times of a track must increase"
     if (np.hypot(steps[:, 1], steps[:, 2]) > FASTEST * steps[:, 0]).any():

@@ -7,7 +7,9 @@ from typing import Any, ClassVar, Self
 
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from ..core.plugins import is_plugin
 from ..core.wording import described, did_you_mean
+from .part_choice import PartChoice
 
 # Vehicles without equations of motion have no coefficients.
 WITHOUT_DYNAMICS = ("kinematic", "moored")
@@ -17,21 +19,33 @@ WITHOUT_DYNAMICS = ("kinematic", "moored")
 class VehicleChoice:
     """A vehicle model by name, and the coefficients that differ from its published ones.
 
-    In a file it is the name, or a mapping: ``{model: remus100, yaw_time_constant_s: 5}``.
+    In a file it is the name, or a mapping: ``{model: remus100, yaw_time_constant_s: 5}``.  `own` is
+    a vehicle of somebody's own, named ``module:object``, with its settings.
     """
 
     MODELS: ClassVar[tuple[str, ...]] = ()
 
     model: str
     coefficients: tuple[tuple[str, float], ...] = ()
+    own: PartChoice | None = None
 
     def __str__(self) -> str:
-        return self.model + ("*" if self.coefficients else "")
+        return self.model + ("*" if self.coefficients or (self.own and self.own.settings) else "")
+
+    @property
+    def choice(self) -> PartChoice:
+        """The vehicle as a part of the mission."""
+        return self.own or PartChoice(self.model)
+
+    @property
+    def flies_paths(self) -> bool:
+        """Whether it goes along a path that is planned, but not exactly."""
+        return self.has_dynamics or self.own is not None
 
     @property
     def has_dynamics(self) -> bool:
         """Whether the vehicle moves by equations of motion."""
-        return self.model not in WITHOUT_DYNAMICS
+        return self.model not in WITHOUT_DYNAMICS and self.own is None
 
     @classmethod
     def read(cls, value: Any) -> Self:
@@ -42,6 +56,9 @@ class VehicleChoice:
         """
         if isinstance(value, cls):
             return value
+        if _is_own(value):
+            own = PartChoice.read(value, str)
+            return cls(str(own), own=own)
         if isinstance(value, str):
             return cls(cls._known(value))
         if not isinstance(value, Mapping) or "model" not in value:
@@ -74,8 +91,10 @@ class VehicleChoice:
             raise _mistake(f"must be one of {', '.join(cls.MODELS)}; got {described(name)}{hint}")
         return str(name)
 
-    def plain(self) -> "str | dict[str, str | float]":
+    def plain(self) -> "str | dict[str, Any]":
         """Return the choice as it is written in a file."""
+        if self.own:
+            return self.own.plain()
         return {"model": self.model, **dict(self.coefficients)} if self.coefficients else self.model
 
     @classmethod
@@ -94,7 +113,9 @@ class VehicleChoice:
             "required": ["model"],
             "additionalProperties": {"type": "number"},
         }
-        return {"anyOf": [names, mapping]}
+        own = {"type": "string", "pattern": "^[^:]+:[^:]+$"}
+        mine = {"type": "object", "properties": {"model": own}, "required": ["model"]}
+        return {"anyOf": [names, mapping, own, mine]}
 
 
 class AuvVehicle(VehicleChoice):
@@ -107,6 +128,11 @@ class AsvVehicle(VehicleChoice):
     """The model of a surface vessel."""
 
     MODELS = ("moored", "otter", "cybership2")
+
+
+def _is_own(value: Any) -> bool:
+    name = value.get("model") if isinstance(value, Mapping) else value
+    return callable(name) or (isinstance(name, str) and is_plugin(name))
 
 
 def _mistake(text: str) -> PydanticCustomError:

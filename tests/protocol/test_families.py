@@ -18,11 +18,20 @@ from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.results.round_timeline import uplink_slots
-from bindusbl_des.scenario.families import BROADCASTER, DOWNLINK, FAMILIES, SCHEDULE, parts_of
+from bindusbl_des.scenario.families import (
+    ASV,
+    AUV,
+    BROADCASTER,
+    DOWNLINK,
+    FAMILIES,
+    SCHEDULE,
+    parts_of,
+)
 from bindusbl_des.scenario.files.overrides import put
 
 # A part of each family, called by the family's noun.
 OWN = """
+import numpy as np
 from bindusbl_des import BroadcastView, View
 from bindusbl_des.protocol.tdma import broadcast, downlink_free, uplink_slot, until
 
@@ -50,6 +59,15 @@ class filter:
 
 def placement(plan):
     return [(plan.side * (asv / plan.asvs - 0.5), 3.0) for asv in range(plan.asvs)]
+
+def vehicle(way):
+    times = np.arange(0.0, way.duration + 2.0)
+    places = way.planned(0.5 * times)
+    return np.column_stack([times, places[:, :2] + 0.1 * way.number, 0 * times + way.depth])
+
+def vessel(way):
+    (x, y, _), = way.planned([0.0])
+    return [(0.0, x, y, 0.0), (way.duration, x + 2.0, y, 0.0)]
 
 def route(plan):
     return [[(auv, -10.0), (auv, 10.0), (auv + 5.0, 0.0)] for auv in range(plan.auvs)]
@@ -107,8 +125,9 @@ MISSION: dict[str, Any] = {
     "survey": {"side_m": 40.0},
 }
 OWN_PARTS = {family: f"own_parts:{family.noun}" for family in FAMILIES}
-# Other routes and placements that ship need keys beside their name.
-SHIPPED = {family: family.siblings[:1] if family.word else family.siblings for family in FAMILIES}
+# Other routes and placements that ship need keys beside their name; hulls have tests of their own.
+FIRST = {family for family in FAMILIES if family.word or family in (AUV, ASV)}
+SHIPPED = {family: family.siblings[: 1 if family in FIRST else None] for family in FAMILIES}
 PARTS = [(family, name) for family in FAMILIES for name in (*SHIPPED[family], OWN_PARTS[family])]
 
 
@@ -249,7 +268,7 @@ def test_a_plan_knows_the_source_of_ones_own(home: Path, family: Family) -> None
     assert Plan(experiment).fingerprint() != before
 
 
-NAMED = [family for family in FAMILIES if not family.word]
+NAMED = [family for family in FAMILIES if family not in FIRST]
 
 
 @pytest.mark.parametrize("family", NAMED, ids=lambda family: family.noun)

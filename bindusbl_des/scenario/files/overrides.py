@@ -11,7 +11,7 @@ from .mistakes import Mistake, Place
 from .plain_yaml import Document, Path, dotted, read_yaml
 
 # Keys whose value is the name of a model, or a mapping with it and what is set about it.
-PARTS = ("auvs.vehicle", "asvs.vehicle", *(it.key for it in FAMILIES if not it.word))
+PARTS = tuple(family.key for family in FAMILIES if not family.word)
 
 
 def override(document: Document, option: str) -> None:
