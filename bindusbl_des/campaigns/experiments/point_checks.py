@@ -132,19 +132,20 @@ def _explain(
         _add(document, document.keys.get(where[DETAIL], document.values[()]), DETAIL, message)
         return
     alone = [
-        (key, mistake)
+        (key, mistake, of_part)
         for key, value in point.items()
-        for mistake in _mistakes(source, {key: value}, allow_plugins)
+        for mistake, of_part in _mistakes(source, {key: value}, allow_plugins)
     ]
-    together = _mistakes(source, point, allow_plugins)
-    for key, mistake in alone:
+    both = _mistakes(source, point, allow_plugins)
+    together = [mistake for mistake, _ in both]
+    for key, mistake, of_part in alone:
         # What another value of the point mends is no mistake.
         known = any((m.key, m.message) == (mistake.key, mistake.message) for m in together)
-        if known or _is_of_part(mistake.key):  # plug-ins are loaded for valid scenarios only
+        if known or of_part:  # plug-ins are loaded for valid scenarios only
             _add(document, _place(document, where[key], mistake), mistake.key, mistake.message)
-    told = {(mistake.key, mistake.message) for _, mistake in alone}
-    for mistake in together:
-        if _is_of_part(mistake.key) and not _is_given(mistake.key, where):
+    told = {(mistake.key, mistake.message) for _, mistake, _ in alone}
+    for mistake, of_part in both:
+        if of_part and not _is_given(mistake.key, where):
             # Of the scenario, at its place there.
             document.mistakes += [mistake] if mistake not in document.mistakes else []
         elif (mistake.key, mistake.message) not in told:
@@ -153,11 +154,6 @@ def _explain(
                 place = document.values[where[mistake.key]]
             values = ", ".join(f"{key}={as_written(value)}" for key, value in point.items())
             _add(document, place, mistake.key, f"{mistake.message} (with {values})")
-
-
-def _is_of_part(key: str) -> bool:
-    """Tell whether a key names a part of a mission, or one of its settings."""
-    return any(f"{key}.".startswith(f"{part}.") for part in PARTS)
 
 
 def _is_given(key: str, where: Mapping[str, Any]) -> bool:
@@ -178,11 +174,15 @@ def _add(document: Document, place: Place, key: str, message: str) -> None:
         document.mistakes.append(mistake)
 
 
-def _mistakes(source: Source, point: Mapping[str, Any], allow_plugins: bool) -> list[Mistake]:
-    """Return what the loader of scenario files says to a point."""
+def _mistakes(
+    source: Source, point: Mapping[str, Any], allow_plugins: bool
+) -> list[tuple[Mistake, bool]]:
+    """Return what the loader of scenario files says to a point, and whether of a plug-in."""
     options = (f"{key}={as_written(value)}" for key, value in point.items())
-    try:
-        parsed(source._replace(overrides=(*source.overrides, *options)), allow_plugins)
-    except ScenarioError as error:
-        return error.mistakes
+    changed = source._replace(overrides=(*source.overrides, *options))
+    for loading in (False, True)[: 1 + allow_plugins]:
+        try:
+            parsed(changed, loading)
+        except ScenarioError as error:
+            return [(mistake, loading) for mistake in error.mistakes]
     return []
