@@ -11,6 +11,7 @@ from ..core.compiled import compiled, entry
 from ..records.events import HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ..records.rows import NONE, Row, Rows
 from ..vehicles.motion import Floats, Ints, Motion, Place, where
+from .loss import LossTerms, loss_probability
 from .travel_time import light_time
 
 # Arrivals that overlap by less (s) only touch: rounding of the instants is far smaller.
@@ -37,6 +38,32 @@ def within(here: Place, there: Place, slant: bool, reach: float) -> bool:
     return bool((here[0] - there[0]) ** 2 + (here[1] - there[1]) ** 2 + rise**2 <= reach**2)
 
 
+class Way(NamedTuple):
+    """What happens to signals of a group of AUVs on their way: the law of the disc (:mod:`.loss`),
+    or how likely each is lost at each ASV or from it (n, m) as somebody's own channel says.
+    """
+
+    band: Band
+    loss: LossTerms
+    losses: Floats
+
+
+@compiled
+def reaches(here: Place, there: Place, number: int, asv: int, way: Way) -> bool:
+    """Tell whether there is any sound between an AUV, `number` of its group, and an ASV."""
+    if way.losses.size:
+        return bool(way.losses[number, asv] < 1.0)
+    return within(here, there, way.band.slant, way.band.reach)
+
+
+@compiled
+def lost(slant_range: float, number: int, asv: int, way: Way) -> float:
+    """Return how likely a signal between them is lost that travels a slant range (m)."""
+    if way.losses.size:
+        return float(way.losses[number, asv])
+    return loss_probability(slant_range, way.loss)
+
+
 @compiled
 def overlap(one: float, other: float, duration: float) -> bool:
     """Tell whether two sounds of one length (s) that begin at two instants (s) overlap."""
@@ -47,6 +74,7 @@ def overlap(one: float, other: float, duration: float) -> bool:
 def spread(
     group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
     pings: Rows, ping: int, receptions: Rows, row: int, everything: bool,
+    losses: Floats, coefficients: Floats, combine: int, contention: float, cap: float,
     slant: bool, reach: float, duration: float, sound_speed: float,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -55,23 +83,27 @@ def spread(
 
     Return the row that comes after the last reception.  Without `everything` ASVs out of range get
     no row.  `called` (1,) tells what became of the call (:data:`.rows.CALLED`): AUVs that were
-    called in vain do not ping.  `calls` are on record by now.
+    called in vain do not ping.  `calls` are on record by now.  `losses` as of :class:`Way`.
     """
-    band = Band(slant, reach, duration, sound_speed)
+    way = Way(
+        Band(slant, reach, duration, sound_speed),
+        LossTerms(coefficients, combine, contention, cap),
+        losses,
+    )
     auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
     call = called[0]
     silent = call.call not in (NONE, HEARD)
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
-    for auv in group:
-        here = where(auvs, auv, time)
-        line = pings[ping]
+    for number in range(group.size):
+        here = where(auvs, group[number], time)
+        line, auv = pings[ping], group[number]
         line.ping, line.round, line.slot, line.auv = ping, round_number, slot, auv
         line.sent_at_s = time
         line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
         line.called_at_s, line.called_by = call.called_at_s, call.called_by
         line.call, line.call_time_s = call.call, call.call_time_s
         line.first = row
-        row, in_range, longest = _reach(line, here, receptions, row, everything, asvs, band)
+        row, in_range, longest = _reach(line, here, number, receptions, row, everything, asvs, way)
         longest_so_far = max(longest_so_far, longest)
         line.end, line.in_range_of, line.heard_by = row, in_range, 0
         line.passed_at_s = inf if silent or not in_range else time + longest + duration
@@ -84,20 +116,24 @@ def spread(
 
 @compiled
 def _reach(
-    ping: Row, here: Place, receptions: Rows, row: int, everything: bool, asvs: Motion, band: Band
-) -> tuple[int, int, float]:
-    """Write the receptions of a ping from a row on; return the row after the last, how many ASVs
-    are in range, and how long (s) the ping travels to the last of these.
+    ping: Row, here: Place, number: int, receptions: Rows, row: int, everything: bool,
+    asvs: Motion, way: Way,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Write the receptions of a ping, `number` of its group, from a row on.
+
+    Return the row after the last, how many ASVs are in range, and how long (s) the ping travels to
+    the last of these.
     """
-    in_range, longest = 0, 0.0
+    in_range, longest, sound_speed = 0, 0.0, way.band.sound_speed
     for asv in range(asvs.first.size - 1):
-        heard = within(here, where(asvs, asv, ping.sent_at_s), band.slant, band.reach)
+        heard = reaches(here, where(asvs, asv, ping.sent_at_s), number, asv, way)
         if heard or everything:
-            travel = light_time(here, asvs, asv, ping.sent_at_s, band.sound_speed)
+            travel = light_time(here, asvs, asv, ping.sent_at_s, sound_speed)
             line = receptions[row]
             line.ping, line.auv, line.asv = ping.ping, ping.auv, asv
             line.arrived_at_s, line.travel_time_s = ping.sent_at_s + travel, travel
-            line.slant_range_m = travel * band.sound_speed
+            line.slant_range_m = travel * sound_speed
+            line.loss = lost(line.slant_range_m, number, asv, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
             row += 1
             if heard:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..core.plugins import is_plugin
 from .console import (
     check_figure,
     print_json,
@@ -59,7 +60,8 @@ def timing(scenario: str, overrides: tuple[str, ...], as_json: bool) -> None:
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
     rate = scenario.protocol.tick_rate_hz
-    two_way = scenario.protocol.ranging == "twtt"
+    ranging = scenario.protocol.ranging
+    two_way = ranging == "twtt"
     for name, value in (
         ("crossing time t_C", slots.crossing_time),
         ("ping T_P", slots.ping_duration),
@@ -68,6 +70,8 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
         ("two-way slot T_UL" if two_way else "uplink slot T_UL", slots.uplink_slot),
     ):
         yield f"{name:<22}{1e3 * value:>10.3f} ms"
+    if is_plugin(ranging):
+        yield f"Slots are those of one-way ranging; {ranging} may have others, only it knows."
     on_clock = slots.clock.after(0.0, slots.uplink_slot)
     if rate is None:
         yield f"{'clock':<22}{'exact':>10}"

@@ -30,6 +30,8 @@ class Purpose(IntEnum):
     VELOCITY_BIAS = 9
     INITIAL_POSITION = 10
     CALL = 11
+    INSTRUMENT = 12
+    RANGING = 13
 
 
 class Streams:

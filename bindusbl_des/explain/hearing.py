@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from ..core.plugins import is_plugin
 from ..results.round_timeline import uplink_slots
 from .chain import Step
 from .numbers import compared, place, row_of, rows_where
@@ -65,9 +66,16 @@ def _call(result: "Result", ping: Any) -> Iterator[Step]:
         ping.called_at_s,
         ping.called_by,
         f"calls {ping.auv}",
-        f"twtt: no other ASV is nearer, as far as the fleet knows; {told}",
+        f"{_caller(protocol.ranging)}; {told}",
         facts,
     )
+
+
+def _caller(ranging: str) -> str:
+    """Tell why it is this ASV that calls."""
+    if is_plugin(ranging):
+        return f"{ranging}: the plug-in chose it"
+    return f"{ranging}: no other ASV is nearer, as far as the fleet knows"
 
 
 def why_unanswered(result: "Result", ping: Any) -> str:
@@ -110,7 +118,7 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
     for reception in met.itertuples():
         what, why = _decided(result, reception, ping.z_m)
         way = f"{reception.slant_range_m:.1f} m, {1e3 * reception.travel_time_s:.1f} ms"
-        probability = _loss(result, reception.slant_range_m)[0]
+        probability = _loss(result, reception)[0]
         facts = {
             "outcome": reception.outcome,
             "slant_range_m": reception.slant_range_m,
@@ -129,6 +137,10 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     is_beyond = outcome == "out_of_range"
     told = compared(away, hf.range_m) if (away > hf.range_m) == is_beyond else "at the edge of the"
     within = f"{hf.range_metric} range {told} HF range"
+    if is_plugin(hf.channel):
+        within = f"{hf.channel}: the plug-in let {'no' if is_beyond else 'some'} sound through"
+        if is_beyond:
+            return "hears nothing", within
     if is_beyond:
         return "is too far away", within
     if outcome == "in_flight":
@@ -139,7 +151,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
         )
     if outcome == "collided":
         return "hears pings mixed", f"{within}; {_overlapping(result, reception)}"
-    _, told = _loss(result, reception.slant_range_m)
+    _, told = _loss(result, reception)
     if outcome == "lost":
         return (
             "loses it",
@@ -156,8 +168,11 @@ def _counted_range(result: "Result", reception: Any, depth: float) -> float:
     return math.sqrt(max(slant**2 - depth**2, 0.0))
 
 
-def _loss(result: "Result", slant_range: float) -> tuple[float, str]:
+def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
     """Return the probability of losing a ping, and how it comes about."""
+    channel, slant_range = result.scenario.acoustics.hf.channel, float(reception.slant_range_m)
+    if is_plugin(channel):
+        return None, "how likely the plug-in let it be lost is not recorded"
     loss, auvs = result.scenario.acoustics.loss, result.scenario.auvs.count
     raw = range_loss(slant_range, LOSS_LAWS[loss.law])
     contention = contention_loss(auvs, loss.contention_per_auv)

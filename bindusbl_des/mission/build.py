@@ -3,6 +3,7 @@
 import numpy as np
 import simpy
 
+from ..acoustics.channel import channel_named
 from ..acoustics.loss import COMBINERS, LOSS_LAWS, LossTerms, contention_loss
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
@@ -11,15 +12,19 @@ from ..protocol.broadcasters import broadcaster_named
 from ..protocol.downlink import MfDownlink
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.network import Network
+from ..protocol.own_ranging import OwnRanging
 from ..protocol.ranging import OneWay, TwoWay, strayed
 from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named
 from ..protocol.uplink import Uplink
 from ..records.recorder import Recorder
+from ..scenario.families import RANGING
+from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
+from ..usbl.own_instrument import instrument_named
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from ..vehicles.pose_source import PoseSource
@@ -85,9 +90,11 @@ def _network(
         loss_of(scenario),
         usbl_of(scenario),
         streams,
-        strayed(scenario, auvs),
+        None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
         record,
     )
+    uplink.channel = channel_named(scenario.acoustics.hf.channel)
+    uplink.instrument = instrument_named(scenario.usbl.model)
     downlink = MfDownlink(
         env,
         auvs,
@@ -103,11 +110,6 @@ def _network(
         if protocol.downlink == "direct_reply"
         else FixQueue(uplink, record)
     )
-    ranging = (
-        OneWay(uplink, queue)
-        if protocol.ranging == "owtt_sync"
-        else TwoWay(env, uplink, queue, turnaround=protocol.turnaround_s)
-    )
     schedule = schedule_named(protocol.schedule)
     framed = is_framed(protocol.schedule)
     return Network(
@@ -119,7 +121,7 @@ def _network(
         queue,
         uplink,
         downlink,
-        ranging,
+        ranging_of(scenario, env, uplink, queue, streams),
         policy=downlink_named(protocol.downlink),
         frame=protocol.frame_s if framed else 0.0,
         schedule=schedule,
@@ -128,6 +130,27 @@ def _network(
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
     )
+
+
+def ranging_of(
+    scenario: Scenario,
+    env: simpy.Environment,
+    uplink: Uplink,
+    queue: FixQueue | ReplyQueue,
+    streams: Streams,
+) -> OneWay | TwoWay | OwnRanging:
+    """Return how the pings of a scenario come about.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+    """
+    name = scenario.protocol.ranging
+    if name == "owtt_sync":
+        return OneWay(uplink, queue)
+    if name == "twtt":
+        return TwoWay(env, uplink, queue, turnaround=scenario.protocol.turnaround_s)
+    draw = streams.of(Purpose.RANGING)
+    return OwnRanging(name, own_part(RANGING, name), env, uplink, queue, draw)
 
 
 def usbl_of(scenario: Scenario) -> Usbl:

@@ -7,11 +7,13 @@ tables: it fails where a key does nothing and no rule here says so, and where a 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.families import SCHEDULES
 from ..scenario.key_types import Part
 from ..scenario.scenario import Scenario
+from ..scenario.sections import Usbl
 from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
 
 UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
@@ -23,6 +25,19 @@ BROADCASTS = (
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"
 STEERING = ("auvs.speed_m_per_s", "auvs.turning_radius_m", "auvs.join_angle_deg")
+
+
+ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in ("model", "gnss_sd_m"))
+
+
+class _Own(tuple[str, ...]):
+    """The names of all parts of somebody's own."""
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and is_plugin(name)
+
+
+OWN = _Own()
 
 
 class Idle(NamedTuple):
@@ -78,6 +93,12 @@ RULES = (
         "an AUV has its slot to itself wherever it is believed to be",
         "changes only the conflicts that are counted in `rounds`",
     ),
+    Idle(
+        {"acoustics.hf.channel": OWN},
+        tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
+        "how likely signals are lost only the plug-in says",
+    ),
+    Idle({"usbl.model": OWN}, ARRAY, "how well fixes are measured only the plug-in says"),
     Idle(
         {"acoustics.loss.combine": ("off",)},
         ("acoustics.loss.contention_per_auv",),

@@ -8,13 +8,13 @@ from math import nan
 
 import numpy as np
 
-from ..acoustics.loss import LossTerms, loss_probability
-from ..acoustics.propagation import Band, overlap, within
+from ..acoustics.loss import LossTerms
+from ..acoustics.propagation import Band, Way, lost, overlap, reaches, within
 from ..acoustics.travel_time import light_time
 from ..core.compiled import compiled, entry
 from ..records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
 from ..records.rows import Row, Rows, row_type
-from ..vehicles.motion import Floats, Ints, Motion, Place, where
+from ..vehicles.motion import Floats, Ints, Motion, where
 
 
 @dataclass(slots=True)
@@ -36,7 +36,7 @@ CALL = row_type(Call)
 @entry
 def interrogate(
     group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows, calls: Rows,
-    count: int, coefficients: Floats, combine: int, contention: float, cap: float,
+    count: int, losses: Floats, coefficients: Floats, combine: int, contention: float, cap: float,
     slant: bool, reach: float, duration: float, sound_speed: float,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -46,11 +46,11 @@ def interrogate(
     Write what becomes of each call to `answers` (n,), :data:`.rows.CALLED`, and the calls' sound at
     ASVs after the first `count` of `calls`; return how many these are then.  Calls that overlap at
     an AUV destroy each other, and each is lost as a ping over the same way: if its one of `chances`
-    (n,), in [0, 1), is below the probability of that.
+    (n,), in [0, 1), is below the probability of that.  `losses` as of :class:`.propagation.Way`.
     """
     auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
     band = Band(slant, reach, duration, sound_speed)
-    loss = LossTerms(coefficients, combine, contention, cap)
+    way = Way(band, LossTerms(coefficients, combine, contention, cap), losses)
     calling = np.unique(callers)
     for k in range(len(group)):
         answer = answers[k]
@@ -58,28 +58,18 @@ def interrogate(
         answer.call, answer.call_time_s = OUT_OF_RANGE, nan
         here, auv = where(auvs, group[k], time), group[k]
         caller = where(asvs, callers[k], time)
-        if within(here, caller, band.slant, band.reach):
+        if reaches(here, caller, k, callers[k], way):
             travel = light_time(caller, auvs, auv, time, sound_speed)
-            lost = loss_probability(travel * sound_speed, loss)
-            answer.call = LOST if chances[k] < lost else HEARD
+            chance = lost(travel * sound_speed, k, callers[k], way)
+            answer.call = LOST if chances[k] < chance else HEARD
             answer.call_time_s = travel
             for other in calling:
-                if other != callers[k]:
-                    there = where(asvs, other, time)
-                    if _drowns(there, here, auv, time, travel, auvs, band):
+                there = where(asvs, other, time)
+                if other != callers[k] and reaches(here, there, k, other, way):
+                    beside = light_time(there, auvs, auv, time, sound_speed)
+                    if overlap(travel, beside, duration):
                         answer.call = COLLIDED
     return _sound(calling, time, calls, count, asvs, band)
-
-
-@compiled
-def _drowns(
-    other: Place, here: Place, auv: int, time: float, travel: float, auvs: Motion, band: Band
-) -> bool:
-    """Tell whether a call of another ASV is at an AUV while one is that travels so long (s)."""
-    if not within(here, other, band.slant, band.reach):
-        return False
-    beside = light_time(other, auvs, auv, time, band.sound_speed)
-    return overlap(travel, beside, band.duration)
 
 
 @compiled

@@ -18,6 +18,7 @@ from .conflicts import Array, hearing, survey
 from .downlink import MfDownlink
 from .fix_queue import FixBatch, FixQueue, ReplyQueue
 from .happenings import Happenings, Watch
+from .own_ranging import OwnRanging
 from .ranging import OneWay, TwoWay
 from .schedules import Groups, Schedule, View
 from .slots import Slots
@@ -56,7 +57,7 @@ class Network:
     queue: FixQueue | ReplyQueue
     uplink: Uplink
     downlink: MfDownlink
-    ranging: OneWay | TwoWay
+    ranging: OneWay | TwoWay | OwnRanging
     policy: Downlink
     frame: float
     schedule: Schedule

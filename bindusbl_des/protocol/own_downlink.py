@@ -1,14 +1,12 @@
 """A downlink that somebody has written: its steps and the end of its rounds are checked."""
 
 import math
-from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, NoReturn
-
-import simpy
+from typing import Any
 
 from ..core.plugins import PluginError, asked, shown
+from ..core.steps import checked_steps
 from ..scenario.families import DOWNLINK
 from .network import Downlink, Network, Steps, Turn
 
@@ -33,21 +31,9 @@ class OwnDownlink:
                 instant after this one.
         """
         when = f" in round {turn.row.round}"
-        steps = self._asked(when, self.policy, network, turn, time)
-        if not isinstance(steps, Generator):
-            self._refuse("returned", steps, when, "it must be a generator function, with `yield`")
-        advance, value = steps.send, None
-        while True:
-            event, ends = self._asked(when, _advanced, advance, value)
-            if event is _NONE:
-                break
-            if not isinstance(event, simpy.Event) or event.env is not network.env:
-                self._refuse("yielded", event, when, "it must be an event, as `yield from` gives")
-            try:
-                advance, value = steps.send, (yield event)
-            except Exception as error:
-                advance, value = steps.throw, error
-        return (yield from self._ended(network, ends, time, when))
+        steps = asked(DOWNLINK.key, self.name, self.policy, network, turn, time, when=when)
+        answer = yield from checked_steps(DOWNLINK.key, self.name, steps, network.env, when)
+        return (yield from self._ended(network, answer, time, when))
 
     def _ended(self, network: Network, answer: Any, time: float, when: str) -> Steps:
         """Wait for the end of a round and return it (s), if what was returned is one."""
@@ -55,21 +41,13 @@ class OwnDownlink:
         if ends is None or ends <= time or ends < now - SAME:
             needed = f"it must be the instant (s) at which the next round begins, after {time:g}"
             waited = f" and not before {now:g}, until when it has waited" if now > time else ""
-            self._refuse("returned", answer, when, needed + waited)
+            said = shown(DOWNLINK.key, self.name, answer, when)
+            raise PluginError(
+                DOWNLINK.key, f"{self.name!r} returned {said}{when}; {needed}{waited}"
+            )
         if ends > now:
             yield network.env.timeout(ends - now)
         return ends
-
-    def _asked(self, when: str, verb: Callable[..., Any], *arguments: Any) -> Any:
-        return asked(DOWNLINK.key, self.name, verb, *arguments, when=when)
-
-    def _refuse(self, verb: str, answer: Any, when: str, needed: str) -> NoReturn:
-        said = shown(DOWNLINK.key, self.name, answer, when)
-        raise PluginError(DOWNLINK.key, f"{self.name!r} {verb} {said}{when}; {needed}")
-
-
-# What a generator yields that has come to its end.
-_NONE = object()
 
 
 def _instant(answer: Any) -> float | None:
@@ -80,11 +58,3 @@ def _instant(answer: Any) -> float | None:
         return float(answer) if math.isfinite(answer) else None
     except OverflowError:  # a whole number of hundreds of digits
         return None
-
-
-def _advanced(advance: Callable[[Any], Any], value: Any) -> tuple[Any, Any]:
-    """Return the next event of a generator and None, or no event and what it returned."""
-    try:
-        return advance(value), None
-    except StopIteration as end:
-        return _NONE, end.value

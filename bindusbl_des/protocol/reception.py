@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..acoustics.loss import LossTerms, loss_probability
 from ..acoustics.propagation import overlap
 from ..core.compiled import compiled, entry
 from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
@@ -31,19 +30,6 @@ class Noise(NamedTuple):
     shelf: Ints
     taken: Ints
     blocks: Floats
-
-
-class Listeners(NamedTuple):
-    """The ASVs as listeners: where they are, what they measure with, how likely they hear nothing.
-
-    `strayed` (n,) is how far each AUV may have gone between a call and the answer (variance along
-    its course, m2).
-    """
-
-    asvs: Motion
-    instrument: Instrument
-    loss: LossTerms
-    strayed: Floats
 
 
 @compiled
@@ -82,33 +68,35 @@ def _meet(it: Row, other: Row, duration: float) -> bool:
 def settle(
     time: float, first: int, only: int, pings: Rows, receptions: Rows, calls: Rows,
     duration: float, fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
-    coefficients: Floats, combine: int, contention: float, cap: float,
     asv_table: Floats, asv_first: Ints, asv_step: float,
-    array: Floats, metric: Floats, levels: Rows, strayed: Floats,
+    array: Floats | None, metric: Floats, levels: Rows, strayed: Floats | None,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
 
     Return the number of fixes then, and NONE, NONE; or, when the noise of a pair of an AUV and an
-    ASV is used up, these: it must be refilled and the function called again.
+    ASV is used up, these: it must be refilled and the function called again.  `strayed` (n,) is how
+    far each AUV may have gone between a call and its answer (variance along its course, m2); None
+    where nobody calls.  Where the `array` is None, an instrument of somebody's own measures later.
     """
     air, noise = Air(pings, receptions, calls, duration), Noise(shelf, taken, blocks)
-    listeners = Listeners(
-        Motion(asv_table, asv_first, asv_step),
-        Instrument(array, metric, levels[0]),
-        LossTerms(coefficients, combine, contention, cap),
-        strayed,
-    )
+    asvs = Motion(asv_table, asv_first, asv_step)
+    if array is None:  # noqa: SIM108 - numba compiles no more than the branch that is left
+        instrument = None
+    else:
+        instrument = Instrument(array, metric, levels[0])
     if only != NONE:
-        made, dry = _decide(first, only, only + 1, air, fixes, fix, noise, listeners)
+        fixes[fix].fix = fix
+        dry = _decide(first, only, air, fixes[fix], noise, asvs, instrument, strayed)
+        made = dry == NONE and fixes[fix].ping == first
         return fix + made, pings[first].auv if dry != NONE else NONE, dry
     for ping in _due(pings, first, time):
-        line = pings[ping]
-        made, dry = _decide(ping, line.first, line.end, air, fixes, fix, noise, listeners)
+        fixes[fix].fix = fix
+        dry = _decide(ping, NONE, air, fixes[fix], noise, asvs, instrument, strayed)
         if dry != NONE:
-            return fix, line.auv, dry
-        fix += made
-        line.passed_at_s = inf
+            return fix, pings[ping].auv, dry
+        fix += fixes[fix].ping == ping
+        pings[ping].passed_at_s = inf
     return fix, NONE, NONE
 
 
@@ -130,70 +118,81 @@ def _due(pings: Rows, first: int, time: float) -> Ints:
 
 @compiled
 def _decide(
-    ping: int, first: int, end: int, air: Air, fixes: Rows, fix: int, noise: Noise,
-    listeners: Listeners,
-) -> tuple[int, int]:  # fmt: skip
-    """Decide the receptions first..end of a ping; fuse what was heard, if nobody heard it before.
+    ping: int, only: int, air: Air, fix: Row, noise: Noise, asvs: Motion,
+    instrument: Instrument | None, strayed: Floats | None,
+) -> int:  # fmt: skip
+    """Decide the receptions of a ping, or `only` one; fuse what was heard, if nobody heard it yet.
 
-    Return 1 if that made a fix, which is then row `fix`, else 0; and NONE.  Where an ASV's noise is
+    Return NONE; the row `fix` names the ping if that made one, else NONE.  Where an ASV's noise is
     used up, nothing is done and its number returned.
     """
-    line, receptions = air.pings[ping], air.receptions
-    auv = line.auv
-    for row in range(first, end):
-        it = receptions[row]
+    line, fix.ping = air.pings[ping], NONE
+    first, end = line.first, line.end
+    if only != NONE:
+        first, end = only, only + 1
+    auv, receptions = line.auv, air.receptions[first:end]
+    for it in receptions:
         if it.outcome == IN_FLIGHT and noise.taken[auv, it.asv] == noise.blocks.shape[1]:
-            return 0, it.asv
-    heard, measuring = np.empty(end - first, dtype=np.int64), np.zeros((end - first, NOISE_WIDTH))
+            return int(it.asv)
+    heard = np.empty(len(receptions), dtype=np.int64)
+    measuring = np.zeros((len(receptions), NOISE_WIDTH))
     hearers = 0
-    for row in range(first, end):
-        it = receptions[row]
+    for k in range(len(receptions)):
+        it = receptions[k]
         if it.outcome != IN_FLIGHT:
             continue
         drawn = noise.blocks[noise.shelf[auv, it.asv], noise.taken[auv, it.asv]]
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
-        measuring[row - first] = drawn[:NOISE_WIDTH]
-        it.outcome = _outcome(row, drawn[NOISE_WIDTH], air, listeners.loss)
+        measuring[k] = drawn[:NOISE_WIDTH]
+        it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air)
         if it.outcome == HEARD:
-            heard[hearers] = row - first
+            heard[hearers] = k
             hearers += 1
     makes = hearers > 0 and line.heard_by == 0
     line.heard_by += hearers
     if makes:
-        estimate, covariance = measured(
-            line, heard[:hearers], receptions[first:end], measuring, listeners.asvs,
-            listeners.instrument, listeners.strayed[auv],
-        )  # fmt: skip
-        _note(fixes[fix], line, estimate, covariance)
-        fixes[fix].fix, fixes[fix].first, fixes[fix].end = fix, first, end
-    return int(makes), NONE
+        _begin(fix, line, first, end)
+        if instrument is not None:
+            estimate, covariance = measured(
+                line, heard[:hearers], receptions, measuring, asvs, instrument, strayed
+            )
+            _note(fix, line, estimate, covariance)
+    return NONE
 
 
 @compiled
-def _outcome(row: int, luck: float, air: Air, loss: LossTerms) -> int:
+def _outcome(row: int, luck: float, air: Air) -> int:
     """Return what becomes of a ping at an ASV, where it is lost by `luck`, a standard normal."""
     it = air.receptions[row]
     if overlapped(row, air) or drowned(air.pings[it.ping], it, air.duration, air.calls):
         return COLLIDED
     chance = 0.5 * erfc(-luck / sqrt(2.0))  # uniform
-    return LOST if chance < loss_probability(it.slant_range_m, loss) else HEARD
+    return LOST if chance < it.loss else HEARD
 
 
 @entry
 def foretold(
-    row: int, luck: float, pings: Rows, receptions: Rows, calls: Rows, duration: float,
-    coefficients: Floats, combine: int, contention: float, cap: float,
-) -> int:  # fmt: skip
+    row: int, luck: float, pings: Rows, receptions: Rows, calls: Rows, duration: float
+) -> int:
     """Return what will be decided of a reception, once the ping has passed its ASV."""
-    loss = LossTerms(coefficients, combine, contention, cap)
-    return _outcome(row, luck, Air(pings, receptions, calls, duration), loss)
+    return _outcome(row, luck, Air(pings, receptions, calls, duration))
+
+
+@compiled
+def _begin(row: Row, ping: Row, first: int, end: int) -> None:
+    """Write the row of a fix of which nothing is known but the receptions that it is made of."""
+    row.ping, row.round, row.auv = ping.ping, ping.round, ping.auv
+    row.pinged_at_s = row.valid_at_s = ping.sent_at_s
+    row.first, row.end = first, end
+    row.broadcast_at_s, row.broadcast_by = nan, NONE
+    row.delivered_at_s = row.latency_s = row.arrives_at_s = nan
+    row.innovation_m = row.correction_m = row.nis = nan
+    row.outcome = IN_FLIGHT
 
 
 @compiled
 def _note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
-    """Write the row of a fix that has been made of a ping."""
-    row.ping, row.round, row.auv = ping.ping, ping.round, ping.auv
-    row.pinged_at_s = row.valid_at_s = ping.sent_at_s
+    """Write what has been measured of a ping to the row of its fix."""
     row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
     row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
     row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
@@ -201,7 +200,3 @@ def _note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
     row.cov_xy_m2, row.cov_xz_m2 = covariance[0, 1], covariance[0, 2]
     row.cov_yz_m2 = covariance[1, 2]
     row.error_m = hypot(estimate[0] - ping.x_m, estimate[1] - ping.y_m)
-    row.broadcast_at_s, row.broadcast_by = nan, NONE
-    row.delivered_at_s = row.latency_s = row.arrives_at_s = nan
-    row.innovation_m = row.correction_m = row.nis = nan
-    row.outcome = IN_FLIGHT

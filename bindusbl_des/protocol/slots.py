@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass
 
 from ..core.clock import Clock, ExactClock, TickClock
+from ..core.plugins import PluginError, asked, loaded, shown
+from ..scenario.families import RANGING
 from ..scenario.scenario import Scenario
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
@@ -127,12 +129,36 @@ def slots_of(scenario: Scenario) -> Slots:
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
     crossing = crossing_time(scenario.survey.side_m, sound_speed)
     longest = longest_way(hf.range_m, scenario.survey.depth_m, hf.range_metric) / sound_speed
-    slot = (
-        uplink_slot(hf.ping_s, longest, crossing)
-        if scenario.protocol.ranging == "owtt_sync"
-        else two_way_uplink_slot(hf.ping_s, longest, scenario.protocol.turnaround_s, crossing)
-    )
+    slot = _uplink_slot_of(scenario, longest, crossing)
     return Slots(
         crossing, hf.ping_s, longest, slot, mf.header_bytes, mf.fix_bytes, mf.bit_rate_bps,
         mf.overhead, clock_of(scenario),
     )  # fmt: skip
+
+
+def _uplink_slot_of(scenario: Scenario, longest: float, crossing: float) -> float:
+    """Return the slot T_UL (s) of the ranging of a scenario."""
+    ranging, ping = scenario.protocol.ranging, scenario.acoustics.hf.ping_s
+    if ranging == "twtt":
+        turnaround = scenario.protocol.turnaround_s
+        return two_way_uplink_slot(ping, longest, turnaround, crossing)
+    own = _own_slot(ranging, ping, longest, crossing)
+    return uplink_slot(ping, longest, crossing) if own is None else own
+
+
+def _own_slot(name: str, ping_s: float, way_s: float, crossing_s: float) -> float | None:
+    """Return how long (s) the slots of a ranging of somebody's own are, by its `slot_s`.
+
+    None where it has none, or is not loaded: then they hold one ping and its way.
+
+    Raises:
+        PluginError: when that raises anything, or is no time.
+    """
+    ask = asked(RANGING.key, name, getattr, loaded(name), "slot_s", None)
+    if ask is None:
+        return None
+    found = asked(RANGING.key, name, ask, ping_s, way_s, crossing_s, when=" as slot_s was asked")
+    if isinstance(found, bool) or not isinstance(found, int | float) or not 0.0 < found < 1e6:
+        said = shown(RANGING.key, name, found)
+        raise PluginError(RANGING.key, f"{name!r} has a slot_s of {said}; it must be a time in s")
+    return float(found)

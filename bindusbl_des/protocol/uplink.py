@@ -6,17 +6,19 @@ from math import hypot
 
 import numpy as np
 
+from ..acoustics.channel import DISC, OwnChannel, Signals
 from ..acoustics.loss import LossTerms
 from ..acoustics.prediction import amend
 from ..acoustics.propagation import Band, spread
 from ..acoustics.travel_time import travel_time
 from ..core.streams import NoiseStore, Purpose, Streams
-from ..records.events import IN_FLIGHT
+from ..records.events import HEARD, IN_FLIGHT
 from ..records.recorder import EventBuffer, Recorder
-from ..records.rows import CALLED, NONE, Rows
+from ..records.rows import CALLED, NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Usbl
+from ..usbl.own_instrument import OwnInstrument, sounding_of
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Floats, Ints
+from ..vehicles.motion import Floats, Ints, places
 from .calling import CALL, interrogate
 from .reception import foretold, settle
 
@@ -48,15 +50,19 @@ class Uplink:
         loss: LossTerms,
         usbl: Usbl,
         streams: Streams,
-        strayed: Floats,
+        strayed: Floats | None,
         record: Recorder,
     ) -> None:
-        """Put a band together; `strayed` (n,), m2, as of :class:`.reception.Listeners`."""
+        """Put a band together; `strayed` (n,), m2, as of :func:`.reception.settle`."""
         self.band = band
+        #: A channel and an instrument of somebody's own, in place of the compiled ones.
+        self.channel: OwnChannel | None = None
+        self.instrument: OwnInstrument | None = None
         self._auvs, self._asvs, self._record, self._loss = auvs, asvs, record, loss
-        self._listeners = (*loss, *asvs.motion, usbl.array, usbl.metric, usbl.levels, strayed)
+        self._usbl, self._strayed = usbl, strayed
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
         self._luck = cache(partial(streams.of, Purpose.CALL))
+        self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self._calls = EventBuffer(CALL)
         self._undecided = 0  # pings before this one are decided
         self._predicted = 0  # pings before this one have arrived everywhere
@@ -76,7 +82,8 @@ class Uplink:
         answers, sounds = np.empty(len(group), CALLED), len(set(callers.tolist())) * len(self._asvs)
         calls.count = interrogate(
             members(tuple(group)), callers, np.array(chances), time, answers,
-            calls.room_for(sounds), calls.count, *self._loss, *self.band,
+            calls.room_for(sounds), calls.count, self._losses(group, time, calling=True),
+            *self._loss, *self.band,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         return answers
@@ -90,6 +97,18 @@ class Uplink:
         """Return how long (s) a call at an instant (s) was under way, once it has arrived."""
         caller = self._asvs.vehicles[asv].at(time)
         return travel_time(caller, self._auvs.vehicles[auv].at, time, self.band.sound_speed)
+
+    def _losses(self, group: Sequence[int], time: float, calling: bool = False) -> Floats:
+        """Return how likely the signals of AUVs, or calls for them, are lost: nothing of the disc,
+        which is compiled.
+        """
+        if self.channel is None:
+            return DISC
+        self._asvs.reach(time)
+        auvs = np.array([self._auvs.vehicles[auv].at(time)[:3] for auv in group])
+        asvs = places(self._asvs.motion, time)[:, :3]
+        ranges = np.linalg.norm(auvs[:, None] - asvs, axis=2)
+        return self.channel.losses(Signals(time, auvs, asvs, ranges, self.band.reach, calling))
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
@@ -119,7 +138,8 @@ class Uplink:
         receptions.count = spread(
             members(tuple(group)), round_number, slot, time, called, self._calls.count,
             pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
-            receptions.count, self._record.everything, *self.band,
+            receptions.count, self._record.everything, self._losses(group, time), *self._loss,
+            *self.band,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
@@ -147,13 +167,26 @@ class Uplink:
     def _settle(self, time: float, ping: int, only: int = NONE) -> tuple[int, int]:
         """Decide what has passed; return an AUV and an ASV whose noise is used up, or NONE."""
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
-        noise = self._noise
+        noise, usbl, count = self._noise, self._usbl, fixes.count
+        array = usbl.array if self.instrument is None else None
         fixes.count, auv, asv = settle(
             time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
             fixes.room_for(pings.count - self._undecided + 1), fixes.count,
-            noise.shelf, noise.taken, noise.blocks, *self._listeners,
+            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion, array, usbl.metric,
+            usbl.levels, self._strayed,
         )  # fmt: skip
+        if self.instrument is not None:
+            for fix in fixes.array[count : fixes.count]:
+                self._measure(self.instrument, fix)
         return auv, asv
+
+    def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
+        """Have a ping measured by an instrument of somebody's own."""
+        met = self._record.receptions.array[fix["first"] : fix["end"]]
+        heard = met[met["outcome"] == HEARD]
+        poses = [self._asvs.vehicles[it["asv"]].at(float(it["arrived_at_s"])) for it in heard]
+        ping, draw = self._record.pings.array[fix["ping"]], self._instrument_draw(int(fix["auv"]))
+        instrument.note(fix, sounding_of(ping, heard, np.array(poses), draw))
 
     def _bound_for(self, auv: int) -> list[int]:
         """Return the ASVs that pings of an AUV are under way to."""
@@ -210,9 +243,8 @@ class Uplink:
         same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
         ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
         luck = self._noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH]
-        return foretold(
-            row, float(luck), pings, receptions, self._calls.rows, self.band.duration, *self._loss
-        )
+        calls, duration = self._calls.rows, self.band.duration
+        return foretold(row, float(luck), pings, receptions, calls, duration)
 
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""

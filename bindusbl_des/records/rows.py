@@ -58,7 +58,12 @@ PING = row_type(
     },
 )
 
-RECEPTION = row_type(Reception)
+RECEPTION = row_type(
+    Reception,
+    {
+        "loss": float,  # probability that it is lost on its way
+    },
+)
 
 FIX = row_type(
     Fix,

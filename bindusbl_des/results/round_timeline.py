@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
 
 if TYPE_CHECKING:
@@ -31,11 +32,14 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
     rounds = result.tables["rounds"]
     row: Any = rounds[rounds["round"] == number].iloc[0]
     slots, starts = slots_of(result.scenario), _first_pings(result, number)
+    length = slots.uplink_slot
+    if is_plugin(result.scenario.protocol.ranging):  # only it knew, and it is not asked here
+        length = (row.uplink_s or 0.0) / max(row.colours, 1)
     spans: list[Span] = []
     ends = float(row.started_at_s)
     for slot in range(int(row.colours)):
         start = starts.get(slot, ends)
-        ends = slots.clock.after(start, slots.uplink_slot)
+        ends = slots.clock.after(start, length)
         spans.append(Span(start, ends))
     return spans
 
@@ -43,8 +47,8 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
 def _first_pings(result: "Result", number: int) -> dict[int, float]:
     """Return when (s) the first ping, or call, of each slot of a round was sent, by slot."""
     pings = result.tables["pings"]
-    one_way = result.scenario.protocol.ranging == "owtt_sync"
-    sent = "sent_at_s" if one_way else "called_at_s"
+    two_way = result.scenario.protocol.ranging == "twtt"
+    sent = "called_at_s" if two_way else "sent_at_s"
     if sent not in pings:  # of an older version
         return {}
     first: Any = pings[pings["round"] == number].groupby("slot")[sent].min()

@@ -21,6 +21,7 @@ BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "dead_reckoning")
 PLACEMENTS = ("ring", "positions")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
+RANGINGS = ("owtt_sync", "twtt", "passive")
 
 
 class Fixed(Settings):
@@ -34,12 +35,18 @@ DOWNLINK = Family("protocol.downlink", "downlink", DOWNLINKS, ("network", "turn"
 BROADCASTER = Family(
     "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
 )
+RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
+CHANNEL = Family("acoustics.hf.channel", "channel", ("disc",), ("signals",))
+INSTRUMENT = Family("usbl.model", "instrument", ("array",), ("sounding",))
 NAVIGATOR = Family("navigation.filter", "filter", FILTERS, ("reckoning", "auvs"))
 PLACEMENT = Family("asvs.formation", "placement", PLACEMENTS, ("plan",), word="model")
 ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")
 AUV = Family("auvs.vehicle", "vehicle", AuvVehicle.MODELS, ("way",))
 ASV = Family("asvs.vehicle", "vessel", AsvVehicle.MODELS, ("way",))
-FAMILIES = (SCHEDULE, DOWNLINK, BROADCASTER, NAVIGATOR, PLACEMENT, ROUTE, AUV, ASV)
+FAMILIES = (
+    *(SCHEDULE, DOWNLINK, BROADCASTER, RANGING, CHANNEL, INSTRUMENT, NAVIGATOR),
+    *(PLACEMENT, ROUTE, AUV, ASV),
+)
 
 
 def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, PartChoice]]:

@@ -151,6 +151,9 @@ class Uplink(Part):
         "horizontal", "", "which distance is compared with the HF range", PAPER
     )
     ping_s: Real = key(0.010, "s", "duration T_P of a ping", PAPER, ge=1e-6, le=10)
+    channel: PartChoice = key(
+        "disc", "", "which signals are decoded: those within range, but for acoustics.loss" + SET
+    )
 
 
 class Downlink(Part):
@@ -190,8 +193,8 @@ class Protocol(Part):
     schedule: PartChoice = key("spatial_reuse", "", "which AUVs ping in which slot" + SET, PAPER)
     downlink: PartChoice = key("sequential", "", "when fixes are broadcast" + SET, PAPER)
     broadcaster: PartChoice = key("rotate", "", "which ASV broadcasts a round's fixes" + SET)
-    ranging: Literal["owtt_sync", "twtt", "passive"] = key(
-        "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times"
+    ranging: PartChoice = key(
+        "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times" + SET
     )
     positions: Annotated[
         Literal["truth", "last_fix", "carried_forward"], formerly(estimate="last_fix")
@@ -224,6 +227,7 @@ class Protocol(Part):
 class Usbl(Part):
     """The hydrophone array and the errors of what it measures."""
 
+    model: PartChoice = key("array", "", "what an arrival measures, and how surely" + SET)
     array: Literal["oem5", "cross5"] = key("oem5", "", "hydrophone array", THESIS)
     tdoa_sd_s: Real = key(2.60296781e-7, "s", "noise of one TDOA pair", THESIS, ge=0, le=1)
     travel_time_sd_s: Real = key(6.66667e-6, "s", "noise of a travel time", THESIS, ge=0, le=1)

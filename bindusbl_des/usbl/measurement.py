@@ -32,16 +32,16 @@ class Sighting(NamedTuple):
 @compiled
 def measured(
     ping: Row, heard: Ints, receptions: Rows, noise: Floats, asvs: Motion,
-    instrument: Instrument, strayed: float,
+    instrument: Instrument, strayed: Floats | None,
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
 
     `receptions` (n,) and `noise` (n, NOISE_WIDTH), standard normal numbers, belong together;
-    `heard` are the receptions that were decoded; `strayed` (m2) as in
-    :class:`.reception.Listeners`.
+    `heard` are the receptions that were decoded; `strayed` as of :func:`.reception.settle`.
     """
-    if not isnan(ping.called_at_s):
-        return _two_way(ping, heard, receptions, noise, asvs, instrument, strayed)
+    if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
+        if not isnan(ping.called_at_s):
+            return _two_way(ping, heard, receptions, noise, asvs, instrument, strayed[ping.auv])
     source = np.array((ping.x_m, ping.y_m, ping.z_m))
     estimate, covariance = np.zeros(3), np.zeros((3, 3))
     for row in heard:

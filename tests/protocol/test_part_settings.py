@@ -23,10 +23,13 @@ from bindusbl_des.scenario.families import (
     ASV,
     AUV,
     BROADCASTER,
+    CHANNEL,
     DOWNLINK,
     FAMILIES,
+    INSTRUMENT,
     NAVIGATOR,
     PLACEMENT,
+    RANGING,
     ROUTE,
     SCHEDULE,
 )
@@ -50,6 +53,18 @@ def downlink(network, turn, time, *, pause_s: float = 0.25):
         time = yield from uplink_slot(network, turn, slot, time + pause_s)
     broadcast(network, turn, time)
     return (yield from downlink_free(network, time))
+
+def ranging(slot, time, *, later_s: float = 0.01):
+    yield slot.until(time + later_s)
+    slot.ping(slot.group, time + later_s)
+
+def channel(signals, *, chance: float = 0.5):
+    return np.full(signals.ranges.shape, chance)
+
+def instrument(sounding, *, sd_m: float = 1.0):
+    count = len(sounding.asvs)
+    off = sd_m * sounding.random.standard_normal((count, 3))
+    return sounding.source + off, np.tile(sd_m**2 * np.eye(3), (count, 1, 1))
 
 def broadcaster(view, *, copy: int = 0):  # named as a method of pydantic's models is
     return copy
@@ -104,6 +119,9 @@ SETTINGS: dict[Family, tuple[str, Any, Any, Any, str]] = {
     SCHEDULE: ("most", 1, 2, 1.5, "needs a whole number; got 1.5"),
     DOWNLINK: ("pause_s", 0.5, 1, "long", "needs a number; got the text 'long'"),
     BROADCASTER: ("copy", 0, 2, True, "needs a whole number; got true"),
+    RANGING: ("later_s", 0.02, 0.03, "late", "needs a number; got the text 'late'"),
+    CHANNEL: ("chance", 0.9, 0.2, True, "needs a number; got true"),
+    INSTRUMENT: ("sd_m", 2.0, 3.0, [], "needs a number; got a list"),
     NAVIGATOR: ("off_m", 2.0, 3.0, -1, "must be >= 0; got -1"),
     PLACEMENT: ("spacing_m", 5.0, 15, "far", "needs a number; got the text 'far'"),
     AUV: ("lag_m", 1.0, 3.0, "far", "needs a number; got the text 'far'"),

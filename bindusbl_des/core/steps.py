@@ -1,0 +1,49 @@
+"""Generators that somebody else has written, gone through step by step: mistakes are their own."""
+
+from collections.abc import Callable, Generator
+from typing import Any
+
+import simpy
+
+from .plugins import PluginError, asked, shown
+
+# What a generator yields that has come to its end.
+_NONE = object()
+
+
+def checked_steps(
+    key: str, name: str, steps: Any, env: simpy.Environment, when: str
+) -> Generator[simpy.Event, Any, Any]:
+    """Go through the steps of a part of somebody's own, and return what they return.
+
+    Raises:
+        PluginError: naming key, part and instance (`when`), if they are no generator, raise
+            anything, or yield what is no event of this mission.
+    """
+    if not isinstance(steps, Generator):
+        needed = "it must be a generator function, with `yield`"
+        _refuse(key, name, "returned", steps, f"{when}; {needed}", when)
+    advance, value = steps.send, None
+    while True:
+        event, ends = asked(key, name, _advanced, advance, value, when=when)
+        if event is _NONE:
+            return ends
+        if not isinstance(event, simpy.Event) or event.env is not env:
+            needed = "it must be an event, as `yield from` gives"
+            _refuse(key, name, "yielded", event, f"{when}; {needed}", when)
+        try:
+            advance, value = steps.send, (yield event)
+        except Exception as error:
+            advance, value = steps.throw, error
+
+
+def _refuse(key: str, name: str, verb: str, answer: Any, needed: str, when: str) -> None:
+    raise PluginError(key, f"{name!r} {verb} {shown(key, name, answer, when)}{needed}")
+
+
+def _advanced(advance: Callable[[Any], Any], value: Any) -> tuple[Any, Any]:
+    """Return the next event of a generator and None, or no event and what it returned."""
+    try:
+        return advance(value), None
+    except StopIteration as end:
+        return _NONE, end.value

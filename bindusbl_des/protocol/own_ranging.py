@@ -1,0 +1,102 @@
+"""A ranging that somebody has written: how the AUVs of a slot come to ping, step by step."""
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import simpy
+
+from ..core.plugins import asked
+from ..core.steps import checked_steps
+from ..records.rows import CALLED, Rows
+from ..scenario.families import RANGING
+from .fix_queue import FixQueue, ReplyQueue
+from .schedules import View
+from .uplink import NO_CALL, Uplink
+
+# Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
+SAME = 1e-6
+
+Way = Callable[["Slot", float], Generator[simpy.Event, Any, None]]
+
+
+class Slot:
+    """The slot of a ping group: who is in it, what the fleet knows, and what can be done in it.
+
+    `round` and `number` count rounds, and slots in a round; `group` are the AUVs; `view` is what
+    the schedule knew; `random` a stream of the ranging's own.
+    """
+
+    def __init__(
+        self,
+        ranging: "OwnRanging",
+        round_number: int,
+        number: int,
+        group: Sequence[int],
+        view: View,
+    ) -> None:
+        self.round, self.number, self.group, self.view = round_number, number, list(group), view
+        self.random = ranging.random
+        self._ranging = ranging
+
+    def ping(self, auvs: Sequence[int], time: float, called: Rows = NO_CALL) -> None:
+        """Let AUVs ping now, at an instant (s): on their own clocks, or because of a call (1,)."""
+        self._check(auvs, time)
+        if called.dtype != CALLED or called.shape != (1,):
+            raise ValueError("called is one record of those that call() returns, such as calls[:1]")
+        uplink, queue = self._ranging.uplink, self._ranging.queue
+        queue.expect(uplink.send(self.round, self.number, list(auvs), time, called))
+
+    def call(self, auvs: Sequence[int], asvs: Sequence[int], time: float) -> Any:
+        """Let ASVs call AUVs now, at an instant (s), one for each.
+
+        Return what becomes of the calls, records of :data:`.rows.CALLED` (n,); who hears its call,
+        `.call == HEARD`, does so `.call_time_s` (s) later.
+        """
+        self._check(auvs, time)
+        vessels = range(len(self.view.asvs))
+        if len(asvs) != len(auvs) or any(asv not in vessels for asv in asvs):
+            raise ValueError(f"one ASV of 0..{vessels[-1]} calls each AUV; got {list(asvs)}")
+        callers = np.array(asvs, dtype=np.int64)
+        return self._ranging.uplink.call(list(auvs), callers, time).view(np.recarray)
+
+    def _check(self, auvs: Sequence[int], time: float) -> None:
+        """Refuse AUVs that are not in the slot, and instants that are not now."""
+        if len(set(auvs)) != len(auvs) or not set(auvs) <= set(self.group):
+            raise ValueError(f"the AUVs of the slot are {self.group}, each once; got {list(auvs)}")
+        now = self._ranging.env.now
+        if not abs(time - now) < SAME:
+            raise ValueError(f"it is {now:g} s, not {time:g} s: wait with `yield slot.until(time)`")
+
+    def until(self, time: float) -> simpy.Event:
+        """Return the event of an instant (s) that is not past."""
+        env = self._ranging.env
+        return env.timeout(max(time - env.now, 0.0))
+
+
+@dataclass(frozen=True)
+class OwnRanging:
+    """A ranging of somebody's own, by its name in the scenario; its steps are checked."""
+
+    name: str
+    way: Way
+    env: simpy.Environment
+    uplink: Uplink
+    queue: FixQueue | ReplyQueue
+    random: np.random.Generator
+
+    def ping(
+        self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
+    ) -> None:
+        """Let a group have its slot, from an instant (s) on."""
+        here = Slot(self, round_number, slot, group, view)
+        self.env.process(self._steps(here, time))
+
+    def _steps(self, slot: Slot, time: float) -> Generator[simpy.Event, Any, None]:
+        when = f" in slot {slot.number} of round {slot.round}"
+        steps = asked(RANGING.key, self.name, self.way, slot, time, when=when)
+        yield from checked_steps(RANGING.key, self.name, steps, self.env, when)
+
+    def close(self) -> None:
+        """End the mission; what is still to come of its slots is not recorded."""

@@ -1,0 +1,122 @@
+"""Instruments that somebody has written: what they measure of a ping is checked and fused."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.plugins import PluginError, asked, shown
+from ..records.rows import Row, Rows
+from ..scenario.families import INSTRUMENT
+from ..scenario.part_settings import own_part
+from .fusion import fuse
+
+Array = NDArray[np.float64]
+
+# A covariance may be asymmetric, or have eigenvalues below 0, by this share of its largest entry.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Sounding:
+    """One ping at the k ASVs that have decoded it, in the survey frame (m, z down).
+
+    `time` (s) is when AUV number `auv` pinged, at `source` (3,), the truth; `asvs` (k,) are the
+    numbers of the vessels, `poses` (k, 4) their x, y, z (m) and yaw (rad) as the ping arrives, and
+    `travel_times` (k,), s, its way.  If an ASV called for it, `call_time` (s) is how long that call
+    was under way, else None.  `random` is a stream of the instrument's own for this AUV.
+    """
+
+    time: float
+    auv: int
+    source: Array
+    asvs: NDArray[np.int64]
+    poses: Array
+    travel_times: Array
+    call_time: float | None
+    random: np.random.Generator
+
+
+class Instrument(Protocol):
+    """What an arrival measures, and how surely."""
+
+    def __call__(self, sounding: Sounding, /) -> tuple[Array, Array]:
+        """Return a fix for each ASV (k, 3), m, and their covariances (k, 3, 3), m2."""
+
+
+@dataclass(frozen=True)
+class OwnInstrument:
+    """An instrument of somebody's own, which every ASV carries: each of its answers is checked."""
+
+    name: str
+    measure: Instrument
+
+    def note(self, fix: Row, sounding: Sounding) -> None:
+        """Write what ASVs have made of a ping, fused, to the row of its fix.
+
+        Raises:
+            PluginError: when it raises anything, or what it returns are no fixes and covariances.
+        """
+        places, covariances = self._asked(sounding)
+        place, spread = fuse(list(places), list(covariances))
+        for axis, name in enumerate("xyz"):
+            fix[f"{name}_m"] = place[axis]
+            fix[f"sd_{name}_m"] = np.sqrt(max(spread[axis, axis], 0.0))
+        fix["cov_xy_m2"], fix["cov_xz_m2"], fix["cov_yz_m2"] = spread[[0, 0, 1], [1, 2, 2]]
+        fix["error_m"] = np.hypot(*(place - sounding.source)[:2])
+
+    def _asked(self, sounding: Sounding) -> tuple[Array, Array]:
+        when = f" of the ping at {sounding.time:g} s"
+        answer = asked(INSTRUMENT.key, self.name, self.measure, sounding, when=when)
+        places, covariances = asked(INSTRUMENT.key, self.name, _arrays, answer, when=when)
+        count = len(sounding.asvs)
+        if (
+            places.shape != (count, 3)
+            or covariances.shape != (count, 3, 3)
+            or not (np.isfinite(places).all() and _are_covariances(covariances))
+        ):
+            said = shown(INSTRUMENT.key, self.name, answer, when)
+            raise PluginError(
+                INSTRUMENT.key,
+                f"{self.name!r} measured {said}{when}; it must be fixes ({count}, 3) and their "
+                f"covariances ({count}, 3, 3), finite, symmetric and not below 0",
+            )
+        return places, covariances
+
+
+def instrument_named(name: str) -> OwnInstrument | None:
+    """Return an instrument by its name in the scenario; None for the compiled array.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+    """
+    return None if name in INSTRUMENT.siblings else OwnInstrument(name, own_part(INSTRUMENT, name))
+
+
+def sounding_of(ping: Row, heard: Rows, poses: Array, random: np.random.Generator) -> Sounding:
+    """Return a ping at the ASVs that have decoded it, of the rows of both."""
+    called = not np.isnan(ping["called_at_s"])
+    return Sounding(
+        float(ping["sent_at_s"]),
+        int(ping["auv"]),
+        np.array([ping["x_m"], ping["y_m"], ping["z_m"]]),
+        heard["asv"].copy(),
+        poses,
+        heard["travel_time_s"].copy(),
+        float(ping["call_time_s"]) if called else None,
+        random,
+    )
+
+
+def _arrays(answer: Any) -> tuple[Array, Array]:
+    places, covariances = answer
+    return np.asarray(places, dtype=np.float64), np.asarray(covariances, dtype=np.float64)
+
+
+def _are_covariances(matrices: Array) -> bool:
+    if not np.isfinite(matrices).all():
+        return False
+    small = ROUNDING * np.abs(matrices).max(initial=0.0)
+    symmetric = np.abs(matrices - matrices.transpose(0, 2, 1)).max(initial=0.0) <= small
+    return bool(symmetric and (np.linalg.eigvalsh(matrices) >= -small).all())
