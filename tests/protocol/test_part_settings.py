@@ -187,8 +187,9 @@ def test_a_setting_decides_the_mission_and_is_kept(home: Path, family: Family) -
     assert again.scenario == missions[0]
     kept = json.loads((home / "r" / "run.json").read_text())["scenario"]
     assert attrgetter(family.key)(again.scenario) == attrgetter(family.key)(missions[0])
-    section, _, name = family.key.partition(".")
-    assert kept[section][name] == {family.word or "model": OWN_PARTS[family], word: one}
+    for name in family.key.split("."):
+        kept = kept[name]
+    assert kept == {family.word or "model": OWN_PARTS[family], word: one}
     plugins._admitted.clear()
     ran = call(
         "run", "r/scenario.yaml", "--seed", 1, "--allow-plugins", "--no-advice", "--out", "s"
