@@ -15,7 +15,6 @@ from pydantic import ValidationError
 from bindusbl_des import Scenario, cautions, simulate
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
-from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError, parameters
@@ -50,8 +49,8 @@ def drawn(seed: int, folder: Path) -> dict[str, Any]:
 def _object(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> dict[str, Any]:
     out = {}
     for name, part in schema["properties"].items():
-        is_section = "$ref" in part or ("anyOf" in part and "discriminator" in part)
-        if draw.random() < (0.7 if is_section else WRITTEN):
+        is_section = "$ref" in part or any("$ref" in arm for arm in part.get("anyOf", ()))
+        if name in schema.get("required", ()) or draw.random() < (0.7 if is_section else WRITTEN):
             out[name] = _value(part, draw, (*path, name))
     return out
 
@@ -60,7 +59,7 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
     if "$ref" in schema:
         return _value(SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]], draw, path)
     if "anyOf" in schema:
-        arms = schema["anyOf"]
+        arms = [arm for arm in schema["anyOf"] if not _is_own(arm)]
         nulls = [arm for arm in arms if arm.get("type") == "null"]
         if nulls and draw.random() < NULL:
             return None
@@ -83,8 +82,15 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
     if kind == "array":
         return _array(schema, draw, path)
     assert kind == "string", schema
-    siblings = {tuple(family.key.split(".")): family.siblings for family in FAMILIES}
-    return draw.choice(siblings.get(path, ("text",)))
+    return "text"
+
+
+def _is_own(schema: dict[str, Any]) -> bool:
+    """Tell whether a value would be a part of somebody's own, which nobody has."""
+    if "$ref" in schema:
+        return schema["$ref"].rpartition("/")[2].startswith("Own")
+    model = schema.get("properties", {}).get("model", schema)
+    return model.get("pattern", "").startswith("^[^:]+:")
 
 
 def _number(schema: dict[str, Any], draw: random.Random) -> float | int:

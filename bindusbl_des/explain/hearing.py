@@ -172,7 +172,7 @@ def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
     """Return the probability of losing a ping, and how it comes about."""
     channel, slant_range = result.scenario.acoustics.hf.channel, float(reception.slant_range_m)
     if is_plugin(channel):
-        return None, "how likely the plug-in let it be lost is not recorded"
+        return None, "the chance is the plug-in's (not recorded)"
     loss, auvs = result.scenario.acoustics.loss, result.scenario.auvs.count
     raw = range_loss(slant_range, LOSS_LAWS[loss.law])
     contention = contention_loss(auvs, loss.contention_per_auv)

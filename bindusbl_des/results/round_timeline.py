@@ -34,7 +34,7 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
     slots, starts = slots_of(result.scenario), _first_pings(result, number)
     length = slots.uplink_slot
     if is_plugin(result.scenario.protocol.ranging):  # only it knew, and it is not asked here
-        length = (row.uplink_s or 0.0) / max(row.colours, 1)
+        starts, length = {}, (row.uplink_s or 0.0) / max(row.colours, 1)
     spans: list[Span] = []
     ends = float(row.started_at_s)
     for slot in range(int(row.colours)):

@@ -127,7 +127,7 @@ def test_an_instrument_of_ones_own_is_fused_as_any() -> None:
     """Two ASVs that measure to 0.5 m make fixes of 0.5 m / sqrt(2), and say so."""
     world = still(
         1, at=10.0, duration_s=900.0, navigation=QUIET_NAVIGATION,
-        usbl={**QUIET_USBL, "model": {"model": compass, "sd_m": 0.5}}, 
+        usbl={**QUIET_USBL, "model": {"model": compass, "sd_m": 0.5}},
         asvs={"count": 2, "formation": {"radius_m": 5.0}},
     )  # fmt: skip
     fixes = simulate(world, 2).tables["fixes"]
