@@ -21,7 +21,7 @@ QUARTER_TURN = math.pi / 2.0
 
 # A segment as a row: its first point (m) and heading (rad), curvature (1/m), distance along the
 # path at which it begins (m), length (m)
-X, Y, YAW, CURVATURE, BEGIN, LENGTH, ROW_COLUMNS = range(7)
+PATH_ROW = np.dtype([(name, "f8") for name in ("x", "y", "yaw", "curvature", "begin", "length")])
 
 
 class Pose(NamedTuple):
@@ -180,17 +180,18 @@ def dubins_segments(start: Pose, end: Pose, radius: float) -> Iterable[Segment]:
         yield Segment(bend[kind], length)
 
 
-def path_rows(path: Path) -> tuple[Array, int]:
-    """Return one path's rows, and at which of them its tour begins again (-1: it ends)."""
+def path_rows(path: Path) -> tuple[NDArray[np.void], int]:
+    """Return a path's rows, PATH_ROW, and at which of them its tour begins again (-1: it ends)."""
     segments, again = list(path.segments), -1
     if path.repeats_from is not None:
         segments, again = _jointed(segments, path.repeats_from)
     if not segments:  # a point to hover at
         segments = [Segment(0.0, 0.0)]
-    rows = np.empty((len(segments), ROW_COLUMNS))
-    rows[:, CURVATURE:] = [(segment.curvature, 0.0, segment.length) for segment in segments]
-    rows[1:, BEGIN] = np.cumsum(rows[:-1, LENGTH])
-    rows[:, :CURVATURE] = Path(path.start, tuple(segments)).sample(rows[:, BEGIN])
+    rows = np.zeros(len(segments), dtype=PATH_ROW)
+    rows["curvature"], rows["length"] = np.array(segments).T
+    rows["begin"][1:] = np.cumsum(rows["length"][:-1])
+    poses = Path(path.start, tuple(segments)).sample(rows["begin"])
+    rows["x"], rows["y"], rows["yaw"] = poses.T
     return rows, again
 
 

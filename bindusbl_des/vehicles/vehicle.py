@@ -5,7 +5,6 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry import paths
 from ..geometry.paths import Path, path_rows
 from . import motion
 from .motion import COS, HEADINGS, PLACE, Motion
@@ -97,15 +96,16 @@ def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> Seg
     end = path.length
     while again >= 0 and end < speed * until:
         lap = rows[again:].copy()
-        lap[:, paths.BEGIN] += end - rows[again, paths.BEGIN]
-        end += path.length - rows[again, paths.BEGIN]
+        lap["begin"] += end - rows["begin"][again]
+        end += path.length - rows["begin"][again]
         flown.append(lap)
     way = np.concatenate(flown)
     table = np.zeros((len(way) + 1, COS))
-    table[:-1, [motion.X, motion.Y, motion.YAW]] = way[:, : paths.CURVATURE]
+    table[:-1, motion.X], table[:-1, motion.Y] = way["x"], way["y"]
+    table[:-1, motion.YAW] = way["yaw"]
     table[:-1, motion.SPEED] = speed
-    table[:-1, motion.TURN] = way[:, paths.CURVATURE] * speed
-    table[:-1, motion.BEGIN] = way[:, paths.BEGIN] / speed
+    table[:-1, motion.TURN] = way["curvature"] * speed
+    table[:-1, motion.BEGIN] = way["begin"] / speed
     table[-1, [motion.X, motion.Y, motion.YAW]] = path.end
     table[-1, motion.BEGIN] = end / speed
     table[:, motion.Z] = depth

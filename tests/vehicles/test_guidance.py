@@ -49,9 +49,9 @@ def on_lanes(
     interval = np.minimum((times / guided.control_s).astype(int), guided.active.shape[1] - 1)
     row = guided.tracks.rows[guided.active[0][interval]]
     place = guided.vehicle(0).sample(times)
-    into = (place[:, 0] - row[:, tracks.X]) * np.cos(row[:, tracks.YAW])
-    into += (place[:, 1] - row[:, tracks.Y]) * np.sin(row[:, tracks.YAW])
-    lane = (row[:, tracks.CURVATURE] == 0.0) & (row[:, tracks.LENGTH] > longer_than)
+    into = (place[:, 0] - row["x"]) * np.cos(row["yaw"])
+    into += (place[:, 1] - row["y"]) * np.sin(row["yaw"])
+    lane = (row["curvature"] == 0.0) & (row["length"] > longer_than)
     return np.asarray(lane & (into > after))
 
 
@@ -60,7 +60,7 @@ def on_lanes(
 
 def locate(path: Path, place: tuple[float, float], start: float = 0.0) -> tuple[float, ...]:
     """Return what a vehicle finds that looks for its place on a path, having begun at `start`."""
-    packed, progress = tracks.pack([path]), np.zeros(tracks.PROGRESS)
+    packed, progress = tracks.pack([path]), np.zeros(1, tracks.PROGRESS)[0]
     for along in np.arange(0.0, start, 0.5):
         tracks.locate(packed.rows, packed.bounds[0], progress, *path.at(along)[:2])
     found = tracks.locate(packed.rows, packed.bounds[0], progress, *place)
@@ -86,7 +86,7 @@ def test_a_tour_goes_on_where_it_repeats() -> None:
     tour = there_and_back(
         lawnmower(60, 1, 0, spacing=10, margin=5, radius=1), 60, 1, math.radians(20)
     )
-    packed, progress = tracks.pack([tour]), np.zeros(tracks.PROGRESS)
+    packed, progress = tracks.pack([tour]), np.zeros(1, tracks.PROGRESS)[0]
     for along in np.arange(0.0, 3 * tour.length, 0.06):
         x, y, yaw = tour.at(along)
         cross, heading, _, left = tracks.locate(packed.rows, packed.bounds[0], progress, x, y)
@@ -108,7 +108,7 @@ def test_a_neighbouring_lane_is_not_mistaken_for_ones_own() -> None:
 def test_a_bend_is_seen_ahead() -> None:
     """One metre before an arc the curvature two metres ahead is the arc's."""
     packed = tracks.pack([Path(Pose(0, 0, 0), (Segment(0.0, 10.0), Segment(-0.5, 3.0)))])
-    progress = np.array([0.0, 9.0, 0.0])
+    progress = np.array([(0, 9.0, 0.0)], tracks.PROGRESS)[0]
     ahead = [tracks.bend_ahead(packed.rows, packed.bounds[0], progress, m) for m in (0.5, 2.0, 9.0)]
     assert ahead == [0.0, -0.5, 0.0]
 
@@ -376,7 +376,7 @@ def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
     for k, line in enumerate(lines):
         after = places(fine, np.array([line, line + tiny, line + 2 * tiny]))
         rates = (-3 * after[0] + 4 * after[1] - after[2]) / (2 * tiny)
-        logbook.note(log, k, step, np.concatenate((table[k], rates)))
+        logbook.note(log, k, step, belief.Spot(*table[k], *rates, 0.0, 0.0))
     times = np.sort(np.random.default_rng(2).uniform(0.0, lines[-1], 300))
     read = motion.lines(*Motion(log, np.array([0, len(log)]), step), 0, times)
     truth = places(Fleet(model, rest, **sea), times)  # type: ignore[arg-type]
@@ -392,7 +392,7 @@ def test_headings_sum_up_exactly_on_a_circle() -> None:
         yaw = rate * line * step
         c, s = math.cos(yaw), math.sin(yaw)
         place, rates = (s, 1.0 - c, 5.0, yaw), (rate * c, rate * s, 0.0, rate)
-        logbook.note(log, line, step, np.array([*place, *rates]))
+        logbook.note(log, line, step, belief.Spot(*place, *rates, 0.0, 0.0))
     circle, instants = Motion(log, np.array([0, 21]), step), np.array([0.31, 1.0])
     for instant, row in zip(instants, motion.lines(*circle, 0, instants), strict=True):
         yaw = rate * instant
@@ -470,11 +470,11 @@ def test_the_path_flown_is_off_by_what_is_believed(model: str, bearing: float) -
 def test_drift_is_straight_between_samples() -> None:
     """A quarter of the way between two samples a quarter of the step has been walked."""
     walk = np.array([[0.0, 0.0], [1.0, -2.0], [1.0, 6.0]])
-    line, bias = np.zeros(logs.COLUMNS), np.array([0.1, 0.2])
+    line, bias = np.zeros(logs.COLUMNS), np.array([[0.1, 0.2]])
     line[[logs.COS, logs.SIN]] = 3.0, 4.0
-    world = belief.error(0.625, line, bias, False, walk, 2.0)
+    world = belief.error(0.625, line, SteeringDrift(bias, False, walk[None], 2.0), 0)
     assert world == pytest.approx((0.0625 + 1.0, 0.125 - 2.0 + 0.25 * 8.0))
-    body = belief.error(0.5, line, bias, True, walk, 2.0)
+    body = belief.error(0.5, line, SteeringDrift(bias, True, walk[None], 2.0), 0)
     assert body == pytest.approx((0.3 - 0.8 + 1.0, 0.4 + 0.6 - 2.0))
 
 

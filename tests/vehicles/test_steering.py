@@ -127,10 +127,10 @@ def test_fixes_that_show_no_headway_make_it_push_harder() -> None:
 
 def learnt(times: Floats, sums: Floats) -> Floats:
     """Return the drift (m/s) that sums of corrections (m) at instants (s) have shown."""
-    line = np.zeros(drift.MEMORIES)
+    line = np.zeros(1, drift.TREND)
     for instant, (north, east) in zip(times.tolist(), sums.tolist(), strict=True):
-        drift.learn(instant, north, east, line)
-    return line[[drift.RATE_N, drift.RATE_E]]
+        drift.learn(instant, north, east, line[0])
+    return np.asarray(line["rate"][0])
 
 
 def test_the_drift_is_the_slope_of_the_corrections() -> None:

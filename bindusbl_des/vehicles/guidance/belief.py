@@ -4,8 +4,8 @@ An autopilot has its AHRS (attitude and turn rates), its depth and a velocity lo
 that of dead reckoning. Whatever else is true stays outside.
 """
 
-from dataclasses import dataclass
 from math import ceil, cos, floor, sin
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,15 +14,46 @@ from ...records.rows import Row
 from .. import logs
 from ..hulls.frames import Floats
 
-# What `sensed` holds: the offset from the station (m) by estimate or GNSS, and the velocity that
-# the log measures (m/s), north and east; that ahead and to starboard of the hull (a REMUS asks for
-# the one through the water); and how fast the water carries the vehicle beyond what the log
-# measures, as far as fixes show (m/s)
-OFF_N, OFF_E, LOG_N, LOG_E, LOG_AHEAD, LOG_ASIDE, SET_N, SET_E, SENSED = range(9)
+
+class Sensed(NamedTuple):
+    """What a vehicle knows at an instant, and steers by; all that an autopilot may look at.
+
+    Of its true `state`, attitude, turn rates and depth; how fast it sinks (m/s); the offset from
+    its station (m) by estimate or GNSS, and the velocity that its log measures (m/s), north and
+    east; that ahead and to starboard of the hull (a REMUS asks for the one through the water); and
+    how fast the water carries it beyond what the log measures, as far as fixes show (m/s).
+    """
+
+    state: Floats
+    sinking: float
+    off_n: float
+    off_e: float
+    log_n: float
+    log_e: float
+    log_ahead: float
+    log_aside: float
+    set_n: float
+    set_e: float
 
 
-@dataclass(frozen=True)
-class SteeringDrift:
+class Spot(NamedTuple):
+    """Where a vehicle is and how it moves: place (m), yaw (rad), their rates (m/s, rad/s), and the
+    current ahead and to starboard (m/s).
+    """
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+    north: float
+    east: float
+    sinking: float
+    turning: float
+    ahead: float
+    aside: float
+
+
+class SteeringDrift(NamedTuple):
     """How wrong the dead reckoning is by which vehicles steer.
 
     `bias` (2,) or (n, 2) m/s of velocity, ahead and to starboard if `in_body`, else along x and y;
@@ -56,7 +87,9 @@ def for_fleet(
     bias = np.array(np.broadcast_to(drift.bias, (count, 2)), dtype=np.float64, order="C")
     if not (np.isfinite(walk).all() and np.isfinite(bias).all()):
         raise ValueError(f"{model}: drift.bias and drift.walk must be finite numbers")
-    return SteeringDrift(bias, bool(drift.in_body), walk, float(drift.rate), drift.through_water)
+    return SteeringDrift(
+        bias, bool(drift.in_body), walk, float(drift.rate), bool(drift.through_water)
+    )
 
 
 @inlined
@@ -73,25 +106,25 @@ def carried_on(time: float, line: Floats, told: Row, in_body: bool) -> tuple[flo
 
 
 @inlined
-def set_of(turn: float, told: Row, sensed: Floats) -> None:
-    """Write how fast water and bias carry the vehicle beyond what its log measures (m/s).
+def set_of(turn: float, told: Row) -> tuple[float, float]:
+    """Return how fast water and bias carry the vehicle beyond what its log measures (m/s).
 
     As a filter has learnt it; `turn` (rad) is that of the frame in which the bias is constant.
     """
     c_turn, s_turn = cos(turn), sin(turn)
-    sensed[SET_N] = told.current[0] - (c_turn * told.bias[0] - s_turn * told.bias[1])
-    sensed[SET_E] = told.current[1] - (s_turn * told.bias[0] + c_turn * told.bias[1])
+    north = told.current[0] - (c_turn * told.bias[0] - s_turn * told.bias[1])
+    east = told.current[1] - (s_turn * told.bias[0] + c_turn * told.bias[1])
+    return north, east
 
 
 @inlined
-def error(
-    time: float, line: Floats, bias: Floats, in_body: bool, walk: Floats, rate: float
-) -> tuple[float, float]:
+def error(time: float, line: Floats, drift: SteeringDrift, vehicle: int) -> tuple[float, float]:
     """Return how far (m) along x and y a vehicle believes to be from where it is.
 
-    `line` of its log holds the integrals of its heading; `bias` (2,) m/s; `walk` (samples, 2) m.
+    `line` of its log holds the integrals of its heading.
     """
-    if in_body:
+    bias, walk, rate = drift.bias[vehicle], drift.walk[vehicle], drift.rate
+    if drift.in_body:
         ahead, aside = line[logs.COS], line[logs.SIN]
         north, east = ahead * bias[0] - aside * bias[1], aside * bias[0] + ahead * bias[1]
     else:
@@ -106,21 +139,21 @@ def error(
 
 @inlined
 def read_log(
-    spot: Floats, own: tuple[float, float], current: Floats, missed: float, bias: Floats,
-    in_body: bool, sensed: Floats,
-) -> None:  # fmt: skip
-    """Write what a velocity log measures (m/s), bias included, north, east, ahead and to starboard.
+    spot: Spot, own: tuple[float, float], current: Floats, drift: SteeringDrift, vehicle: int
+) -> tuple[float, float, float, float]:
+    """Return what a velocity log measures (m/s), bias included, north, east, ahead, to starboard.
 
-    `spot` is a line of the log of the voyage; `own` the velocity ahead and to starboard without
-    bias; `current` (2,) m/s, of which the share `missed` (0 or 1) escapes. The random walk of dead
-    reckoning is left to the position: it is faster than the loops, and as noise of this velocity
-    changes path errors of a BlueROV2 by 0.02 m at most.
+    `own` is the velocity ahead and to starboard without bias; `current` (2,) m/s escapes a log
+    without bottom lock. The random walk of dead reckoning is left to the position: it is faster
+    than the loops, and as noise of this velocity changes path errors of a BlueROV2 by 0.02 m at
+    most.
     """
-    yaw = spot[logs.YAW]
-    turn = yaw if in_body else 0.0
+    bias, missed = drift.bias[vehicle], 1.0 if drift.through_water else 0.0
+    turn = spot.yaw if drift.in_body else 0.0
     c_turn, s_turn = cos(turn), sin(turn)
-    sensed[LOG_N] = spot[4] - missed * current[0] + c_turn * bias[0] - s_turn * bias[1]
-    sensed[LOG_E] = spot[5] - missed * current[1] + s_turn * bias[0] + c_turn * bias[1]
-    c_hull, s_hull = cos(turn - yaw), sin(turn - yaw)
-    sensed[LOG_AHEAD] = own[0] + c_hull * bias[0] - s_hull * bias[1]
-    sensed[LOG_ASIDE] = own[1] + s_hull * bias[0] + c_hull * bias[1]
+    north = spot.north - missed * current[0] + c_turn * bias[0] - s_turn * bias[1]
+    east = spot.east - missed * current[1] + s_turn * bias[0] + c_turn * bias[1]
+    c_hull, s_hull = cos(turn - spot.yaw), sin(turn - spot.yaw)
+    ahead = own[0] + c_hull * bias[0] - s_hull * bias[1]
+    aside = own[1] + s_hull * bias[0] + c_hull * bias[1]
+    return north, east, ahead, aside

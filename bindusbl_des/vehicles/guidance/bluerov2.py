@@ -11,10 +11,12 @@ from math import cos, hypot, sin, sqrt
 import numpy as np
 
 from ...core.compiled import compiled
+from ...records.rows import Row
 from ..hulls import bluerov2 as hull
 from ..hulls.frames import Floats
-from .belief import LOG_AHEAD, LOG_ASIDE, LOG_E, LOG_N, SET_E, SET_N
+from .belief import Sensed
 from .signals import half_turn, within
+from .tracks import Aim
 
 # Newtons of one thruster that a newton or newton metre of each axis costs: 1 / (4 c), c = cos 45
 # deg, across; 1 / (4 arm) in the turns (arms 0.1888, 0.218, 0.12 m); a quarter in heave
@@ -37,19 +39,20 @@ DEPTH_GAIN, DEPTH_RATE_GAIN, DEPTH_INTEGRAL, DEPTH_INTEGRAL_LIMIT = 40.0, 30.0, 
 ROLL_GAIN, ROLL_RATE_GAIN = 8.0, 3.0  # N m, rad, s
 PITCH_GAIN, PITCH_RATE_GAIN = 12.0, 3.0  # N m, rad, s; the hull alone is unstable above 0.5 m/s
 
-# What the controller remembers: integrators (N north, N east, N m, N) and the demanded speed (m/s)
-NORTH, EAST, TURN, SINK, SPEED = range(5)
+# What the controller is told at first, the most that a thruster gives (N), and what it remembers:
+# integrators (N north, N east, N m, N) and the demanded speed (m/s)
+MEMORY = np.dtype([(name, "f8") for name in ("most", "north", "east", "turn", "sink", "speed")])
 
 
-def begin(current: Floats, p: Floats, memory: Floats, state: Floats) -> None:
-    """Start carried along by a current (m/s), with the thrust that holds the depth; writes `state`.
+def begin(current: Floats, p: Floats, memory: Row, state: Floats) -> None:
+    """Start carried along by a current (m/s), with the thrust that holds the depth.
 
-    `memory` (>= 5,).
+    Writes `state` and a fresh MEMORY.
     """
     c_yaw, s_yaw = cos(state[5]), sin(state[5])
     state[6] = c_yaw * current[0] + s_yaw * current[1]
     state[7] = c_yaw * current[1] - s_yaw * current[0]
-    memory[SINK] = -p[hull.SINKING]
+    memory["sink"] = -p[hull.SINKING]
 
 
 @compiled
@@ -84,47 +87,44 @@ def share_thrust(wanted: Floats, most: float, given: Floats) -> tuple[bool, bool
 
 @compiled
 def steer(
-    state: Floats, rates: Floats, sensed: Floats, aim: tuple[float, float, float, float],
-    speed: float, depth: float, interval: float, p: Floats, most: float, memory: Floats,
+    sensed: Sensed, aim: Aim, order: Row, interval: float, p: Floats, memory: Row,
     work: Floats, command: Floats,
 ) -> bool:  # fmt: skip
-    """Write the wrench that carries the vehicle along its path at `speed` by its log (m/s).
+    """Write the wrench that carries the vehicle along its path at the speed (m/s) ordered, by its
+    log; `work` (6,). Returns whether any axis was saturated.
 
-    `state` and its `rates` (12,), of which attitude, turn rates and depth are read; `sensed`
-    (belief.SENSED,) what it knows of its place and velocity; `aim` as `tracks.locate` returns it;
-    `most` N per thruster; `work` (6,). Returns whether any axis was saturated. Wanted velocity
-    U (cos d t - sin d n) - w_n n, d = atan(y_e / lookahead), along the path's tangent t and normal
-    n (line of sight, Fossen 2021, section 12.4), w the current that the log misses, as far as
-    fixes have shown; velocity errors are fed back in the heading frame and integrated in
-    North-East, so that nothing unwinds in a turn.
+    Wanted velocity U (cos d t - sin d n) - w_n n, d = atan(y_e / lookahead), along the path's
+    tangent t and normal n (line of sight, Fossen 2021, section 12.4), w the current that the log
+    misses, as far as fixes have shown; velocity errors are fed back in the heading frame and
+    integrated in North-East, so that nothing unwinds in a turn.
     """
-    cross, path_yaw, bend, left = aim
+    state, cross, path_yaw, left = sensed.state, aim.cross, aim.yaw, aim.left
     c_path, s_path = cos(path_yaw), sin(path_yaw)
-    along = sensed[SET_N] * c_path + sensed[SET_E] * s_path
-    across = sensed[SET_E] * c_path - sensed[SET_N] * s_path
-    memory[SPEED] = min(memory[SPEED] + ACCELERATION * interval, speed)
-    ahead = min(memory[SPEED], max(STOPPING * left, -BACKING))
+    along = sensed.set_n * c_path + sensed.set_e * s_path
+    across = sensed.set_e * c_path - sensed.set_n * s_path
+    memory.speed = min(memory.speed + ACCELERATION * interval, order.speed)
+    ahead = min(memory.speed, max(STOPPING * left, -BACKING))
     offset = hypot(LOOKAHEAD, cross)
     made = max(ahead + along, LEAST_HEADWAY * ahead)  # over ground along the path, when on it
     forward, aside = (made - along) * LOOKAHEAD / offset, -ahead * cross / offset - across
-    if STOPPING * left < memory[SPEED]:  # about to hover: towards the end, whatever the bearing
-        forward, aside = ahead - along, -within(STOPPING * cross, speed) - across
+    if STOPPING * left < memory.speed:  # about to hover: towards the end, whatever the bearing
+        forward, aside = ahead - along, -within(STOPPING * cross, order.speed) - across
     c_yaw, s_yaw = cos(state[5]), sin(state[5])
     turn = path_yaw - state[5]
     wanted_u = forward * cos(turn) - aside * sin(turn)
     wanted_v = forward * sin(turn) + aside * cos(turn)
-    error_u = wanted_u - (sensed[LOG_N] * c_yaw + sensed[LOG_E] * s_yaw)
-    error_v = wanted_v - (sensed[LOG_E] * c_yaw - sensed[LOG_N] * s_yaw)
-    u, v, yaw_error = sensed[LOG_AHEAD], sensed[LOG_ASIDE], half_turn(turn)
-    turning = bend * made
-    push = SURGE_GAIN * error_u + memory[NORTH] * c_yaw + memory[EAST] * s_yaw
+    error_u = wanted_u - (sensed.log_n * c_yaw + sensed.log_e * s_yaw)
+    error_v = wanted_v - (sensed.log_e * c_yaw - sensed.log_n * s_yaw)
+    u, v, yaw_error = sensed.log_ahead, sensed.log_aside, half_turn(turn)
+    turning = aim.bend * made
+    push = SURGE_GAIN * error_u + memory.north * c_yaw + memory.east * s_yaw
     push += (p[hull.L1] + p[hull.Q1] * abs(wanted_u)) * wanted_u
-    side = SWAY_GAIN * error_v + memory[EAST] * c_yaw - memory[NORTH] * s_yaw
+    side = SWAY_GAIN * error_v + memory.east * c_yaw - memory.north * s_yaw
     side += (p[hull.L2] + p[hull.Q2] * abs(wanted_v)) * wanted_v + p[hull.M1] * u * turning
-    twist = YAW_GAIN * yaw_error + YAW_RATE_GAIN * (turning - state[11]) + memory[TURN]
+    twist = YAW_GAIN * yaw_error + YAW_RATE_GAIN * (turning - state[11]) + memory.turn
     twist += p[hull.Q6] * abs(turning) * turning + (p[hull.M2] - p[hull.M1]) * u * v
-    deeper = depth - state[2]
-    sink = DEPTH_GAIN * deeper - DEPTH_RATE_GAIN * rates[2] + memory[SINK]
+    deeper = order.depth - state[2]
+    sink = DEPTH_GAIN * deeper - DEPTH_RATE_GAIN * sensed.sinking + memory.sink
     s_roll, c_roll, s_pitch, c_pitch = sin(state[3]), cos(state[3]), sin(state[4]), cos(state[4])
     lean = s_pitch * push + c_pitch * sink
     work[0] = c_pitch * push - s_pitch * sink
@@ -133,17 +133,17 @@ def steer(
     work[3] = -ROLL_GAIN * state[3] - ROLL_RATE_GAIN * state[9]
     work[4] = -PITCH_GAIN * state[4] - PITCH_RATE_GAIN * state[10]
     work[5] = twist
-    surge, sway, heave, yaw, tilt = share_thrust(work, most, command)
+    surge, sway, heave, yaw, tilt = share_thrust(work, memory.most, command)
     # an axis that is saturated learns nothing
     grow_u = 0.0 if surge else SURGE_INTEGRAL * error_u * interval
     grow_v = 0.0 if sway else SWAY_INTEGRAL * error_v * interval
-    memory[NORTH] += c_yaw * grow_u - s_yaw * grow_v
-    memory[EAST] += s_yaw * grow_u + c_yaw * grow_v
+    memory.north += c_yaw * grow_u - s_yaw * grow_v
+    memory.east += s_yaw * grow_u + c_yaw * grow_v
     if not yaw:
-        memory[TURN] = within(memory[TURN] + YAW_INTEGRAL * yaw_error * interval,
+        memory.turn = within(memory.turn + YAW_INTEGRAL * yaw_error * interval,
                                YAW_INTEGRAL_LIMIT)  # fmt: skip
     if not heave:
-        memory[SINK] = within(memory[SINK] + DEPTH_INTEGRAL * deeper * interval,
+        memory.sink = within(memory.sink + DEPTH_INTEGRAL * deeper * interval,
                                DEPTH_INTEGRAL_LIMIT)  # fmt: skip
     return surge or sway or heave or yaw or tilt
 

@@ -7,9 +7,13 @@ method: nonlinear PID with weathervaning, Fossen 2021, sections 15.2 and 15.3.
 
 from math import copysign, cos, hypot, sin
 
+import numpy as np
+
 from ...core.compiled import compiled
+from ...records.rows import Row
 from ..hulls import cybership2 as hull
 from ..hulls.frames import Floats
+from .belief import Sensed
 from .otter import average_fixes
 from .signals import half_turn, within
 
@@ -24,32 +28,31 @@ PUSHED = 0.03  # N from astern: it lies the wrong way round, in a current above 
 
 # What the controller remembers: averaged offset from station (m), integrators (N, N, N m), heading
 # wanted (rad), whether it has begun
-OFF_N, OFF_E, PUSH_N, PUSH_E, TWIST, BOW, BEGUN = range(7)
+_NUMBERS = ("off_n", "off_e", "push_n", "push_e", "twist", "bow")
+MEMORY = np.dtype([(name, "f8") for name in _NUMBERS] + [("begun", "?")])
 
 
 @compiled
-def steer(
-    state: Floats, off_north: float, off_east: float, north_rate: float, east_rate: float,
-    interval: float, p: Floats, memory: Floats, command: Floats,
-) -> bool:  # fmt: skip
+def steer(sensed: Sensed, interval: float, p: Floats, memory: Row, command: Floats) -> bool:
     """Write surge and sway force (N) and yaw moment (N m) that keep the ship at its station.
 
-    `state` (6,); its offset from station by GNSS (m) and velocity over ground (m/s), north and
-    east. Returns whether an axis was saturated; its integrator then waits.
+    It knows its offset from there by GNSS and its velocity over ground. Returns whether an axis was
+    saturated; its integrator then waits.
     """
-    if memory[BEGUN] == 0.0:
-        memory[BEGUN], memory[BOW] = 1.0, state[2]
-    average_fixes(off_north, off_east, north_rate, east_rate, interval, memory)
-    reach = hypot(memory[OFF_N], memory[OFF_E])
+    state, north_rate, east_rate = sensed.state, sensed.log_n, sensed.log_e
+    if not memory.begun:
+        memory.begun, memory.bow = True, state[2]
+    average_fixes(sensed, interval, memory)
+    reach = hypot(memory.off_n, memory.off_e)
     near = min(1.0, 2.0 * WATCH_CIRCLE / reach) if reach > 0.0 else 1.0
     stiff_u, stiff_v = p[hull.M11] * FREQUENCY**2, p[hull.M22] * FREQUENCY**2
     brake = 2.0 * DAMPING * FREQUENCY
     c_yaw, s_yaw = cos(state[2]), sin(state[2])
-    off_u = near * (memory[OFF_N] * c_yaw + memory[OFF_E] * s_yaw)
-    off_v = near * (memory[OFF_E] * c_yaw - memory[OFF_N] * s_yaw)
+    off_u = near * (memory.off_n * c_yaw + memory.off_e * s_yaw)
+    off_v = near * (memory.off_e * c_yaw - memory.off_n * s_yaw)
     u, v = north_rate * c_yaw + east_rate * s_yaw, east_rate * c_yaw - north_rate * s_yaw
-    push_u = memory[PUSH_N] * c_yaw + memory[PUSH_E] * s_yaw
-    push_v = memory[PUSH_E] * c_yaw - memory[PUSH_N] * s_yaw
+    push_u = memory.push_n * c_yaw + memory.push_e * s_yaw
+    push_v = memory.push_e * c_yaw - memory.push_n * s_yaw
     surge = push_u - stiff_u * off_u - brake * p[hull.M11] * u
     sway = push_v - stiff_v * off_v - brake * p[hull.M22] * v
     # the hull is pushed across far more easily than along, so the direction of the push misleads:
@@ -57,11 +60,11 @@ def steer(
     turning = within(TURNING * sway, FASTEST_TURN)
     if push_u < -PUSHED:
         turning = copysign(FASTEST_TURN, sway)
-    memory[BOW] += turning * interval
-    turn = half_turn(memory[BOW] - state[2])
+    memory.bow += turning * interval
+    turn = half_turn(memory.bow - state[2])
     stiff_r = YAW_FREQUENCY**2 / p[hull.I33]
     yaw = stiff_r * turn - 2.0 * YAW_DAMPING * YAW_FREQUENCY / p[hull.I33] * state[5]
-    yaw += memory[TWIST]
+    yaw += memory.twist
     command[0], command[1] = within(surge, SURGE_LIMIT), within(sway, SWAY_LIMIT)
     command[2] = within(yaw, YAW_LIMIT)
     grow_u = grow_v = 0.0
@@ -70,9 +73,9 @@ def steer(
         grow_u = learning * stiff_u * off_u
     if command[1] == sway:
         grow_v = learning * stiff_v * off_v
-    memory[PUSH_N] -= c_yaw * grow_u - s_yaw * grow_v
-    memory[PUSH_E] -= s_yaw * grow_u + c_yaw * grow_v
+    memory.push_n -= c_yaw * grow_u - s_yaw * grow_v
+    memory.push_e -= s_yaw * grow_u + c_yaw * grow_v
     if command[2] == yaw:
-        memory[TWIST] += LEARNING * YAW_FREQUENCY * interval * stiff_r * turn
+        memory.twist += LEARNING * YAW_FREQUENCY * interval * stiff_r * turn
     full: bool = command[0] != surge or command[1] != sway or command[2] != yaw
     return full

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...geometry.paths import Path, Segment
+from ...records.rows import Rows
 from ..hulls.frames import Floats
 from ..hulls.models import Model
-from . import bluerov2, cybership2, drift, flight, otter, remus100
+from . import bluerov2, cybership2, flight, otter, remus100
 
 WATCH_CIRCLES = {"otter": otter.WATCH_CIRCLE, "cybership2": cybership2.WATCH_CIRCLE}
 LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
@@ -23,17 +24,13 @@ WHOLE = 1e-9  # rounding, in steps, within which a control interval is a whole n
 class Vessels:
     """The vehicles of a fleet as the compiled flight moves them; arrays change in place.
 
-    `hull` what the equations of motion read, `gains` what the controllers read; by vehicle:
-    `states` (n, state), `memory` (n, flight.MEMORY), `watch` (n, flight.WATCH), `lines`
-    (n, drift.MEMORIES).
+    `hull` is what the equations of motion read; by vehicle: `states` (n, state), and `own`
+    (n,), flight.VESSEL, what each is told and remembers.
     """
 
     hull: Floats
-    gains: Floats
     states: Floats
-    memory: Floats
-    watch: Floats
-    lines: Floats
+    own: Rows
 
 
 def begun(time: float, control: float) -> int:
@@ -99,11 +96,9 @@ def circled(path: Path, radius: float) -> Path:
 
 
 def _vessels(kind: Model, body: Any, count: int) -> Vessels:
-    states = np.zeros((count, len(kind.states)))
-    memory, watch = np.zeros((count, flight.MEMORY)), np.zeros((count, flight.WATCH))
-    watch[:, flight.PATIENCE] = PATIENCE_S
-    lines = np.zeros((count, drift.MEMORIES))
-    return Vessels(kind.pack(body), np.zeros((count, 2)), states, memory, watch, lines)
+    own = np.zeros(count, dtype=flight.VESSEL)
+    own["watch"]["patience"] = PATIENCE_S
+    return Vessels(kind.pack(body), np.zeros((count, len(kind.states))), own)
 
 
 def on_paths(
@@ -117,19 +112,19 @@ def on_paths(
     carried by the current.
     """
     vessels = _vessels(kind, body, len(paths))
-    vessels.watch[:, flight.SPEED], vessels.watch[:, flight.DEPTH] = speed, depth
-    vessels.watch[:, flight.REACH] = np.inf
+    vessels.own["order"]["speed"], vessels.own["order"]["depth"] = speed, depth
+    vessels.own["watch"]["reach"] = np.inf
     vessels.states[:, 2] = depth
     for number, path in enumerate(paths):
-        state = vessels.states[number]
+        state, own = vessels.states[number], vessels.own[number]
         state[0], state[1], state[kind.heading] = path.start
         if kind.name == "bluerov2":
-            vessels.gains[number, 0] = body.thruster_limit_n
-            bluerov2.begin(missed * current, vessels.hull, vessels.memory[number], state)
+            own["bluerov2"]["most"] = body.thruster_limit_n
+            bluerov2.begin(missed * current, vessels.hull, own["bluerov2"], state)
         else:
-            own = float(speed[number])
-            vessels.gains[number, 0] = remus100.revolutions(own, vessels.hull)
-            remus100.begin(own, current, vessels.hull, state)
+            fast = float(speed[number])
+            own["remus100"]["trim"] = remus100.revolutions(fast, vessels.hull)
+            remus100.begin(fast, current, vessels.hull, state)
     return vessels
 
 
@@ -141,9 +136,10 @@ def at_stations(
     vessels.states[:, :2] = stations
     if current.any():
         vessels.states[:, kind.heading] = np.arctan2(-current[1], -current[0])
-    vessels.watch[:, [flight.NORTH, flight.EAST]] = stations
-    vessels.watch[:, flight.DEPTH] = depth
-    vessels.watch[:, flight.REACH] = LOST_CIRCLES * WATCH_CIRCLES[kind.name]
+    order, helm = vessels.own["order"], vessels.own["otter"]
+    order["north"], order["east"] = stations.T
+    order["depth"] = depth
+    vessels.own["watch"]["reach"] = LOST_CIRCLES * WATCH_CIRCLES[kind.name]
     if kind.name == "otter":
-        vessels.gains[:] = otter.greatest_thrust(vessels.hull)
+        helm["most_ahead"], helm["most_astern"] = otter.greatest_thrust(vessels.hull)
     return vessels

@@ -5,195 +5,239 @@ bit of where anybody goes.
 """
 
 from math import cos, hypot, isfinite, nan, sin
+from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiled import compiled, inlined
-from ...records.rows import Rows
+from ...core.compiled import compiled, entry
+from ...records.rows import Row, Rows
 from ..hulls import rk4
 from ..hulls.frames import Floats, move_rigid_body, move_surface_craft
 from . import belief, bluerov2, cybership2, drift, logbook, otter, remus100, tracks
-from .belief import LOG_E, LOG_N, OFF_E, OFF_N, SET_E, SET_N
-from .tracks import Flags, Ints
+from .belief import Sensed, Spot, SteeringDrift
+from .tracks import Aim, Flags, Ints, Tracks
 
-MEMORY = 8  # numbers that a controller may remember
-# Which numbers `watch` holds: where the vehicle was told to be (m), how fast (m/s), how deep (m);
-# for the look-out: how far it may be off (m), for how long (s), since when (s) and from where (m)
-# it counts, how often in a row it made no headway
-NORTH, EAST, SPEED, DEPTH, REACH, PATIENCE, SINCE, REACHED, FAILED, WATCH = range(10)
 HEALTHY, BROKEN, ADRIFT, STUCK = range(4)  # how a vehicle fares
 HEADWAY = 0.02  # of the speed demanded: less of it along its path is no headway
 ARRIVED = 1.0  # m before its path's end, a vehicle that slows down there counts as arrived
 PATIENT_FOR = 3  # times in a row: a correction may take a vehicle back once
 
-# What `spot` holds: x, y, z (m), yaw (rad), their rates, as a line of the log does; then the
-# current ahead and to starboard (m/s)
-AHEAD, ASIDE, SPOT = 8, 9, 10
+# Where a vehicle was told to be (m), how fast (m/s), how deep (m)
+ORDER = np.dtype([(name, "f8") for name in ("north", "east", "speed", "depth")])
+
+# The look-out: how far a vehicle may be off (m), for how long (s), since when (s) and from where
+# (m) it counts, how often in a row no headway was made
+WATCH = np.dtype(
+    [("reach", "f8"), ("patience", "f8"), ("since", "f8"), ("reached", "f8"), ("failed", "i8")]
+)
+
+# All that is told to a vehicle and remembered by it; of the autopilots it has one.
+VESSEL = np.dtype(
+    [
+        ("order", ORDER),
+        ("watch", WATCH),
+        ("progress", tracks.PROGRESS),
+        ("trend", drift.TREND),
+        ("bluerov2", bluerov2.MEMORY),
+        ("remus100", remus100.MEMORY),
+        ("otter", otter.MEMORY),
+        ("cybership2", cybership2.MEMORY),
+    ]
+)
+
+
+class Craft(NamedTuple):
+    """How vehicles of a model move: their equations (see `rk4`) and what these read, the control
+    interval (s), the step (s) of the integration, and how many of them an interval has.
+    """
+
+    model: int
+    p: Floats
+    control: float
+    step: float
+    steps: int
+
+
+class Knowledge(NamedTuple):
+    """What vehicles know of their places, each in its row: how wrong that is (m), what fixes have
+    put right (m), what a filter has learnt, if it `has_learnt`; and the logs, in which headings are
+    summed up.
+    """
+
+    drift: SteeringDrift
+    noise: Floats
+    corrections: Floats
+    learnt: Rows
+    has_learnt: bool
+    logs: Floats
 
 
 @compiled
-def _observe(state: Floats, current: Floats, depth: float, rates: Floats, spot: Floats) -> None:
-    """Write the rates of a state's first half, and `spot` (SPOT,), of one instant."""
+def _observe(state: Floats, current: Floats, depth: float, rates: Floats) -> Spot:
+    """Return where a vehicle is and how it moves; `rates` are written over."""
     if state.size >= rk4.PITCHING_STATE:
         flow = move_rigid_body(state, current[0], current[1], rates)
-        spot[8], spot[9] = flow[0], flow[1]
-        spot[2], spot[3], spot[6], spot[7] = state[2], state[5], rates[2], rates[5]
+        ahead, aside = flow[0], flow[1]
+        z, yaw, sinking, turning = state[2], state[5], rates[2], rates[5]
     else:
-        spot[8], spot[9] = move_surface_craft(state, current[0], current[1], rates)
-        spot[2], spot[3], spot[6], spot[7] = depth, state[2], 0.0, rates[2]
-    spot[0], spot[1], spot[4], spot[5] = state[0], state[1], rates[0], rates[1]
-
-
-@inlined
-def _read_log(
-    model: int, state: Floats, spot: Floats, current: Floats, missed: float, bias: Floats,
-    in_body: bool, sensed: Floats,
-) -> None:  # fmt: skip
-    """Write what a vehicle's log measures, as `belief.read_log` does, into `sensed`.
-
-    Without bottom lock it misses the current (`missed` is 1). Ahead and to starboard a REMUS
-    measures its velocity through the water in any case; surface craft do not ask for it.
-    """
-    if state.size >= rk4.PITCHING_STATE:
-        share = missed if model == rk4.BLUEROV2 else 1.0
-        own = state[6] - share * spot[AHEAD], state[7] - share * spot[ASIDE]
-    else:
-        own = 0.0, 0.0
-    belief.read_log(spot, own, current, missed, bias, in_body, sensed)
-
-
-@compiled
-def _look_out(time: float, off: float, reached: float, watch: Floats) -> int:
-    """Return whether a vehicle has been off its station, or made no headway, for too long.
-
-    `off` is its distance from station (m), `reached` how far along its path it has come (m; not a
-    number for who keeps a station or has arrived).
-    """
-    if not isfinite(reached):
-        if off <= watch[REACH]:
-            watch[SINCE] = time
-        return ADRIFT if time - watch[SINCE] > watch[PATIENCE] else HEALTHY
-    spent = time - watch[SINCE]
-    if spent < watch[PATIENCE]:
-        return HEALTHY
-    idle = reached - watch[REACHED] < HEADWAY * watch[SPEED] * spent
-    watch[FAILED] = watch[FAILED] + 1.0 if idle else 0.0
-    watch[SINCE], watch[REACHED] = time, reached
-    return STUCK if watch[FAILED] >= PATIENT_FOR else HEALTHY
-
-
-@compiled
-def _steer(
-    model: int, state: Floats, rates: Floats, sensed: Floats,
-    aim: tuple[float, float, float, float], turning: float, watch: Floats, control: float,
-    p: Floats, gains: Floats, memory: Floats, work: Floats, command: Floats,
-) -> bool:  # fmt: skip
-    """Write the command for the next interval; return whether it reached a limit.
-
-    `sensed` (belief.SENSED,) is what the vehicle knows of its place and velocity; of `state` and
-    `rates` it knows attitude, turn rates and depth.
-    """
-    north, east, north_rate, east_rate = sensed[OFF_N], sensed[OFF_E], sensed[LOG_N], sensed[LOG_E]
-    if model == rk4.BLUEROV2:
-        return bluerov2.steer(
-            state, rates, sensed, aim, watch[SPEED], watch[DEPTH], control, p,
-            gains[0], memory, work, command,
-        )  # fmt: skip
-    if model == rk4.OTTER:
-        return otter.steer(
-            state, north, east, north_rate, east_rate, control, p, gains, memory, command
-        )
-    if model == rk4.CYBERSHIP2:
-        return cybership2.steer(
-            state, north, east, north_rate, east_rate, control, p, memory, command
-        )
-    return remus100.steer(
-        state, sensed, aim, turning, watch[SPEED], watch[DEPTH], control, p, gains, memory, command
+        ahead, aside = move_surface_craft(state, current[0], current[1], rates)
+        z, yaw, sinking, turning = depth, state[2], 0.0, rates[2]
+    return Spot(
+        state[0], state[1], z, yaw, rates[0], rates[1], sinking, turning, ahead, aside
     )  # fmt: skip
 
 
 @compiled
+def _log(
+    model: int, vehicle: int, state: Floats, spot: Spot, current: Floats, drift: SteeringDrift
+) -> tuple[float, float, float, float]:
+    """Return what a vehicle's log measures, as `belief.read_log` does.
+
+    Ahead and to starboard a REMUS measures its velocity through the water in any case; surface
+    craft do not ask for it.
+    """
+    own = 0.0, 0.0
+    if state.size >= rk4.PITCHING_STATE:
+        share = 1.0 if drift.through_water or model != rk4.BLUEROV2 else 0.0
+        own = state[6] - share * spot.ahead, state[7] - share * spot.aside
+    return belief.read_log(spot, own, current, drift, vehicle)
+
+
+@compiled
+def _sense(
+    craft: Craft, vehicle: int, interval: int, state: Floats, spot: Spot, current: Floats,
+    known: Knowledge, vessel: Row,
+) -> Sensed:  # fmt: skip
+    """Return what a vehicle knows at the beginning of a control interval, to steer by."""
+    time, line = interval * craft.control, known.logs[vehicle, interval * craft.steps]
+    order = vessel.order
+    wrong_n, wrong_e = belief.error(time, line, known.drift, vehicle)
+    fix = known.noise[vehicle, min(interval, known.noise.shape[1] - 1)]
+    right = known.corrections[vehicle]
+    off_n = spot.x + wrong_n + fix[0] + right[0] - order.north
+    off_e = spot.y + wrong_e + fix[1] + right[1] - order.east
+    log = _log(craft.model, vehicle, state, spot, current, known.drift)
+    set_n = set_e = 0.0
+    if known.has_learnt:
+        learnt = known.learnt[vehicle]
+        carried_n, carried_e = belief.carried_on(time, line, learnt, known.drift.in_body)
+        off_n, off_e = off_n - carried_n, off_e - carried_e
+        set_n, set_e = belief.set_of(spot.yaw if known.drift.in_body else 0.0, learnt)
+    elif known.drift.through_water:
+        drift.learn(time, right[0], right[1], vessel.trend)
+        set_n, set_e = vessel.trend.rate[0], vessel.trend.rate[1]
+    return Sensed(
+        state, spot.sinking, off_n, off_e, log[0], log[1], log[2], log[3], set_n, set_e
+    )  # fmt: skip
+
+
+@compiled
+def _look_out(time: float, off: float, reached: float, speed: float, watch: Row) -> int:
+    """Return whether a vehicle has been off its station, or made no headway, for too long.
+
+    `off` is its distance from station (m), `reached` how far along its path it has come (m; not a
+    number for who keeps a station or has arrived), `speed` what it was told to make (m/s).
+    """
+    if not isfinite(reached):
+        if off <= watch.reach:
+            watch.since = time
+        return ADRIFT if time - watch.since > watch.patience else HEALTHY
+    spent = time - watch.since
+    if spent < watch.patience:
+        return HEALTHY
+    idle = reached - watch.reached < HEADWAY * speed * spent
+    watch.failed = watch.failed + 1 if idle else 0
+    watch.since, watch.reached = time, reached
+    return STUCK if watch.failed >= PATIENT_FOR else HEALTHY
+
+
+@compiled
+def _turning(sensed: Sensed, aim: Aim, paths: Tracks, bounds: Row, progress: Row) -> float:
+    """Return the yaw rate (rad/s) that the path will soon ask for."""
+    north, east = sensed.log_n + sensed.set_n, sensed.log_e + sensed.set_e
+    ground = north * cos(aim.yaw) + east * sin(aim.yaw)
+    ahead = max(ground, 0.0) * remus100.LEAD
+    return ground * tracks.bend_ahead(paths.rows, bounds, progress, ahead)
+
+
+@compiled
+def _steer(
+    craft: Craft, sensed: Sensed, aim: Aim, turning: float, vessel: Row, work: Floats,
+    command: Floats,
+) -> bool:  # fmt: skip
+    """Write the command for the next interval; return whether it reached a limit."""
+    p, control, order = craft.p, craft.control, vessel.order
+    if craft.model == rk4.BLUEROV2:
+        return bluerov2.steer(sensed, aim, order, control, p, vessel.bluerov2, work, command)
+    if craft.model == rk4.OTTER:
+        return otter.steer(sensed, control, p, vessel.otter, command)
+    if craft.model == rk4.CYBERSHIP2:
+        return cybership2.steer(sensed, control, p, vessel.cybership2, command)
+    return remus100.steer(sensed, aim, turning, order, control, p, vessel.remus100, command)
+
+
+@compiled
 def _hold(
-    model: int, state: Floats, command: Floats, current: Floats, p: Floats, depth: float,
-    step: float, steps: int, log: Floats, line: int, spot: Floats, rates: Floats, work: Floats,
+    craft: Craft, state: Floats, command: Floats, current: Floats, depth: float, log: Floats,
+    line: int, work: Floats,
 ) -> bool:  # fmt: skip
     """Move one vehicle through an interval, logging what lies within; return whether it is sound.
 
     `line` of the log is the interval's beginning, already written; its end is not yet.
     """
-    for k in range(1, steps + 1):
-        if not rk4.move(model, state, command, current[0], current[1], p, step, work):
+    for k in range(1, craft.steps + 1):
+        sound = rk4.move(
+            craft.model, state, command, current[0], current[1], craft.p, craft.step, work
+        )
+        if not sound:
             return False
-        if k < steps:
-            _observe(state, current, depth, rates, spot)
-            logbook.note(log, line + k, step, spot)
+        if k < craft.steps:
+            logbook.note(log, line + k, craft.step, _observe(state, current, depth, work[0]))
     return True
 
 
-@compiled
+@entry
 def fly(
-    model: int, p: Floats, gains: Floats, states: Floats, memory: Floats, watch: Floats,
-    rows: Floats, bounds: Ints, progress: Floats, active: Ints, currents: Floats, noise: Floats,
-    bias: Floats, in_body: bool, walk: Floats, walk_rate: float, corrections: Floats,
-    learnt: Rows, has_learnt: bool, missed: float, lines: Floats, logs: Floats,
-    saturated: Flags, first: int, last: int, control: float, step: float, steps: int, lost: Floats,
+    model: int, p: Floats, control: float, step: float, steps: int, states: Floats, vessels: Rows,
+    rows: Rows, bounds: Rows, currents: Floats, bias: Floats, in_body: bool, walk: Floats,
+    walk_rate: float, through_water: bool, noise: Floats, corrections: Floats, learnt: Rows,
+    has_learnt: bool, logs: Floats, active: Ints, saturated: Flags, first: int, last: int,
+    lost: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
-    Vehicles are the first axis of `gains` (2,), `states`, `memory` (MEMORY,), `watch` (WATCH,),
-    `bounds`, `progress` (tracks.PROGRESS,), `active` (intervals,), `noise` (intervals or 1, 2),
-    `bias` (2,), `walk` (samples, 2), `corrections` (2,), `learnt`, `lines`
-    (drift.MEMORIES,), `logs` (boundaries, logbook.COLUMNS), `saturated` (intervals,). Of `currents`
-    (any, 2) the last row holds; velocity logs miss the share `missed` (0 or 1) of it. Returns -1,
-    or the vehicle lost, with `lost` holding how it fares and when (s).
+    Vehicles are the first axis of `states`, `vessels`, `bounds`, `bias` (2,), `walk` (samples, 2),
+    `noise` (intervals or 1, 2), `corrections` (2,), `learnt`, `logs` (boundaries, COLUMNS),
+    `active` and `saturated` (intervals,). Of `currents` (any, 2) the last row holds. Returns -1, or
+    the vehicle lost, with `lost` holding how it fares and when (s).
     """
-    size = states.shape[1]
-    work, rates, spot = np.empty((5, size)), np.empty(size), np.empty(SPOT)
-    command, scratch, sensed = np.empty(6), np.empty(6), np.zeros(belief.SENSED)
-    aim, turning, reached = (0.0, 0.0, 0.0, 0.0), 0.0, nan
+    craft, paths = Craft(model, p, control, step, steps), Tracks(rows, bounds)
+    wrong = SteeringDrift(bias, in_body, walk, walk_rate, through_water)
+    known = Knowledge(wrong, noise, corrections, learnt, has_learnt, logs)
+    work, command, scratch = np.empty((5, states.shape[1])), np.empty(6), np.empty(6)
+    aim, turning, reached = Aim(0.0, 0.0, 0.0, 0.0), 0.0, nan
     for i in range(states.shape[0]):
-        state, told, log, recalls = states[i], watch[i], logs[i], memory[i]
-        bound, way, gain, own_bias, wander = bounds[i], progress[i], gains[i], bias[i], walk[i]
+        state, vessel, log, bound = states[i], vessels[i], logs[i], bounds[i]
+        order, way = vessel.order, vessel.progress
         for interval in range(first, last):
             time, line = interval * control, interval * steps
             current = currents[min(interval, currents.shape[0] - 1)]
-            _observe(state, current, told[DEPTH], rates, spot)
+            spot = _observe(state, current, order.depth, work[0])
             logbook.note(log, line, step, spot)
-            off_n, off_e = belief.error(time, log[line], own_bias, in_body, wander, walk_rate)
-            fix = noise[i, min(interval, noise.shape[1] - 1)]
-            sensed[OFF_N] = spot[0] + off_n + fix[0] + corrections[i, 0] - told[NORTH]
-            sensed[OFF_E] = spot[1] + off_e + fix[1] + corrections[i, 1] - told[EAST]
-            _read_log(model, state, spot, current, missed, own_bias, in_body, sensed)
-            if has_learnt:
-                told_off = learnt[i]
-                north, east = belief.carried_on(time, log[line], told_off, in_body)
-                sensed[OFF_N], sensed[OFF_E] = sensed[OFF_N] - north, sensed[OFF_E] - east
-                belief.set_of(spot[3] if in_body else 0.0, told_off, sensed)
-            elif missed > 0.0:
-                drift.learn(time, corrections[i, 0], corrections[i, 1], lines[i])
-                sensed[SET_N], sensed[SET_E] = lines[i, drift.RATE_N], lines[i, drift.RATE_E]
-            if rows.shape[0] > 0:  # there are paths, and stations are at the origin
-                aim = tracks.locate(rows, bound, way, sensed[OFF_N], sensed[OFF_E])
-                active[i, interval] = int(way[tracks.ROW])
-                reached = tracks.travelled(rows, way) if aim[3] > ARRIVED else nan
-                north, east = sensed[LOG_N] + sensed[SET_N], sensed[LOG_E] + sensed[SET_E]
-                ground = north * cos(aim[1]) + east * sin(aim[1])
-                ahead = max(ground, 0.0) * remus100.LEAD
-                turning = ground * tracks.bend_ahead(rows, bound, way, ahead)
-            saturated[i, interval] = _steer(
-                model, state, rates, sensed, aim, turning, told, control, p, gain, recalls, scratch,
-                command,
-            )  # fmt: skip
-            off = hypot(spot[0] - told[NORTH], spot[1] - told[EAST])
-            status = _look_out(time, off, reached, told)
-            if not _hold(
-                model, state, command, current, p, told[DEPTH], step, steps, log, line, spot,
-                rates, work,
-            ):  # fmt: skip
+            sensed = _sense(craft, i, interval, state, spot, current, known, vessel)
+            if rows.size > 0:  # there are paths, and stations are at the origin
+                aim = tracks.locate(rows, bound, way, sensed.off_n, sensed.off_e)
+                active[i, interval] = way.row
+                reached = tracks.travelled(rows, way) if aim.left > ARRIVED else nan
+                turning = _turning(sensed, aim, paths, bound, way)
+            saturated[i, interval] = _steer(craft, sensed, aim, turning, vessel, scratch, command)
+            off = hypot(spot.x - order.north, spot.y - order.east)
+            status = _look_out(time, off, reached, order.speed, vessel.watch)
+            if not _hold(craft, state, command, current, order.depth, log, line, work):
                 status = BROKEN
             if status != HEALTHY:
                 lost[0], lost[1] = status, time
                 return i
-        _observe(state, currents[0], told[DEPTH], rates, spot)
+        spot = _observe(state, currents[0], order.depth, work[0])
         logbook.note(log, last * steps, step, spot)
     return -1

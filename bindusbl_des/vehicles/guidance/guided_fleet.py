@@ -94,9 +94,7 @@ class GuidedFleet:
         ends = np.arange(count + 1) * self.logs.shape[1]
         self.motion = Motion(self.logs.reshape(-1, logs.COLUMNS), ends, self.step_s)
         self.active = np.zeros((count, self._intervals), dtype=np.int64)
-        self._progress = np.zeros((count, tracks.PROGRESS))
-        if paths is not None:
-            self._progress[:, tracks.ROW] = self.tracks.bounds[:, tracks.FIRST]
+        self._vessels.own["progress"]["row"] = self.tracks.bounds["first"]
         self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
         self._flown, self._lost = 0, np.zeros(2)
         self._move_on(0)  # the start is known before anybody moves
@@ -144,12 +142,11 @@ class GuidedFleet:
         """Fly up to the beginning of an interval, whose state is then in the log."""
         vessels, drift = self._vessels, self._drift
         lost = flight.fly(
-            self.model.equations, vessels.hull, vessels.gains, vessels.states, vessels.memory,
-            vessels.watch, self.tracks.rows, self.tracks.bounds, self._progress, self.active,
-            self._currents, self._noise, drift.bias, drift.in_body, drift.walk, drift.rate,
-            self.corrections, self.learnt, self.has_learnt, float(drift.through_water),
-            vessels.lines, self.logs, self.at_limit, self._flown, wanted, self.control_s,
-            self.step_s, self._steps, self._lost,
+            self.model.equations, vessels.hull, self.control_s, self.step_s, self._steps,
+            vessels.states, vessels.own, self.tracks.rows, self.tracks.bounds, self._currents,
+            drift.bias, drift.in_body, drift.walk, drift.rate, drift.through_water, self._noise,
+            self.corrections, self.learnt, self.has_learnt, self.logs, self.active, self.at_limit,
+            self._flown, wanted, self._lost,
         )  # fmt: skip
         if lost >= 0:
             raise GuidanceError(self.names[lost], float(self._lost[1]), self._reason(lost))
@@ -168,7 +165,7 @@ class GuidedFleet:
             spent, current = flight.PATIENT_FOR * PATIENCE_S, self._currents.mean(axis=0)
             return (
                 f"no headway along its path for {spent:g} s: asked for "
-                f"{self._vessels.watch[vehicle, flight.SPEED]:g} m/s in a current of "
+                f"{self._vessels.own['order']['speed'][vehicle]:g} m/s in a current of "
                 f"{np.hypot(*current):.3g} m/s, it is held up by that{self._or_by_fixes}; ask for "
                 "more speed"
             )

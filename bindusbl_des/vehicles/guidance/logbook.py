@@ -3,32 +3,30 @@
 from math import ceil
 
 from ...core.compiled import compiled
+from ...records.rows import Row, Rows
 from ..hulls.frames import Floats
-from ..logs import COS, DISTANCE, RATES, SIN, YAW, X, Y, distance, headings
+from ..logs import COS, DISTANCE, RATES, SIN, YAW, X, Y, Z, distance, headings
 from . import tracks
+from .belief import Spot
 from .tracks import Ints
 
 
 @compiled
-def note(log: Floats, line: int, step: float, spot: Floats) -> None:
-    """Write the line of one boundary: place and rates there, and what has summed up to it.
-
-    `spot` (8 or more,) begins like a line.
-    """
-    for i in range(COS):
-        log[line, i] = spot[i]
+def note(log: Floats, line: int, step: float, spot: Spot) -> None:
+    """Write the line of one boundary: place and rates there, and what has summed up to it."""
+    log[line, X], log[line, Y], log[line, Z], log[line, YAW] = spot.x, spot.y, spot.z, spot.yaw
+    log[line, RATES + X], log[line, RATES + Y] = spot.north, spot.east
+    log[line, RATES + Z], log[line, RATES + YAW] = spot.sinking, spot.turning
     if line == 0:
         log[0, COS] = log[0, SIN] = log[0, DISTANCE] = 0.0
         return
-    log[line, COS], log[line, SIN] = headings(log, line - 1, step, spot[YAW], spot[RATES + YAW])
-    log[line, DISTANCE] = distance(
-        log, line - 1, step, spot[X], spot[Y], spot[RATES + X], spot[RATES + Y]
-    )
+    log[line, COS], log[line, SIN] = headings(log, line - 1, step, spot.yaw, spot.turning)
+    log[line, DISTANCE] = distance(log, line - 1, step, spot.x, spot.y, spot.north, spot.east)
 
 
 @compiled
 def beside(
-    table: Floats, times: Floats, control: float, active: Ints, rows: Floats, bounds: Ints,
+    table: Floats, times: Floats, control: float, active: Ints, rows: Rows, bounds: Row,
     errors: Floats,
 ) -> None:  # fmt: skip
     """Write how far (m) each line of `table` (n, 6) lies from the path flown then.

@@ -8,9 +8,13 @@ Method: nonlinear PID with weathervaning, Fossen 2021, sections 15.2 and 15.3.
 
 from math import atan2, cos, hypot, sin, sqrt
 
+import numpy as np
+
 from ...core.compiled import compiled
+from ...records.rows import Row
 from ..hulls import otter as hull
 from ..hulls.frames import Floats
+from .belief import Sensed
 from .signals import half_turn, within
 
 WATCH_CIRCLE = 2.0  # m: leaving it sends the Otter back to within HOME
@@ -24,9 +28,13 @@ PUSHED, CALM = 6.0, 3.0  # N: against more it lies like a weathervane, under les
 FARTHEST_OFF = 0.9  # rad by which it bears away at most while it lies so
 YAW_THRUST = 60.0  # N of difference between the propellers that steering may take: half of one
 
-# What the controller remembers: averaged offset from station (m), integrator (N), heading wanted
-# (rad), whether it lies like a weathervane, whether it is going back, whether it has begun
-OFF_N, OFF_E, PUSH_N, PUSH_E, BOW, VANE, RETURNING, BEGUN = range(8)
+# What the controller is told at first, the largest thrust (N) of one propeller ahead and astern,
+# and what it remembers: averaged offset from station (m), integrator (N), heading wanted (rad),
+# whether it lies like a weathervane, whether it is going back, whether it has begun
+_NUMBERS = ("most_ahead", "most_astern", "off_n", "off_e", "push_n", "push_e", "bow")
+MEMORY = np.dtype(
+    [(name, "f8") for name in _NUMBERS] + [(name, "?") for name in ("is_vane", "returns", "begun")]
+)
 
 
 @compiled
@@ -44,61 +52,55 @@ def greatest_thrust(p: Floats) -> tuple[float, float]:
 
 
 @compiled
-def average_fixes(
-    off_north: float, off_east: float, north_rate: float, east_rate: float, interval: float,
-    memory: Floats,
-) -> None:  # fmt: skip
-    """Average noisy fixes (m, off the station) in `memory[:2]`, carried along by the velocity."""
+def average_fixes(sensed: Sensed, interval: float, memory: Row) -> None:
+    """Average noisy fixes (m, off the station) in a memory, carried along by the velocity."""
     share = interval / FIX_MEMORY
-    memory[0] += share * (off_north - memory[0]) + interval * north_rate
-    memory[1] += share * (off_east - memory[1]) + interval * east_rate
+    memory.off_n += share * (sensed.off_n - memory.off_n) + interval * sensed.log_n
+    memory.off_e += share * (sensed.off_e - memory.off_e) + interval * sensed.log_e
 
 
 @compiled
-def _bow(north: float, east: float, memory: Floats) -> tuple[float, bool]:
+def _bow(north: float, east: float, memory: Row) -> tuple[float, bool]:
     """Return the heading to take (rad) under a wanted force (N), and whether astern will do."""
-    push = hypot(memory[PUSH_N], memory[PUSH_E])
-    off = hypot(memory[OFF_N], memory[OFF_E])
+    push = hypot(memory.push_n, memory.push_e)
+    off = hypot(memory.off_n, memory.off_e)
     if push > PUSHED:
-        memory[VANE] = 1.0
+        memory.is_vane = True
     elif push < CALM:
-        memory[VANE] = 0.0
+        memory.is_vane = False
     if off > WATCH_CIRCLE:
-        memory[RETURNING] = 1.0
+        memory.returns = True
     elif off < HOME:
-        memory[RETURNING] = 0.0
-    if memory[VANE] > 0.0 and off <= 2.0 * WATCH_CIRCLE:
-        along = (north * memory[PUSH_N] + east * memory[PUSH_E]) / push
-        across = (east * memory[PUSH_N] - north * memory[PUSH_E]) / push
+        memory.returns = False
+    if memory.is_vane and off <= 2.0 * WATCH_CIRCLE:
+        along = (north * memory.push_n + east * memory.push_e) / push
+        across = (east * memory.push_n - north * memory.push_e) / push
         away = within(atan2(across, max(along, push)), FARTHEST_OFF)
-        memory[BOW] = atan2(memory[PUSH_E], memory[PUSH_N]) + away
-        return memory[BOW], True
-    if memory[RETURNING] > 0.0:
-        memory[BOW] = atan2(east, north)
-        return memory[BOW], off <= WATCH_CIRCLE
-    return memory[BOW], True
+        memory.bow = atan2(memory.push_e, memory.push_n) + away
+        return memory.bow, True
+    if memory.returns:
+        memory.bow = atan2(east, north)
+        return memory.bow, off <= WATCH_CIRCLE
+    return memory.bow, True
 
 
 @compiled
-def steer(
-    state: Floats, off_north: float, off_east: float, north_rate: float, east_rate: float,
-    interval: float, p: Floats, gains: Floats, memory: Floats, command: Floats,
-) -> bool:  # fmt: skip
+def steer(sensed: Sensed, interval: float, p: Floats, memory: Row, command: Floats) -> bool:
     """Write the revolutions (rad/s) that keep the Otter at its station.
 
-    `state` (8,); its offset from station by GNSS (m) and velocity over ground (m/s), north and
-    east; `gains` (2,) the largest thrust (N) of one propeller ahead and astern. Returns whether a
-    propeller was saturated; the integrators then wait.
+    It knows its offset from there by GNSS and its velocity over ground. Returns whether a propeller
+    was saturated; the integrators then wait.
     """
-    if memory[BEGUN] == 0.0:  # it has lain at its station for long
-        memory[BEGUN], memory[BOW] = 1.0, state[2]
-    average_fixes(off_north, off_east, north_rate, east_rate, interval, memory)
+    state = sensed.state
+    if not memory.begun:  # it has lain at its station for long
+        memory.begun, memory.bow = True, state[2]
+    average_fixes(sensed, interval, memory)
     stiff = p[hull.M11] * FREQUENCY**2
     damping = 2.0 * DAMPING * FREQUENCY * p[hull.M11]
-    reach = hypot(memory[OFF_N], memory[OFF_E])
+    reach = hypot(memory.off_n, memory.off_e)
     near = min(1.0, FAR / reach) if reach > 0.0 else 1.0
-    north = memory[PUSH_N] - stiff * near * memory[OFF_N] - damping * north_rate
-    east = memory[PUSH_E] - stiff * near * memory[OFF_E] - damping * east_rate
+    north = memory.push_n - stiff * near * memory.off_n - damping * sensed.log_n
+    east = memory.push_e - stiff * near * memory.off_e - damping * sensed.log_e
     bow, astern = _bow(north, east, memory)
     turn = half_turn(bow - state[2])
     wanted = north * cos(state[2]) + east * sin(state[2])
@@ -107,12 +109,13 @@ def steer(
     twist = YAW_FREQUENCY**2 * turn - 2.0 * YAW_DAMPING * YAW_FREQUENCY * state[5]
     moment = twist / p[hull.I33] + p[hull.NR] * state[5]
     difference = within(0.5 * moment / p[hull.LEVER], YAW_THRUST)
-    ahead_most, astern_most = gains[0] - abs(difference), gains[1] - abs(difference)
+    ahead_most = memory.most_ahead - abs(difference)
+    astern_most = memory.most_astern - abs(difference)
     half = min(max(0.5 * wanted, -max(astern_most, 0.0)), ahead_most)
     command[0], command[1] = _propeller(half + difference, p), _propeller(half - difference, p)
     full: bool = half != 0.5 * wanted
     if not full:
         learning = LEARNING * FREQUENCY * stiff * near * interval
-        memory[PUSH_N] -= learning * memory[OFF_N]
-        memory[PUSH_E] -= learning * memory[OFF_E]
+        memory.push_n -= learning * memory.off_n
+        memory.push_e -= learning * memory.off_e
     return full

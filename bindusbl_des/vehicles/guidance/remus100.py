@@ -9,10 +9,12 @@ from math import asin, atan2, cos, exp, hypot, sin, sqrt
 import numpy as np
 
 from ...core.compiled import compiled
+from ...records.rows import Row
 from ..hulls import remus100_parameters as hull
 from ..hulls.frames import Floats, cross_flow
-from .belief import LOG_AHEAD, LOG_ASIDE, LOG_E, LOG_N, SET_E, SET_N
+from .belief import Sensed
 from .signals import half_turn, within
+from .tracks import Aim
 
 LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: three or more)
 LEARNING = 0.1  # of the largest adaptation that does not overshoot, (U / 2 lookahead)^2
@@ -28,9 +30,11 @@ SPEED_GAIN, SPEED_INTEGRAL = 10.0, 1.0  # 1/s per m/s, 1/s2 per m/s: 600 rpm per
 SLOWEST = 0.3  # m/s at which fins are still scheduled; below, they would be asked for infinity
 FIN_SHARE = 0.9  # of the planes for holding the demanded pitch; the rest damps
 
-# What the controller remembers: averaged crab angle (rad), what line of sight has learnt (m/s north
-# and east), depth integral (rad), propeller integral (1/s), rudder asked for last (rad)
-CRAB, NORTH, EAST, PITCH, TURNS, RUDDER = range(6)
+# What the controller is told at first, the propeller's revolutions in trim (1/s), and what it
+# remembers: averaged crab angle (rad), what line of sight has learnt (m/s north and east), depth
+# integral (rad), propeller integral (1/s), rudder asked for last (rad)
+_NUMBERS = ("trim", "crab", "north", "east", "pitch", "turns", "rudder")
+MEMORY = np.dtype([(name, "f8") for name in _NUMBERS])
 
 
 def revolutions(speed: float, p: Floats) -> float:
@@ -57,10 +61,8 @@ def begin(speed: float, current: Floats, p: Floats, state: Floats) -> None:
 
 @compiled
 def _heading(
-    state: Floats, course_north: float, course_east: float,
-    aim: tuple[float, float, float, float], speed: float, interval: float, learns: bool,
-    memory: Floats,
-) -> float:  # fmt: skip
+    sensed: Sensed, aim: Aim, speed: float, interval: float, learns: bool, memory: Row
+) -> float:
     """Return the heading (rad) that leads back onto the path.
 
     psi_d = psi_p - beta - atan(y_e / lookahead) - asin(w_n / U): beta the crab angle, course less
@@ -69,29 +71,30 @@ def _heading(
     y_e / sqrt(lookahead^2 + y_e^2) n. Source: adaptive line of sight, Fossen 2023, IEEE Trans.
     Control Systems Technology 31(6); its integral form is due to Borhaug et al. 2008.
     """
-    cross, path_yaw = aim[0], aim[1]
-    crab = half_turn(atan2(course_east, course_north) - state[5])
-    memory[CRAB] += interval / CRAB_MEMORY * (within(crab, LARGEST_CRAB) - memory[CRAB])
+    cross, path_yaw = aim.cross, aim.yaw
+    course = atan2(sensed.log_e + sensed.set_e, sensed.log_n + sensed.set_n)
+    crab = half_turn(course - sensed.state[5])
+    memory.crab += interval / CRAB_MEMORY * (within(crab, LARGEST_CRAB) - memory.crab)
     c_path, s_path = cos(path_yaw), sin(path_yaw)
     range_ = hypot(LOOKAHEAD, cross)
     if learns:
         rate = LEARNING * (speed / (2.0 * LOOKAHEAD)) ** 2 * LOOKAHEAD * cross / range_
-        memory[NORTH] -= interval * rate * s_path
-        memory[EAST] += interval * rate * c_path
-        size = hypot(memory[NORTH], memory[EAST])
+        memory.north -= interval * rate * s_path
+        memory.east += interval * rate * c_path
+        size = hypot(memory.north, memory.east)
         if size > 0.5 * speed:
-            memory[NORTH] *= 0.5 * speed / size
-            memory[EAST] *= 0.5 * speed / size
-    aside = memory[EAST] * c_path - memory[NORTH] * s_path
+            memory.north *= 0.5 * speed / size
+            memory.east *= 0.5 * speed / size
+    aside = memory.east * c_path - memory.north * s_path
     learnt = asin(within(aside / speed, 0.5))
-    heading: float = path_yaw - memory[CRAB] - atan2(cross, LOOKAHEAD) - learnt
+    heading: float = path_yaw - memory.crab - atan2(cross, LOOKAHEAD) - learnt
     return heading
 
 
 @compiled
 def _planes(
     state: Floats, depth: float, speed: float, authority: float, most: float, interval: float,
-    p: Floats, memory: Floats,
+    p: Floats, memory: Row,
 ) -> float:  # fmt: skip
     """Return the stern plane angle (rad) that leads to the depth (m); pitch aims at it.
 
@@ -100,10 +103,10 @@ def _planes(
     """
     pitch_limit = min(STEEPEST, FIN_SHARE * authority * most / p[hull.RIGHTING])
     deep = state[2] - depth
-    wanted = DEPTH_FREQUENCY * deep / speed + memory[PITCH]
+    wanted = DEPTH_FREQUENCY * deep / speed + memory.pitch
     pitch = within(wanted, pitch_limit)
     if wanted == pitch:
-        memory[PITCH] += interval * DEPTH_FREQUENCY**2 / (4.0 * speed) * deep
+        memory.pitch += interval * DEPTH_FREQUENCY**2 / (4.0 * speed) * deep
     stiff = p[hull.M55] * PITCH_FREQUENCY**2
     damping = 2.0 * PITCH_DAMPING * PITCH_FREQUENCY * p[hull.M55] - p[hull.LQ]
     moment = stiff * (state[4] - pitch) + damping * state[10] - p[hull.RIGHTING] * sin(state[4])
@@ -113,41 +116,35 @@ def _planes(
 
 @compiled
 def steer(
-    state: Floats, sensed: Floats, aim: tuple[float, float, float, float], turning: float,
-    speed: float, depth: float, interval: float, p: Floats, gains: Floats, memory: Floats,
-    command: Floats,
+    sensed: Sensed, aim: Aim, turning: float, order: Row, interval: float, p: Floats,
+    memory: Row, command: Floats,
 ) -> bool:  # fmt: skip
     """Write rudder, stern planes (rad) and rpm that carry the vehicle along its path.
 
-    `state` (15,), of which attitude, turn rates and depth are read; `sensed` (belief.SENSED,) what
-    it knows of its velocity: the course that it believes to make good is what its log measures and
-    the current that the log misses, as far as fixes have shown; `aim` as `tracks.locate` returns
-    it; `turning` the path's yaw rate (rad/s) LEAD ahead; `speed` through the water (m/s); `gains`
-    (1,) the propeller's revolutions in trim (1/s). Returns whether rudder, planes or propeller was
+    The course that it believes to make good is what its log measures and the current that the log
+    misses, as far as fixes have shown; `turning` is the path's yaw rate (rad/s) LEAD ahead; the
+    speed (m/s) ordered is that through the water. Returns whether rudder, planes or propeller was
     saturated.
     """
-    ahead, aside = sensed[LOG_AHEAD], sensed[LOG_ASIDE]
+    state, ahead, aside = sensed.state, sensed.log_ahead, sensed.log_aside
     scheduled = max(ahead, SLOWEST)
     most = p[hull.FIN_LIMIT]
     rudder_authority = p[hull.STERN] * p[hull.RUDDER] * (scheduled * scheduled + aside * aside)
     # line of sight learns nothing from an error that the rudder could not mend
-    heading = _heading(
-        state, sensed[LOG_N] + sensed[SET_N], sensed[LOG_E] + sensed[SET_E], aim, speed, interval,
-        abs(memory[RUDDER]) <= most, memory,
-    )  # fmt: skip
+    heading = _heading(sensed, aim, order.speed, interval, abs(memory.rudder) <= most, memory)
     _, twist = cross_flow(aside, turning, p[hull.LENGTH])
     acceleration = YAW_FREQUENCY**2 * half_turn(heading - state[5])
     acceleration += 2.0 * YAW_DAMPING * YAW_FREQUENCY * (turning - state[11])
     moment = p[hull.M66] * acceleration + p[hull.LR] * turning + p[hull.CROSS] * twist
     rudder = moment / rudder_authority
-    memory[RUDDER] = rudder
+    memory.rudder = rudder
     plane_authority = p[hull.STERN] * p[hull.PLANE] * scheduled * scheduled
-    planes = _planes(state, depth, scheduled, plane_authority, most, interval, p, memory)
-    slow = speed - ahead
-    turns = 60.0 * (gains[0] + SPEED_GAIN * slow + memory[TURNS])
+    planes = _planes(state, order.depth, scheduled, plane_authority, most, interval, p, memory)
+    slow = order.speed - ahead
+    turns = 60.0 * (memory.trim + SPEED_GAIN * slow + memory.turns)
     fastest = p[hull.PROP_LIMIT]
     if 0.0 <= turns <= fastest:
-        memory[TURNS] += SPEED_INTEGRAL * interval * slow
+        memory.turns += SPEED_INTEGRAL * interval * slow
     command[0], command[1] = within(rudder, most), within(planes, most)
     command[2] = min(max(turns, 0.0), fastest)  # never astern: its drag is not a fish's any more
     full: bool = abs(rudder) > most or abs(planes) > most or turns > fastest

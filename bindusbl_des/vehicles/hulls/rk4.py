@@ -9,7 +9,7 @@ from math import cos, floor, isfinite
 
 import numpy as np
 
-from ...core.compiled import compiled
+from ...core.compiled import compiled, entry
 from . import bluerov2, cybership2, otter, remus100
 from .frames import Floats
 
@@ -70,7 +70,7 @@ def move(
     return sound
 
 
-@compiled
+@entry
 def advance(
     model: int, p: Floats, states: Floats, commands: Floats, current_n: float, current_e: float,
     clocks: Floats, start: float, step: float, until: float,
@@ -99,7 +99,7 @@ def advance(
     return -1
 
 
-@compiled
+@entry
 def leap(
     model: int, p: Floats, states: Floats, commands: Floats, current_n: float, current_e: float,
     clocks: Floats, step: float, until: float,
