@@ -96,6 +96,26 @@ def test_files_stay_readable() -> None:
     assert [path.name for path in modules() if len(path.read_text().splitlines()) > 350] == []
 
 
+# The one line where Python enters compiled code, and what click hands over, may have more.
+MANY = {"entry", "click.command"}
+FOR_NOW = {"campaigns.running.sweep"}
+
+
+def test_arguments_that_travel_together_have_a_name() -> None:
+    """A function of more than eight arguments is a missing noun."""
+    long = set()
+    for name, path in NAMES.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                continue
+            if MANY & {ast.unparse(it).split("(")[0] for it in node.decorator_list}:
+                continue
+            told = node.args.posonlyargs + node.args.args + node.args.kwonlyargs
+            if len([it for it in told if it.arg not in ("self", "cls")]) > 8:
+                long.add(f"{name}.{node.name}")
+    assert long <= FOR_NOW
+
+
 def test_every_folder_of_tests_is_that_of_a_room() -> None:
     """Who looks for the tests of a room finds them in the folder of its name."""
     tests = Path(__file__).parent

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from .paths import Path, Pose, Segment, smooth
 from .turns import turned_onto
@@ -10,17 +11,27 @@ from .turns import turned_onto
 LANE_TOLERANCE = 1e-9
 
 
-def lane_ordinates(side: float, strips: int, strip: int, spacing: float) -> list[float]:
-    """Return the y (m) of the lanes of one of the equal horizontal strips, lowest first.
+class Strip(NamedTuple):
+    """One of the equal strips along x, `total` of them, that divide a square of `side` (m); the
+    lowest has the number 0.
+    """
+
+    side: float
+    total: int
+    number: int
+
+
+def lane_ordinates(strip: Strip, spacing: float) -> list[float]:
+    """Return the y (m) of the lanes of a strip, lowest first.
 
     The first lane lies half a spacing above the strip's lower edge, the others one spacing apart;
     a strip narrower than the spacing has one lane along its middle.
 
-    >>> lane_ordinates(140, 3, 0, 10)
+    >>> lane_ordinates(Strip(140, 3, 0), 10)
     [-65.0, -55.0, -45.0, -35.0]
     """
-    height = side / strips
-    lower = -side / 2 + strip * height
+    height = strip.side / strip.total
+    lower = -strip.side / 2 + strip.number * height
     if height < spacing:
         return [lower + height / 2]
     count = math.floor((height - spacing) / spacing + LANE_TOLERANCE) + 1
@@ -48,9 +59,7 @@ def lane_order(count: int, skip: int) -> list[int]:
 
 
 def lawnmower(
-    side: float,
-    strips: int,
-    strip: int,
+    strip: Strip,
     *,
     spacing: float,
     margin: float,
@@ -66,10 +75,10 @@ def lawnmower(
     Turns between lanes are Dubins curves, so lanes closer than twice the turning radius get bulb
     turns, or are flown in skip-lane order.
     """
-    ordinates = lane_ordinates(side, strips, strip, spacing)
+    ordinates = lane_ordinates(strip, spacing)
     skip = max(1, math.ceil(2 * radius / spacing - LANE_TOLERANCE))
     skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turns]
-    reach = side / 2 - margin
+    reach = strip.side / 2 - margin
     candidates = [
         smooth(
             _lane_ends([ordinates[lane] for lane in lane_order(len(ordinates), s)], reach), radius
@@ -79,7 +88,8 @@ def lawnmower(
     lanes = min(candidates, key=lambda path: path.length)
     if start == "strip_corner":
         return lanes
-    return _entered(lanes, -side / 2 + (strip + 0.5) * side / strips, side, radius, join_angle)
+    centre = -strip.side / 2 + (strip.number + 0.5) * strip.side / strip.total
+    return _entered(lanes, centre, strip.side, radius, join_angle)
 
 
 def _entered(lanes: Path, centre: float, side: float, radius: float, join_angle: float) -> Path:

@@ -117,7 +117,7 @@ def guided_auvs(
     scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array, biases: Array
 ) -> "GuidedFleet":
     """Return the voyage of all AUVs along their tours; they steer as `auvs.feedback` says."""
-    from ..vehicles.guidance import GuidedFleet, SteeringDrift
+    from ..vehicles.guidance import GuidedFleet, Plan, SteeringDrift
 
     auvs, navigation = scenario.auvs, scenario.navigation
     drift = None
@@ -132,15 +132,16 @@ def guided_auvs(
         )
     return GuidedFleet(
         auvs.vehicle.model,
+        Plan(
+            paths=tours,
+            speed_m_per_s=auvs.speed_m_per_s,
+            depth_m=scenario.survey.depth_m,
+            names=[f"AUV{index}" for index in range(auvs.count)],
+        ),
         dict(auvs.vehicle.coefficients),
-        paths=tours,
-        speed_m_per_s=auvs.speed_m_per_s,
-        depth_m=scenario.survey.depth_m,
         currents=water.series,
         duration_s=control_intervals(scenario) * CONTROL_S,
-        control_s=CONTROL_S,
         drift=drift,
-        names=[f"AUV{index}" for index in range(auvs.count)],
     )
 
 
@@ -148,7 +149,7 @@ def guided_asvs(
     scenario: Scenario, stations: Sequence[tuple[float, float]], streams: Streams, water: Water
 ) -> "GuidedFleet":
     """Return the voyage of all ASVs, which keep their stations by noisy GNSS positions."""
-    from ..vehicles.guidance import GuidedFleet
+    from ..vehicles.guidance import GuidedFleet, Plan
 
     asvs, count = scenario.asvs, control_intervals(scenario)
     noise = [
@@ -157,11 +158,9 @@ def guided_asvs(
     ]
     return GuidedFleet(
         asvs.vehicle.model,
+        Plan(stations=np.array(stations), names=[f"ASV{index}" for index in range(asvs.count)]),
         dict(asvs.vehicle.coefficients),
-        stations=np.array(stations),
         currents=water.series,
         duration_s=count * CONTROL_S,
-        control_s=CONTROL_S,
         position_noise=np.stack(noise),
-        names=[f"ASV{index}" for index in range(asvs.count)],
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..core.plugins import PluginError, load
 from ..geometry.formation import formation, formation_radius
 from ..geometry.paths import Path
-from ..geometry.routes import lawnmower, waypoint_path
+from ..geometry.routes import Strip, lawnmower, waypoint_path
 from ..geometry.turns import there_and_back
 from .families import PLACEMENT, ROUTE
 from .own_sections import OwnPlacement, OwnRoute
@@ -68,9 +68,7 @@ def planned_path(scenario: Scenario, index: int) -> Path:
             "turns tightly), another speed or a larger survey"
         )
     return lawnmower(
-        side,
-        auvs.count,
-        index,
+        Strip(side, auvs.count, index),
         spacing=spacing,
         margin=spacing / 2 if margin is None else margin,
         radius=radius,

@@ -11,7 +11,7 @@ from worlds import scenario
 
 from bindusbl_des import simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.routes import lane_order, lane_ordinates, lawnmower, waypoint_path
+from bindusbl_des.geometry.routes import Strip, lane_order, lane_ordinates, lawnmower, waypoint_path
 from bindusbl_des.geometry.turns import there_and_back, turn_about
 from bindusbl_des.vehicles.tracks import read_track
 from bindusbl_des.vehicles.vehicle import Place, kinematic, moored, recorded
@@ -45,8 +45,8 @@ def test_lawnmowers_are_smooth(
     if spacing >= side:
         return
     path = lawnmower(
-        side, strips, strips - 1, spacing=spacing, margin=spacing / 2, radius=radius, start=start,
-        turns=turns,
+        Strip(side, strips, strips - 1), spacing=spacing, margin=spacing / 2, radius=radius,
+        start=start, turns=turns,
     )  # fmt: skip
     tour = there_and_back(path, side, radius, JOIN)
     assert tour.repeats_from is not None
@@ -55,12 +55,12 @@ def test_lawnmowers_are_smooth(
 
 def test_lanes_cover_each_strip() -> None:
     """Lanes start half a spacing above the strip's edge; a narrow strip has one in its middle."""
-    assert lane_ordinates(140, 3, 1, 10) == pytest.approx(
+    assert lane_ordinates(Strip(140, 3, 1), 10) == pytest.approx(
         [-18.333333, -8.333333, 1.666667, 11.666667]
     )
-    assert lane_ordinates(60, 4, 0, 10) == [-25.0]
-    assert lane_ordinates(60, 10, 9, 10) == [27.0]
-    assert len(lane_ordinates(100, 1, 0, 10)) == 10
+    assert lane_ordinates(Strip(60, 4, 0), 10) == [-25.0]
+    assert lane_ordinates(Strip(60, 10, 9), 10) == [27.0]
+    assert len(lane_ordinates(Strip(100, 1, 0), 10)) == 10
 
 
 @given(st.integers(1, 40), st.integers(1, 6))
@@ -72,7 +72,7 @@ def test_every_lane_is_flown_once(count: int, skip: int) -> None:
 def test_skipping_lanes_saves_bulb_turns() -> None:
     """With lanes closer than two radii, skip-lane order is shorter than bulb turns."""
     lanes = {
-        turns: lawnmower(100, 1, 0, spacing=5, margin=10, radius=8, turns=turns).length
+        turns: lawnmower(Strip(100, 1, 0), spacing=5, margin=10, radius=8, turns=turns).length
         for turns in ("bulb", "skip_lane", "shortest")
     }
     assert lanes["shortest"] == lanes["skip_lane"] < lanes["bulb"] - 100
@@ -80,7 +80,7 @@ def test_skipping_lanes_saves_bulb_turns() -> None:
 
 def test_an_auv_goes_straight_to_its_first_lane_and_sweeps_it() -> None:
     """From the strip's centre to the -x end of the lowest lane; then that lane, eastwards."""
-    path = lawnmower(140, 3, 0, spacing=10, margin=5, radius=5)
+    path = lawnmower(Strip(140, 3, 0), spacing=10, margin=5, radius=5)
     assert path.start[:2] == (0.0, pytest.approx(-46.666667))
     way = math.hypot(65, 65 - 46.666667)
     assert path.at(way)[:2] == pytest.approx((-65.0, -65.0))

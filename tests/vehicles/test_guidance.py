@@ -6,9 +6,10 @@ import time
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from voyages import voyage
 
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.routes import lawnmower
+from bindusbl_des.geometry.routes import Strip, lawnmower
 from bindusbl_des.geometry.turns import there_and_back
 from bindusbl_des.vehicles import logs, motion
 from bindusbl_des.vehicles.guidance import (
@@ -84,7 +85,7 @@ def test_starboard_of_the_path_is_positive(bend: float) -> None:
 def test_a_tour_goes_on_where_it_repeats() -> None:
     """Along three rounds of a tour the distance grows evenly and the vehicle is never beside it."""
     tour = there_and_back(
-        lawnmower(60, 1, 0, spacing=10, margin=5, radius=1), 60, 1, math.radians(20)
+        lawnmower(Strip(60, 1, 0), spacing=10, margin=5, radius=1), 60, 1, math.radians(20)
     )
     packed, progress = tracks.pack([tour]), np.zeros(1, tracks.PROGRESS)[0]
     for along in np.arange(0.0, 3 * tour.length, 0.06):
@@ -98,7 +99,7 @@ def test_a_tour_goes_on_where_it_repeats() -> None:
 
 def test_a_neighbouring_lane_is_not_mistaken_for_ones_own() -> None:
     """Carried 9 m sideways, next to the lane 10 m away, a vehicle still knows its own."""
-    path = lawnmower(60, 1, 0, spacing=10, margin=5, radius=1, start="strip_corner")
+    path = lawnmower(Strip(60, 1, 0), spacing=10, margin=5, radius=1, start="strip_corner")
     x, y, _ = path.at(25.0)
     cross, *_, travelled = locate(path, (x, y + 9.0), 25.0)
     assert cross == pytest.approx(9.0)
@@ -144,9 +145,9 @@ def test_no_thruster_is_overloaded() -> None:
 def test_bluerov2_flies_its_lanes(side: float, strips: int, current: str) -> None:
     """Lanes 10 m apart: within 5 cm RMS in still water, 20 cm in a current of 0.2 m/s."""
     radius = smallest_turn("bluerov2", 0.6)
-    path = lawnmower(side, strips, 0, spacing=10, margin=5, radius=radius)
+    path = lawnmower(Strip(side, strips, 0), spacing=10, margin=5, radius=radius)
     duration = path.length / 0.6 * 0.98
-    guided = GuidedFleet(
+    guided = voyage(
         "bluerov2", paths=[path], speed_m_per_s=0.6, depth_m=10.0,
         currents=[CURRENTS[current]], duration_s=duration,
     )  # fmt: skip
@@ -160,7 +161,7 @@ def test_bluerov2_flies_its_lanes(side: float, strips: int, current: str) -> Non
 
 def test_bluerov2_slows_down_where_its_thrusters_end() -> None:
     """Against 0.2 m/s it makes 0.534 m/s over ground instead of 0.6, as its thrust predicts."""
-    guided = GuidedFleet(
+    guided = voyage(
         "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=[(-0.2, 0.0)],
         duration_s=300.0,
     )  # fmt: skip
@@ -172,7 +173,7 @@ def test_bluerov2_slows_down_where_its_thrusters_end() -> None:
 def test_a_share_of_a_mission_does_not_count_what_comes_later() -> None:
     """What happens to an AUV after an instant leaves the share until then as it was."""
     late, early = (
-        GuidedFleet(
+        voyage(
             "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, duration_s=90.0,
             currents=[(0.0, 0.0)] * 200 + [(-0.3, 0.0)],
         )
@@ -187,7 +188,7 @@ def test_a_share_of_a_mission_does_not_count_what_comes_later() -> None:
 
 def test_a_vehicle_rests_where_its_log_ends() -> None:
     """Beyond its voyage a vehicle is where it ended: sound sent last may still be under way."""
-    guided = GuidedFleet(
+    guided = voyage(
         "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=[(0.0, 0.1)],
         duration_s=20.0,
     )  # fmt: skip
@@ -200,7 +201,7 @@ def test_a_vehicle_rests_where_its_log_ends() -> None:
 def test_bluerov2_hovers_at_its_paths_end() -> None:
     """Having arrived it stays there, in a current from abeam."""
     path = Path(Pose(1.0, 2.0, 0.5), (Segment(0.0, 30.0),))
-    guided = GuidedFleet(
+    guided = voyage(
         "bluerov2", paths=[path], speed_m_per_s=0.6, depth_m=5.0, currents=[(0.1, 0.2)],
         duration_s=300.0,
     )  # fmt: skip
@@ -217,9 +218,9 @@ def test_remus_flies_its_lanes(yaw_time_constant: float, current: str) -> None:
     """Lanes 80 m apart at 1.5 m/s: within 20 cm RMS, in 0.2 m/s too, turns within 2.5 m."""
     changed = {"yaw_time_constant_s": yaw_time_constant}
     radius = smallest_turn("remus100", 1.5, changed)
-    path = lawnmower(1000, 1, 0, spacing=80, margin=50, radius=radius)
+    path = lawnmower(Strip(1000, 1, 0), spacing=80, margin=50, radius=radius)
     duration = path.length / 1.5 * 0.9
-    guided = GuidedFleet(
+    guided = voyage(
         "remus100", changed, paths=[path], speed_m_per_s=1.5, depth_m=10.0,
         currents=[CURRENTS[current]], duration_s=duration,
     )  # fmt: skip
@@ -238,7 +239,7 @@ def test_remus_turns_at_any_speed(speed: float, yaw_time_constant: float) -> Non
     changed = {"yaw_time_constant_s": yaw_time_constant}
     bend = 1.0 / smallest_turn("remus100", speed, changed)
     path = Path(Pose(0, 0, 0), (Segment(0, 50), Segment(-bend, 7 / bend), Segment(0, 200)))
-    guided = GuidedFleet(
+    guided = voyage(
         "remus100", changed, paths=[path], speed_m_per_s=speed, depth_m=4.0,
         duration_s=path.length / speed,
     )  # fmt: skip
@@ -250,7 +251,7 @@ def test_remus_turns_at_any_speed(speed: float, yaw_time_constant: float) -> Non
 def test_remus_circles_at_its_paths_end() -> None:
     """Since it cannot stop it goes round to starboard, a few metres beside its circle at most."""
     path = Path(Pose(0, 0, 0), (Segment(0, 100),))
-    guided = GuidedFleet("remus100", paths=[path], speed_m_per_s=1.5, depth_m=4.0, duration_s=900.0)
+    guided = voyage("remus100", paths=[path], speed_m_per_s=1.5, depth_m=4.0, duration_s=900.0)
     times = np.arange(100.0, 900.0)
     sea = guided.vehicle(0).sample(times)
     radius = smallest_turn("remus100", 1.5)
@@ -281,7 +282,7 @@ def test_asvs_keep_station(model: str, speed: float, bearing: int) -> None:
     angle = math.radians(bearing)
     current = [(0.0, 0.0), (speed * math.cos(angle), speed * math.sin(angle))]
     noise = np.random.default_rng(bearing).normal(scale=0.5, size=(2, 6000, 2))
-    guided = GuidedFleet(
+    guided = voyage(
         model, stations=[(0.0, 0.0), (50.0, -20.0)], currents=current, duration_s=600.0,
         position_noise=noise,
     )  # fmt: skip
@@ -295,7 +296,7 @@ def test_asvs_keep_station(model: str, speed: float, bearing: int) -> None:
 def test_an_otter_lies_with_its_bow_against_the_current() -> None:
     """When the current turns by a right angle, the Otter turns after it."""
     currents = np.repeat([[0.0, -0.3], [0.3, 0.0]], 6000, axis=0)
-    guided = GuidedFleet("otter", stations=[(5.0, 5.0)], currents=currents, duration_s=1200.0)
+    guided = voyage("otter", stations=[(5.0, 5.0)], currents=currents, duration_s=1200.0)
     before, after = guided.vehicle(0).at(600.0), guided.vehicle(0).at(1200.0)
     assert math.remainder(before.yaw - math.pi / 2, 2 * math.pi) == pytest.approx(0.0, abs=0.02)
     assert math.remainder(after.yaw - math.pi, 2 * math.pi) == pytest.approx(0.0, abs=0.02)
@@ -304,7 +305,7 @@ def test_an_otter_lies_with_its_bow_against_the_current() -> None:
 
 def test_cybership_does_not_lie_with_its_stern_to_the_current() -> None:
     """Begun with a following current, it comes about and ends with its bow against it."""
-    guided = GuidedFleet(
+    guided = voyage(
         "cybership2", stations=[(0.0, 0.0)], currents=[(0.0, 0.0), (0.15, 0.0)], duration_s=600.0
     )
     place = guided.vehicle(0).at(600.0)
@@ -327,8 +328,8 @@ def guided_fleets() -> list[tuple[str, GuidedFleet]]:
         else:
             bend = Path(Pose(0, 0, 1), (Segment(0, 8), Segment(0.03, 20), Segment(-0.03, 90)))
             plan = {"paths": [LINE, bend], "speed_m_per_s": 0.55, "depth_m": (5.0, 7.0)}
-        made.append((model, GuidedFleet(model, currents=currents, duration_s=40.0,
-                                   position_noise=noise, **plan)))  # type: ignore[arg-type]  # fmt: skip
+        made.append((model, voyage(model, currents=currents, duration_s=40.0,
+                                   position_noise=noise, **plan)))  # fmt: skip
     return made
 
 
@@ -425,8 +426,8 @@ def test_half_the_step_leads_to_the_same_place(number: int) -> None:
     """With steps of 0.05 s an AUV is where it is with ten times as many, to a millimetre."""
     model = ("bluerov2", "remus100")[number]
     plan = {"paths": [LINE], "speed_m_per_s": 0.55, "depth_m": 5.0, "duration_s": 40.0}
-    coarse = GuidedFleet(model, currents=[(0.05, 0.1)], **plan)  # type: ignore[arg-type]
-    fine = GuidedFleet(model, currents=[(0.05, 0.1)], step_s=0.005, **plan)  # type: ignore[arg-type]
+    coarse = voyage(model, currents=[(0.05, 0.1)], **plan)
+    fine = voyage(model, currents=[(0.05, 0.1)], step_s=0.005, **plan)
     times = np.arange(0.0, 40.0, 0.37)
     apart = coarse.vehicle(0).sample(times) - fine.vehicle(0).sample(times)
     assert np.abs(apart).max() < 1e-3
@@ -446,7 +447,7 @@ def believing(
 ) -> GuidedFleet:
     """Return a voyage of one vehicle along a line, along x unless given."""
     speed = 0.6 if model == "bluerov2" else 1.5
-    return GuidedFleet(
+    return voyage(
         model, paths=[path], speed_m_per_s=speed, depth_m=5.0, duration_s=duration, drift=drift
     )
 
@@ -515,7 +516,7 @@ def test_a_speed_above_the_vehicles_own_is_refused() -> None:
     with pytest.raises(
         GuidanceError, match=r"AUV2 at 0 s: asked for 0.9 m/s, .* reaches 0\.734"
     ) as e:
-        GuidedFleet("bluerov2", paths=[LINE], speed_m_per_s=0.9, duration_s=10.0, names=["AUV2"])
+        voyage("bluerov2", paths=[LINE], speed_m_per_s=0.9, duration_s=10.0, names=["AUV2"])
     assert (e.value.vehicle, e.value.time_s) == ("AUV2", 0.0)
 
 
@@ -529,13 +530,13 @@ def test_a_current_that_carries_everyone_away_is_refused(model: str, current: fl
     speed = 1.5 if model == "remus100" else 0.6
     plan = {"paths": [LINE], "speed_m_per_s": speed} if auv else {"stations": [(0.0, 0.0)]}
     with pytest.raises(GuidanceError, match="would carry it away"):
-        GuidedFleet(model, currents=[(0.0, current)], duration_s=10.0, **plan)
+        voyage(model, currents=[(0.0, current)], duration_s=10.0, **plan)
 
 
 def test_a_ship_adrift_is_reported() -> None:
     """CyberShip II is carried off by 0.9 m/s for minutes, and the voyage says who and when."""
     current = np.repeat([[0.0, 0.9], [0.0, -0.9]], 4000, axis=0)
-    guided = GuidedFleet("cybership2", stations=[(0.0, 0.0)], currents=current, duration_s=900.0,
+    guided = voyage("cybership2", stations=[(0.0, 0.0)], currents=current, duration_s=900.0,
                     names=["ASV7"])  # fmt: skip
     with pytest.raises(GuidanceError, match=r"ASV7 .* off its station for 120 s") as error:
         guided.advance(900.0)
@@ -545,7 +546,7 @@ def test_a_ship_adrift_is_reported() -> None:
 def test_an_auv_without_headway_is_reported() -> None:
     """A current that outruns a BlueROV2 for minutes, if not on average, is found out under way."""
     currents = np.repeat([[-0.9, 0.0], [0.9, 0.0]], 6000, axis=0)
-    guided = GuidedFleet(
+    guided = voyage(
         "bluerov2", paths=[LINE], speed_m_per_s=0.6, depth_m=5.0, currents=currents,
         duration_s=1200.0,
     )  # fmt: skip
@@ -555,7 +556,7 @@ def test_an_auv_without_headway_is_reported() -> None:
 
 def test_a_broken_state_is_reported_with_its_instant() -> None:
     """Integrated in steps of half a second a BlueROV2 tumbles or ends in no number, and says so."""
-    guided = GuidedFleet(
+    guided = voyage(
         "bluerov2",
         paths=[LINE],
         speed_m_per_s=0.6,
@@ -571,16 +572,16 @@ def test_a_broken_state_is_reported_with_its_instant() -> None:
 def test_plans_that_do_not_fit_are_refused() -> None:
     """Wrong plans, steps and shapes are named with what would be right."""
     with pytest.raises(ValueError, match="give paths, and no stations"):
-        GuidedFleet("otter", paths=[LINE], duration_s=10.0)
+        voyage("otter", paths=[LINE], duration_s=10.0)
     with pytest.raises(ValueError, match="not a whole multiple of step_s"):
-        GuidedFleet("otter", stations=[(0, 0)], duration_s=10.0, control_s=0.05)
+        voyage("otter", stations=[(0, 0)], duration_s=10.0, control_s=0.05)
     with pytest.raises(ValueError, match=r"currents has shape \(2,\)"):
-        GuidedFleet("otter", stations=[(0, 0)], duration_s=10.0, currents=(0.1, 0.1))
+        voyage("otter", stations=[(0, 0)], duration_s=10.0, currents=(0.1, 0.1))
     with pytest.raises(ValueError, match=r"position_noise has shape \(1, 3, 2\)"):
-        GuidedFleet("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
+        voyage("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
     drift = SteeringDrift(np.zeros(2), False, np.zeros((1, 5, 2)), 1.0)
     with pytest.raises(ValueError, match=r"drift.walk has shape \(1, 5, 2\)"):
-        GuidedFleet("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
+        voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
     with pytest.raises(ValueError, match="beyond the voyage of 10"):
         believing("bluerov2", None, 10.0).vehicle(0).at(10.5)
     assert top_speed("otter") > 2.8
@@ -594,7 +595,7 @@ def test_ten_vehicles_cost_little(model: str, speed: float) -> None:
     """Five minutes of ten vehicles take a small part of a second of one core (measured: 0.07)."""
 
     def sail() -> float:
-        guided = GuidedFleet(
+        guided = voyage(
             model, paths=[LINE] * 10, speed_m_per_s=speed, depth_m=5.0, duration_s=300.0
         )
         begin = time.process_time()
@@ -610,7 +611,7 @@ def test_kept_path_errors_are_those_of_the_instants_asked_for() -> None:
     """Read-only instants are known by identity: others, as many, get their own answer."""
     path = Path(Pose(0.0, 0.0, 0.0), (Segment(0.0, 20.0),))
     fleet = {"paths": [path], "speed_m_per_s": 0.5, "depth_m": 5.0, "duration_s": 20.0}
-    vehicle = GuidedFleet("bluerov2", currents=[(0.0, 0.2)], **fleet).vehicle(0)
+    vehicle = voyage("bluerov2", currents=[(0.0, 0.2)], **fleet).vehicle(0)
     early, late = np.array([1.0, 2.0]), np.array([8.0, 9.0])
     expected = [vehicle.path_error(times).tolist() for times in (early, late)]
     early.setflags(write=False)

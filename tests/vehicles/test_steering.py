@@ -7,6 +7,7 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from voyages import voyage
 from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
@@ -83,7 +84,7 @@ def crossing(model: str, speed: float, fix_every_s: float, duration: float) -> G
     """Return a voyage along x in 0.3 m/s from abeam, its log through the water, its fixes exact."""
     walk = np.zeros((1, math.ceil(duration) + 2, 2))
     walk[0, :, 1] = -0.3 * np.arange(walk.shape[1])
-    guided = GuidedFleet(
+    guided = voyage(
         model, paths=[LINE], speed_m_per_s=speed, depth_m=5.0, currents=[(0.0, 0.3)],
         duration_s=duration, drift=SteeringDrift(np.zeros(2), False, walk, 1.0, True),
     )  # fmt: skip
@@ -114,7 +115,7 @@ def test_fixes_that_show_no_headway_make_it_push_harder() -> None:
     duration = 150.0
     walk = np.zeros((1, 152, 2))
     walk[0, :, 0] = 0.25 * np.arange(152)
-    guided = GuidedFleet(
+    guided = voyage(
         "bluerov2", paths=[LINE], speed_m_per_s=0.3, depth_m=5.0, currents=[(-0.25, 0.0)],
         duration_s=duration, drift=SteeringDrift(np.zeros(2), False, walk, 1.0, True),
     )  # fmt: skip

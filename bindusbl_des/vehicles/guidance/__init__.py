@@ -5,6 +5,7 @@
 """
 
 from .belief import SteeringDrift
+from .departure import Intervals, Plan
 from .guided_fleet import GuidedFleet
 from .guided_vehicle import GuidedVehicle
 from .limits import GuidanceError, smallest_turn, top_speed
@@ -13,6 +14,8 @@ __all__ = [
     "GuidanceError",
     "GuidedFleet",
     "GuidedVehicle",
+    "Intervals",
+    "Plan",
     "SteeringDrift",
     "smallest_turn",
     "top_speed",

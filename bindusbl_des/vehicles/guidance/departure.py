@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...geometry.paths import Path, Segment
 from ...records.rows import Rows
+from ..currents import CONTROL_S
 from ..hulls.frames import Floats
 from ..hulls.models import Model
 from . import bluerov2, cybership2, flight, otter, remus100
@@ -18,6 +19,32 @@ WATCH_CIRCLES = {"otter": otter.WATCH_CIRCLE, "cybership2": cybership2.WATCH_CIR
 LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
 PATIENCE_S = 120.0  # off or without headway for longer: ten times the memory of the slowest loop
 WHOLE = 1e-9  # rounding, in steps, within which a control interval is a whole number of them
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Where the vehicles of a fleet are to go, and what they are called.
+
+    AUVs follow `paths` at a speed and a depth, either one number or one for each; ASVs keep
+    `stations` (n, 2).
+    """
+
+    paths: Sequence[Path] | None = None
+    stations: ArrayLike | None = None
+    speed_m_per_s: ArrayLike = 0.0
+    depth_m: ArrayLike = 0.0
+    names: Sequence[str] | None = None
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """How often a fleet is steered, a whole number of steps, and how long each step is.
+
+    Unless given, a step is 0.05 s, of an Otter 0.02 s, of a REMUS 0.1 s.
+    """
+
+    control_s: float = CONTROL_S
+    step_s: float | None = None
 
 
 @dataclass(frozen=True)

@@ -15,28 +15,26 @@ from ..hulls.models import find, parameters
 from ..motion import Motion
 from . import belief, departure, flight, tracks
 from .belief import SteeringDrift
-from .departure import LOST_CIRCLES, PATIENCE_S, WATCH_CIRCLES, Vessels
+from .departure import LOST_CIRCLES, PATIENCE_S, WATCH_CIRCLES, Intervals, Plan, Vessels
 from .guided_vehicle import GuidedVehicle
 from .limits import FOLLOWERS, KEEPERS, GuidanceError, refuse_impossible, smallest_turn
 
 STEP_S = 0.05  # s
 # An Otter's propellers reverse within a few hundredths of a second; a REMUS takes its time.
 STEPS_S = {"otter": 0.02, "remus100": 0.1, "remus100_pvs": 0.1}
+USUAL = Intervals()
 
 
 class GuidedFleet:
     """Vehicles of one model on their way, moved only as far as somebody looks.
 
-    AUVs follow `paths` at `speed_m_per_s` (BlueROV2 over ground, or through the water if its log
-    misses the current, from rest; REMUS through the water, at that speed from the start) and
-    `depth_m`, either one number or one for each; a REMUS
-    that has come to a path's end circles there to starboard, a BlueROV2 hovers. ASVs keep
-    `stations` (n, 2), starting at rest with the bow against the first current. `currents` (k, 2)
-    m/s along x and y, and `position_noise` (n, intervals, 2) m, hold for one control interval each,
-    the last current from then on. Axes: x North, y East, z down.
+    A BlueROV2 makes its speed over ground, or through the water if its log misses the current, from
+    rest; a REMUS through the water, at that speed from the start. A REMUS that has come to a path's
+    end circles there to starboard, a BlueROV2 hovers. ASVs start at rest with the bow against the
+    first current. `currents` (k, 2) m/s along x and y, and `position_noise` (n, intervals, 2) m,
+    hold for one control interval each, the last current from then on. Axes: x North, y East, z
+    down.
 
-    Control begins anew each `control_s`, a whole number of steps `step_s` (0.05 s, Otter 0.02 s,
-    REMUS 0.1 s).
     What a vehicle believes is truth + drift + noise + its row of `corrections` (n, 2), which anyone
     may write to: the sum of what fixes have put right. A log through the water gives it no other
     word of the current, unless a filter writes the bias and current that it has learnt to its row
@@ -49,29 +47,25 @@ class GuidedFleet:
     def __init__(
         self,
         model: str,
+        plan: Plan,
         overrides: Mapping[str, float] | None = None,
         *,
-        paths: Sequence[Path] | None = None,
-        stations: ArrayLike | None = None,
-        speed_m_per_s: ArrayLike = 0.0,
-        depth_m: ArrayLike = 0.0,
-        currents: ArrayLike = ((0.0, 0.0),),
         duration_s: float,
-        control_s: float = 0.1,
-        step_s: float | None = None,
+        intervals: Intervals = USUAL,
+        currents: ArrayLike = ((0.0, 0.0),),
         position_noise: Floats | None = None,
         drift: SteeringDrift | None = None,
-        names: Sequence[str] | None = None,
     ) -> None:
         self.model = find(model)
-        _refuse_wrong_plan(model, paths, stations)
-        self.stations = np.zeros((0, 2))
-        if stations is not None:
-            self.stations = departure.rows(model, "stations", stations, (None, 2))
+        _refuse_wrong_plan(model, plan)
+        paths, self.stations = plan.paths, np.zeros((0, 2))
+        if plan.stations is not None:
+            self.stations = departure.rows(model, "stations", plan.stations, (None, 2))
         count = len(self.stations) if paths is None else len(paths)
-        self.names = _names(model, names, count)
-        self.control_s, self.duration_s = float(control_s), float(duration_s)
-        self.step_s = float(STEPS_S.get(model, STEP_S) if step_s is None else step_s)
+        self.names = _names(model, plan.names, count)
+        self.control_s, self.duration_s = float(intervals.control_s), float(duration_s)
+        step = STEPS_S.get(model, STEP_S) if intervals.step_s is None else intervals.step_s
+        self.step_s = float(step)
         self._steps = departure.whole_steps(model, self.control_s, self.step_s)
         self._intervals = max(1, departure.begun(self.duration_s, self.control_s))
         self._currents = departure.rows(model, "currents", currents, (None, 2))
@@ -85,8 +79,8 @@ class GuidedFleet:
         self.has_learnt = False
         self.tracks, self._vessels = self._set_out(
             paths,
-            departure.for_each(model, "speed_m_per_s", speed_m_per_s, count),
-            departure.for_each(model, "depth_m", depth_m, count),
+            departure.for_each(model, "speed_m_per_s", plan.speed_m_per_s, count),
+            departure.for_each(model, "depth_m", plan.depth_m, count),
             overrides,
         )
         self.logs = np.zeros((count, self._intervals * self._steps + 1, logs.COLUMNS))
@@ -196,11 +190,9 @@ class GuidedFleet:
         return np.asarray(self.logs[:, last, logs.DISTANCE] / max(last * self.step_s, 1e-300))
 
 
-def _refuse_wrong_plan(
-    model: str, paths: Sequence[Path] | None, stations: ArrayLike | None
-) -> None:
+def _refuse_wrong_plan(model: str, plan: Plan) -> None:
     """Raise ValueError unless AUVs have paths and ASVs stations."""
-    follows = model in FOLLOWERS
+    paths, stations, follows = plan.paths, plan.stations, model in FOLLOWERS
     if not follows and model not in KEEPERS:
         raise ValueError(f"{model} has no controller; known: {', '.join(FOLLOWERS + KEEPERS)}")
     if (paths is not None) != follows or (stations is not None) == follows or paths == ():
