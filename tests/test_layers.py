@@ -116,6 +116,29 @@ def test_arguments_that_travel_together_have_a_name() -> None:
     assert long <= FOR_NOW
 
 
+# Where numbers have names: outcomes and models, which are no places in a row, and the coefficients
+# of hulls, one vector whatever the hull, since one integrator moves them all.
+NUMBERED = {
+    *("records.events", "report.recording", "vehicles.guidance.flight", "vehicles.hulls.rk4"),
+    *("vehicles.hulls.bluerov2", "vehicles.hulls.cybership2", "vehicles.hulls.otter"),
+    "vehicles.hulls.remus100_parameters",
+}
+
+
+def test_rows_have_fields_and_no_numbered_columns() -> None:
+    """A row's numbers are read by name: no `X, Y, Z = range(3)` tells where they lie in it."""
+    numbered = {
+        name
+        for name, path in NAMES.items()
+        for node in ast.parse(path.read_text()).body
+        if isinstance(node, ast.Assign)
+        and isinstance(node.targets[0], ast.Tuple)
+        and isinstance(node.value, ast.Call)
+        and ast.unparse(node.value.func) == "range"
+    }
+    assert numbered <= NUMBERED
+
+
 def test_every_folder_of_tests_is_that_of_a_room() -> None:
     """Who looks for the tests of a room finds them in the folder of its name."""
     tests = Path(__file__).parent
