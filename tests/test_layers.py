@@ -117,8 +117,8 @@ def test_arguments_that_travel_together_have_a_name() -> None:
 
 
 # Where numbers have names: outcomes and models, which are no places in a row; the coefficients of
-# hulls, one vector whatever the hull, since one integrator moves them all; and the table of motions,
-# which as records would cost each entry into compiled code 0.12 us more (6 % of a mission).
+# hulls, one vector whatever the hull, since one integrator moves them all; and the table of
+# motions, which as records would cost each entry 0.12 us more (6 % of a mission).
 NUMBERED = {
     "vehicles.motion",
     *("records.events", "report.recording", "vehicles.guidance.flight", "vehicles.hulls.rk4"),
