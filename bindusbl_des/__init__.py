@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .acoustics.channel import Signals
     from .acoustics.loss import range_loss
     from .acoustics.travel_time import travel_time
     from .acoustics.water import absorption, sound_speed
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from .mission.simulation import simulate
     from .preflight.worth_knowing import cautions
     from .protocol.broadcasters import BroadcastView
+    from .protocol.own.ranging import Slot
     from .protocol.schedules import View
     from .protocol.slots import airtime, downlink_slot, uplink_slot
     from .results.loading import load_result
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from .scenario.own_plans import PlanView, WayView
     from .scenario.scenario import Scenario
     from .usbl.fusion import fuse
+    from .usbl.own_instrument import Sounding
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
@@ -61,6 +64,9 @@ _HOMES = {
     "travel_time": "acoustics.travel_time",
     "uplink_slot": "protocol.slots",
     "PlanView": "scenario.own_plans",
+    "Signals": "acoustics.channel",
+    "Slot": "protocol.own.ranging",
+    "Sounding": "usbl.own_instrument",
     "View": "protocol.schedules",
     "WayView": "scenario.own_plans",
 }
@@ -73,6 +79,9 @@ __all__ = [
     "Result",
     "Scenario",
     "ScenarioError",
+    "Signals",
+    "Slot",
+    "Sounding",
     "View",
     "WayView",
     "absorption",

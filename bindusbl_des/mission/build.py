@@ -12,15 +12,12 @@ from ..protocol.broadcasters import broadcaster_named
 from ..protocol.downlink import MfDownlink
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.network import Network
-from ..protocol.own_ranging import OwnRanging
-from ..protocol.ranging import OneWay, TwoWay, strayed
+from ..protocol.ranging import ranging_of, strayed
 from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named
 from ..protocol.uplink import Uplink
 from ..records.recorder import Recorder
-from ..scenario.families import RANGING
-from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
@@ -92,9 +89,9 @@ def _network(
         streams,
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
         record,
+        channel=channel_named(hf.channel),
+        instrument=instrument_named(scenario.usbl.model),
     )
-    uplink.channel = channel_named(scenario.acoustics.hf.channel)
-    uplink.instrument = instrument_named(scenario.usbl.model)
     downlink = MfDownlink(
         env,
         auvs,
@@ -130,27 +127,6 @@ def _network(
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
     )
-
-
-def ranging_of(
-    scenario: Scenario,
-    env: simpy.Environment,
-    uplink: Uplink,
-    queue: FixQueue | ReplyQueue,
-    streams: Streams,
-) -> OneWay | TwoWay | OwnRanging:
-    """Return how the pings of a scenario come about.
-
-    Raises:
-        PluginError: when one's own is not allowed, or cannot be loaded or called.
-    """
-    name = scenario.protocol.ranging
-    if name == "owtt_sync":
-        return OneWay(uplink, queue)
-    if name == "twtt":
-        return TwoWay(env, uplink, queue, turnaround=scenario.protocol.turnaround_s)
-    draw = streams.of(Purpose.RANGING)
-    return OwnRanging(name, own_part(RANGING, name), env, uplink, queue, draw)
 
 
 def usbl_of(scenario: Scenario) -> Usbl:

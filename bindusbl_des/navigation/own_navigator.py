@@ -15,6 +15,21 @@ from .navigators import Navigator
 Array = NDArray[np.float64]
 
 
+class Reckoning:
+    """The dead reckoning of a fleet, as AUVs themselves know it."""
+
+    def __init__(self, reckoning: DeadReckoning) -> None:
+        self._whole = reckoning
+
+    def at(self, auv: int, time: float) -> tuple[float, float]:
+        """Return where an AUV that has had no fix believes to be (m) at an instant (s)."""
+        return self._whole.at(auv, time)
+
+    def odometry(self, auv: int, times: Array) -> Odometry:
+        """Return what an AUV's own sensors have told it by instants (n,), s."""
+        return self._whole.sample(auv, np.asarray(times, dtype=np.float64))[1]
+
+
 class OwnNavigator:
     """A navigator of somebody's own, named ``module:object`` in the scenario.
 
@@ -29,7 +44,7 @@ class OwnNavigator:
             PluginError: when it cannot be made, or lacks a verb.
         """
         self._name, self._reckoning, self._corrections = name, reckoning, corrections
-        self._navigator: Navigator = self._asked(make, reckoning, len(corrections))
+        self._navigator: Navigator = self._asked(make, Reckoning(reckoning), len(corrections))
         missing = [
             verb
             for verb in ("correct", "estimate", "covariance")
@@ -50,7 +65,9 @@ class OwnNavigator:
             x, y = self.estimate(auv, then)[0]
             fix["innovation_m"] = np.hypot(fix["x_m"] - x, fix["y_m"] - y)
             was = self.estimate(auv, odometry)
-            self._asked(self._navigator.correct, fixes.view(np.recarray), np.array([row]))
+            told = fixes[row : row + 1].copy()
+            told["error_m"] = np.nan  # nobody on board knows it
+            self._asked(self._navigator.correct, told.view(np.recarray), np.array([0]))
             moved = self.estimate(auv, odometry)
             fix["correction_m"] = np.hypot(*(moved - was)[0])
             self._corrections[auv] = (moved - odometry.position)[0]

@@ -18,7 +18,7 @@ from .conflicts import Array, hearing, survey
 from .downlink import MfDownlink
 from .fix_queue import FixBatch, FixQueue, ReplyQueue
 from .happenings import Happenings, Watch
-from .own_ranging import OwnRanging
+from .own.ranging import OwnRanging
 from .ranging import OneWay, TwoWay
 from .schedules import Groups, Schedule, View
 from .slots import Slots

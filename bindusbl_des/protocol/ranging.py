@@ -6,13 +6,17 @@ from functools import partial
 import numpy as np
 import simpy
 
+from ..core.streams import Purpose, Streams
 from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import Rows
+from ..scenario.families import RANGING
+from ..scenario.part_settings import own_part
 from ..scenario.planned import route_of
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, Ints
 from .fix_queue import FixQueue, ReplyQueue
+from .own.ranging import OwnRanging
 from .schedules import View
 from .uplink import Uplink
 
@@ -93,6 +97,27 @@ class TwoWay:
         for (round_number, slot, auv), call in self._waiting.items():
             call["call"] = IN_FLIGHT
             self._uplink.send(round_number, slot, [auv], float(call["called_at_s"][0]), call)
+
+
+def ranging_of(
+    scenario: Scenario,
+    env: simpy.Environment,
+    uplink: Uplink,
+    queue: FixQueue | ReplyQueue,
+    streams: Streams,
+) -> OneWay | TwoWay | OwnRanging:
+    """Return how the pings of a scenario come about.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+    """
+    name = scenario.protocol.ranging
+    if name == "owtt_sync":
+        return OneWay(uplink, queue)
+    if name == "twtt":
+        return TwoWay(env, uplink, queue, turnaround=scenario.protocol.turnaround_s)
+    draw = streams.of(Purpose.RANGING)
+    return OwnRanging(name, own_part(RANGING, name), env, uplink, queue, draw)
 
 
 def nearest(view: View, group: Sequence[int]) -> Ints:

@@ -1,6 +1,6 @@
 """What becomes of a ping at the ASVs in range: who hears it, and who does not."""
 
-from math import erfc, hypot, inf, nan, sqrt
+from math import erfc, inf, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from ..core.compiled import compiled, entry
 from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Instrument
-from ..usbl.measurement import measured
+from ..usbl.measurement import measured, note
 from ..vehicles.motion import Floats, Ints, Motion
 from .calling import drowned
 
@@ -156,7 +156,7 @@ def _decide(
             estimate, covariance = measured(
                 line, heard[:hearers], receptions, measuring, asvs, instrument, strayed
             )
-            _note(fix, line, estimate, covariance)
+            note(fix, line, estimate, covariance)
     return NONE
 
 
@@ -188,15 +188,3 @@ def _begin(row: Row, ping: Row, first: int, end: int) -> None:
     row.delivered_at_s = row.latency_s = row.arrives_at_s = nan
     row.innovation_m = row.correction_m = row.nis = nan
     row.outcome = IN_FLIGHT
-
-
-@compiled
-def _note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
-    """Write what has been measured of a ping to the row of its fix."""
-    row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
-    row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
-    row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
-    row.sd_z_m = sqrt(max(covariance[2, 2], 0.0))
-    row.cov_xy_m2, row.cov_xz_m2 = covariance[0, 1], covariance[0, 2]
-    row.cov_yz_m2 = covariance[1, 2]
-    row.error_m = hypot(estimate[0] - ping.x_m, estimate[1] - ping.y_m)

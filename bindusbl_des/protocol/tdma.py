@@ -15,7 +15,7 @@ from ..scenario.families import DOWNLINK
 from ..scenario.part_settings import own_part, shipped_part
 from .colouring import conflict_count
 from .network import Downlink, Network, Steps, Turn
-from .own_downlink import OwnDownlink
+from .own.downlink import OwnDownlink
 
 
 def serve(network: Network) -> Generator[simpy.Event, None, None]:

@@ -16,6 +16,7 @@ from ..records.events import HEARD, IN_FLIGHT
 from ..records.recorder import EventBuffer, Recorder
 from ..records.rows import CALLED, NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Usbl
+from ..usbl.measurement import note
 from ..usbl.own_instrument import OwnInstrument, sounding_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints, places
@@ -52,12 +53,16 @@ class Uplink:
         streams: Streams,
         strayed: Floats | None,
         record: Recorder,
+        *,
+        channel: OwnChannel | None = None,
+        instrument: OwnInstrument | None = None,
     ) -> None:
-        """Put a band together; `strayed` (n,), m2, as of :func:`.reception.settle`."""
-        self.band = band
-        #: A channel and an instrument of somebody's own, in place of the compiled ones.
-        self.channel: OwnChannel | None = None
-        self.instrument: OwnInstrument | None = None
+        """Put a band together; `strayed` (n,), m2, as of :func:`.reception.settle`.
+
+        A `channel` and an `instrument` of somebody's own stand in the place of the compiled ones,
+        which are `loss` and `usbl`.
+        """
+        self.band, self.channel, self.instrument = band, channel, instrument
         self._auvs, self._asvs, self._record, self._loss = auvs, asvs, record, loss
         self._usbl, self._strayed = usbl, strayed
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
@@ -78,12 +83,12 @@ class Uplink:
         chances = [
             luck(auv, asv).random() for auv, asv in zip(group, callers.tolist(), strict=True)
         ]
+        losses = self._losses(group, time, calling=True)
         self._foresee(group, time)
         answers, sounds = np.empty(len(group), CALLED), len(set(callers.tolist())) * len(self._asvs)
         calls.count = interrogate(
             members(tuple(group)), callers, np.array(chances), time, answers,
-            calls.room_for(sounds), calls.count, self._losses(group, time, calling=True),
-            *self._loss, *self.band,
+            calls.room_for(sounds), calls.count, losses, *self._loss, *self.band,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         return answers
@@ -104,19 +109,28 @@ class Uplink:
         """
         if self.channel is None:
             return DISC
+        auvs, asvs, ranges = self._ranges(group, time)
+        return self.channel.losses(Signals(time, auvs, asvs, ranges, self.band.reach, calling))
+
+    def _ranges(self, group: Sequence[int], time: float) -> tuple[Floats, Floats, Floats]:
+        """Return where n AUVs and m ASVs are at an instant (s), and how far apart (n, m), m."""
+        self._auvs.reach(time)
         self._asvs.reach(time)
         auvs = np.array([self._auvs.vehicles[auv].at(time)[:3] for auv in group])
         asvs = places(self._asvs.motion, time)[:, :3]
-        ranges = np.linalg.norm(auvs[:, None] - asvs, axis=2)
-        return self.channel.losses(Signals(time, auvs, asvs, ranges, self.band.reach, calling))
+        return auvs, asvs, np.linalg.norm(auvs[:, None] - asvs, axis=2)
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
         self._auvs.reach(time)
         self._asvs.reach(time)
         if not (self._auvs.foreseen or self._auvs.predicted):
-            deepest = max(self._auvs.vehicles[auv].at(time).z for auv in group)
-            way = hypot(self.band.reach, deepest)
+            if self.channel is None:
+                way = hypot(
+                    self.band.reach, max(self._auvs.vehicles[auv].at(time).z for auv in group)
+                )
+            else:  # of one's own: sound may reach anybody
+                way = float(self._ranges(group, time)[2].max())
             self._auvs.reach(time + PASSED * way / self.band.sound_speed)
 
     def send(
@@ -186,7 +200,7 @@ class Uplink:
         heard = met[met["outcome"] == HEARD]
         poses = [self._asvs.vehicles[it["asv"]].at(float(it["arrived_at_s"])) for it in heard]
         ping, draw = self._record.pings.array[fix["ping"]], self._instrument_draw(int(fix["auv"]))
-        instrument.note(fix, sounding_of(ping, heard, np.array(poses), draw))
+        note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
 
     def _bound_for(self, auv: int) -> list[int]:
         """Return the ASVs that pings of an AUV are under way to."""

@@ -4,7 +4,7 @@ A ping sent on time is ranged by its one way.  The answer to a call is ranged by
 both; ASVs share their clock, GNSS time, and what they measured.
 """
 
-from math import isnan
+from math import hypot, isnan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -123,3 +123,15 @@ def _by_itself(
     level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
     errors = PathErrors(levels.range_sd_m**2, level * strayed, gnss, other_gnss)
     return state, dated(covariance, seen.unit, own, limit, errors), seen.path - own.reach
+
+
+@compiled
+def note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
+    """Write what has been measured of a ping to the row of its fix."""
+    row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
+    row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
+    row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
+    row.sd_z_m = sqrt(max(covariance[2, 2], 0.0))
+    row.cov_xy_m2, row.cov_xz_m2 = covariance[0, 1], covariance[0, 2]
+    row.cov_yz_m2 = covariance[1, 2]
+    row.error_m = hypot(estimate[0] - ping.x_m, estimate[1] - ping.y_m)

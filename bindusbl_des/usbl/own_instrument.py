@@ -52,19 +52,14 @@ class OwnInstrument:
     name: str
     measure: Instrument
 
-    def note(self, fix: Row, sounding: Sounding) -> None:
-        """Write what ASVs have made of a ping, fused, to the row of its fix.
+    def fused(self, sounding: Sounding) -> tuple[Array, Array]:
+        """Return what ASVs make of a ping together: a fix (3,), m, and its covariance (3, 3), m2.
 
         Raises:
             PluginError: when it raises anything, or what it returns are no fixes and covariances.
         """
         places, covariances = self._asked(sounding)
-        place, spread = fuse(list(places), list(covariances))
-        for axis, name in enumerate("xyz"):
-            fix[f"{name}_m"] = place[axis]
-            fix[f"sd_{name}_m"] = np.sqrt(max(spread[axis, axis], 0.0))
-        fix["cov_xy_m2"], fix["cov_xz_m2"], fix["cov_yz_m2"] = spread[[0, 0, 1], [1, 2, 2]]
-        fix["error_m"] = np.hypot(*(place - sounding.source)[:2])
+        return fuse(list(places), list(covariances))
 
     def _asked(self, sounding: Sounding) -> tuple[Array, Array]:
         when = f" of the ping at {sounding.time:g} s"

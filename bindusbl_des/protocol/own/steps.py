@@ -5,7 +5,7 @@ from typing import Any
 
 import simpy
 
-from .plugins import PluginError, asked, shown
+from ...core.plugins import PluginError, asked, shown
 
 # What a generator yields that has come to its end.
 _NONE = object()

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
-from ..core.plugins import PluginError, asked, shown
-from ..core.steps import checked_steps
-from ..scenario.families import DOWNLINK
-from .network import Downlink, Network, Steps, Turn
+from ...core.plugins import PluginError, asked, shown
+from ...scenario.families import DOWNLINK
+from ..network import Downlink, Network, Steps, Turn
+from .steps import checked_steps
 
 # Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
 SAME = 1e-6

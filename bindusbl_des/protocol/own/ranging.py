@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import simpy
 
-from ..core.plugins import asked
-from ..core.steps import checked_steps
-from ..records.rows import CALLED, Rows
-from ..scenario.families import RANGING
-from .fix_queue import FixQueue, ReplyQueue
-from .schedules import View
-from .uplink import NO_CALL, Uplink
+from ...core.plugins import asked
+from ...records.rows import CALLED, Rows
+from ...scenario.families import RANGING
+from ..fix_queue import FixQueue, ReplyQueue
+from ..schedules import View
+from ..uplink import NO_CALL, Uplink
+from .steps import checked_steps
 
 # Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
 SAME = 1e-6
