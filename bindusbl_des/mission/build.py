@@ -84,13 +84,11 @@ def _network(
         auvs,
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
-        loss_of(scenario),
-        usbl_of(scenario),
+        channel_named(hf.channel) or loss_of(scenario),
+        instrument_named(scenario.usbl.model) or usbl_of(scenario),
         streams,
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
         record,
-        channel=channel_named(hf.channel),
-        instrument=instrument_named(scenario.usbl.model),
     )
     downlink = MfDownlink(
         env,

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache, partial
 from math import hypot
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,9 @@ from .reception import foretold, settle
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
 
+# What stands for the compiled loss where somebody else's channel is asked
+NO_LOSS = LossTerms(np.zeros(4), 0, 0.0, 1.0)
+
 # What a ping has that nobody called
 NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
 
@@ -48,23 +52,25 @@ class Uplink:
         auvs: Fleet,
         asvs: Fleet,
         band: Band,
-        loss: LossTerms,
-        usbl: Usbl,
+        channel: LossTerms | OwnChannel,
+        instrument: Usbl | OwnInstrument,
         streams: Streams,
         strayed: Floats | None,
         record: Recorder,
-        *,
-        channel: OwnChannel | None = None,
-        instrument: OwnInstrument | None = None,
     ) -> None:
         """Put a band together; `strayed` (n,), m2, as of :func:`.reception.settle`.
 
-        A `channel` and an `instrument` of somebody's own stand in the place of the compiled ones,
-        which are `loss` and `usbl`.
+        The channel is the compiled disc with its loss, or somebody's own, as is the instrument.
         """
-        self.band, self.channel, self.instrument = band, channel, instrument
-        self._auvs, self._asvs, self._record, self._loss = auvs, asvs, record, loss
-        self._usbl, self._strayed = usbl, strayed
+        self.band = band
+        self._auvs, self._asvs, self._record = auvs, asvs, record
+        self._channel = channel if isinstance(channel, OwnChannel) else None
+        self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
+        self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
+        array: tuple[Any, ...] = (None, None, None)
+        if isinstance(instrument, Usbl):
+            array = instrument.array, instrument.metric, instrument.levels
+        self._measuring = (*array, strayed)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
@@ -107,10 +113,10 @@ class Uplink:
         """Return how likely the signals of AUVs, or calls for them, are lost: nothing of the disc,
         which is compiled.
         """
-        if self.channel is None:
+        if self._channel is None:
             return DISC
         auvs, asvs, ranges = self._ranges(group, time)
-        return self.channel.losses(Signals(time, auvs, asvs, ranges, self.band.reach, calling))
+        return self._channel.losses(Signals(time, auvs, asvs, ranges, self.band.reach, calling))
 
     def _ranges(self, group: Sequence[int], time: float) -> tuple[Floats, Floats, Floats]:
         """Return where n AUVs and m ASVs are at an instant (s), and how far apart (n, m), m."""
@@ -125,7 +131,7 @@ class Uplink:
         self._auvs.reach(time)
         self._asvs.reach(time)
         if not (self._auvs.foreseen or self._auvs.predicted):
-            if self.channel is None:
+            if self._channel is None:
                 way = hypot(
                     self.band.reach, max(self._auvs.vehicles[auv].at(time).z for auv in group)
                 )
@@ -181,17 +187,16 @@ class Uplink:
     def _settle(self, time: float, ping: int, only: int = NONE) -> tuple[int, int]:
         """Decide what has passed; return an AUV and an ASV whose noise is used up, or NONE."""
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
-        noise, usbl, count = self._noise, self._usbl, fixes.count
-        array = usbl.array if self.instrument is None else None
+        noise, count = self._noise, fixes.count
         fixes.count, auv, asv = settle(
             time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
             fixes.room_for(pings.count - self._undecided + 1), fixes.count,
-            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion, array, usbl.metric,
-            usbl.levels, self._strayed,
+            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
+            *self._measuring,
         )  # fmt: skip
-        if self.instrument is not None:
+        if self._instrument is not None:
             for fix in fixes.array[count : fixes.count]:
-                self._measure(self.instrument, fix)
+                self._measure(self._instrument, fix)
         return auv, asv
 
     def _measure(self, instrument: OwnInstrument, fix: Row) -> None:

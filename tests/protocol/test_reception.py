@@ -73,8 +73,8 @@ def uplink(
     reach, slant = changes.pop("hf_range", 3000.0), changes.pop("slant", True)
     band = Uplink(auvs, asvs, **{
         "band": Band(slant, reach, PING, SOUND),
-        "loss": QUIET, "usbl": PERFECT, "streams": Streams(1), "strayed": np.zeros(len(auvs)),
-        "record": record, **changes,
+        "channel": QUIET, "instrument": PERFECT, "streams": Streams(1),
+        "strayed": np.zeros(len(auvs)), "record": record, **changes,
     })  # fmt: skip
     return band, record
 
@@ -401,7 +401,7 @@ def heard_by_a_busy_fleet(seed: int, instants: Callable[[float], list[float]]) -
     auvs = fleet(*[moving(*draw.uniform((-900, -2, -90, 0), (900, 2, 90, 90))) for _ in range(6)])
     asvs = fleet(*[moving(*draw.uniform((-900, -2), (900, 2))) for _ in range(3)])
     band, record = uplink(
-        auvs, asvs, hf_range=1200.0, loss=LOSSY, usbl=NOISY, streams=Streams(seed)
+        auvs, asvs, hf_range=1200.0, channel=LOSSY, instrument=NOISY, streams=Streams(seed)
     )
     decided, time = [], 0.0
     for slot in range(120):

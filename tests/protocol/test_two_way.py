@@ -319,7 +319,7 @@ def test_calls_change_no_other_noise() -> None:
     draws = {}
     for loss in (LOSSY, None):
         auvs, asvs = fleet(at(300.0)), fleet(at(0.0))
-        band, record = uplink(auvs, asvs, **({} if loss is None else {"loss": loss}))
+        band, record = uplink(auvs, asvs, **({} if loss is None else {"channel": loss}))
         calls = [band.call([0], np.array([0]), float(time)) for time in range(50)]
         lost = [call["call"][0] == LOST for call in calls]
         draws[loss is None] = lost
