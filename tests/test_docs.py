@@ -17,6 +17,7 @@ import bindusbl_des
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.manual import python_page, reference
+from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import keys
 
 ROOT = Path(__file__).parents[1]
@@ -116,6 +117,16 @@ def kept(block: str) -> None:
         Path(named[1]).write_text(block)
     else:
         Scenario.model_validate({"name": "part"} | yaml.safe_load(block))
+
+
+def test_a_part_of_ones_own_is_a_file_of_forty_lines() -> None:
+    """Each family has one in the manual, and none is patched into the program."""
+    text = (ROOT / "docs" / "extending.md").read_text()
+    files = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, flags=re.DOTALL)
+    assert {name for name, body in files if body.count("\n") > 40} == set()
+    assert "patch" not in text
+    for family in FAMILIES:
+        assert f"`{family.key}" in text, family.key
 
 
 def test_every_page_has_its_place_in_the_site() -> None:
