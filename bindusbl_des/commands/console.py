@@ -65,7 +65,7 @@ def tell_of_compiling() -> None:
     """Tell the user why the first mission after an installation takes longer, if it does."""
     from ..core.compiled import before_compiling
 
-    before_compiling(lambda: talk("Compiling the equations, once; this takes a few seconds ..."))
+    before_compiling(lambda: talk("Compiling the equations, once; this takes 10 to 30 s ..."))
 
 
 def print_json(data: Any) -> None:

@@ -4,13 +4,13 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from .compiled import compiled
+from .compiled import entry
 
 # A tick count within this of a whole number is that number: 2.5 * 420 / 1500 * 30 is 21, not 22.
 TICK_TOLERANCE = 1e-9
 
 
-@compiled
+@entry
 def after(rate: float, start: float, duration: float) -> float:
     """Return the first instant at least `duration` after `start` (s) on a clock of a rate (Hz).
 

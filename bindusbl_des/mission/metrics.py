@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled
+from ..core.compiled import entry
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.navigators import SURE
 from ..records.events import (
@@ -137,7 +137,7 @@ def _accuracy(world: World, auv: int, times: Array, errors: Array) -> dict[str, 
     }
 
 
-@compiled
+@entry
 def _errors(
     errors: Array, truth: Array, reckoned: Array, estimate: Array
 ) -> tuple[float, float, float, float, float]:

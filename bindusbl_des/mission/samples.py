@@ -7,7 +7,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled
+from ..core.compiled import entry
 from ..navigation.dead_reckoning import Odometry
 from .world import World
 
@@ -65,7 +65,7 @@ class Samples:
         return across(self.truth[:, 3], self.error)
 
 
-@compiled
+@entry
 def across(yaw: Array, error: Array) -> Array:
     """Return the part of errors (n, 2) across headings (n,) in rad, positive to starboard.
 

@@ -63,7 +63,7 @@ def random_walk(rate: float, sd: float, noise: Array) -> Array:
     return noise
 
 
-@compiled
+@entry
 def _sum_up(walks: Array, step: float) -> None:
     for walk in range(walks.shape[0]):
         x, y = walks[walk, 0, 0], walks[walk, 0, 1]
@@ -123,7 +123,7 @@ class DeadReckoning:
         """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
         n = len(times)
         truth, position, headings = np.empty((n, 4)), np.empty((n, 2)), np.empty((n, 2))
-        instants = np.ascontiguousarray(times, dtype=np.float64)
+        instants = np.array(times, dtype=np.float64)
         _reckoned_all(auv, instants, truth, position, headings, *self.flat)
         return truth, Odometry(instants, position, headings)
 

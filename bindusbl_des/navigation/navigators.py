@@ -121,7 +121,7 @@ class LinearNavigator:
 
     def covariance(self, auv: int, odometry: Odometry) -> Array:
         """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
-        times, _, headings = odometry
+        times, headings = np.array(odometry.times), np.array(odometry.headings, order="C")
         return covariances(times, headings, *self._growth, *self._held.of(auv))
 
 
@@ -238,13 +238,15 @@ def _place(
     was_full = known == REMEMBERED
     if was_full:
         known -= 1
-        past[:known], before[:known] = past[1:].copy(), before[1:].copy()
+        for k in range(known):
+            past[k], before[k] = past[k + 1], before[k + 1]
     place = known
     while by_ping and place > 0 and fixes[past[place - 1]].valid_at_s > fixes[row].valid_at_s:
         place -= 1
     if was_full and place == 0:
         return known, known
-    past[place + 1 : known + 1] = past[place:known].copy()
+    for k in range(known, place, -1):
+        past[k] = past[k - 1]
     past[place] = row
     return place, known + 1
 

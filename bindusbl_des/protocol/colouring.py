@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled
+from ..core.compiled import compiled, entry
 
 Hearing = NDArray[np.bool_]
 Ints = NDArray[np.int64]
@@ -98,22 +98,23 @@ def _degrees(heard: Hearing) -> Ints:
     return degrees
 
 
-@compiled
+@entry
 def _count_neighbours(heard: Hearing, hearers: Words, bits: Ints, degrees: Ints) -> None:
     """Count all whom an AUV's listeners hear; each AUV is a bit of the words of `hearers`."""
     met = np.empty(hearers.shape[1], dtype=np.uint64)
     for auv in range(len(heard)):
-        own = np.flatnonzero(heard[auv])
-        met[:] = 0
-        for asv in own:
-            for word in range(met.size):
-                met[word] |= hearers[asv, word]
+        for word in range(met.size):
+            met[word] = 0
+        for asv in range(len(hearers)):
+            if heard[auv, asv]:
+                for word in range(met.size):
+                    met[word] |= hearers[asv, word]
         for byte in met.view(np.uint8):
             degrees[auv] += bits[byte]
-        degrees[auv] -= own.size > 0  # itself
+        degrees[auv] -= degrees[auv] > 0  # itself
 
 
-@compiled
+@entry
 def _greedy(heard: Hearing, colours: Ints) -> None:
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
     lowest = np.zeros(heard.shape[1], dtype=np.int64)  # colour that an ASV may still hear
@@ -146,7 +147,7 @@ def _is_used(own: Ints, used: Hearing, colour: int) -> bool:
     return False
 
 
-@compiled
+@entry
 def _dsatur(heard: Hearing, degrees: Ints, colours: Ints) -> None:
     """Write colours over -1."""
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)

@@ -10,7 +10,7 @@ import simpy
 from ..acoustics.propagation import arrivals
 from ..acoustics.travel_time import travel_time
 from ..core.clock import Clock
-from ..core.compiled import compiled
+from ..core.compiled import entry
 from ..navigation.navigators import Navigator
 from ..records.events import DELIVERED, IN_FLIGHT
 from ..records.recorder import Recorder
@@ -154,7 +154,7 @@ class MfDownlink:
                 self.on_delivered(self._due[:count])
 
 
-@compiled
+@entry
 def delivered(fixes: Rows, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
     """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
 

@@ -92,7 +92,7 @@ def settle(
         return fix + made, pings[first].auv if dry != NONE else NONE, dry
     for ping in _due(pings, first, time):
         fixes[fix].fix = fix
-        dry = _decide(ping, NONE, air, fixes[fix], noise, asvs, instrument, strayed)
+        dry = _decide(ping, only, air, fixes[fix], noise, asvs, instrument, strayed)
         if dry != NONE:
             return fix, pings[ping].auv, dry
         fix += fixes[fix].ping == ping
@@ -143,7 +143,8 @@ def _decide(
             continue
         drawn = noise.blocks[noise.shelf[auv, it.asv], noise.taken[auv, it.asv]]
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
-        measuring[k] = drawn[:NOISE_WIDTH]
+        for n in range(NOISE_WIDTH):
+            measuring[k, n] = drawn[n]
         it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air)
         if it.outcome == HEARD:
             heard[hearers] = k

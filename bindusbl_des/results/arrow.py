@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled
+from ..core.compiled import entry
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -27,11 +27,12 @@ def named(values: Ints, names: Sequence[str]) -> pa.Array:
     ends = np.zeros(len(values) + 1, dtype=np.int32)
     text = np.empty(len(values) * width, dtype=np.uint8)
     spelt = letters.view(np.uint8).reshape(-1, width)
+    values = np.ascontiguousarray(values)
     length = _spell(values, spelt, np.array(list(map(len, encoded)), dtype=np.int64), ends, text)
     return _string_array(values < 0, ends, text[:length])
 
 
-@compiled
+@entry
 def _spell(values: Ints, spelt: Bytes, lengths: Ints, ends: Ends, text: Bytes) -> int:
     """Write names one after the other, and where each ends; return how long the text is."""
     length = 0

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled
+from ..core.compiled import entry
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ def current_series(
     return np.asarray(mean + variation * varied)
 
 
-@compiled
+@entry
 def _vary(noise: Array, kept: float, varied: Array) -> None:
     """Write a process (n, 2) of unit variance that keeps a share of itself from row to row."""
     fresh = math.sqrt(1.0 - kept**2)

@@ -23,7 +23,6 @@ Ints = NDArray[np.int64]
 # the integrals of cos(yaw) and sin(yaw) (s) and the distance (m).
 X, Y, Z, YAW, SPEED, TURN, CLIMB, BEGIN = range(8)
 COS, SIN, DISTANCE, COLUMNS = logs.COS, logs.SIN, logs.DISTANCE, logs.COLUMNS
-SUMS = slice(COS, COLUMNS)
 COS_YAW, SIN_YAW, LEG_COLUMNS = COLUMNS, COLUMNS + 1, COLUMNS + 2  # of its first heading
 
 # Where a vehicle is: x, y, z (m), yaw (rad); integrals of cos(yaw) and sin(yaw) (s); distance (m)
@@ -54,11 +53,21 @@ def legs(rows: Floats) -> Floats:
     table = np.zeros((len(rows), LEG_COLUMNS))
     table[:, :COS] = rows
     table[:, COS_YAW], table[:, SIN_YAW] = np.cos(rows[:, YAW]), np.sin(rows[:, YAW])
-    for leg in range(1, len(table)):
-        table[leg, SUMS] = _on_leg(table, leg - 1, table[leg, BEGIN])[4:]
-    # sums count from the start of the mission
-    table[:, SUMS] -= np.array(_on_leg(table, _leg_at(table, 0, len(table), 0.0), 0.0)[4:])
+    _sum_up(table)
     return table
+
+
+@entry
+def _sum_up(table: Floats) -> None:
+    """Write the sums of a vehicle's legs, counted from the start of the mission."""
+    for leg in range(1, len(table)):
+        _, _, _, _, cosine, sine, distance = _on_leg(table, leg - 1, table[leg, BEGIN])
+        table[leg, COS], table[leg, SIN], table[leg, DISTANCE] = cosine, sine, distance
+    _, _, _, _, cosine, sine, distance = _on_leg(table, _leg_at(table, 0, len(table), 0.0), 0.0)
+    for leg in range(len(table)):
+        table[leg, COS] -= cosine
+        table[leg, SIN] -= sine
+        table[leg, DISTANCE] -= distance
 
 
 @inlined

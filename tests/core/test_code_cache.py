@@ -23,9 +23,9 @@ from bindusbl_des.core.compiled import before_compiling
 from bindusbl_des.protocol import conflicts
 
 TINY = """
-from bindusbl_des.core.compiled import compiled
+from bindusbl_des.core.compiled import entry
 
-@compiled
+@entry
 def twice(number):
     return 2.0 * number
 """
@@ -75,6 +75,37 @@ def test_code_is_found_again(capsys: pytest.CaptureFixture[str]) -> None:
     assert [hits(), hits()] == [0, 1]
     assert len(list(Path("__pycache__").glob("*.nbc"))) == 1
     assert capsys.readouterr().err == ""
+
+
+def test_a_part_is_kept_in_what_calls_it() -> None:
+    """Of what compiled code calls no code is kept but its caller's; Python may call it."""
+    Path("tiny.py").write_text("""
+from bindusbl_des.core.compiled import compiled, entry, inlined
+
+@inlined
+def sides(number):
+    return number, 1.0 / number
+
+@compiled
+def doubled(number):
+    return 2.0 * number
+
+@entry
+def twice(number):
+    one, other = sides(number)
+    return doubled(one) * one * other
+""")
+    assert [hits(), hits()] == [0, 1]
+    assert [path.name.split("-")[0] for path in Path("__pycache__").glob("*.nbc")] == ["tiny.twice"]
+    names: dict[str, Any] = {}
+    exec(compile(Path("tiny.py").read_text(), str(Path("tiny.py").absolute()), "exec"), names)
+    assert (names["doubled"](3.0), names["doubled"](3), names["sides"](2.0)) == (
+        6.0,
+        6.0,
+        (2.0, 0.5),
+    )
+    assert names["twice"](0.0) != names["twice"](0.0), "0 / 0 is no number"
+    assert (names["twice"](3.0), names["doubled"](4.0)) == (6.0, 8.0)
 
 
 @pytest.mark.parametrize("damage", ["empty", "cut", "bit", "text", "foreign"])

@@ -2,7 +2,7 @@
 
 from math import ceil
 
-from ...core.compiled import compiled
+from ...core.compiled import compiled, entry
 from ...records.rows import Row, Rows
 from ..hulls.frames import Floats
 from ..logs import COS, DISTANCE, RATES, SIN, YAW, X, Y, Z, distance, headings
@@ -24,7 +24,7 @@ def note(log: Floats, line: int, step: float, spot: Spot) -> None:
     log[line, DISTANCE] = distance(log, line - 1, step, spot.x, spot.y, spot.north, spot.east)
 
 
-@compiled
+@entry
 def beside(
     table: Floats, times: Floats, control: float, active: Ints, rows: Rows, bounds: Row,
     errors: Floats,
