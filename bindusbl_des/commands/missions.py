@@ -11,6 +11,7 @@ import click
 
 from ..core.ctrl_c import answered, end_now
 from ..core.progress import ProgressLine, duration
+from ..core.wording import counted
 from .advising import SECONDS, advice_on, advice_options
 from .console import (
     RunFailed,
@@ -112,15 +113,11 @@ def models(scenario: "Scenario") -> str:
     rate = protocol.tick_rate_hz
     clock = "exact clock" if rate is None else f"{rate:g} Hz ticks"
     return (
-        f"{scenario.name}: {_counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
-        f"{_counted(asvs.count, 'ASV')} ({asvs.vehicle}), {scenario.duration_s:g} s, "
+        f"{scenario.name}: {counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
+        f"{counted(asvs.count, 'ASV')} ({asvs.vehicle}), {scenario.duration_s:g} s, "
         f"{protocol.schedule} / {protocol.downlink} / {protocol.broadcaster}, "
         f"{protocol.ranging}, {scenario.navigation.filter}, {clock}"
     )
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def _simulated(scenario: "Scenario", seed: int, draft: Path) -> "Result":

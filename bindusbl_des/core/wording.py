@@ -132,6 +132,15 @@ def significant(value: float, digits: int = 3) -> str:
     return f"{value:.{min(max(digits - whole, 0), MOST_DECIMALS)}f}"
 
 
+def counted(count: int, noun: str) -> str:
+    """Return how many there are of something.
+
+    >>> counted(1, "ping"), counted(0, "ping")
+    ('1 ping', '0 pings')
+    """
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def refuse(name: str, value: object, rule: str, remedy: str) -> NoReturn:
     """Raise the ValueError of a value that breaks a rule, and say what to do."""
     raise ValueError(f"{name} must {rule}; met {value}; {remedy}")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
 from ..core.plugins import is_plugin
+from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
 from .chain import Step
 from .numbers import compared, place, row_of, rows_where
@@ -21,7 +22,7 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
     yield Step(
         row.started_at_s,
         f"Round {ping['round']}",
-        f"begins: {_counted(row.colours, 'ping group')}, {_counted(row.conflicts, 'conflict')} "
+        f"begins: {counted(row.colours, 'ping group')}, {counted(row.conflicts, 'conflict')} "
         f"({protocol.schedule.told})",
         facts={"round": ping["round"], "colours": row.colours, "conflicts": row.conflicts},
     )
@@ -216,7 +217,3 @@ def _calls_beside(result: "Result", reception: Any) -> list[tuple[str, float]]:
         if away <= reach and abs(heard_at - reception.arrived_at_s) < duration:
             found.append((f"the call of {call.called_by}", heard_at))
     return found
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"

@@ -16,6 +16,7 @@ from ..scenario.part_settings import own_part, shipped_part
 from .colouring import conflict_count
 from .network import Downlink, Network, Steps, Turn
 from .own.downlink import OwnDownlink
+from .own.steps import moment
 
 
 def serve(network: Network) -> Generator[simpy.Event, None, None]:
@@ -125,5 +126,4 @@ def frame_start(network: Network, number: int, time: float) -> Steps:
 
 def until(network: Network, instant: float) -> simpy.Timeout:
     """Return the event of an instant (s) that is not past."""
-    now = network.env.now
-    return network.env.timeout(instant - now if instant > now else 0.0)
+    return moment(network.env, instant)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from html import escape
 
+from ..core.wording import counted
 from ..results.effects import HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice, Effect, interval
 
 HOW = (
@@ -54,7 +55,7 @@ def _measured(advice: Advice) -> Iterator[str]:
 
 def _tried(advice: Advice) -> str:
     count = len(advice.effects) + len(advice.dropped) + len(advice.inert)
-    return f"{count} change{'' if count == 1 else 's'}, {advice.missions} missions"
+    return f"{counted(count, 'change')}, {advice.missions} missions"
 
 
 def _interval(effect: Effect) -> str:

@@ -9,6 +9,7 @@ from math import isnan
 
 import numpy as np
 
+from ..core.wording import counted
 from ..results.effects import harm_told
 from .advised import advised
 from .losses import broadcast_distances, loss_by_listeners
@@ -124,7 +125,7 @@ def _starvation(mission: Recording, auv: Service) -> tuple[str, ...]:
     )
     more = f" and {len(auv.gaps) - len(longest)} shorter" if len(auv.gaps) > len(longest) else ""
     when = (
-        f"<b>When:</b> no fix for {auv.starved:.0f} s in {_counted(len(auv.gaps), 'gap')}: "
+        f"<b>When:</b> no fix for {auv.starved:.0f} s in {counted(len(auv.gaps), 'gap')}: "
         f"{listed}{more}."
     )
     effect = f"Its error was {auv.error_in_gaps:.2f} m then"
@@ -140,7 +141,7 @@ def _why(mission: Recording, auv: Service) -> str:
         return "<b>Why:</b> it sent no ping in those gaps: no ASV called it, or none was due."
     ordered = sorted(fates.items(), key=lambda it: -it[1])
     reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {REASONS[name]}" for name, n in ordered)
-    text = f"<b>Why:</b> of {_counted(sent, 'ping')} it sent in those gaps, {reasons}"
+    text = f"<b>Why:</b> of {counted(sent, 'ping')} it sent in those gaps, {reasons}"
     if late:
         text += f"; {late} led to the fixes that ended them"
     if fates.get("out_of_hf"):
@@ -162,7 +163,7 @@ def _losses(mission: Recording) -> list[str]:
     if not heard_of or lost < 0.02 * heard_of:
         return []
     shares = ", ".join(
-        f"{100 * missed / sent:.0f} % with {_counted(listeners, 'ASV')} in range"
+        f"{100 * missed / sent:.0f} % with {counted(listeners, 'ASV')} in range"
         for listeners, (missed, sent) in loss_by_listeners(mission).items()
     )
     loss = mission.scenario.acoustics.loss
@@ -185,7 +186,7 @@ def _collisions(mission: Recording) -> list[str]:
         return []
     schedule = mission.scenario.protocol.schedule
     return [
-        f"<b>Collisions:</b> {_counted(collided, 'ping')} overlapped another at an ASV and were "
+        f"<b>Collisions:</b> {counted(collided, 'ping')} overlapped another at an ASV and were "
         f"decoded by none, under the schedule {escape(schedule)}."
     ]
 
@@ -202,7 +203,3 @@ def _beyond_reach(mission: Recording) -> list[str]:
         f"beyond MF range ({reach:g} m) of their AUV, up to {away.max():.0f} m away; "
         f"{int(np.sum(nearest <= reach))} of them were within range of another ASV."
     ]
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"

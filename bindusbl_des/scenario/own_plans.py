@@ -1,4 +1,4 @@
-"""Placements and routes that somebody has written: asked for a plan, which is checked."""
+"""Placements, routes and vehicles that somebody has written: asked for a plan, which is checked."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

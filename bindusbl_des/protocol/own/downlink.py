@@ -8,10 +8,7 @@ from typing import Any
 from ...core.plugins import PluginError, asked, shown
 from ...scenario.families import DOWNLINK
 from ..network import Downlink, Network, Steps, Turn
-from .steps import checked_steps
-
-# Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
-SAME = 1e-6
+from .steps import SAME, checked_steps
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,7 @@ from ...scenario.families import RANGING
 from ..fix_queue import FixQueue, ReplyQueue
 from ..schedules import View
 from ..uplink import NO_CALL, Uplink
-from .steps import checked_steps
-
-# Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
-SAME = 1e-6
+from .steps import SAME, checked_steps, moment
 
 Way = Callable[["Slot", float], Generator[simpy.Event, Any, None]]
 
@@ -71,8 +68,7 @@ class Slot:
 
     def until(self, time: float) -> simpy.Event:
         """Return the event of an instant (s) that is not past."""
-        env = self._ranging.env
-        return env.timeout(max(time - env.now, 0.0))
+        return moment(self._ranging.env, time)
 
 
 @dataclass(frozen=True)

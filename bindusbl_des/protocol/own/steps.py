@@ -1,4 +1,6 @@
-"""Generators that somebody else has written, gone through step by step: mistakes are their own."""
+"""Steps of a mission in time: the event of an instant, and generators that somebody else has
+written, whose mistakes are their own.
+"""
 
 from collections.abc import Callable, Generator
 from typing import Any
@@ -7,8 +9,17 @@ import simpy
 
 from ...core.plugins import PluginError, asked, shown
 
+# Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
+SAME = 1e-6
+
 # What a generator yields that has come to its end.
 _NONE = object()
+
+
+def moment(env: simpy.Environment, instant: float) -> simpy.Timeout:
+    """Return the event of an instant (s) that is not past."""
+    now = env.now
+    return env.timeout(instant - now if instant > now else 0.0)
 
 
 def checked_steps(
