@@ -9,10 +9,16 @@ from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
 from .chain import Step
-from .numbers import compared, place, row_of, rows_where
+from .numbers import compared, out_of_range, place, row_of, rows_where
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from ..results.result import Result
+    from ..scenario.sections import Uplink
+
+    Place = NDArray[np.float64] | tuple[float, float, float]
 
 
 def sending(result: "Result", ping: Any) -> Iterator[Step]:
@@ -82,14 +88,19 @@ def _caller(ranging: str) -> str:
 def why_unanswered(result: "Result", ping: Any) -> str:
     """Tell why an AUV has not answered a call."""
     vessel, hf = place(result, ping.called_by, ping.called_at_s), result.scenario.acoustics.hf
-    axes = 3 if hf.range_metric == "slant" else 2
-    away, reach = math.dist(vessel[:axes], (ping.x_m, ping.y_m, ping.z_m)[:axes]), hf.range_m
+    away = _apart(hf, vessel, (ping.x_m, ping.y_m, ping.z_m))
     return {
-        "out_of_range": f"{ping.auv} is {away:.1f} m away, out of HF range ({reach:g} m)",
+        "out_of_range": f"{ping.auv} is {away:.1f} m away, {out_of_range(hf)}",
         "lost": f"{ping.auv}, {away:.1f} m away, loses the call by chance",
         "collided": f"another ASV's call overlaps it at {ping.auv}",
         "in_flight": f"the mission ends before {ping.auv} answers",
     }[ping.call]
+
+
+def _apart(hf: "Uplink", here: "Place", there: "Place") -> float:
+    """Return the distance (m) of two places (x, y, z in m) that is compared with the HF range."""
+    axes = 3 if hf.range_metric == "slant" else 2
+    return math.dist(here[:axes], there[:axes])
 
 
 def _companions(result: "Result", ping: Any) -> str:
@@ -115,6 +126,7 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
     """Yield what each ASV makes of a ping, and by which rule; nothing of one that was not sent."""
     if not is_sent(ping):
         return
+    hf = result.scenario.acoustics.hf
     met = rows_where(result.tables["receptions"], ping=ping.ping).sort_values("arrived_at_s")
     for reception in met.itertuples():
         what, why = _decided(result, reception, ping.z_m)
@@ -125,7 +137,7 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
             "slant_range_m": reception.slant_range_m,
             "travel_time_s": reception.travel_time_s,
             "range_m": _counted_range(result, reception, ping.z_m),
-            "limit_m": result.scenario.acoustics.hf.range_m,
+            "limit_m": None if is_plugin(hf.channel) else hf.range_m,
             "loss_probability": None if reception.outcome == "out_of_range" else probability,
         }
         yield Step(reception.arrived_at_s, reception.asv, f"{what} ({way})", why, facts)
@@ -139,9 +151,9 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     told = compared(away, hf.range_m) if (away > hf.range_m) == is_beyond else "at the edge of the"
     within = f"{hf.range_metric} range {told} HF range"
     if is_plugin(hf.channel):
-        within = f"{hf.channel}: the plug-in let {'no' if is_beyond else 'some'} sound through"
         if is_beyond:
-            return "hears nothing", within
+            return "hears nothing", f"it is {out_of_range(hf)}"
+        within = f"{hf.channel.told}: the plug-in let some sound through"
     if is_beyond:
         return "is too far away", within
     if outcome == "in_flight":
@@ -207,13 +219,14 @@ def _calls_beside(result: "Result", reception: Any) -> list[tuple[str, float]]:
     pings, speed = result.tables["pings"], result.scenario.environment.sound_speed_m_per_s
     if "called_by" not in pings:
         return []
-    reach, duration = result.scenario.acoustics.hf.range_m, result.scenario.acoustics.hf.ping_s
-    near = (pings.called_at_s - reception.arrived_at_s).abs() < duration + reach / speed
+    hf = result.scenario.acoustics.hf
+    near = (pings.called_at_s - reception.arrived_at_s).abs() < hf.ping_s + hf.range_m / speed
     found = []
     for call in pings[near].drop_duplicates(["called_at_s", "called_by"]).itertuples():
-        ends = (place(result, name, call.called_at_s) for name in (call.called_by, reception.asv))
-        away = math.dist(*ends)
-        heard_at = call.called_at_s + away / speed
-        if away <= reach and abs(heard_at - reception.arrived_at_s) < duration:
+        here = place(result, call.called_by, call.called_at_s)
+        there = place(result, reception.asv, call.called_at_s)
+        heard_at = call.called_at_s + math.dist(here, there) / speed
+        overlaps = abs(heard_at - reception.arrived_at_s) < hf.ping_s
+        if overlaps and _apart(hf, here, there) <= hf.range_m:
             found.append((f"the call of {call.called_by}", heard_at))
     return found

@@ -5,8 +5,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.plugins import is_plugin
+
 if TYPE_CHECKING:
     from ..results.result import Result
+    from ..scenario.sections import Uplink
 
 # A distance this near to a limit (m) is told with all its digits.
 MOST_DIGITS = 6
@@ -23,6 +26,13 @@ def compared(value: float, limit: float) -> str:
         digits += 1
     sign = ">" if value > limit else "<="
     return f"{value:.{digits}f} m {sign} {limit:g} m"
+
+
+def out_of_range(hf: "Uplink") -> str:
+    """Return where sound on the HF band does not get to, as ends "ASV0 is 60 m away, ..."."""
+    if is_plugin(hf.channel):
+        return f"where the channel {hf.channel.told} lets no sound through"
+    return f"out of HF range ({hf.range_m:g} m {hf.range_metric})"
 
 
 def rows_where(table: Any, **values: Any) -> Any:

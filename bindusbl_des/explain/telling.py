@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from .chain import Chain, Part, Step
 from .delivering import arriving, broadcasting, fixing, latency
 from .hearing import is_sent, receptions, sending, why_unanswered
-from .numbers import row_of, rows_where
+from .numbers import out_of_range, row_of, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -76,11 +76,11 @@ def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
     if not is_sent(ping):
         return ping.call, f"no ping: {why_unanswered(result, ping)}"
     outcomes = list(rows_where(result.tables["receptions"], ping=ping.ping).outcome)
-    reach = result.scenario.acoustics.hf.range_m
     if "heard" in outcomes or "in_flight" in outcomes:
         return "in_flight", "no fix: the mission ends while the ping is under way"
     if all(outcome == "out_of_range" for outcome in outcomes):
-        return "out_of_range", f"no fix: no ASV is within hf.range_m = {reach:g} m"
+        beyond = out_of_range(result.scenario.acoustics.hf)
+        return "out_of_range", f"no fix: every ASV is {beyond}"
     counts = [
         f"{word} at {outcomes.count(outcome)}"
         for outcome, word in (("lost", "lost"), ("collided", "collided"))

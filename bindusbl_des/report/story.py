@@ -10,6 +10,7 @@ from math import isnan
 import numpy as np
 
 from ..core.wording import counted
+from ..explain.numbers import out_of_range
 from ..results.effects import harm_told
 from .advised import advised
 from .losses import broadcast_distances, loss_by_listeners
@@ -20,7 +21,6 @@ from .service import Patience, Service, patience, service
 MOST_AUVS, MOST_GAPS, MOST_OTHERS = 3, 4, 12
 
 REASONS = {
-    "out_of_hf": "were out of HF range of every ASV",
     "lost": "were in range but lost to the channel",
     "collided": "collided with another ping at the ASVs in range",
     "out_of_mf": "were heard, but the fix was broadcast beyond MF range of the AUV",
@@ -140,15 +140,16 @@ def _why(mission: Recording, auv: Service) -> str:
     if not sent:
         return "<b>Why:</b> it sent no ping in those gaps: no ASV called it, or none was due."
     ordered = sorted(fates.items(), key=lambda it: -it[1])
-    reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {REASONS[name]}" for name, n in ordered)
+    told = {"out_of_hf": f"were sent {escape(out_of_range(mission.scenario.acoustics.hf))}"}
+    told |= REASONS
+    reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {told[name]}" for name, n in ordered)
     text = f"<b>Why:</b> of {counted(sent, 'ping')} it sent in those gaps, {reasons}"
     if late:
         text += f"; {late} led to the fixes that ended them"
     if fates.get("out_of_hf"):
-        hf = mission.scenario.acoustics.hf
         text += (
-            f". Out of range, the nearest ASV was {auv.median:.0f} m away (median, at most "
-            f"{auv.furthest:.0f} m); the HF range is {hf.range_m:g} m ({hf.range_metric})"
+            f". The nearest ASV was {auv.median:.0f} m away then (median, at most "
+            f"{auv.furthest:.0f} m)"
         )
     return text + "."
 

@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, simulate
+from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping, explain_ping
 from bindusbl_des.explain.delivering import errors_around
@@ -51,7 +52,30 @@ def test_a_slant_range_is_compared_as_such() -> None:
     hf = {"range_m": 22.0, "range_metric": "slant"}
     chain = chain_of_ping(simulate(around((0.0, 0.0), acoustics={"hf": hf})), 0)
     assert step(chain, "ASV0").why == "slant range 22.4 m > 22 m HF range"
-    assert chain.told == "no fix: no ASV is within hf.range_m = 22 m"
+    assert chain.told == "no fix: every ASV is out of HF range (22 m slant)"
+
+
+def silent(signals: Signals) -> np.ndarray:
+    """A channel through which nothing gets."""
+    return np.zeros(signals.ranges.shape)
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_a_channel_of_ones_own_decides_and_not_the_disc(ranging: str) -> None:
+    """An AUV 20 m from an ASV, well within 50 m: nobody speaks of that range."""
+    protocol = {"ranging": ranging, "schedule": "one_per_slot"}
+    channel = {"hf": {"channel": silent}}
+    run = simulate(around((0.0, 0.0), protocol=protocol, acoustics=channel))
+    chain = chain_of_ping(run, 0)
+    way = "where the channel test_explain:silent lets no sound through"
+    sent = {
+        "owtt_sync": f"no fix: every ASV is {way}",
+        "twtt": f"no ping: AUV0 is 20.0 m away, {way}",
+    }
+    assert chain.told == sent[ranging]
+    assert chain.outcome == "out_of_range"
+    assert "50" not in "".join(it.why for it in chain.steps if it.who == "ASV0")
+    assert [it.facts.get("limit_m") for it in chain.steps if it.who == "ASV0"] == [None]
 
 
 def test_a_lost_ping_tells_its_probability() -> None:
@@ -242,7 +266,7 @@ def test_a_call_precedes_the_ping_of_two_way_ranging() -> None:
 @pytest.mark.parametrize(
     ("outcome", "changes", "told"),
     [
-        ("out_of_range", {"at": 60.0}, "AUV0 is 60.0 m away, out of HF range (50 m)"),
+        ("out_of_range", {"at": 60.0}, "AUV0 is 60.0 m away, out of HF range (50 m horizontal)"),
         ("lost", {"acoustics": {"loss": {"law": "none", "combine": "clamp_first",
                                           "contention_per_auv": 0.9}}, "auvs": 2},
          "AUV0, 20.0 m away, loses the call by chance"),

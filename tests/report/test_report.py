@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from worlds import paper_case, scenario, still
 
 from bindusbl_des import Result, load_result, load_scenario, simulate
+from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
 from bindusbl_des.report import run_data
 from bindusbl_des.report.envelope import error_envelope
@@ -184,9 +185,24 @@ def test_who_was_out_of_range_is_told() -> None:
     result = simulate(still(1, at=20.0, acoustics={"hf": {"range_m": 12.0}}), seed=0)
     pings = int(result.auvs.pings[0])
     text = told(result)
-    assert f"of {pings} pings it sent in those gaps, {pings} (100 %) were out of HF range" in text
+    every = f"of {pings} pings it sent in those gaps, {pings} (100 %)"
+    assert f"{every} were sent out of HF range (12 m" in text
     assert "nearest ASV was 20 m away" in text
     assert "AUV0 starved: 300 of 300 s (100 %)" in text
+
+
+def silent(signals: Signals) -> np.ndarray:
+    """A channel through which nothing gets."""
+    return np.zeros(signals.ranges.shape)
+
+
+def test_a_channel_of_ones_own_is_told_instead_of_the_range() -> None:
+    """An AUV 20 m from an ASV, well within 50 m, is not said to be out of that."""
+    world = still(1, at=20.0, duration_s=60.0, acoustics={"hf": {"channel": silent}})
+    text = told(simulate(world, seed=0))
+    assert "were sent where the channel test_report:silent lets no sound through" in text
+    assert "HF range" not in text
+    assert "50 m" not in text
 
 
 def test_fixes_beyond_mf_range_are_told() -> None:
@@ -196,7 +212,7 @@ def test_fixes_beyond_mf_range_are_told() -> None:
     text = told(result)
     assert "the fix was broadcast beyond MF range of the AUV" in text
     assert "beyond MF range (15 m) of their AUV, up to 20 m away" in text
-    assert "of every ASV" not in text
+    assert "out of HF range" not in text
 
 
 def test_collisions_are_told() -> None:
