@@ -7,7 +7,7 @@ import numpy as np
 from foxglove.messages import ArrowPrimitive, Color, SpherePrimitive, TextPrimitive, Vector3
 
 from ..core.palette import HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
-from ..scenario.planned import planned_path
+from ..scenario.planned import horizontal_reach, planned_path
 from .drawing import auv_colour, line, ring, update, upright
 from .messages import MAP, Message, Messages, colour, timestamp
 
@@ -115,8 +115,8 @@ def _label(name: str) -> TextPrimitive:
 
 
 def _ranges(scenario: "Scenario") -> Iterator[dict[str, Any]]:
-    """Yield the HF and MF range of each ASV; they go with it."""
-    hf, mf = scenario.acoustics.hf.range_m, scenario.acoustics.mf.range_m
+    """Yield the HF (as it reaches the survey's depth) and MF range of each ASV; they go with it."""
+    hf, mf = horizontal_reach(scenario), scenario.acoustics.mf.range_m
     for number in range(scenario.asvs.count):
         name = f"ASV{number}"
         circles = [ring(hf, colour(HF_ON_DARK)), ring(mf, colour(MF_ON_DARK, 0.6))]

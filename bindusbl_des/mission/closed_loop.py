@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
 from ..navigation.dead_reckoning import random_walk
-from ..scenario.own_sections import OwnPlacement
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from ..vehicles.currents import CONTROL_S, carried, current_series
@@ -62,13 +61,8 @@ def afterwards_s(scenario: Scenario) -> float:
 
     Sound sent at the last instant is followed to the farthest vehicle.
     """
-    asked = scenario.asvs.formation
-    if isinstance(asked, OwnPlacement):
-        given, radius = tuple(asv_stations(scenario)), 0.0
-    else:
-        given, radius = asked.positions_m or ((0.0, 0.0),), asked.radius_m or 0.0
-    farthest = max(math.hypot(x, y) for x, y in given) + radius + scenario.acoustics.hf.range_m
-    across = 2 * scenario.survey.side_m
+    farthest = max(math.hypot(x, y) for x, y in asv_stations(scenario))
+    across = scenario.acoustics.hf.range_m + 2 * scenario.survey.side_m
     return 2.0 + (farthest + across + scenario.survey.depth_m) / SLOWEST_SOUND
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
-from ..scenario.planned import known_route, known_stations
+from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..usbl.instrument import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
@@ -222,7 +222,7 @@ def _period(rounds: Rounds, groups: int, fixes: int) -> float:
 
 def _heard(scenario: Scenario) -> NDArray[np.float64]:
     """Return about how many AUVs each ASV hears when the mission begins."""
-    route, reach = known_route(scenario), scenario.acoustics.hf.range_m
+    route, reach = known_route(scenario), horizontal_reach(scenario)
     count, asvs = scenario.auvs.count, scenario.asvs.count
     if route.kind in ("hold", "waypoints") and count * asvs <= MOST_PAIRS:
         starts = (

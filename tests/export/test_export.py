@@ -19,6 +19,7 @@ from worlds import scenario
 
 from bindusbl_des import load_result, simulate
 from bindusbl_des.cli import main
+from bindusbl_des.export import scenery
 from bindusbl_des.geometry.geodesy import ned_from_geodetic
 
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
@@ -171,6 +172,16 @@ def test_the_scene_stands_from_the_start(run: Path, read: Read) -> None:
     radii = [math.hypot(line.points[5].x, line.points[5].y) for line in ranges[0].lines]
     assert radii == pytest.approx([50.0, 100.0])
     assert len(list(entities(read, "/scene/planned"))) == 3
+
+
+def test_a_slant_range_is_drawn_as_it_reaches_the_depth_of_the_auvs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """50 m through the water reach 40 m far at 30 m depth, as on the page and in figures."""
+    monkeypatch.setattr(scenery, "ring", lambda radius, _: radius)  # what is drawn cannot be read
+    hf = {"range_m": 50.0, "range_metric": "slant"}
+    deep = scenario(survey={"depth_m": 30.0}, acoustics={"hf": hf})
+    assert [it["lines"] for it in scenery._ranges(deep)] == [[40.0, 100.0]] * 3
 
 
 def test_pings_have_a_ray_to_every_asv_in_range(run: Path, read: Read) -> None:

@@ -8,6 +8,7 @@ import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
+from bindusbl_des.mission.closed_loop import afterwards_s
 from bindusbl_des.vehicles.currents import carried, current_series
 from bindusbl_des.vehicles.guidance import GuidanceError
 
@@ -48,6 +49,13 @@ def test_a_starved_auv_leaves_its_lane(starved_and_served: dict[int, np.ndarray]
     """Steering by its own estimate, AUV0 strays by metres with one ASV, not with three."""
     assert starved_and_served[1][0] > 5.0
     assert (starved_and_served[3] < 0.6).all()
+
+
+def test_vehicles_are_asked_for_until_the_last_sound_has_come() -> None:
+    """From ASVs 9 km away sound is under way for 6 s, whichever way they came to lie there."""
+    for placed in ({"clearance_m": 8950.0}, {"radius_m": 9000.0}, {"positions_m": [[9000, 0]] * 3}):
+        assert afterwards_s(scenario(asvs={"formation": placed})) > 6.0 + 2.0
+    assert afterwards_s(scenario(asvs={"count": 1, "formation": {"radius_m": 9000.0}})) < 3.0
 
 
 def test_perfect_navigation_makes_both_feedbacks_alike() -> None:

@@ -40,6 +40,18 @@ def test_memory_is_estimated_as_measured(measured: float, keys: dict[str, Any]) 
     assert 0.97 < cost(**keys).bytes / 1e6 / measured < 1.3
 
 
+def test_who_is_heard_is_counted_by_the_range_metric() -> None:
+    """50 m of slant range reach 40 m far at 30 m depth: AUVs 45 m away make no receptions."""
+    route = {"kind": "hold", "positions_m": [[45.0, 0.0], [0.0, 45.0]]}
+    keys = {"survey": {"depth_m": 30.0}, "auvs": {"count": 2, "route": route}, "asvs": {"count": 1}}
+    counted = [
+        cost(**keys, acoustics={"hf": {"range_m": 50.0, "range_metric": metric}}).counts["fixes"]
+        for metric in ("horizontal", "slant")
+    ]
+    assert counted[0] > 100
+    assert counted[1] == 0
+
+
 @pytest.fixture
 def small_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Let commands believe that they have 4 GiB."""

@@ -137,6 +137,9 @@ def test_the_default_formation_may_lie_outside_the_survey() -> None:
     assert "= 50 m, which puts 3 of 3 ASVs outside the survey, up to 20 m beyond its edge" in found
     assert told(survey={"side_m": 60.0}, asvs={"formation": {"radius_m": 50.0}}) == {}
     assert told(survey={"side_m": 60.0}, asvs={"count": 1}) == {}
+    turned = {"count": 2, "formation": {"angle_deg": 60.0, "clearance_m": 10.0}}
+    found = told(survey={"side_m": 60.0}, asvs=turned)["asvs.formation.radius_m"]
+    assert "= 60 m, which puts 2 of 2 ASVs outside the survey, up to 22 m beyond its edge" in found
 
 
 @pytest.mark.parametrize("frame", [0.5, 1.0, 1.1])
