@@ -1,7 +1,7 @@
-"""Ping groups of large fleets: conflicts counted and coloured from who hears whom, without a graph.
+"""Ping groups: conflicts counted and coloured from who hears whom, without the conflict graph.
 
-The conflict graph of thousands of AUVs has millions of edges.  That two AUVs are in conflict says
-only that some ASV hears both, so it is enough to know of each ASV the colours of those it hears.
+That of thousands of AUVs has millions of edges.  That two AUVs are in conflict says only that some
+ASV hears both, so it is enough to know of each ASV the colours of those it hears.
 """
 
 from functools import lru_cache
@@ -10,17 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry
+from .conflicts import REMEMBERED, SMALL_FLEET, Hearing
 
-Hearing = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 Words = NDArray[np.uint64]
 Groups = tuple[tuple[int, ...], ...]
-
-# AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
-REMEMBERED = 256
-
-# Those of more AUVs hardly ever recur, and are too large to keep.
-SMALL_FLEET = 32
 
 BITS = np.array([number.bit_count() for number in range(256)], dtype=np.int64)
 

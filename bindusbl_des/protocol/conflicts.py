@@ -1,6 +1,8 @@
-"""Which AUVs must not ping at once: the conflict graph and its colourings."""
+"""Who hears whom, and so which AUVs must not ping at once: the conflict graph.
 
-from collections.abc import Callable, Iterator, Mapping
+Schedules of one's own get the graph; those that ship need none (:mod:`.colouring`).
+"""
+
 from functools import lru_cache
 
 import networkx as nx
@@ -13,13 +15,11 @@ from ..vehicles.motion import Ints, Motion, where
 
 Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]
-Colouring = Callable[["nx.Graph[int]"], Mapping[int, int]]
-Groups = tuple[tuple[int, ...], ...]
 
 # AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
 REMEMBERED = 256
 
-# The graphs of more AUVs hardly ever recur, and are too large to keep.
+# Those of more AUVs hardly ever recur, and are too large to keep.
 SMALL_FLEET = 32
 
 
@@ -91,54 +91,8 @@ def _graph(heard: bytes, auvs: int, asvs: int) -> "nx.Graph[int]":
     graph.add_nodes_from(range(auvs))
     pairs = np.argwhere(np.triu(hears @ hears.T > 0, 1)).tolist()
     graph.add_edges_from((i, j) for i, j in pairs)
-    graph.graph["pairs"] = len(pairs)
     frozen: nx.Graph[int] = nx.freeze(graph)
     return frozen
 
 
 _remembered = lru_cache(maxsize=REMEMBERED)(_graph)
-
-
-def conflict_count(graph: "nx.Graph[int]") -> int:
-    """Return the number of pairs of AUVs in conflict."""
-    return int(graph.graph["pairs"])
-
-
-def _index_order(graph: "nx.Graph[int]", _: Mapping[int, int]) -> Iterator[int]:
-    return iter(sorted(graph))
-
-
-def colour_greedily(graph: "nx.Graph[int]") -> dict[int, int]:
-    """Give each AUV, in index order, the smallest colour no neighbour has (eq. greedy_colour).
-
-    An AUV that no ASV hears has no neighbour, so it takes colour 0 and burns no slot of its own.
-    """
-    return dict(nx.greedy_color(graph, strategy=_index_order))
-
-
-def colour_dsatur(graph: "nx.Graph[int]") -> dict[int, int]:
-    """Colour the AUV with the most differently coloured neighbours first (DSATUR, Brelaz 1979)."""
-    return dict(nx.greedy_color(graph, strategy="DSATUR"))
-
-
-def ping_groups(graph: "nx.Graph[int]", colouring: Colouring) -> Groups:
-    """Return the colour classes G_0, G_1, ... in order, each with its AUVs in index order.
-
-    >>> graph = conflict_graph(np.array([[True], [True], [False]]))
-    >>> ping_groups(graph, colour_greedily)
-    ((0, 2), (1,))
-    """
-    if nx.is_frozen(graph) and len(graph) <= SMALL_FLEET:  # it stays as it is, so its groups do
-        return _remembered_groups(graph, colouring)
-    return _groups(graph, colouring)
-
-
-def _groups(graph: "nx.Graph[int]", colouring: Colouring) -> Groups:
-    colours = colouring(graph)
-    groups: list[list[int]] = [[] for _ in range(max(colours.values(), default=-1) + 1)]
-    for auv in sorted(colours):
-        groups[colours[auv]].append(auv)
-    return tuple(tuple(group) for group in groups)
-
-
-_remembered_groups = lru_cache(maxsize=REMEMBERED)(_groups)

@@ -1,22 +1,52 @@
-"""Ping groups of large fleets: those of the conflict graph, without the graph."""
+"""Ping groups: those that networkx finds by the conflict graph, without the graph."""
 
 import tracemalloc
+from collections.abc import Iterator, Mapping
+from typing import Any
 
+import networkx as nx
 import numpy as np
 import pytest
 
-from bindusbl_des.protocol.colouring import (
-    SMALL_FLEET,
-    conflict_count,
-    dsatur_groups,
-    greedy_groups,
-)
-from bindusbl_des.protocol.conflicts import (
-    colour_dsatur,
-    colour_greedily,
-    conflict_graph,
-    ping_groups,
-)
+from bindusbl_des.protocol.colouring import conflict_count, dsatur_groups, greedy_groups
+from bindusbl_des.protocol.conflicts import SMALL_FLEET, conflict_graph
+
+Groups = tuple[tuple[int, ...], ...]
+
+
+def in_index_order(graph: "nx.Graph[int]", _: Mapping[int, int]) -> Iterator[int]:
+    return iter(sorted(graph))
+
+
+def groups_of(graph: "nx.Graph[int]", strategy: Any) -> Groups:
+    """Return the colour classes that networkx finds, each with its AUVs in index order."""
+    colours = nx.greedy_color(graph, strategy=strategy)
+    groups: list[list[int]] = [[] for _ in set(colours.values())]
+    for auv in sorted(colours):
+        groups[colours[auv]].append(auv)
+    return tuple(tuple(group) for group in groups)
+
+
+def test_the_papers_greedy_takes_auvs_in_index_order() -> None:
+    """On the path of conflicts 0-2-3-1 index order needs three colours, DSATUR two."""
+    heard = np.array(
+        [[True, False, False], [False, False, True], [True, True, False], [False, True, True]]
+    )
+    assert sorted(conflict_graph(heard).edges) == [(0, 2), (1, 3), (2, 3)]
+    assert conflict_count(heard) == 3
+    assert greedy_groups(heard) == ((0, 1), (2,), (3,))
+    assert len(dsatur_groups(heard)) == 2
+
+
+@pytest.mark.parametrize("count", [SMALL_FLEET, SMALL_FLEET + 1])
+def test_fleets_of_any_size_are_grouped_alike(count: int) -> None:
+    """AUVs heard in pairs make as many conflicts as pairs; what is remembered is no other."""
+    heard = np.repeat(np.eye((count + 1) // 2, dtype=bool), 2, axis=0)[:count]
+    evens, odds = tuple(range(0, count, 2)), tuple(range(1, count, 2))
+    assert conflict_count(heard) == count // 2
+    assert greedy_groups(heard) == (evens, odds)
+    assert conflict_count(heard[:, ::-1] & False) == 0
+    assert greedy_groups(heard.copy()) == (evens, odds)
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -30,8 +60,8 @@ def test_groups_are_those_of_the_conflict_graph(seed: int) -> None:
         heard = np.hypot(apart[..., 0], apart[..., 1]) < draw.choice([0.1, 0.3, 0.6])
     graph = conflict_graph(heard)
     assert conflict_count(heard) == graph.number_of_edges()
-    assert greedy_groups(heard) == ping_groups(graph, colour_greedily)
-    assert dsatur_groups(heard) == ping_groups(graph, colour_dsatur)
+    assert greedy_groups(heard) == groups_of(graph, in_index_order)
+    assert dsatur_groups(heard) == groups_of(graph, "DSATUR")
 
 
 def test_a_large_fleet_needs_no_memory_for_its_conflicts() -> None:
