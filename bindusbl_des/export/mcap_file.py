@@ -14,6 +14,7 @@ from foxglove.mcap import MCAPWriteOptions
 from ..core.durable import draft_of
 from ..core.kept_tracks import portable
 from ..results.result import scenario_sha256
+from .certainty import certainty
 from .frames import transforms
 from .locations import location_streams
 from .messages import Message, nanoseconds
@@ -42,7 +43,7 @@ def write_mcap(result: "Result", path: Path, *, replace: bool = True) -> Mapping
         FileExistsError: when the file is there, and not to be replaced.
         OSError: when it cannot be written.
     """
-    streams = [scenery(result), transforms(result), *sound_streams(result)]
+    streams = [scenery(result), transforms(result), certainty(result), *sound_streams(result)]
     streams += [*location_streams(result), *row_streams(result)]
     with draft_of(path, replace=replace) as draft:
         log = _Log(draft)

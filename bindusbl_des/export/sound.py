@@ -1,6 +1,5 @@
 """What is heard, as a viewer shows it: rays of pings, broadcasts, fixes with their uncertainty."""
 
-import math
 from collections import defaultdict
 from collections.abc import Iterator
 from operator import itemgetter
@@ -10,7 +9,7 @@ import numpy as np
 from foxglove.messages import Duration, SpherePrimitive, Vector3
 
 from ..core.palette import MF_ON_DARK
-from .drawing import auv_colour, ellipse, line, rays, ring, update, upright
+from .drawing import ELLIPSE_SCALE, auv_colour, ellipse, line, rays, ring, update, upright
 from .locations import fix_covariance
 from .messages import MAP, Message, Messages, colour, timestamp
 
@@ -19,9 +18,6 @@ if TYPE_CHECKING:
 
 # How long a ping and a fix stay in sight (s): sound crosses the HF range within a frame of video.
 PING_LASTS, FIX_LASTS = 0.5, 5.0
-
-# 95 % of a normal distribution in the plane: sqrt(-2 ln 0.05) standard deviations
-ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
 
 # What became of a ping at an ASV, and at all: Okabe-Ito colours
 OUTCOMES = {"heard": "#009E73", "lost": "#D55E00", "collided": "#CC79A7", "in_flight": "#F0E442"}

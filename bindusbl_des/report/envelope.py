@@ -36,7 +36,7 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     sigma of that.
     """
     if mission.scenario.navigation.filter != "fixed_gain":
-        return SIGMAS * _largest_sd(_own_covariance(mission, auv))
+        return SIGMAS * _largest_sd(mission.covariance(auv))
     sd = mission.scenario.navigation.random_walk_m_per_sqrt_s
     walk = np.array([sd**2, sd**2, 0.0])  # growth of xx, yy, xy (m2/s)
     delivered, covariances = _walked(mission, auv, walk)
@@ -47,15 +47,6 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     drift = _mean_drift(mission, auv)
     mean = drift + _corrections(mission, auv, drift, _gone(mission, auv))[index]
     return np.asarray(np.hypot(*mean.T) + SIGMAS * _largest_sd(covariance))
-
-
-def _own_covariance(mission: "Recording", auv: int) -> Floats:
-    """Return the covariance (m2) that an AUV's filter has of its position: xx, yy, xy."""
-    x, y, xy = (
-        mission.own[name][auv]
-        for name in ("estimate_sd_x_m", "estimate_sd_y_m", "estimate_cov_xy_m2")
-    )
-    return np.column_stack((x**2, y**2, xy))
 
 
 def _deliveries(mission: "Recording", auv: int) -> tuple[Floats, Floats]:

@@ -18,10 +18,8 @@ Whole = NDArray[np.int64]
 Columns = dict[str, NDArray[Any]]
 
 TRUTH = ("x_m", "y_m", "z_m", "yaw_rad")
-OWN = (
-    "estimate_x_m", "estimate_y_m", "estimate_sd_x_m", "estimate_sd_y_m", "estimate_cov_xy_m2",
-    "imu_x_m", "imu_y_m", "position_error_m",
-)  # fmt: skip
+COVARIANCE = ("estimate_sd_x_m", "estimate_sd_y_m", "estimate_cov_xy_m2")
+OWN = ("estimate_x_m", "estimate_y_m", *COVARIANCE, "imu_x_m", "imu_y_m", "position_error_m")
 
 # What can become of a ping, from the AUV's point of view; `fate` holds their numbers.
 FATES = ("delivered", "out_of_hf", "lost", "collided", "out_of_mf", "in_flight")
@@ -70,6 +68,11 @@ class Recording:
     def auvs(self) -> int:
         """Number of AUVs."""
         return self.scenario.auvs.count
+
+    def covariance(self, auv: int) -> Floats:
+        """Return how sure an AUV's filter is of its position: xx, yy, xy (n, 3), m2."""
+        x, y, xy = (self.own[name][auv] for name in COVARIANCE)
+        return np.column_stack((x**2, y**2, xy))
 
     def delivered_to(self, auv: int) -> Whole:
         """Return which rows of `fixes` reached an AUV, in the order in which they did."""

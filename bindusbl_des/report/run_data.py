@@ -73,6 +73,7 @@ def _auv(mission: Recording, service: "Service", step: int, packer: Packer) -> d
         "envelope": packer.add(error_envelope(mission, number)[::step], quantum=CENTIMETRE),
         "error": packer.add(own["position_error_m"][number][::step], quantum=MILLIMETRE),
     }
+    columns |= _spread(mission, number, step, packer)
     for name, truth in (("x", x), ("y", y)):  # as errors: small numbers, and jumps are told apart
         estimate, imu = (own[f"{kind}_{name}_m"][number][::step] for kind in ("estimate", "imu"))
         columns[f"off_{name}"] = packer.add(estimate - truth, quantum=CENTIMETRE)
@@ -82,6 +83,18 @@ def _auv(mission: Recording, service: "Service", step: int, packer: Packer) -> d
         "gaps": [[gap.start, gap.end] for gap in service.gaps],
         "plan": _plan(mission, number, packer),
         **columns,
+    }
+
+
+def _spread(mission: Recording, number: int, step: int, packer: Packer) -> dict[str, Any]:
+    """Pack how sure an AUV is of its position: two sds and their correlation, for its ellipse."""
+    xx, yy, xy = mission.covariance(number)[::step].T
+    x, y = np.sqrt(xx), np.sqrt(yy)
+    sure = x * y == 0.0
+    return {
+        "sd_x": packer.add(x, quantum=MILLIMETRE),
+        "sd_y": packer.add(y, quantum=MILLIMETRE),
+        "together": packer.add(np.where(sure, 0.0, xy / np.where(sure, 1.0, x * y)), quantum=0.01),
     }
 
 

@@ -7,6 +7,7 @@ from importlib.metadata import version
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from .calibration import calibration_told
 from .envelope import envelope_made_of
 from .packing import Packer
 from .page import assembled, asset, filled, number, table
@@ -86,6 +87,7 @@ def run_page(result: "Result") -> str:
         middle = Template(asset("run.html")).substitute(
             story=_told(told),
             thinned=_sentences(data["thinned"]),
+            calibration=calibration_told(mission),
             envelope=html.escape(envelope_made_of(result.scenario.navigation.filter)),
         )
     else:

@@ -2,8 +2,8 @@
 // The surroundings of one AUV, a few metres wide: where it is, where it believes to be, its last fix.
 
 class Closeup {
-  constructor(canvas, mission) {
-    this.map = new SeaMap(canvas, mission, { still: true });
+  constructor(canvas, mission, hidden) {
+    this.map = new SeaMap(canvas, mission, { still: true, hidden });
     this.map.home = () => {};
     this.map.view = { x: 0, y: 0, scale: 1 };
     this.map.draw = (context, width, height) => this.draw(context, width, height);
@@ -17,12 +17,14 @@ class Closeup {
     const { map, mission } = this, state = mission.auvAt(this.auv, this.now);
     map.width = width;
     map.height = height;
-    const reach = [2, 5, 10, 20, 50, 100, 200, 500, 1000].find((it) => it > 1.15 * state.error) || 2000;
+    const shown = Math.max(state.error, map.hidden.has("sure") ? 0 : SURE * Math.sqrt(Math.max(state.spread[0], state.spread[1])) || 0);
+    const reach = [2, 5, 10, 20, 50, 100, 200, 500, 1000].find((it) => it > 1.15 * shown) || 2000;
     map.view = { x: state.x, y: state.y, scale: Math.min(width, height) / (2.2 * reach) };
     this.drawScale(context, reach, width, height);
     const colour = seriesColour(this.auv);
     this.trail(context, colour);
     if (state.fix !== null) this.fix(context, state, colour);
+    if (!map.hidden.has("sure")) map.sure(context, state, colour);
     map.ring(context, state.estimateX, state.estimateY, state.envelope, colour, { dash: [6, 4], alpha: 0.6 });
     const [px, py] = map.at(state.x, state.y), [ex, ey] = map.at(state.estimateX, state.estimateY);
     map.stroke(context, colour, px, py, ex, ey, 1.5);
@@ -52,23 +54,8 @@ class Closeup {
   fix(context, state, colour) {
     const { map } = this, fixes = this.mission.fixes, row = state.fix;
     const [px, py] = map.at(fixes.x[row], fixes.y[row]);
-    const xx = fixes.sd_x[row] ** 2, yy = fixes.sd_y[row] ** 2, xy = fixes.cov[row];
-    const middle = (xx + yy) / 2, spread = Math.hypot((xx - yy) / 2, xy);
-    const angle = 0.5 * Math.atan2(2 * xy, xx - yy);
-    context.save();
-    context.translate(px, py);
-    context.rotate(-angle);
-    context.beginPath();
-    const radius = (variance) => Math.max(3 * Math.sqrt(Math.max(variance, 0)) * map.view.scale, 0.5);
-    context.ellipse(0, 0, radius(middle + spread), radius(middle - spread), 0, 0, 2 * Math.PI);
-    context.fillStyle = colours.mf;
-    context.globalAlpha = 0.25;
-    context.fill();
-    context.globalAlpha = 1;
-    context.lineWidth = 1.5;
-    context.strokeStyle = colours.mf;
-    context.stroke();
-    context.restore();
+    const spread = [fixes.sd_x[row] ** 2, fixes.sd_y[row] ** 2, fixes.cov[row]];
+    map.ellipse(context, fixes.x[row], fixes.y[row], spread, 3, colours.mf, { fill: 0.25 });
     map.cross(context, fixes.x[row], fixes.y[row], colours.mf, 1);
     map.label(context, "last fix", px + 8, py + 4, colours.ink);
     if (state.jumpFrom && state.sinceFix < 1) {

@@ -71,11 +71,16 @@ class Mission {
     return {
       x, y, yaw: auv.yaw[k], estimateX: x + ex, estimateY: y + ey, error: Math.hypot(ex, ey),
       imuX: x + this.along(auv.drift_x, t), imuY: y + this.along(auv.drift_y, t),
-      envelope: off(auv.envelope),
+      envelope: off(auv.envelope), spread: this.spreadAt(auv, off),
       fix: count ? this.delivered[number][count - 1] : null,
       sinceFix: t - (count ? fixes[count - 1] : 0), fixes: count,
       jumpFrom: jumpsBefore ? [x + auv.off_x[k], y + auv.off_y[k]] : null,
     };
+  }
+  // How sure an AUV is of its estimate: variances xx, yy and covariance xy (m2).
+  spreadAt(auv, off) {
+    const x = off(auv.sd_x), y = off(auv.sd_y);
+    return [x * x, y * y, off(auv.together) * x * y];
   }
   asvAt(number, t) {
     const asv = this.asvs[number];

@@ -50,11 +50,11 @@ function gapStrip(mission) {
   canvas.title = "Times without fixes, a line for each AUV";
 }
 
-function legend(mission, map) {
+function legend(map, closeup) {
   const host = byId("marks");
   for (const [layer, words] of LAYERS) {
     const box = make("input", { type: "checkbox", checked: "" }), sample = make("canvas", { "aria-hidden": "true" });
-    box.addEventListener("change", () => { map.hidden[box.checked ? "delete" : "add"](layer); map.sheet.paint(); });
+    box.addEventListener("change", () => { map.hidden[box.checked ? "delete" : "add"](layer); map.sheet.paint(); closeup.map.sheet.paint(); });
     host.append(make("label", {}, box, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, layer, width, height));
   }
@@ -69,8 +69,9 @@ function legendMark(context, mark, width, height) {
   const y = height / 2, x = width / 2, map = SeaMap.prototype, colour = colours.series[0];
   const line = (of, thick, dash, alpha = 1) => { context.globalAlpha = alpha; map.stroke(context, of, 2, y, width - 2, y, thick, dash); context.globalAlpha = 1; };
   const ring = (of, radius, dash = []) => { context.setLineDash(dash); context.strokeStyle = of; context.lineWidth = 2; context.beginPath(); context.arc(x, y, radius, 0, 2 * Math.PI); context.stroke(); };
+  const oval = (of) => { context.fillStyle = context.strokeStyle = of; context.beginPath(); context.ellipse(x, y, 11, 5.5, 0, 0, 2 * Math.PI); context.globalAlpha = 0.12; context.fill(); context.globalAlpha = 0.6; context.lineWidth = 1; context.stroke(); context.globalAlpha = 1; };
   const marks = {
-    plan: () => line(colours.plan, 1), truth: () => line(colour, 5, [], 0.3), fused: () => line(colour, 1.3), imu: () => line(colour, 1.5, [1.5, 3.5]),
+    plan: () => line(colours.plan, 1), truth: () => line(colour, 5, [], 0.3), fused: () => line(colour, 1.3), sure: () => oval(colour), imu: () => line(colour, 1.5, [1.5, 3.5]),
     hf: () => line(colours.hf, 1.5, [7, 4]), mf: () => line(colours.mf, 1.5, [2, 4]), pings: () => ring(colour, 6), downlink: () => ring(colours.mf, 6, [2, 2]),
     star: () => map.star(context, x, y), hull: () => map.hull(context, x, y, 0, colour),
     plus: () => { map.stroke(context, colour, x - 5, y, x + 5, y, 2); map.stroke(context, colour, x, y - 5, x, y + 5, 2); },
@@ -90,7 +91,7 @@ function followed(mission, closeup, playback) {
     closeup.auv = number;
     select.value = number;
     states.follow(number);
-    byId("closeup-caption").textContent = `Close-up of ${mission.auvs[number].name}: hull truth, + estimate, ✕ last fix with its 3σ ellipse, dashed circle 3σ envelope.`;
+    byId("closeup-caption").textContent = `Close-up of ${mission.auvs[number].name}: hull truth, + estimate with its 95 % ellipse, ✕ last fix with its 3σ ellipse, dashed circle 3σ envelope.`;
     closeup.paint(playback.now);
   };
   const chosen = (number) => { follow(number); announce(`Following ${mission.auvs[number].name}`); };
@@ -113,14 +114,14 @@ async function start() {
   const mission = new Mission(unpackAll(readData(), await unpacker()));
   const playback = new Playback(mission);
   playback.seek = playback.seek.bind(playback);
-  const map = new SeaMap(byId("map"), mission), closeup = new Closeup(byId("closeup"), mission);
+  const map = new SeaMap(byId("map"), mission), closeup = new Closeup(byId("closeup"), mission, map.hidden);
   map.linger = () => playback.linger();
   const log = new Log(byId("log"), mission), states = followed(mission, closeup, playback);
   playback.onChange((now) => { map.now = now; map.sheet.paint(); closeup.paint(now); states.show(now); log.show(now); });
   byId("all").addEventListener("click", () => { map.touched = false; map.seeAll(); });
   byId("speed").addEventListener("change", () => slowed(playback));
   gapStrip(mission);
-  legend(mission, map);
+  legend(map, closeup);
   errorPlots(mission, playback);
   fixesPlot(mission, playback);
   fateBars(mission);

@@ -2,13 +2,16 @@
 // The survey seen from above at an instant: x to the right, y upwards, as in the figures.
 
 const LAYERS = [
-  ["plan", "planned path"], ["truth", "true path"], ["fused", "fused estimate"], ["imu", "IMU only"],
+  ["plan", "planned path"], ["truth", "true path"], ["fused", "fused estimate"], ["sure", "95 % ellipse of the estimate"], ["imu", "IMU only"],
   ["hf", "HF range"], ["mf", "MF range"], ["pings", "pings and what became of them"],
   ["downlink", "broadcasts and fixes"],
 ];
 
 // Where fronts are held to be seen, no more of them than can be told apart.
 const MOST_RINGS = 6;
+
+// The ellipse that holds a normal error in the plane with 95 %, in standard deviations.
+const SURE = Math.sqrt(-2 * Math.log(0.05));
 
 class SeaMap {
   constructor(canvas, mission, options = {}) {
@@ -211,6 +214,7 @@ class SeaMap {
   drawAuv(context, number) {
     const state = this.mission.auvAt(number, this.now), colour = seriesColour(number);
     const [px, py] = this.at(state.x, state.y), [ex, ey] = this.at(state.estimateX, state.estimateY);
+    if (!this.hidden.has("sure")) this.sure(context, state, colour);
     if (!this.hidden.has("fused")) {
       this.stroke(context, colour, px, py, ex, ey, 1);
       this.stroke(context, colour, ex - 5, ey, ex + 5, ey, 2);
@@ -219,6 +223,25 @@ class SeaMap {
     this.hull(context, px, py, state.yaw, colour);
     const name = this.mission.auvs[number].name;
     this.label(context, this.mission.auvs.length > 12 ? name.slice(3) : name, px + 9, py + 15, colour);
+  }
+  // Where an AUV believes to be with 95 %, faintly.
+  sure(context, { estimateX, estimateY, spread }, colour) {
+    this.ellipse(context, estimateX, estimateY, spread, SURE, colour, { fill: 0.12, alpha: 0.6, width: 1 });
+  }
+  // An ellipse of `scale` standard deviations; `spread` holds xx, yy, xy (m2).
+  ellipse(context, x, y, [xx, yy, xy], scale, colour, { fill, alpha = 1, width = 1.5 }) {
+    const middle = (xx + yy) / 2, spread = Math.hypot((xx - yy) / 2, xy), [px, py] = this.at(x, y);
+    const radius = (variance) => Math.max(scale * Math.sqrt(Math.max(variance, 0)) * this.view.scale, 0.5);
+    context.save();
+    context.beginPath();
+    context.ellipse(px, py, radius(middle + spread), radius(middle - spread), -0.5 * Math.atan2(2 * xy, xx - yy), 0, 2 * Math.PI);
+    context.fillStyle = context.strokeStyle = colour;
+    context.globalAlpha = fill;
+    context.fill();
+    context.globalAlpha = alpha;
+    context.lineWidth = width;
+    context.stroke();
+    context.restore();
   }
   hull(context, px, py, yaw, colour) {
     context.save();

@@ -1,0 +1,154 @@
+"""Whether a filter knows how far off it is: the truth against the ellipses that it reports.
+
+Where it does, the truth is inside the ellipse of p for a share p of the time: two normal errors are
+within a Mahalanobis distance d with the probability 1 - exp(-d^2 / 2).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..navigation.navigators import SURE
+from .page import filled, number, table
+from .recording import Floats, Recording
+
+LEVELS = (0.50, 0.95, 0.99)
+
+# So many standard errors away from its level a share is not by chance; of fewer independent errors
+# than these, as of a drift that no fix has corrected, nothing can be said.
+SIGNIFICANT, FEWEST = 3.0, 5.0
+
+# A sentence names so many AUVs; the rest is in the table.
+MOST_NAMED = 12
+
+CONSISTENT, UNDECIDED = "consistent", "cannot be told"
+OVERCONFIDENT, UNDERCONFIDENT = "overconfident", "underconfident"
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Shares of time in which the truth lay inside the ellipses of LEVELS.
+
+    `independent` is how many independent errors the instants are worth: errors of neighbouring
+    instants are alike.
+    """
+
+    inside: tuple[float, ...]
+    independent: float
+
+    @property
+    def verdict(self) -> str:
+        """Whether the shares are those of a filter that knows its errors, or on which side.
+
+        Too few inside 95 % are worse than too many inside 50 %, and are told first.
+        """
+        half, most, _ = self.inside
+        if self.independent < FEWEST:
+            return UNDECIDED
+        if most < 0.95 - SIGNIFICANT * np.sqrt(0.95 * 0.05 / self.independent):
+            return OVERCONFIDENT
+        if half > 0.5 + SIGNIFICANT * np.sqrt(0.5 * 0.5 / self.independent):
+            return UNDERCONFIDENT
+        return CONSISTENT
+
+
+def squared_distances(errors: Floats, covariances: Floats) -> Floats:
+    """Return e' P^-1 e of errors (n, 2), m, with covariances xx, yy, xy (n, 3), m2.
+
+    Instants at which an AUV is sure in some direction, as at the start, are left out.
+    """
+    (x, y), (xx, yy, xy) = errors.T, covariances.T
+    determinant = xx * yy - xy**2
+    unsure = determinant > SURE * (xx + yy) ** 2
+    squares = yy * x**2 - 2 * xy * x * y + xx * y**2
+    return np.asarray(squares[unsure] / determinant[unsure])
+
+
+def calibration(distances: Floats, fixes: int) -> Calibration | None:
+    """Return how squared distances (n,) in the order of time lie; None where there are none.
+
+    There are no more independent errors than `fixes` and the beginning: in between they drift.
+    """
+    if not distances.size:
+        return None
+    inside = tuple(float((distances <= -2 * np.log(1 - p)).mean()) for p in LEVELS)
+    return Calibration(inside, min(independent(distances), fixes + 1.0))
+
+
+def of_auv(mission: Recording, auv: int) -> Calibration | None:
+    """Return the calibration of one AUV; None where it is never unsure."""
+    own, truth = mission.own, mission.truth
+    errors = np.column_stack([own[f"estimate_{it}"][auv] - truth[it][auv] for it in ("x_m", "y_m")])
+    distances = squared_distances(errors, mission.covariance(auv))
+    moved = mission.fixes["correction_m"][mission.delivered_to(auv)]
+    return calibration(distances, int((moved > 0.0).sum()))
+
+
+def of_fleet(found: list[Calibration]) -> Calibration:
+    """Return the mean over AUVs, whose errors are independent of each other."""
+    inside = np.mean([it.inside for it in found], axis=0)
+    return Calibration(tuple(inside.tolist()), sum(it.independent for it in found))
+
+
+def independent(series: Floats) -> float:
+    """Return how many independent values a correlated series (n,) is worth for its mean.
+
+    That is n over the sum of its autocorrelation, up to where pairs of it are no longer positive.
+    Source: C. J. Geyer, Practical Markov Chain Monte Carlo, Statistical Science 7, 1992, sec. 3.3.
+    """
+    count, off = len(series), series - series.mean()
+    if count < 4 or not off.any():
+        return 1.0
+    power = np.abs(np.fft.rfft(off, 2 * count)) ** 2
+    correlation = np.fft.irfft(power)[: count - count % 2]
+    pairs = (correlation / correlation[0]).reshape(-1, 2).sum(axis=1)
+    ends = np.flatnonzero(pairs <= 0.0)
+    summed = 2 * pairs[: ends[0] if ends.size else None].sum() - 1
+    return float(count / max(summed, 1.0))
+
+
+def calibration_told(mission: Recording) -> str:
+    """Return in HTML how often the truth lay inside the ellipses; empty where there are none."""
+    auvs = {f"AUV{auv}": of_auv(mission, auv) for auv in range(mission.auvs)}
+    known = {name: it for name, it in auvs.items() if it is not None}
+    if not known:
+        return ""
+    fleet = of_fleet(list(known.values()))
+    rows = [_row(name, it) for name, it in auvs.items()]
+    rows += [_row("fleet", fleet)] * (len(auvs) > 1)
+    headings = [("AUV", ""), *((f"{100 * p:.0f} %", "% of time") for p in LEVELS), ("filter", "")]
+    said = _said(mission.scenario.navigation.filter, fleet)
+    others = [f"{name} {it.verdict}" for name, it in known.items() if it.verdict != fleet.verdict]
+    if 0 < len(others) <= MOST_NAMED:
+        said += f" Of the AUVs alone: {', '.join(others)}."
+    shown = table(headings, rows, "Share of time with the truth inside each AUV's ellipses")
+    return filled('<h3>Truth inside the ellipses</h3><p class="note">{said}</p>', said=said) + shown
+
+
+def _row(name: str, found: Calibration | None) -> list[str]:
+    if found is None:
+        return [name, *("-" for _ in LEVELS), "never unsure"]
+    return [name, *(number(share, 1, 100) for share in found.inside), found.verdict]
+
+
+def _said(navigator: str, fleet: Calibration) -> str:
+    """Return in words whether the filter knows how far off it is."""
+    half, most, _ = (f"{100 * share:.0f} %" for share in fleet.inside)
+    over, under = f"The filter {navigator} is over", f"The filter {navigator} is under"
+    told = {
+        OVERCONFIDENT: f"{over}confident, further off than it believes: the",
+        UNDERCONFIDENT: f"{under}confident, less far off than it believes: the",
+        CONSISTENT: f"Nothing says that the filter {navigator} is over- or underconfident: the",
+        UNDECIDED: "The",
+    }[fleet.verdict]
+    worth = round(fleet.independent)
+    chance = (
+        "too few to say whether it is over- or underconfident"
+        if fleet.verdict == UNDECIDED
+        else f"and shares within {SIGNIFICANT:g} standard errors of those are taken for chance"
+    )
+    return (
+        f"{told} truth was inside its 50 % ellipses {half} of the time, inside those of 95 % "
+        f"{most}. Errors are alike from instant to instant: they are worth some {worth} "
+        f"independent one{'s' * (worth != 1)}, {chance}."
+    )
