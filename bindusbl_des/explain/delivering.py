@@ -1,11 +1,10 @@
-"""The way down: who broadcasts a fix and why, when it arrives, and what the AUV makes of it."""
+"""The way down: who broadcasts a fix and why, and when it arrives."""
 
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.plugins import is_plugin
 from ..results.round_timeline import uplink_slots
@@ -14,12 +13,6 @@ from .numbers import compared, place, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
-# With these filters nothing but a fix changes the correction of dead reckoning.
-UNCHANGING = ("fixed_gain", "dead_reckoning")
 
 
 def known_at(result: "Result", fix: Any) -> float:
@@ -123,110 +116,6 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     ]
     told = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in enumerate(means))
     return f"nearest: mean distance to the fixes {told}"
-
-
-def arriving(result: "Result", fix: Any) -> Step:
-    """Return the step at which the AUV has the fix and corrects its estimate."""
-    before, after = errors_around(result, fix)
-    told = ""
-    if before is not None and after is not None:
-        verb = "falls" if after <= before else "grows"
-        told = f"; its error {verb} from {before:.2f} to {after:.2f} m"
-    return Step(
-        fix.delivered_at_s,
-        fix.auv,
-        f"has it {fix.latency_s:.4f} s after its ping{told}",
-        f"innovation {fix.innovation_m:.2f} m against its estimate {_reference(result)}; "
-        f"{_weighed(result, fix)}",
-        {
-            "latency_s": fix.latency_s, "innovation_m": fix.innovation_m,
-            "nis": _known(fix.nis), "moved_m": _known(fix.correction_m),
-            "error_before_m": before, "error_after_m": after,
-        },
-    )  # fmt: skip
-
-
-def _known(value: float | None) -> float | None:
-    return None if value is None or math.isnan(value) else value
-
-
-def _reference(result: "Result") -> str:
-    """Return in words with which estimate a fix is compared."""
-    navigation = result.scenario.navigation
-    if navigation.filter != "fixed_gain" or navigation.delay_compensation == "shift":
-        return "of the instant at which the fix holds"
-    return "of now, though it has gone on since the ping (delay_compensation none)"
-
-
-def _weighed(result: "Result", fix: Any) -> str:
-    """Return in words how the navigator weighed the fix."""
-    navigation, moved, weight = (
-        result.scenario.navigation,
-        _known(fix.correction_m),
-        _known(fix.nis),
-    )
-    if navigation.filter == "dead_reckoning":
-        return "dead reckoning alone takes no fix in"
-    if moved is None and weight is None:
-        return "it comes too late for its place among fixes of later instants, and is left out"
-    if moved is None:
-        return f"refused: normalised, its square is {weight:.1f}, above {navigation.nis_gate:.2f}"
-    moves = f"moves the estimate by {moved:.2f} m"
-    if navigation.filter == "fixed_gain":
-        return f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m {moves}"
-    if navigation.filter != "kalman":
-        return f"{navigation.filter.told} {moves}"
-    if weight is None:
-        return f"by the covariances it {moves}"
-    return f"normalised, its square is {weight:.2f}; by the covariances it {moves}"
-
-
-def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | None]:
-    """Return the horizontal errors (m) just before and after a correction.
-
-    The drift at that instant is interpolated between the rows of the track around it, the
-    corrections before and after are the rows' own, carried there as they go on changing without a
-    fix (a filter that has learnt a bias); none where another fix came between the rows.
-    """
-    track = rows_where(result.tables["tracks"], vehicle=fix.auv)
-    times = track.time_s.to_numpy(float)
-    last = int(np.searchsorted(times, fix.delivered_at_s, side="left")) - 1
-    others = rows_where(result.tables["fixes"], auv=fix.auv).delivered_at_s.dropna()
-    came = np.diff(np.searchsorted(np.sort(others), times, side="right"))  # from row to row
-    if last < 0 or last + 1 >= len(times) or came[last] != 1:
-        return None, None
-    x, y = ("x_m", "y_m")
-    imu = track[[f"imu_{x}", f"imu_{y}"]].to_numpy(float)
-    drift = imu - track[[x, y]].to_numpy(float)
-    corrections = track[[f"estimate_{x}", f"estimate_{y}"]].to_numpy(float) - imu
-    share = (fix.delivered_at_s - times[last]) / (times[last + 1] - times[last])
-    now = drift[last] + share * (drift[last + 1] - drift[last])
-    rates = _rates(result, times, corrections, came, last)
-    if rates is None:
-        return None, None
-    before, after = (
-        float(np.hypot(*(now + corrections[row] + rate * (fix.delivered_at_s - times[row]))))
-        for row, rate in zip((last, last + 1), rates, strict=True)
-    )
-    return before, after
-
-
-def _rates(
-    result: "Result", times: Floats, corrections: Floats, came: Ints, last: int
-) -> tuple[Floats, Floats] | None:
-    """Return how fast corrections (n, 2), m, change without a fix, before row `last` and after it.
-
-    Each is the rate (m/s) in the nearest interval between rows in which no fix `came`; None where
-    there is no such interval.
-    """
-    if result.scenario.navigation.filter in UNCHANGING:
-        return np.zeros(2), np.zeros(2)
-    quiet = np.flatnonzero(came == 0)
-    before, after = quiet[quiet < last], quiet[quiet > last]
-    if not (before.size and after.size):
-        return None
-    rates = np.diff(corrections, axis=0) / np.diff(times)[:, None]
-    return rates[before[-1]], rates[after[0]]
 
 
 def latency(result: "Result", fix: Any) -> Iterator[Part]:

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 from .chain import Chain, Part, Step
-from .delivering import arriving, broadcasting, fixing, latency
+from .correcting import arriving
+from .delivering import broadcasting, fixing, latency
 from .hearing import is_sent, receptions, sending, why_unanswered
 from .numbers import out_of_range, row_of, rows_where
 

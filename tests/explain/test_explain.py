@@ -13,7 +13,8 @@ from bindusbl_des import Result, simulate
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping, explain_ping
-from bindusbl_des.explain.delivering import errors_around
+from bindusbl_des.explain.correcting import errors_around
+from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 
 # Error (m) at 22 m of a fix without noise: the array takes a spherical wave for a plane one.
 PLANE_WAVE = 6e-3
@@ -234,6 +235,116 @@ def test_errors_of_a_filter_that_has_learnt_are_those_of_the_instant() -> None:
     assert len(off) > 200
     assert np.quantile(off, 0.95) < 0.02
     assert "by the covariances it moves the estimate" in chain_of_fix(coarse, 50).text()
+
+
+class Trusting:
+    """A navigator of somebody's own that believes the last fix, to 2 m."""
+
+    def __init__(self, reckoning: DeadReckoning, auvs: int) -> None:
+        self.offsets: list[list[tuple[float, np.ndarray]]] = [[] for _ in range(auvs)]
+        self.reckoning = reckoning
+
+    def correct(self, fixes: np.ndarray, due: np.ndarray) -> None:
+        for fix in fixes[due]:
+            now = np.array([fix.delivered_at_s])
+            here = self.reckoning.sample(fix.auv, now)[1].position[0]
+            offset = np.array([fix.x_m, fix.y_m]) - here
+            self.offsets[fix.auv].append((fix.delivered_at_s, offset))
+
+    def estimate(self, auv: int, odometry: Odometry) -> np.ndarray:
+        out = odometry.position.copy()
+        for since, offset in self.offsets[auv]:
+            late = odometry.times >= since
+            out[late] = odometry.position[late] + offset
+        return out
+
+    def covariance(self, auv: int, odometry: Odometry) -> np.ndarray:
+        return np.tile([4.0, 4.0, 0.0], (len(odometry.times), 1))
+
+
+def corrections(run: Result) -> list[tuple[Any, Step, str]]:
+    """Return delivered fixes with the step that tells what they changed, and all its words."""
+    found = []
+    for fix in run.tables["fixes"].query("outcome == 'delivered'").itertuples():
+        has = next(it for it in chain_of_fix(run, fix.fix).steps if "has it" in it.what)
+        found.append((fix, has, " ".join(has.text().split())))
+    return found
+
+
+def test_a_filter_that_weighs_tells_gain_gate_and_what_it_changed() -> None:
+    """The gate is as strict as it says; what passes tells its gain and the ellipse after it."""
+    navigation = {"nis_gate": 3.0, "random_walk_m_per_sqrt_s": 0.3}
+    run = simulate(scenario(duration_s=120.0, navigation=navigation), 3)
+    smaller = refused = 0
+    for fix, has, text in corrections(run):
+        if fix.nis <= 3.0:
+            assert f"gate: normalised, its square is {fix.nis:.2f} <= 3 (nis_gate)" in text
+            assert f"moves the estimate by {fix.correction_m:.2f} m" in text
+            assert f", {has.facts['gain']:.2f} of the innovation" in text
+            assert has.facts["gain"] == pytest.approx(fix.correction_m / fix.innovation_m)
+        else:
+            assert f"gate: normalised, its square is {fix.nis:.2f} > 3 (nis_gate)" in text
+            assert np.isnan(fix.correction_m) == ("refused: the estimate stays" in text)
+            assert np.isnan(fix.correction_m) != ("yet 5 in a row had been refused" in text)
+            assert (has.facts["gain"] is None) == ("refused: the" in text)
+            refused += "refused: the" in text
+        assert has.facts["gate"] == 3.0
+        if has.facts["ellipse_before_m"] is not None:
+            before, after = has.facts["ellipse_before_m"], has.facts["ellipse_after_m"]
+            smaller += after < before
+            verb = "falls" if after < before else "grows"
+            assert f"the longer half axis of its 95 % ellipse {verb} from {before:.2f}" in text
+    assert refused > 3
+    assert smaller > 20
+
+
+def test_after_five_refused_the_next_is_taken_in() -> None:
+    """A gate that lets nearly nothing pass lets each sixth fix pass, and says why."""
+    run = simulate(scenario(duration_s=60.0, navigation={"nis_gate": 1e-3}))
+    told = [text for _, _, text in corrections(run)]
+    assert any("> 0.001 (nis_gate), yet 5 in a row had been refused" in text for text in told)
+    assert any(text.endswith("refused: the estimate stays") for text in told)
+
+
+def test_without_a_gate_a_filter_says_so() -> None:
+    """`nis_gate: null` takes everything in."""
+    run = simulate(scenario(duration_s=20.0, navigation={"nis_gate": None}))
+    for fix, has, text in corrections(run):
+        assert f"normalised, its square is {fix.nis:.2f}; no gate".replace(";", "") in text
+        assert has.facts["gate"] is None
+
+
+def test_every_navigator_tells_what_it_did_with_a_fix() -> None:
+    """A fixed gain has no gate, dead reckoning takes nothing in, one's own is named."""
+    fixed, alone, own = (
+        corrections(simulate(scenario(duration_s=30.0, navigation={"filter": name}), 1))
+        for name in ("fixed_gain", "dead_reckoning", "test_explain:Trusting")
+    )
+    for fix, has, text in fixed:
+        assert "no gate: fixed_gain takes every fix in gain 0.9 x" in text
+        assert has.facts["gain"] == pytest.approx(0.9)
+        assert (has.facts["gate"], has.facts["moved_m"]) == (None, fix.correction_m)
+    for _, has, text in alone:
+        assert text.endswith("dead reckoning alone takes no fix in")
+        assert (has.facts["gain"], has.facts["ellipse_before_m"]) == (0.0, None)
+        assert has.facts["error_after_m"] == pytest.approx(has.facts["error_before_m"], abs=1e-9)
+    for fix, has, text in own:
+        assert f"test_explain:Trusting moves the estimate by {fix.correction_m:.2f} m, " in text
+        assert has.facts["gain"] == pytest.approx(fix.correction_m / fix.innovation_m)
+        around = [has.facts[f"ellipse_{when}_m"] for when in ("before", "after")]
+        assert around == [None, None] or around == pytest.approx([2 * np.sqrt(5.991464547)] * 2)
+    assert min(map(len, (fixed, alone, own))) > 10
+
+
+def test_a_fix_too_late_for_its_place_is_told() -> None:
+    """Without an innovation there is no gain and no gate to tell of."""
+    run = simulate(scenario(duration_s=20.0))
+    late = run.tables["fixes"].query("outcome == 'delivered'").index[-1]
+    run.tables["fixes"].loc[late, ["innovation_m", "nis", "correction_m"]] = None
+    _, has, text = next(it for it in corrections(run) if it[0].Index == late)
+    assert text.endswith("it comes too late for its place among fixes of later instants, and is "
+                         "left out")  # fmt: skip
+    assert {has.facts[name] for name in ("innovation_m", "gain", "nis", "moved_m")} == {None}
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner, Result
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
-from worlds import scenario
+from worlds import QUIET_NAVIGATION, scenario
 
 from bindusbl_des import load_result, simulate
 from bindusbl_des.cli import main
@@ -216,6 +216,52 @@ def test_ellipses_hold_the_fix_with_its_covariance(run: Path, read: Read) -> Non
         covariance = np.array([[fix.sd_x_m**2, fix.cov_xy_m2], [fix.cov_xy_m2, fix.sd_y_m**2]])
         squared = np.einsum("ni,ij,nj->n", away, np.linalg.inv(covariance), away)
         assert squared == pytest.approx(np.full(len(away), 5.991464547), rel=1e-6)
+
+
+def test_ellipses_of_estimates_are_those_of_the_tracks(run: Path, read: Read) -> None:
+    """At each instant a disc lies about each AUV's estimate; its rim is where 95 % end."""
+    tracks = load_result(run).tables["tracks"].set_index(["vehicle", "time_s"])
+    known = tracks[tracks.estimate_sd_x_m.notna()]
+    rim, seen = np.linspace(0.0, 2 * np.pi, 17), 0
+    for _, at, update in read["/scene/certainty"]:
+        assert [entity.id for entity in update.entities] == ["AUV0", "AUV1", "AUV2"]
+        for entity in update.entities:
+            row, (disc,) = known.loc[entity.id, at / 1e9], entity.cylinders
+            where, turn = disc.pose.position, disc.pose.orientation
+            place = (row.estimate_y_m, row.estimate_x_m, -row.estimate_z_m)
+            assert (where.x, where.y, where.z) == place
+            yaw = 2 * math.atan2(turn.z, turn.w)
+            along, aside = disc.size.x / 2 * np.cos(rim), disc.size.y / 2 * np.sin(rim)
+            east = math.cos(yaw) * along - math.sin(yaw) * aside
+            north = math.sin(yaw) * along + math.cos(yaw) * aside
+            xy = row.estimate_cov_xy_m2
+            covariance = np.array([[row.estimate_sd_x_m**2, xy], [xy, row.estimate_sd_y_m**2]])
+            seen += 1
+            if at == 0:  # sure of where it starts
+                assert (disc.size.x, disc.size.y) == (0.0, 0.0)
+                continue
+            squared = np.sum([north, east] * np.linalg.solve(covariance, [north, east]), axis=0)
+            assert squared == pytest.approx(np.full(17, 5.991464547), rel=1e-6)
+    assert seen == len(known) > 100
+    stretched = [
+        entity.cylinders[0].size for _, _, update in read["/scene/certainty"]
+        for entity in update.entities
+    ]  # fmt: skip
+    assert max(size.y / size.x for size in stretched if size.x) > 1.5
+
+
+def test_an_auv_that_is_never_unsure_has_no_ellipse(tmp_path: Path) -> None:
+    """Dead reckoning without any noise is right, and knows it."""
+    quiet = {"filter": "dead_reckoning", **QUIET_NAVIGATION}
+    simulate(scenario(duration_s=3.0, navigation=quiet)).write(tmp_path / "run")
+    assert invoke("export", tmp_path / "run", "--to", "mcap").exit_code == 0
+    (path,) = (tmp_path / "run").glob("*.mcap")
+    with open(path, "rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    topics = {channel.topic for channel in summary.channels.values()}
+    assert "/scene/fixes" in topics
+    assert "/scene/certainty" not in topics
 
 
 def test_locations_lead_back_to_the_survey(run: Path, read: Read) -> None:

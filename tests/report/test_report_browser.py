@@ -183,6 +183,27 @@ def test_a_fix_makes_the_estimate_jump(opened: Open, recovery: Path) -> None:
     assert gap[0] == pytest.approx(gap[1], abs=0.1)
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_ellipse_of_an_estimate_can_be_hidden(
+    opened: Open, recovery: Path, scheme: str
+) -> None:
+    """It holds what the tracks say, grows while no fix comes, and is a layer of both maps."""
+    it = opened(recovery, scheme)
+    tracks = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml"), seed=0).tables["tracks"]
+    for time in (33.0, 128.0):
+        row = tracks.query("vehicle == 'AUV0' and time_s == @time").iloc[0]
+        spread = it.ask(f"bindusbl.mission.auvAt(0, {time}).spread")
+        expected = [row.estimate_sd_x_m**2, row.estimate_sd_y_m**2, row.estimate_cov_xy_m2]
+        assert spread == pytest.approx(expected, abs=0.01 * (expected[0] + expected[1]))
+    slide(it, 128.0)
+    shown = [it.ask(f"byId('{name}').toDataURL()") for name in ("map", "closeup")]
+    it.page.click("#marks label:has-text('95 % ellipse') input")
+    hidden = [it.ask(f"byId('{name}').toDataURL()") for name in ("map", "closeup")]
+    assert all(a != b for a, b in zip(shown, hidden, strict=True))
+    it.page.click("#marks label:has-text('95 % ellipse') input")
+    assert [it.ask(f"byId('{name}').toDataURL()") for name in ("map", "closeup")] == shown
+
+
 def test_keys_are_the_pages_until_the_playback_has_them(opened: Open, recovery: Path) -> None:
     """Space scrolls the page before a click on the playback and after one elsewhere."""
     it = opened(recovery)

@@ -1,0 +1,197 @@
+"""What an AUV makes of a fix: gain, gate, and what has changed of its estimate."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..navigation.navigators import MOST_REFUSED
+from .chain import Step
+from .numbers import rows_where
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# With these filters nothing but a fix changes the correction of dead reckoning.
+UNCHANGING = ("fixed_gain", "dead_reckoning")
+
+# Longer half axis of the ellipse that holds a normal error in the plane with 95 %, per sd along it.
+ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
+
+
+def arriving(result: "Result", fix: Any) -> Step:
+    """Return the step at which the AUV has the fix and corrects its estimate."""
+    before, after = errors_around(result, fix)
+    told = ""
+    if before is not None and after is not None:
+        told = f"; its error {_changed(before, after)}"
+    why = [_compared(result, fix), _gated(result, fix), _moved(result, fix)]
+    was, became = ellipses_around(result, fix)
+    if was is not None and became is not None:
+        why.append(f"the longer half axis of its 95 % ellipse {_changed(was, became)}")
+    moved, gate = _known(fix.correction_m), result.scenario.navigation.nis_gate
+    return Step(
+        fix.delivered_at_s,
+        fix.auv,
+        f"has it {fix.latency_s:.4f} s after its ping{told}",
+        "; ".join(filter(None, why)),
+        {
+            "latency_s": fix.latency_s, "innovation_m": _known(fix.innovation_m),
+            "nis": _known(fix.nis), "gate": gate if _gates(result) else None,
+            "gain": _share(fix), "moved_m": moved,
+            "error_before_m": before, "error_after_m": after,
+            "ellipse_before_m": was, "ellipse_after_m": became,
+        },
+    )  # fmt: skip
+
+
+def _changed(before: float, after: float) -> str:
+    """Return how a length (m) changed, with as many digits as show in which direction.
+
+    >>> _changed(0.6, 0.45), _changed(0.101, 0.104), _changed(3.7412, 3.7412)
+    ('falls from 0.60 to 0.45 m', 'grows from 0.101 to 0.104 m', 'stays at 3.74 m')
+    """
+    for digits in (2, 3):
+        if round(before, digits) != round(after, digits):
+            verb = "falls" if after < before else "grows"
+            return f"{verb} from {before:.{digits}f} to {after:.{digits}f} m"
+    return f"stays at {after:.2f} m"
+
+
+def _gates(result: "Result") -> bool:
+    return result.scenario.navigation.filter == "kalman"
+
+
+def _share(fix: Any) -> float | None:
+    """Return the gain: which share of the innovation moved the estimate, both as lengths."""
+    moved, innovation = _known(fix.correction_m), _known(fix.innovation_m)
+    return moved / innovation if moved is not None and innovation else None
+
+
+def _known(value: float | None) -> float | None:
+    return None if value is None or math.isnan(value) else value
+
+
+def _compared(result: "Result", fix: Any) -> str:
+    """Return in words how far a fix is from the estimate, and from that of when."""
+    innovation, navigation = _known(fix.innovation_m), result.scenario.navigation
+    if innovation is None:
+        return ""
+    when = "of the instant at which the fix holds"
+    if navigation.filter == "fixed_gain" and navigation.delay_compensation == "none":
+        when = "of now, though it has gone on since the ping (delay_compensation none)"
+    return f"innovation {innovation:.2f} m against its estimate {when}"
+
+
+def _gated(result: "Result", fix: Any) -> str:
+    """Return in words whether the gate let a fix pass, empty where it did not come to that."""
+    navigation, square = result.scenario.navigation, _known(fix.nis)
+    if navigation.filter == "fixed_gain" and _known(fix.innovation_m) is not None:
+        return "no gate: fixed_gain takes every fix in"
+    if not _gates(result) or square is None:
+        return ""
+    if navigation.nis_gate is None:
+        return f"normalised, its square is {square:.2f}; no gate (nis_gate null)"
+    told, limit = f"gate: normalised, its square is {square:.2f}", f"{navigation.nis_gate:.3g}"
+    if square <= navigation.nis_gate:
+        return f"{told} <= {limit} (nis_gate)"
+    if _known(fix.correction_m) is None:
+        return f"{told} > {limit} (nis_gate)"
+    return f"{told} > {limit} (nis_gate), yet {MOST_REFUSED} in a row had been refused"
+
+
+def _moved(result: "Result", fix: Any) -> str:
+    """Return in words by which gain a fix moved the estimate, or why it did not."""
+    navigation, moved = result.scenario.navigation, _known(fix.correction_m)
+    if navigation.filter == "dead_reckoning":
+        return "dead reckoning alone takes no fix in"
+    if _known(fix.innovation_m) is None:
+        return "it comes too late for its place among fixes of later instants, and is left out"
+    if moved is None:
+        return "refused: the estimate stays"
+    moves = f"moves the estimate by {moved:.2f} m"
+    if navigation.filter == "fixed_gain":
+        return f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m {moves}"
+    who = "by the covariances it" if navigation.filter == "kalman" else navigation.filter.told
+    share = _share(fix)
+    return f"{who} {moves}" + (f", {share:.2f} of the innovation" if share is not None else "")
+
+
+def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | None]:
+    """Return the horizontal errors (m) just before and after a correction.
+
+    The drift at that instant is interpolated between the rows of the track around it, the
+    corrections before and after are the rows' own, carried there as they go on changing without a
+    fix (a filter that has learnt a bias); none where another fix came between the rows.
+    """
+    around = _rows_around(result, fix)
+    if around is None:
+        return None, None
+    track, times, came, last = around
+    x, y = ("x_m", "y_m")
+    imu = track[[f"imu_{x}", f"imu_{y}"]].to_numpy(float)
+    drift = imu - track[[x, y]].to_numpy(float)
+    corrections = track[[f"estimate_{x}", f"estimate_{y}"]].to_numpy(float) - imu
+    share = (fix.delivered_at_s - times[last]) / (times[last + 1] - times[last])
+    now = drift[last] + share * (drift[last + 1] - drift[last])
+    rates = _rates(result, times, corrections, came, last)
+    if rates is None:
+        return None, None
+    before, after = (
+        float(np.hypot(*(now + corrections[row] + rate * (fix.delivered_at_s - times[row]))))
+        for row, rate in zip((last, last + 1), rates, strict=True)
+    )
+    return before, after
+
+
+def ellipses_around(result: "Result", fix: Any) -> tuple[float | None, float | None]:
+    """Return half the length (m) of the AUV's 95 % ellipse before and after a correction.
+
+    As in the rows of the track around it; none where another fix came between them, or where the
+    fix changed nothing.
+    """
+    around = _rows_around(result, fix) if _known(fix.correction_m) else None
+    if around is None:
+        return None, None
+    track, _, _, last = around
+    rows = track.iloc[last : last + 2]
+    xx, yy = (rows[f"estimate_sd_{it}_m"].to_numpy(float) ** 2 for it in "xy")
+    largest = (xx + yy) / 2 + np.hypot((xx - yy) / 2, rows.estimate_cov_xy_m2.to_numpy(float))
+    before, after = ELLIPSE_SCALE * np.sqrt(largest)
+    return _known(float(before)), _known(float(after))
+
+
+def _rows_around(result: "Result", fix: Any) -> tuple[Any, Floats, Ints, int] | None:
+    """Return an AUV's track and its instants (s), how many fixes came from row to row, and the row
+    before a correction; None where the correction does not lie alone between two rows.
+    """
+    track = rows_where(result.tables["tracks"], vehicle=fix.auv)
+    times = track.time_s.to_numpy(float)
+    last = int(np.searchsorted(times, fix.delivered_at_s, side="left")) - 1
+    others = rows_where(result.tables["fixes"], auv=fix.auv).delivered_at_s.dropna()
+    came = np.diff(np.searchsorted(np.sort(others), times, side="right"))
+    if last < 0 or last + 1 >= len(times) or came[last] != 1:
+        return None
+    return track, times, came, last
+
+
+def _rates(
+    result: "Result", times: Floats, corrections: Floats, came: Ints, last: int
+) -> tuple[Floats, Floats] | None:
+    """Return how fast corrections (n, 2), m, change without a fix, before row `last` and after it.
+
+    Each is the rate (m/s) in the nearest interval between rows in which no fix `came`; None where
+    there is no such interval.
+    """
+    if result.scenario.navigation.filter in UNCHANGING:
+        return np.zeros(2), np.zeros(2)
+    quiet = np.flatnonzero(came == 0)
+    before, after = quiet[quiet < last], quiet[quiet > last]
+    if not (before.size and after.size):
+        return None
+    rates = np.diff(corrections, axis=0) / np.diff(times)[:, None]
+    return rates[before[-1]], rates[after[0]]

@@ -1,0 +1,161 @@
+"""Whether a filter knows how far off it is: shares inside its ellipses, against closed forms."""
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from test_report import unpacked
+from worlds import QUIET_NAVIGATION, paper_case, scenario
+
+from bindusbl_des import Result, simulate
+from bindusbl_des.report.calibration import (
+    CONSISTENT,
+    LEVELS,
+    OVERCONFIDENT,
+    UNDECIDED,
+    UNDERCONFIDENT,
+    Calibration,
+    calibration,
+    calibration_told,
+    independent,
+    of_auv,
+    of_fleet,
+    squared_distances,
+)
+from bindusbl_des.report.packing import Packer
+from bindusbl_des.report.recording import recording
+from bindusbl_des.report.run_data import run_data
+from bindusbl_des.report.run_page import run_page
+from bindusbl_des.report.story import story
+
+COUNT = 20_000
+
+
+def distances(believed: float = 1.0) -> np.ndarray:
+    """Return squared distances of normal errors, of which a filter believes a share of P.
+
+    P changes from instant to instant, in size and direction.
+    """
+    rng = np.random.default_rng(5)
+    size, turn = rng.uniform(0.01, 3.0, (2, COUNT)), rng.uniform(0.0, np.pi, COUNT)
+    along, aside = rng.normal(size=(2, COUNT)) * size
+    cosine, sine = np.cos(turn), np.sin(turn)
+    errors = np.column_stack((cosine * along - sine * aside, sine * along + cosine * aside))
+    xx = cosine**2 * size[0] ** 2 + sine**2 * size[1] ** 2
+    yy = sine**2 * size[0] ** 2 + cosine**2 * size[1] ** 2
+    xy = cosine * sine * (size[0] ** 2 - size[1] ** 2)
+    return squared_distances(errors, believed * np.column_stack((xx, yy, xy)))
+
+
+@pytest.mark.parametrize(
+    ("believed", "verdict"), [(1.0, CONSISTENT), (0.25, OVERCONFIDENT), (4.0, UNDERCONFIDENT)]
+)
+def test_shares_are_those_of_the_closed_form(believed: float, verdict: str) -> None:
+    """Errors believed too small by k are inside p for 1 - (1 - p)^k; 3.3 sigma of the binomial."""
+    found = calibration(distances(believed), COUNT)
+    assert found is not None
+    for level, share in zip(LEVELS, found.inside, strict=True):
+        expected = 1 - (1 - level) ** believed
+        assert share == pytest.approx(
+            expected, abs=3.3 * np.sqrt(expected * (1 - expected) / COUNT)
+        )
+    assert found.verdict == verdict
+    assert found.independent == pytest.approx(COUNT, rel=0.1)
+
+
+def test_errors_alike_from_instant_to_instant_are_worth_fewer() -> None:
+    """An autoregression by a is worth n (1 - a) / (1 + a) values, a constant one."""
+    rng, kept = np.random.default_rng(2), 0.9
+    noise, series = rng.normal(size=200_000), np.zeros(200_000)
+    for k in range(1, len(series)):
+        series[k] = kept * series[k - 1] + noise[k]
+    expected = len(series) * (1 - kept) / (1 + kept)
+    assert independent(series) == pytest.approx(expected, rel=0.1)
+    assert independent(series[:-1]) == pytest.approx(expected, rel=0.1)
+    assert independent(np.full(100, 3.0)) == independent(series[:3]) == 1.0
+
+
+def test_few_errors_say_nothing() -> None:
+    """A drift that no fix corrects is one error, however many instants it lasts."""
+    found = calibration(distances(0.25), fixes=0)
+    assert found is not None
+    assert (found.independent, found.verdict) == (1.0, UNDECIDED)
+    assert of_fleet([found] * 10).verdict == OVERCONFIDENT
+    assert Calibration((0.2, 0.9, 0.95), 20.0).verdict == CONSISTENT
+    assert Calibration((0.2, 0.9, 0.95), 400.0).verdict == OVERCONFIDENT
+
+
+def test_whoever_is_sure_is_not_asked() -> None:
+    """Instants of a covariance that is zero, flat or missing count for nothing."""
+    covariances = np.array([[0, 0, 0], [1, 0, 0], [np.nan] * 3, [1, 1, 1], [4, 1, 0]])
+    assert squared_distances(np.ones((5, 2)), covariances).tolist() == [1.25]
+    assert calibration(np.empty(0), 10) is None
+
+
+@pytest.fixture(scope="module")
+def weighed() -> Result:
+    """The paper's case study with a filter that weighs its fixes."""
+    return simulate(paper_case(3, record={"detail": "full"}, navigation={"filter": "kalman"}), 0)
+
+
+def believing(result: Result, factor: float) -> Result:
+    """Return a result in whose tracks filters believe in `factor` times their covariance."""
+    tracks = result.arrow["tracks"]
+    for name, power in (("sd_x_m", 0.5), ("sd_y_m", 0.5), ("cov_xy_m2", 1.0)):
+        at = tracks.schema.get_field_index(f"estimate_{name}")
+        column = tracks.column(at).to_numpy() * factor**power
+        field = tracks.schema.field(at)
+        tracks = tracks.set_column(at, field, pa.array(column, from_pandas=True, type=field.type))
+    arrow = {**result.arrow, "tracks": tracks}
+    return Result(result.scenario, result.seed, arrow, result.wall_time_s)
+
+
+@pytest.mark.parametrize(
+    ("factor", "verdict", "words"),
+    [
+        (1.0, CONSISTENT, "Nothing says that the filter kalman is over- or underconfident"),
+        (0.25, OVERCONFIDENT, "kalman is overconfident, further off than it believes"),
+        (4.0, UNDERCONFIDENT, "kalman is underconfident, less far off than it believes"),
+    ],
+)
+def test_a_mission_tells_on_its_filter(
+    weighed: Result, factor: float, verdict: str, words: str
+) -> None:
+    """The report has the shares of each AUV and of the fleet, and says in words what they mean."""
+    mission = recording(believing(weighed, factor))
+    told = calibration_told(mission)
+    assert words in told
+    found = [of_auv(mission, auv) for auv in range(3)]
+    fleet = of_fleet([it for it in found if it is not None])
+    assert fleet.verdict == verdict
+    for it in (*found, fleet):
+        assert it is not None
+        cells = "".join(f"<td>{100 * share:.1f}</td>" for share in it.inside)
+        assert f"{cells}<td>{it.verdict}</td>" in told
+    assert told in run_page(believing(weighed, factor))
+
+
+def test_a_drift_alone_is_not_judged() -> None:
+    """Dead reckoning has one error per AUV; without noise it has none, and nothing is said."""
+    drifting, sure = (
+        simulate(scenario(duration_s=20.0, navigation={"filter": "dead_reckoning", **noise}))
+        for noise in ({}, QUIET_NAVIGATION)
+    )
+    told = calibration_told(recording(drifting))
+    assert "worth some 3 independent ones, too few to say whether it is over-" in told
+    assert "<td>cannot be told</td>" in told
+    assert calibration_told(recording(sure)) == ""
+    assert "Truth inside the ellipses" not in run_page(sure)
+
+
+def test_the_ellipses_of_a_page_are_those_of_the_tracks(weighed: Result) -> None:
+    """Both sds within half a millimetre, their covariance within half a hundredth of both."""
+    mission, packer = recording(weighed), Packer()
+    data = run_data(mission, story(mission).services, packer)
+    packed = packer.text()
+    for number, auv in enumerate(data["auvs"]):
+        x, y, together = (unpacked(auv[name], packed) for name in ("sd_x", "sd_y", "together"))
+        xx, yy, xy = mission.covariance(number).T
+        assert np.abs(x - np.sqrt(xx)).max() <= 0.0005 + 1e-9
+        assert np.abs(y - np.sqrt(yy)).max() <= 0.0005 + 1e-9
+        assert np.abs(together * np.sqrt(xx * yy) - xy).max() <= 0.005 * np.sqrt(xx * yy).max()
+        assert np.abs(together).max() > 0.1
