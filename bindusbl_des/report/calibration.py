@@ -5,12 +5,16 @@ within a Mahalanobis distance d with the probability 1 - exp(-d^2 / 2).
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..navigation.navigators import SURE
 from .page import filled, number, table
 from .recording import Floats, Recording
+
+if TYPE_CHECKING:
+    from ..scenario.sections import Navigation
 
 LEVELS = (0.50, 0.95, 0.99)
 
@@ -116,13 +120,20 @@ def calibration_told(mission: Recording) -> str:
     fleet = of_fleet(list(known.values()))
     rows = [_row(name, it) for name, it in auvs.items()]
     rows += [_row("fleet", fleet)] * (len(auvs) > 1)
-    headings = [("AUV", ""), *((f"{100 * p:.0f} %", "% of time") for p in LEVELS), ("filter", "")]
-    said = _said(mission.scenario.navigation.filter, fleet)
+    headings = [
+        ("AUV", ""),
+        *((f"inside {100 * p:.0f} %", "% of time") for p in LEVELS),
+        ("filter", ""),
+    ]
+    said = _said(mission.scenario.navigation, fleet)
     others = [f"{name} {it.verdict}" for name, it in known.items() if it.verdict != fleet.verdict]
     if 0 < len(others) <= MOST_NAMED:
         said += f" Of the AUVs alone: {', '.join(others)}."
     shown = table(headings, rows, "Share of time with the truth inside each AUV's ellipses")
-    return filled('<h3>Truth inside the ellipses</h3><p class="note">{said}</p>', said=said) + shown
+    return (
+        filled('<h3>Truth inside the ellipses</h3><p class="note">{said}</p>', said=said)
+        + f'<div class="pair">{shown}</div>'
+    )
 
 
 def _row(name: str, found: Calibration | None) -> list[str]:
@@ -131,14 +142,15 @@ def _row(name: str, found: Calibration | None) -> list[str]:
     return [name, *(number(share, 1, 100) for share in found.inside), found.verdict]
 
 
-def _said(navigator: str, fleet: Calibration) -> str:
+def _said(navigation: "Navigation", fleet: Calibration) -> str:
     """Return in words whether the filter knows how far off it is."""
     half, most, _ = (f"{100 * share:.0f} %" for share in fleet.inside)
-    over, under = f"The filter {navigator} is over", f"The filter {navigator} is under"
+    name = navigation.filter
+    over, under = f"The filter {name} is over", f"The filter {name} is under"
     told = {
         OVERCONFIDENT: f"{over}confident, further off than it believes: the",
         UNDERCONFIDENT: f"{under}confident, less far off than it believes: the",
-        CONSISTENT: f"Nothing says that the filter {navigator} is over- or underconfident: the",
+        CONSISTENT: f"Nothing says that the filter {name} is over- or underconfident: the",
         UNDECIDED: "The",
     }[fleet.verdict]
     worth = round(fleet.independent)
@@ -147,8 +159,13 @@ def _said(navigator: str, fleet: Calibration) -> str:
         if fleet.verdict == UNDECIDED
         else f"and shares within {SIGNIFICANT:g} standard errors of those are taken for chance"
     )
+    late = name == "fixed_gain" and navigation.delay_compensation == "none"
+    why = (
+        " Its delay_compensation is none: it takes a fix for where the AUV is now, and its "
+        "covariance does not know of the way gone since the ping."
+    ) * (late and fleet.verdict == OVERCONFIDENT)
     return (
         f"{told} truth was inside its 50 % ellipses {half} of the time, inside those of 95 % "
-        f"{most}. Errors are alike from instant to instant: they are worth some {worth} "
+        f"{most}.{why} Errors are alike from instant to instant: they are worth some {worth} "
         f"independent one{'s' * (worth != 1)}, {chance}."
     )
