@@ -14,7 +14,8 @@ from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping, explain_ping
 from bindusbl_des.explain.correcting import errors_around
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
+from bindusbl_des.navigation.dead_reckoning import Odometry
+from bindusbl_des.navigation.own_navigator import Reckoning
 
 # Error (m) at 22 m of a fix without noise: the array takes a spherical wave for a plane one.
 PLANE_WAVE = 6e-3
@@ -240,14 +241,13 @@ def test_errors_of_a_filter_that_has_learnt_are_those_of_the_instant() -> None:
 class Trusting:
     """A navigator of somebody's own that believes the last fix, to 2 m."""
 
-    def __init__(self, reckoning: DeadReckoning, auvs: int) -> None:
+    def __init__(self, reckoning: Reckoning, auvs: int) -> None:
         self.offsets: list[list[tuple[float, np.ndarray]]] = [[] for _ in range(auvs)]
         self.reckoning = reckoning
 
     def correct(self, fixes: np.ndarray, due: np.ndarray) -> None:
         for fix in fixes[due]:
-            now = np.array([fix.delivered_at_s])
-            here = self.reckoning.sample(fix.auv, now)[1].position[0]
+            here = np.array(self.reckoning.at(fix.auv, fix.delivered_at_s))
             offset = np.array([fix.x_m, fix.y_m]) - here
             self.offsets[fix.auv].append((fix.delivered_at_s, offset))
 
