@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 # With these filters nothing but a fix changes the correction of dead reckoning.
 UNCHANGING = ("fixed_gain", "dead_reckoning")
 
-# Longer half axis of the ellipse that holds a normal error in the plane with 95 %, per sd along it.
+# Half the length of the ellipse that holds a normal error in the plane with 95 %, per sd along it.
 ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
 
 
@@ -32,7 +32,7 @@ def arriving(result: "Result", fix: Any) -> Step:
     why = [_compared(result, fix), _gated(result, fix), _moved(result, fix)]
     was, became = ellipses_around(result, fix)
     if was is not None and became is not None:
-        why.append(f"the longer half axis of its 95 % ellipse {_changed(was, became)}")
+        why.append(f"half the length of its 95 % ellipse {_changed(was, became)}")
     moved, gate = _known(fix.correction_m), result.scenario.navigation.nis_gate
     return Step(
         fix.delivered_at_s,

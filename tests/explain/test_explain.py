@@ -293,7 +293,7 @@ def test_a_filter_that_weighs_tells_gain_gate_and_what_it_changed() -> None:
             before, after = has.facts["ellipse_before_m"], has.facts["ellipse_after_m"]
             smaller += after < before
             verb = "falls" if after < before else "grows"
-            assert f"the longer half axis of its 95 % ellipse {verb} from {before:.2f}" in text
+            assert f"half the length of its 95 % ellipse {verb} from {before:.2f}" in text
     assert refused > 3
     assert smaller > 20
 
