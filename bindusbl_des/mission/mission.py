@@ -102,7 +102,7 @@ class Mission:
         mission.
 
         Raises:
-            ValueError: for a kind or column that there is not.
+            ValueError: for a kind or column that there is not, or a value that it never has.
         """
         return self._world.network.watching.next(kind, which, self._last_instant(self._time))
 
@@ -113,7 +113,7 @@ class Mission:
         :meth:`happening`.
 
         Raises:
-            ValueError: for a kind or column that there is not.
+            ValueError: for a kind or column that there is not, or a value that it never has.
         """
         since = self._last_instant(self._time)
         return self._each(self._world.network.watching.watch(kinds, which, since))
@@ -164,6 +164,8 @@ class Mission:
             raise ValueError("the event is of another mission, which is to be advanced to it")
         self._refuse_failed()
         last = self._last_instant(self.scenario.duration_s)
+        if self._time > last:  # it has ended: events of others' own may still be to come
+            return event.value if event.processed else None
         with self._at_work():
             while not event.processed and self._env.peek() <= last:
                 self._env.step()

@@ -14,6 +14,9 @@ from .navigators import Navigator
 
 Array = NDArray[np.float64]
 
+# By this share of its variances a covariance may be above what they allow.
+ROUNDING = 1e-6
+
 
 class Reckoning:
     """The dead reckoning of a fleet, as AUVs themselves know it."""
@@ -82,6 +85,13 @@ class OwnNavigator:
         if (found[:, :2] < 0.0).any():
             raise PluginError(
                 NAVIGATOR.key, f"{self._name!r} answered covariance with a variance below 0"
+            )
+        xx, yy, xy = found.T
+        if (np.abs(xy) > np.sqrt(xx) * np.sqrt(yy) + ROUNDING * (xx + yy)).any():
+            raise PluginError(
+                NAVIGATOR.key,
+                f"{self._name!r} answered covariance with a covariance xy above the product of "
+                "its standard deviations; the columns are xx, yy, xy",
             )
         return found
 

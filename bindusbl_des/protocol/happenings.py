@@ -6,11 +6,12 @@ instant; what is decided, and every table, stays the same.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from functools import partial
 from math import isnan
-from typing import Any, NamedTuple
+from numbers import Real
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 import simpy
@@ -102,7 +103,7 @@ class Happenings:
         `which` are values that columns of their rows must have.
 
         Raises:
-            ValueError: for a kind or column that there is not.
+            ValueError: for a kind or column that there is not, or a value that it never has.
         """
         watch = Watch(self._env, kinds, which, self._forget)
         _refuse_unknown(watch.kinds, which)
@@ -232,18 +233,34 @@ def _row_of(event: type, row: Row, **told: Any) -> Any:
     return event(**told)
 
 
-def _refuse_unknown(kinds: Iterable[str], which: Iterable[str]) -> None:
-    """Refuse kinds and columns that there are not."""
+def _refuse_unknown(kinds: Iterable[str], which: Mapping[str, Any]) -> None:
+    """Refuse kinds and columns that there are not, and values that a column never has."""
+    if not kinds:
+        raise ValueError(f"nothing is waited for; wait for one or more of {', '.join(KINDS)}")
     for kind in kinds:
         if kind not in KINDS:
             raise ValueError(
-                f"nothing of the kind {kind!r} happens{did_you_mean(kind, KINDS)}; wait for one of "
-                f"{', '.join(KINDS)}"
+                f"nothing of the kind {kind!r} happens{did_you_mean(str(kind), KINDS)}; wait for "
+                f"one of {', '.join(KINDS)}"
             )
-        columns = [field.name for field in fields(KINDS[kind])]
-        for name in which:
+        columns = get_type_hints(KINDS[kind])
+        for name, value in which.items():
             if name not in columns:
                 raise ValueError(
                     f"a {kind} has no column {name!r}{did_you_mean(name, columns)}; it has "
                     f"{', '.join(columns)}"
                 )
+            _refuse_value(kind, name, value, columns[name])
+
+
+def _refuse_value(kind: str, name: str, value: Any, hint: Any) -> None:
+    """Refuse a value that is none of a column with a type hint."""
+    types = get_args(hint) or (hint,)
+    needed = "a number; vehicles are numbers, too"
+    fits = isinstance(value, Real)
+    if str in types:
+        known = () if name == "asvs" else OUTCOMES
+        needed = f"one of {', '.join(known)}" if known else "a text such as 'ASV0 ASV2'"
+        fits = isinstance(value, str) and (not known or value in known)
+    if not (fits or (value is None and type(None) in types)):
+        raise ValueError(f"{name} of a {kind} is never {value!r}; it is {needed}")

@@ -78,7 +78,7 @@ class Network:
         `which` are values that columns of its row must have: ``happening("delivery", auv=1)``.
 
         Raises:
-            ValueError: for a kind or column that there is not.
+            ValueError: for a kind or column that there is not, or a value that it never has.
         """
         return self.watching.next(kind, which, self.env.now)
 

@@ -7,7 +7,7 @@ is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name 
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -120,7 +120,10 @@ class OwnSchedule:
             PluginError: when it raises anything, or what it returns is no round.
         """
         when = f" in round {view.round}"
-        groups = asked(SCHEDULE.key, self.name, self.schedule, view, when=when)
+        seen = replace(
+            view, auvs=view.auvs.copy(), asvs=view.asvs.copy(), heard=view.heard.copy()
+        )  # its own to change: calls and the record go by what the fleet knows
+        groups = asked(SCHEDULE.key, self.name, self.schedule, seen, when=when)
         # Lists may be made as they are read, so they are read as it is asked.
         plain = asked(SCHEDULE.key, self.name, _as_lists, groups, when=when)
         if plain is None:

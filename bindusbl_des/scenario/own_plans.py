@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.plugins import Family, PluginError, asked, shown
-from ..vehicles.tracks import FASTEST, Track
+from ..vehicles.tracks import FARTHEST, FASTEST, Track
 from .consistency import SHORTEST_WAY
 from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice
@@ -18,9 +18,6 @@ from .part_settings import own_part
 from .scenario import Scenario
 
 Array = NDArray[np.float64]
-
-# Farther from the survey's centre (m) is nothing that a scenario could give.
-FARTHEST = 1e6
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from ..core.plugins import PluginError, asked, shown
 from ..records.rows import Row, Rows
 from ..scenario.families import INSTRUMENT
 from ..scenario.part_settings import own_part
+from ..vehicles.tracks import FARTHEST
 from .fusion import fuse
 
 Array = NDArray[np.float64]
@@ -69,15 +70,17 @@ class OwnInstrument:
         if (
             places.shape != (count, 3)
             or covariances.shape != (count, 3, 3)
-            or not (np.isfinite(places).all() and _are_covariances(covariances))
+            or not {places.dtype.kind, covariances.dtype.kind} <= set("fiu")
+            or not ((np.abs(places) <= FARTHEST).all() and _are_covariances(covariances))
         ):
             said = shown(INSTRUMENT.key, self.name, answer, when)
             raise PluginError(
                 INSTRUMENT.key,
                 f"{self.name!r} measured {said}{when}; it must be fixes ({count}, 3) and their "
-                f"covariances ({count}, 3, 3), finite, symmetric and not below 0",
+                f"covariances ({count}, 3, 3), finite, symmetric and not below 0, no fix farther "
+                f"off than {FARTHEST:g} m",
             )
-        return places, covariances
+        return places.astype(np.float64), covariances.astype(np.float64)
 
 
 def instrument_named(name: str) -> OwnInstrument | None:
@@ -104,9 +107,9 @@ def sounding_of(ping: Row, heard: Rows, poses: Array, random: np.random.Generato
     )
 
 
-def _arrays(answer: Any) -> tuple[Array, Array]:
+def _arrays(answer: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     places, covariances = answer
-    return np.asarray(places, dtype=np.float64), np.asarray(covariances, dtype=np.float64)
+    return np.asarray(places), np.asarray(covariances)
 
 
 def _are_covariances(matrices: Array) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.wording import plain, shortened
-from .tracks import FASTEST
+from .tracks import FARTHEST, FASTEST
 
 Array = NDArray[np.float64]
 
@@ -103,7 +103,8 @@ class Answers:
         """Return the poses of a fleet, (n, 4), if they can be used."""
         count, name = self._counts[kind], NAMES[kind]
         try:
-            poses = np.array(answer, dtype=np.float64, order="C")
+            told = np.asarray(answer)
+            poses = np.array(told if told.dtype.kind in "fiu" else (), dtype=np.float64, order="C")
         except (TypeError, ValueError):
             poses = np.empty(0)
         if poses.shape != (count, 4):
@@ -117,6 +118,12 @@ class Answers:
             raise ValueError(
                 f"{_at(time)} has {name}{which} at {AXES[axis]} = {float(poses[which, axis])}; "
                 "poses must be finite numbers"
+            )
+        if (np.abs(poses) > FARTHEST).any():
+            which, axis = np.argwhere(np.abs(poses) > FARTHEST)[0]
+            raise ValueError(
+                f"{_at(time)} has {name}{which} at {AXES[axis]} = {float(poses[which, axis]):g}; "
+                f"places must be within {FARTHEST:g} m of the survey, yaw within {FARTHEST:g} rad"
             )
         return poses
 

@@ -20,6 +20,9 @@ COLUMNS = ("time_s", "x_m", "y_m", "depth_m")
 # Faster (m/s) is no vehicle, and would outrun its own sound.
 FASTEST = 1000.0
 
+# Farther from the survey's centre (m) is nothing that a scenario could give.
+FARTHEST = 1e6
+
 
 def read_tracks(files: Sequence[str], offset_s: float, duration_s: float) -> list[Track]:
     """Return the tracks of a fleet, in the time of its mission: `offset_s` is subtracted.

@@ -78,6 +78,7 @@ class Worded(Navigator):
     def estimate(self, auv, odometry): return [["x", "y"]] * len(odometry.times)
 class Imaginary(Navigator): place = 1j
 class TooSure(Navigator): spread = (-1.0, 1.0, 0.0)
+class Bound(Navigator): spread = (1.0, 1.0, 5.0)
 class Leaving(Navigator):
     def correct(self, fixes, due): sys.exit(0)
 class Halting(Navigator):
@@ -297,6 +298,7 @@ def test_what_a_schedule_does_wrong_fails_the_run(home: Path, name: str, said: s
         ("Worded", "answered estimate with an array of no numbers"),
         ("Imaginary", "answered estimate with an array of no numbers"),
         ("TooSure", "answered covariance with a variance below 0"),
+        ("Bound", "answered covariance with a covariance xy above the product"),
         ("Leaving", "raised SystemExit: 0"),
         ("Halting", "raised SystemExit: 0"),
         ("Dumb", "lacks correct, estimate, covariance"),

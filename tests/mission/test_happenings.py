@@ -254,6 +254,11 @@ def test_a_downlink_of_ones_own_waits_for_deliveries() -> None:
             r"delivery has no column 'avu'; did you mean 'auv'\?; it has fix",
         ),
         ("broadcast", {"auv": 1}, "a broadcast has no column 'auv'"),
+        ("delivery", {"auv": "AUV1"}, "auv of a delivery is never 'AUV1'; it is a number"),
+        ("reception", {"outcome": "herd"}, "outcome of a reception is never 'herd'; it is one of"),
+        ("ping", {"auv": None}, "auv of a ping is never None"),
+        ("delivery", {"auv": np.arange(2)}, "auv of a delivery is never array"),
+        (3, {}, "nothing of the kind 3 happens"),
     ],
 )
 def test_what_never_happens_is_told(kind: str, which: dict[str, Any], told: str) -> None:
@@ -263,6 +268,25 @@ def test_what_never_happens_is_told(kind: str, which: dict[str, Any], told: str)
         mission.happening(kind, **which)
     with pytest.raises(ValueError, match=told):
         mission.happenings(kind, **which)
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_a_mission_that_has_ended_stays_so(ranging: str) -> None:
+    """Events of one's own beyond its end neither turn it back nor close it again."""
+    changes = merged(busy("sequential").model_dump(), {"protocol": {"ranging": ranging}})
+    mission = Mission(Scenario.model_validate(changes), 1)
+    mission.advance(DURATION_S)
+    late = mission.env.event()
+    assert mission.advance(late.succeed(5)) is None
+    assert mission.advance(mission.env.timeout(0.0)) is None
+    assert mission.time == DURATION_S
+    assert same(mission.result(), simulate(mission.scenario, 1))
+
+
+def test_who_waits_for_nothing_is_told() -> None:
+    """Without a kind there is nothing to wait for."""
+    with pytest.raises(ValueError, match="wait for one or more of ping, arrival"):
+        Mission(busy("sequential"), 1).happenings()
 
 
 def test_events_are_of_their_mission() -> None:

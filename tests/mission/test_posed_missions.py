@@ -209,6 +209,25 @@ def test_what_cannot_be_used_ends_the_mission_where_it_was() -> None:
         held.advance(20.0)
 
 
+@pytest.mark.parametrize(
+    ("poses", "told"),
+    [
+        (np.full((4, 4), 1j), r"must have one row .* for each of the 4 AUVs"),
+        ([["1", "2", "3", "4"]] * 4, r"must have one row .* for each of the 4 AUVs"),
+        (np.full((4, 4), 1e300), r"has AUV0 at x = 1e\+300; places must be within 1e\+06 m"),
+    ],
+)
+def test_poses_are_real_numbers_near_the_survey(poses: Any, told: str) -> None:
+    """Texts and complex numbers are no poses, and nobody is in another solar system."""
+
+    class Odd:
+        def advance_to(self, time: float) -> Mapping[str, Any]:
+            return {"auvs": poses}
+
+    with pytest.raises(ValueError, match=told):
+        Mission(Scenario(name="odd", auvs={"count": 4}), 1, poses=Odd())
+
+
 class Steering(Circling):
     """AUVs as masses that are pulled to the middle by where they were last told to be."""
 

@@ -15,6 +15,7 @@ from bindusbl_des.core.plugins import PluginError
 from bindusbl_des.explain.telling import explain_ping
 from bindusbl_des.protocol.own.ranging import Slot
 from bindusbl_des.protocol.ranging import nearest
+from bindusbl_des.protocol.schedules import View
 from bindusbl_des.protocol.slots import two_way_uplink_slot
 from bindusbl_des.records.events import HEARD
 from bindusbl_des.usbl.own_instrument import Sounding
@@ -138,6 +139,26 @@ def test_an_instrument_of_ones_own_is_fused_as_any() -> None:
     assert rms == pytest.approx(0.5 / math.sqrt(2), rel=4 / math.sqrt(2 * 2 * len(fixes)))
 
 
+def in_place(sounding: Sounding) -> Any:
+    """The fixes of `compass`, made where the source is told."""
+    fixes = []
+    for _ in sounding.asvs:
+        place = sounding.source
+        place += 0.5 * sounding.random.standard_normal(3)
+        fixes.append(place)
+    return fixes, np.tile(0.25 * np.eye(3), (len(fixes), 1, 1))
+
+
+def test_an_instrument_that_changes_its_source_still_errs() -> None:
+    """The error of a fix is measured from where the AUV was, not from what the part made of it."""
+    world = still(1, at=10.0, duration_s=20.0, usbl={**QUIET_USBL, "model": in_place})
+    fixes = simulate(world, 2).tables["fixes"]
+    assert len(fixes) > 10
+    off = np.hypot(*(fixes[["x_m", "y_m"]].to_numpy() - (10.0, 0.0)).T)
+    assert fixes.error_m.to_numpy() == pytest.approx(off)
+    assert off.min() > 0.0
+
+
 OWN = {
     "channel": {"acoustics": {"hf": {"channel": half}}},
     "ranging": {"protocol": {"ranging": called}},
@@ -207,9 +228,63 @@ def nothing(sounding: Sounding) -> None:
     pass
 
 
+def blinding(view: View) -> list[list[int]]:
+    """Each AUV in a slot of its own; it spoils what it was told."""
+    view.heard[:], view.auvs[:], view.asvs[:] = True, 1e9, -1e9
+    return [[auv] for auv in range(len(view.auvs))]
+
+
+def test_a_schedule_spoils_its_own_view_only() -> None:
+    """Who calls, and how many conflicts are recorded, goes by what the fleet knows."""
+    results = [
+        simulate(small(duration_s=10.0, protocol={"ranging": "twtt", "schedule": schedule}), 1)
+        for schedule in (blinding, "one_per_slot")
+    ]
+    assert same(*results)
+
+
+def forged(slot: Slot, time: float) -> Steps:
+    calls = slot.call(slot.group, [0] * len(slot.group), time)
+    calls.called_by[:] = 77
+    slot.ping(slot.group[:1], time, calls[:1])
+    yield slot.until(time)
+
+
+def swapped(slot: Slot, time: float) -> Steps:
+    calls = slot.call(slot.group, [0] * len(slot.group), time)
+    slot.ping(slot.group, time, calls[:1])
+    yield slot.until(time)
+
+
+def grown(slot: Slot, time: float) -> Steps:
+    slot.group.append(7)
+    slot.ping([7], time)
+    yield slot.until(time)
+
+
+def never(slot: Slot, time: float) -> Steps:
+    yield slot.until(math.nan)
+
+
+def lost(sounding: Sounding) -> Any:
+    count = len(sounding.asvs)
+    return np.full((count, 3), 1e200), np.tile(np.eye(3), (count, 1, 1))
+
+
+def imaginary(sounding: Sounding) -> Any:
+    count = len(sounding.asvs)
+    return np.full((count, 3), 1j), np.tile(np.eye(3), (count, 1, 1))
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
+        ({"protocol": {"ranging": forged}}, "as it is, and of the one AUV"),
+        ({"protocol": {"ranging": swapped}}, "as it is, and of the one AUV"),
+        ({"protocol": {"ranging": grown}}, "the AUVs of the slot are .* got .7."),
+        ({"protocol": {"ranging": never}}, "nan s is no instant"),
+        ({"usbl": {"model": lost}}, "no fix farther off than 1e.06 m"),
+        ({"usbl": {"model": imaginary}}, "finite, symmetric"),
         ({"acoustics": {"hf": {"channel": short}}}, "an array of probabilities in"),
         ({"acoustics": {"hf": {"channel": certain}}}, "an array of probabilities in"),
         ({"protocol": {"ranging": plain}}, "it must be a generator function"),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -35,13 +36,14 @@ class Slot:
     ) -> None:
         self.round, self.number, self.group, self.view = round_number, number, list(group), view
         self.random = ranging.random
-        self._ranging = ranging
+        self._ranging, self._members = ranging, frozenset(group)
+        self._calls: set[tuple[int, bytes]] = set()  # whom ASVs have called, and what became of it
 
     def ping(self, auvs: Sequence[int], time: float, called: Rows = NO_CALL) -> None:
-        """Let AUVs ping now, at an instant (s): on their own clocks, or because of a call (1,)."""
+        """Let AUVs ping now, at an instant (s): on their own clocks, or one by its call (1,)."""
         self._check(auvs, time)
-        if called.dtype != CALLED or called.shape != (1,):
-            raise ValueError("called is one record of those that call() returns, such as calls[:1]")
+        if called is not NO_CALL:
+            self._check_call(auvs, called)
         uplink, queue = self._ranging.uplink, self._ranging.queue
         queue.expect(uplink.send(self.round, self.number, list(auvs), time, called))
 
@@ -56,18 +58,32 @@ class Slot:
         if len(asvs) != len(auvs) or any(asv not in vessels for asv in asvs):
             raise ValueError(f"one ASV of 0..{vessels[-1]} calls each AUV; got {list(asvs)}")
         callers = np.array(asvs, dtype=np.int64)
-        return self._ranging.uplink.call(list(auvs), callers, time).view(np.recarray)
+        answers = self._ranging.uplink.call(list(auvs), callers, time)
+        self._calls |= {(auv, it.tobytes()) for auv, it in zip(auvs, answers, strict=True)}
+        return answers.view(np.recarray)
 
     def _check(self, auvs: Sequence[int], time: float) -> None:
         """Refuse AUVs that are not in the slot, and instants that are not now."""
-        if len(set(auvs)) != len(auvs) or not set(auvs) <= set(self.group):
-            raise ValueError(f"the AUVs of the slot are {self.group}, each once; got {list(auvs)}")
+        if len(set(auvs)) != len(auvs) or not self._members.issuperset(auvs):
+            members = sorted(self._members)
+            raise ValueError(f"the AUVs of the slot are {members}, each once; got {list(auvs)}")
         now = self._ranging.env.now
         if not abs(time - now) < SAME:
             raise ValueError(f"it is {now:g} s, not {time:g} s: wait with `yield slot.until(time)`")
 
+    def _check_call(self, auvs: Sequence[int], called: Rows) -> None:
+        """Refuse what is not the call of one AUV, as it was returned."""
+        is_record = getattr(called, "dtype", None) == CALLED and called.shape == (1,)
+        if not is_record or len(auvs) != 1 or (auvs[0], called.tobytes()) not in self._calls:
+            raise ValueError(
+                "called is one record of those that call() returns, as it is, and of the one AUV "
+                "that pings: calls[k : k + 1] for auvs[k]"
+            )
+
     def until(self, time: float) -> simpy.Event:
         """Return the event of an instant (s) that is not past."""
+        if not isfinite(time):
+            raise ValueError(f"{time} s is no instant that can be waited for")
         return moment(self._ranging.env, time)
 
 
