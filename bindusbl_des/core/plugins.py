@@ -111,7 +111,7 @@ def name_of(part: Any) -> str:
     try:
         known = module != "__main__" and is_plugin(name)
         found = known and attrgetter(str(path))(import_module(str(module)))
-    except (ImportError, AttributeError):
+    except Exception:  # a module's own `__getattr__` may raise anything
         found = None
     if found is not part:
         raise ValueError(
@@ -143,7 +143,7 @@ def load(family: Family, name: str) -> Any:
             f"cannot load {name!r} ({_reason(error)}); name an importable module:object (is its "
             f"folder on PYTHONPATH?) or one of {', '.join(family.siblings)}",
         ) from None
-    _check(family, name, found)
+    asked(family.key, name, _check, family, name, found, when=" as it was looked at")
     _loaded[name] = found
     return found
 

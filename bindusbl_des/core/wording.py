@@ -22,7 +22,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     'depth_m'
     """
     words = list(known)
-    asked = word.lower().replace("-", "_").replace(" ", "_")
+    asked = str(word).lower().replace("-", "_").replace(" ", "_")
     stem = asked.rpartition("_")[0] or asked
     by_unit = [name for name in words if name.startswith(f"{asked}_")]
     by_unit += [name for name in words if name.startswith(f"{stem}_")] if stem != asked else []

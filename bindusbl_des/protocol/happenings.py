@@ -240,7 +240,7 @@ def _refuse_unknown(kinds: Iterable[str], which: Mapping[str, Any]) -> None:
     for kind in kinds:
         if kind not in KINDS:
             raise ValueError(
-                f"nothing of the kind {kind!r} happens{did_you_mean(str(kind), KINDS)}; wait for "
+                f"nothing of the kind {kind!r} happens{did_you_mean(kind, KINDS)}; wait for "
                 f"one of {', '.join(KINDS)}"
             )
         columns = get_type_hints(KINDS[kind])

@@ -92,7 +92,9 @@ def _word(name: Any) -> str:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """Return the value of a setting as plain data that a file can hold."""
+    """Return the value of a setting as plain data that a file can hold; numpy's is Python's."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
     if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
         return {key: _plain(name, it) for key, it in value.items()}
     if isinstance(value, list | tuple):

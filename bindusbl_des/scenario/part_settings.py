@@ -40,7 +40,9 @@ _LIMITS = {
 class Settings(BaseModel):
     """The settings of a part that ships; their fields are made by :func:`.key_types.key`."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, protected_namespaces=())
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, protected_namespaces=(), allow_inf_nan=False
+    )
 
 
 def own_part(family: Family, choice: str) -> Callable[..., Any]:

@@ -83,6 +83,10 @@ class Leaving(Navigator):
     def correct(self, fixes, due): sys.exit(0)
 class Halting(Navigator):
     def __init__(self, reckoning, auvs): sys.exit(0)
+class Prickly:
+    def __getattr__(self, name): raise RuntimeError("hands off")
+    def __call__(self, view): return [[0]]
+prickly = Prickly()
 class Dumb:
     def __init__(self, reckoning, auvs): pass
 """
@@ -253,6 +257,7 @@ def test_a_plug_in_that_the_points_replace_needs_no_leave(home: Path) -> None:
         ("nowhere:part", "cannot load 'nowhere:part' (No module named 'nowhere')"),
         ("stranger:absent", "cannot load 'stranger:absent' (module 'stranger' has no attribute"),
         ("stranger:number", "'stranger:number' is a int, which cannot be called"),
+        ("stranger:prickly", "'stranger:prickly' raised RuntimeError as it was looked at: hands"),
         ("stranger:two", "cannot be called as a schedule is, with (view): missing a required"),
     ],
 )

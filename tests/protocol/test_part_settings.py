@@ -9,6 +9,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner, Result
@@ -369,6 +370,31 @@ def test_a_choice_is_its_name_and_not_another_choice() -> None:
     assert (bare.plain(), two.plain()) == ("a:b", {"model": "a:b", "k": 2})
     with pytest.raises(TypeError):
         two.settings["k"] = 3  # type: ignore[index]
+
+
+def test_numbers_of_numpys_are_settings_too() -> None:
+    """They are plain numbers and lists from then on, as a file would have them."""
+    given = {
+        "model": "a:b",
+        "x": np.float64(2),
+        "n": np.int64(3),
+        "w": np.arange(2),
+        "y": [np.True_],
+    }
+    choice = Scenario.model_validate(
+        {"name": "m", "protocol": {"schedule": given}}
+    ).protocol.schedule
+    assert choice.told == "a:b (x 2, n 3, w [0, 1], y [true])"
+    assert [type(it) for it in choice.settings.values()] == [float, int, list, list]
+    assert yaml.safe_load(yaml.safe_dump(choice.plain())) == choice.plain()
+
+
+def test_a_number_too_large_is_not_infinite(home: Path) -> None:
+    """A whole number of Python's beyond all floating-point numbers is refused as it is read."""
+    allow(["set_parts:needy"])
+    given = {"model": "set_parts:needy", "depth": 1, "weights": [10**400]}
+    with pytest.raises(PluginError, match=r"weights\.0: must be a finite number"):
+        simulate(Scenario.model_validate({"name": "m", "protocol": {"schedule": given}}))
 
 
 def test_settings_of_the_shipped_are_listed() -> None:
