@@ -7,7 +7,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from hypothesis import settings
+
 from bindusbl_des.core.plugins import allow
+
+# The first example may compile equations.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 # Shells have what they run in the background ignore requests that some tests send.
 if threading.current_thread() is threading.main_thread():

@@ -175,8 +175,6 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
     origin = water.get("origin") or {}
     if len(origin) != 2 or None in origin.values():
         water.pop("origin", None)
-    if data.get("protocol", {}).get("ranging") == "passive":
-        data["protocol"]["ranging"] = draw.choice(("owtt_sync", "twtt"))
     dynamic = auvs.get("vehicle", "kinematic") != "kinematic"
     if dynamic and auvs.get("route", {}).get("kind") in ("hold", "track"):
         del auvs["vehicle"]

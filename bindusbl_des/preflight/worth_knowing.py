@@ -60,12 +60,10 @@ def _formation(scenario: Scenario) -> Iterator[Problem]:
         return
     if asked.positions_m is not None or asked.radius_m is not None or count == 1:
         return
-    from ..geometry.formation import formation_radius  # with numpy, which others do not need
-    from ..scenario.planned import asv_stations
-
-    edge = scenario.survey.side_m / 2
-    radius = formation_radius(scenario.acoustics.hf.range_m, asked.clearance_m)
-    beyond = [max(abs(x), abs(y)) - edge for x, y in asv_stations(scenario)]
+    # `planned` says the same, with numpy, for which `validate` does not wait
+    radius, edge = scenario.acoustics.hf.range_m + asked.clearance_m, scenario.survey.side_m / 2
+    angles = [math.radians(asked.angle_deg) + math.tau * asv / count for asv in range(count)]
+    beyond = [radius * max(abs(math.cos(a)), abs(math.sin(a))) - edge for a in angles]
     outside = sum(excess > 1e-9 * radius for excess in beyond)
     if outside:
         yield Problem(

@@ -194,10 +194,6 @@ def _protocol(scenario: ScenarioKeys) -> Iterator[Problem]:
             f"there is no ASV{asv}: {count} ASVs are numbered from 0; use at most {count - 1}",
             ("asvs.count",),
         )
-    if scenario.protocol.ranging == "passive":
-        yield Problem(
-            "protocol.ranging", "'passive' is not available yet; use 'owtt_sync' or 'twtt'"
-        )
 
 
 def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:

@@ -46,6 +46,18 @@ def downlink(network, turn, time):
         broadcast(network, turn, time)
     return (yield from downlink_free(network, time))
 
+def ranging(slot, time):
+    yield slot.until(time + 0.01)
+    slot.ping(slot.group, time + 0.01)
+
+def channel(signals):
+    return np.where(signals.ranges < 30.0, 0.9, 0.5)
+
+def instrument(sounding):
+    count = len(sounding.asvs)
+    off = sounding.random.standard_normal((count, 3))
+    return sounding.source + off, np.tile(np.eye(3), (count, 1, 1))
+
 def broadcaster(view: BroadcastView):
     assert view.fixes.shape == (len(view.heard), 3)
     assert view.asvs.shape == (view.count, 3)

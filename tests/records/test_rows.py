@@ -14,7 +14,7 @@ from bindusbl_des.records.rows import CALLED, FIX, PING, RECEPTION
     ("event", "kind", "further"),
     [
         (Ping, PING, ["call_time_s", "first", "end", "passed_at_s", "longest_s", "calls"]),
-        (Reception, RECEPTION, []),
+        (Reception, RECEPTION, ["loss"]),
         (Fix, FIX, ["first", "end", "arrives_at_s"]),
         (Call, CALL, []),
     ],

@@ -223,7 +223,8 @@ def test_an_option_mends_the_file() -> None:
         ),
         (
             "protocol.ranging=passive",
-            "protocol.ranging: 'passive' is not available yet; use 'owtt_sync' or 'twtt'",
+            "protocol.ranging: 'passive' is no ranging (one of owtt_sync, twtt, or your own as "
+            "module:object)",
         ),
         (
             "asvs.count=4",
