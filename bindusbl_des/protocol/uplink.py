@@ -22,7 +22,7 @@ from ..usbl.own_instrument import OwnInstrument, sounding_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints, places
 from .calling import CALL, interrogate
-from .reception import foretold, settle
+from .reception import foretold, settle, settle_one_way
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
@@ -70,7 +70,10 @@ class Uplink:
         array: tuple[Any, ...] = (None, None, None)
         if isinstance(instrument, Usbl):
             array = instrument.array, instrument.metric, instrument.levels
-        self._measuring = (*array, strayed)
+        self._law, self._asvs_move = (*self._loss, *band), not asvs.foreseen
+        one_way = strayed is None and self._instrument is None
+        self._settle_as: Any = settle_one_way if one_way else settle
+        self._measuring = array if one_way else (*array, strayed)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
@@ -154,12 +157,13 @@ class Uplink:
         pings, receptions = self._record.pings, self._record.receptions
         first, count = pings.count, len(group)
         self._auvs.reach(time)
-        self._asvs.reach(time)
+        if self._asvs_move:
+            self._asvs.reach(time)
+        losses = DISC if self._channel is None else self._losses(group, time)
         receptions.count = spread(
             members(tuple(group)), round_number, slot, time, called, self._calls.count,
             pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
-            receptions.count, self._record.everything, self._losses(group, time), *self._loss,
-            *self.band,
+            receptions.count, self._record.everything, losses, *self._law,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
@@ -188,7 +192,7 @@ class Uplink:
         """Decide what has passed; return an AUV and an ASV whose noise is used up, or NONE."""
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         noise, count = self._noise, fixes.count
-        fixes.count, auv, asv = settle(
+        fixes.count, auv, asv = self._settle_as(
             time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
             fixes.room_for(pings.count - self._undecided + 1), fixes.count,
             noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
@@ -223,7 +227,7 @@ class Uplink:
 
     def amend(self, time: float) -> None:
         """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
-        if self._asvs.predicted:
+        if self._asvs_move and self._asvs.predicted:
             self._asvs.reach(time)
             self._predicted = amend(
                 time, self._predicted, self._record.pings.rows, self._record.receptions.rows,
