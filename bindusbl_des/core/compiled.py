@@ -80,7 +80,7 @@ def _digest(source: Path) -> str:
     Files outside the package may import each other in any way: theirs are all of their folder.
     """
     outside = () if PACKAGE in source.parents else source.parent.glob("*.py")
-    total = hashlib.sha256(repr(OPTIONS).encode())
+    total = hashlib.sha256(_text(Path(__file__).resolve()))  # how, and of what
     for file in sorted({*_made_of(source), *outside}):
         total.update(_text(file))
     return total.hexdigest()
