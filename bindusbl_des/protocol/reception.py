@@ -79,51 +79,18 @@ def settle(
     far each AUV may have gone between a call and its answer (variance along its course, m2); None
     where nobody calls.  Where the `array` is None, an instrument of somebody's own measures later.
     """
+    air, noise = Air(pings, receptions, calls, duration), Noise(shelf, taken, blocks)
+    asvs = Motion(asv_table, asv_first, asv_step)
     if array is None:  # noqa: SIM108 - numba compiles no more than the branch that is left
         instrument = None
     else:
         instrument = Instrument(array, metric, levels[0])
-    return _settle(
-        Wanted(time, first, only), Air(pings, receptions, calls, duration), fixes, fix,
-        Noise(shelf, taken, blocks), Motion(asv_table, asv_first, asv_step), instrument, strayed,
-    )  # fmt: skip
-
-
-@entry
-def settle_one_way(
-    time: float, first: int, only: int, pings: Rows, receptions: Rows, calls: Rows,
-    duration: float, fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
-    array: Floats, metric: Floats, levels: Rows,
-) -> tuple[int, int, int]:  # fmt: skip
-    """Decide as :func:`settle` does where nobody calls; to hand over a None takes numba 9 us."""
-    return _settle(
-        Wanted(time, first, only), Air(pings, receptions, calls, duration), fixes, fix,
-        Noise(shelf, taken, blocks), Motion(asv_table, asv_first, asv_step),
-        Instrument(array, metric, levels[0]), None,
-    )  # fmt: skip
-
-
-class Wanted(NamedTuple):
-    """What is to be decided, as :func:`settle` has it."""
-
-    time: float
-    first: int
-    only: int
-
-
-@compiled
-def _settle(
-    wanted: Wanted, air: Air, fixes: Rows, fix: int, noise: Noise, asvs: Motion,
-    instrument: Instrument | None, strayed: Floats | None,
-) -> tuple[int, int, int]:  # fmt: skip
-    pings, first, only = air.pings, wanted.first, wanted.only
     if only != NONE:
         fixes[fix].fix = fix
         dry = _decide(first, only, air, fixes[fix], noise, asvs, instrument, strayed)
         made = dry == NONE and fixes[fix].ping == first
         return fix + made, pings[first].auv if dry != NONE else NONE, dry
-    for ping in _due(pings, first, wanted.time):
+    for ping in _due(pings, first, time):
         fixes[fix].fix = fix
         dry = _decide(ping, only, air, fixes[fix], noise, asvs, instrument, strayed)
         if dry != NONE:

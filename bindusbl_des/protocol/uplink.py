@@ -22,7 +22,7 @@ from ..usbl.own_instrument import OwnInstrument, sounding_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints, places
 from .calling import CALL, interrogate
-from .reception import foretold, settle, settle_one_way
+from .reception import foretold, settle
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
@@ -71,9 +71,7 @@ class Uplink:
         if isinstance(instrument, Usbl):
             array = instrument.array, instrument.metric, instrument.levels
         self._law, self._asvs_move = (*self._loss, *band), not asvs.foreseen
-        one_way = strayed is None and self._instrument is None
-        self._settle_as: Any = settle_one_way if one_way else settle
-        self._measuring = array if one_way else (*array, strayed)
+        self._measuring = (*array, strayed)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
@@ -192,7 +190,7 @@ class Uplink:
         """Decide what has passed; return an AUV and an ASV whose noise is used up, or NONE."""
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         noise, count = self._noise, fixes.count
-        fixes.count, auv, asv = self._settle_as(
+        fixes.count, auv, asv = settle(
             time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
             fixes.room_for(pings.count - self._undecided + 1), fixes.count,
             noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
