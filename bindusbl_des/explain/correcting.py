@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..navigation.navigators import MOST_REFUSED
+from ..navigation.weighing import MOST_REFUSED
 from .chain import Step
 from .numbers import rows_where
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.compiled import entry
 from ..navigation.dead_reckoning import Odometry
-from ..navigation.navigators import SURE
+from ..navigation.weighing import SURE
 from ..records.events import (
     COLLIDED,
     DELIVERED,

@@ -5,11 +5,12 @@ import math
 import numpy as np
 
 from ..core.plugins import is_plugin
-from ..navigation.belief import Growth, first_belief
+from ..navigation.belief import Belief, Growth, first_belief
 from ..navigation.dead_reckoning import DeadReckoning
-from ..navigation.navigators import WEIGHED, LinearNavigator, Navigator, Rule
+from ..navigation.navigators import LinearNavigator, Navigator, Rule
 from ..navigation.own_navigator import OwnNavigator
-from ..records.rows import LEARNT, Rows
+from ..navigation.weighing import WEIGHED
+from ..records.rows import LEARNT
 from ..scenario.families import NAVIGATOR
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
@@ -56,7 +57,7 @@ def _growth(scenario: Scenario) -> Growth:
     return Growth(navigation.random_walk_m_per_sqrt_s**2, wander, navigation.bias_frame == "body")
 
 
-def _first_belief(scenario: Scenario) -> Rows:
+def _first_belief(scenario: Scenario) -> Belief:
     """Return what AUVs believe at the start: that nothing is wrong, as surely as it may be so."""
     navigation, water = scenario.navigation, scenario.environment
     x, y = navigation.velocity_bias_m_per_s

@@ -7,159 +7,283 @@ The error e of dead reckoning grows with the velocity bias b and the current c t
 so that a belief about (e, b, c) at one instant is one about any later instant: what b has done is
 the integral of R, which the AUV's own heading gives exactly, so that no filter has to be stepped
 between fixes.  The position believed is dead reckoning less the error believed.
+
+Further states are there where a scenario asks for them; their number is known at run time only:
+
+* a stretch and a turn (k, l) of the way that dead reckoning tells of.  With a scale factor s and a
+  heading error psi it tells d = (1 + s) R(psi) p of a way p, so that its error is k d + l J d,
+  where J is a quarter turn, k = 1 - cos(psi) / (1 + s) and l = sin(psi) / (1 + s).  In these it is
+  linear;
+* a velocity bias that wanders, a first-order Gauss-Markov process beside the constant b;
+* last, errors that several fixes have in common; they change what fixes say, and nothing else.
+
+Source of the equations of a Gauss-Markov process: R. G. Brown, P. Y. C. Hwang, Introduction to
+Random Signals and Applied Kalman Filtering, 4th ed., 2012, sec. 4.2.
 """
 
+from collections.abc import Sequence
+from math import exp, expm1, floor, inf
 from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiled import compiled, entry, inlined
-from ..records.rows import Row, Rows
+from ..core.compiled import compiled, inlined
+from ..records.rows import Rows
 from ..vehicles.motion import Floats
+from .dead_reckoning import Reckoned, Told, reckoned
 
-# A belief: the instant (s) that it is about, the integrals of cosine and sine of the heading up to
-# there (s); its state, the error (m), velocity bias (m/s) and current (m/s) with two components
-# each, and the covariance of the six; fixes that the gate has refused in a row.
+# States that every belief has: the error (m), velocity bias (m/s) and current (m/s), two each.
 STATES = 6
-BELIEF = np.dtype(
-    [
-        ("at_s", "f8"),
-        ("cosine_s", "f8"),
-        ("sine_s", "f8"),
-        ("state", "f8", (STATES,)),
-        ("covariance", "f8", (STATES, STATES)),
-        ("refused", "i8"),
-    ]
+
+# The instant (s) that a belief is about, the integrals of cosine and sine of the heading (s) and
+# dead reckoning (m) up to there; fixes that the gate has refused in a row.
+MOMENT = np.dtype(
+    [(name, "f8") for name in ("at_s", "cosine_s", "sine_s", "x_m", "y_m")] + [("refused", "i8")]
 )
+
+NONE = np.zeros(0)
+
+
+class Belief(NamedTuple):
+    """A belief: what it is about (1,), MOMENT, its k states (k,) and their covariance (k, k).
+
+    Or many: moments (n,), states (n, k) and covariances (n, k, k).
+    """
+
+    moment: Rows
+    state: Floats
+    covariance: Floats
 
 
 class Growth(NamedTuple):
     """How beliefs become less sure: variances per second of the error (m2/s) and of the current
-    (m2/s3), and whether the bias turns with the body.
+    (m2/s3), and whether biases turn with the body.
+
+    `stretched` and `wandering` are the first of two states each that stretch and turn the way, and
+    of a bias that wanders; 0 if there are none.  Each state after the first six has a standard
+    deviation and a time constant (s); it is a stationary Gauss-Markov process, constant if that is
+    infinite.  A belief is carried by no more than a `step` (s) at a time.
     """
 
     walk: float
     wander: float
     in_body: bool
+    stretched: int = 0
+    wandering: int = 0
+    sds: Floats = NONE
+    time_constants: Floats = NONE
+    step: float = inf
 
 
-def first_belief(start_sd: float, bias_sd: tuple[float, float], current_sd: float) -> Rows:
-    """Return what is believed at the start (1,), BELIEF: no error, as sure as the sensors are.
-
-    `start_sd` m of position, `bias_sd` m/s along both axes, `current_sd` m/s.
+class Drift(NamedTuple):
+    """What a belief expects of dead reckoning: the instant (s), the integrals of the heading (s)
+    and dead reckoning (m) that it is about; error (m), velocity bias and current (m/s), stretch and
+    turn, and the bias that wanders (m/s) with its time constant (s).
     """
-    belief = np.zeros(1, dtype=BELIEF)
-    sd = np.array([start_sd, start_sd, *bias_sd, current_sd, current_sd])
-    belief["covariance"] = np.diag(sd**2)
-    return belief
+
+    at: float
+    cosine: float
+    sine: float
+    x: float
+    y: float
+    error_x: float
+    error_y: float
+    bias_ahead: float
+    bias_aside: float
+    current_x: float
+    current_y: float
+    stretch: float
+    turn: float
+    roaming_ahead: float
+    roaming_aside: float
+    time_constant: float
+
+
+class Way(NamedTuple):
+    """What has summed up since a belief: time (s), the integrals of R (s), the share of a wandering
+    bias left meanwhile, and the way that dead reckoning tells of, less its biases (m).
+    """
+
+    passed: float
+    ahead: float
+    aside: float
+    left: float
+    x: float
+    y: float
+
+
+def first_belief(
+    start_sd: float, bias_sd: tuple[float, float], current_sd: float, further: Sequence[float] = ()
+) -> Belief:
+    """Return what is believed at the start: no error, as sure as the sensors are.
+
+    `start_sd` m of position, `bias_sd` m/s along both axes, `current_sd` m/s; then the standard
+    deviations of `further` states.
+    """
+    sd = np.array([start_sd, start_sd, *bias_sd, current_sd, current_sd, *further])
+    return Belief(np.zeros(1, dtype=MOMENT), np.zeros(sd.size), np.diag(sd**2))
 
 
 @inlined
-def _turned(
-    belief: Row, time: float, cosine: float, sine: float, in_body: bool
-) -> tuple[float, float, float]:
-    """Return the time (s) passed since the belief, and what R has summed up to meanwhile (s)."""
-    passed = time - belief.at_s
-    ahead = cosine - belief.cosine_s if in_body else passed
-    aside = sine - belief.sine_s if in_body else 0.0
-    return passed, ahead, aside
-
-
-@inlined
-def _error(belief: Row, passed: float, ahead: float, aside: float) -> tuple[float, float]:
-    """Return the error (m) that a belief expects after some time (s)."""
-    state = belief.state
-    x = ahead * state[2] - aside * state[3] - passed * state[4]
-    y = aside * state[2] + ahead * state[3] - passed * state[5]
-    return state[0] + x, state[1] + y
+def one(many: Belief, k: int) -> Belief:
+    """Return one belief of many, in its place."""
+    return Belief(many.moment[k : k + 1], many.state[k], many.covariance[k])
 
 
 @compiled
-def carry(belief: Row, time: float, cosine: float, sine: float, growth: Growth) -> None:
-    """Carry a belief, in its place, to another instant (s); to an earlier one it gets no surer.
+def note(many: Belief, k: int, belief: Belief) -> None:
+    """Write a belief to its place among many."""
+    many.moment[k] = belief.moment[0]
+    for i in range(belief.state.size):
+        many.state[k, i] = belief.state[i]
+        for j in range(belief.state.size):
+            many.covariance[k, i, j] = belief.covariance[i, j]
 
-    `cosine` and `sine` are the integrals of the heading up to there (s).
-    """
-    passed, ahead, aside = _turned(belief, time, cosine, sine, growth.in_body)
-    state, spread = belief.state, belief.covariance
-    state[0], state[1] = _error(belief, passed, ahead, aside)
-    belief.at_s, belief.cosine_s, belief.sine_s = time, cosine, sine
-    for k in range(STATES):  # F P ...
+
+@inlined
+def expected(belief: Belief, growth: Growth) -> Drift:
+    """Return what a belief expects of dead reckoning."""
+    moment, state = belief.moment[0], belief.state
+    stretch = turn = ahead = aside = 0.0
+    lasts = inf
+    if growth.stretched > 0:
+        stretch, turn = state[growth.stretched], state[growth.stretched + 1]
+    if growth.wandering > 0:
+        ahead, aside = state[growth.wandering], state[growth.wandering + 1]
+        lasts = growth.time_constants[growth.wandering - STATES]
+    return Drift(
+        moment.at_s, moment.cosine_s, moment.sine_s, moment.x_m, moment.y_m, state[0], state[1],
+        state[2], state[3], state[4], state[5], stretch, turn, ahead, aside, lasts,
+    )  # fmt: skip
+
+
+@inlined
+def way_since(drift: Drift, told: Told, in_body: bool) -> Way:
+    """Return what has summed up since a belief."""
+    passed = told.time - drift.at
+    ahead = told.cosine - drift.cosine if in_body else passed
+    aside = told.sine - drift.sine if in_body else 0.0
+    share, left = passed / drift.time_constant, 1.0
+    if share > 0.0:
+        left = -expm1(-share) / share
+    forward = drift.bias_ahead + left * drift.roaming_ahead
+    starboard = drift.bias_aside + left * drift.roaming_aside
+    x = told.x - drift.x - (ahead * forward - aside * starboard)
+    y = told.y - drift.y - (aside * forward + ahead * starboard)
+    return Way(passed, ahead, aside, left, x, y)
+
+
+@inlined
+def error(drift: Drift, way: Way) -> tuple[float, float]:
+    """Return the error (m) that a belief expects after some way."""
+    ahead, aside = way.ahead, way.aside
+    forward = drift.bias_ahead + way.left * drift.roaming_ahead
+    starboard = drift.bias_aside + way.left * drift.roaming_aside
+    x = ahead * forward - aside * starboard - way.passed * drift.current_x
+    y = aside * forward + ahead * starboard - way.passed * drift.current_y
+    x += way.x * drift.stretch - way.y * drift.turn
+    y += way.y * drift.stretch + way.x * drift.turn
+    return drift.error_x + x, drift.error_y + y
+
+
+@compiled
+def carry(belief: Belief, told: Told, growth: Growth) -> None:
+    """Carry a belief, in its place, to another instant; to an earlier one it gets no surer."""
+    drift = expected(belief, growth)
+    way = way_since(drift, told, growth.in_body)
+    passed, ahead, aside = way.passed, way.ahead, way.aside
+    moment, state, spread = belief.moment[0], belief.state, belief.covariance
+    state[0], state[1] = error(drift, way)
+    moment.at_s, moment.cosine_s, moment.sine_s = told.time, told.cosine, told.sine
+    moment.x_m, moment.y_m = told.x, told.y
+    for k in range(state.size):  # F P ...
         spread[0, k] += ahead * spread[2, k] - aside * spread[3, k] - passed * spread[4, k]
         spread[1, k] += aside * spread[2, k] + ahead * spread[3, k] - passed * spread[5, k]
-    for k in range(STATES):  # ... F^T
+    for k in range(state.size):  # ... F^T
         spread[k, 0] += ahead * spread[k, 2] - aside * spread[k, 3] - passed * spread[k, 4]
         spread[k, 1] += aside * spread[k, 2] + ahead * spread[k, 3] - passed * spread[k, 5]
+    if growth.wandering > 0:
+        _spread_by(spread, growth.wandering, way.left * ahead, way.left * aside)
+    if growth.stretched > 0:
+        _spread_by(spread, growth.stretched, way.x, way.y)
     grown = max(passed, 0.0)
     for axis in range(2):
         spread[axis, axis] += growth.walk * grown + growth.wander * grown**3 / 3.0
         spread[axis, 4 + axis] -= growth.wander * grown**2 / 2.0
         spread[4 + axis, axis] -= growth.wander * grown**2 / 2.0
         spread[4 + axis, 4 + axis] += growth.wander * grown
+    _fade(belief, grown, growth)
+    if growth.wandering > 0 and grown > 0.0:
+        _roam(spread, ahead / grown, aside / grown, grown, growth)
 
 
 @compiled
-def weigh(belief: Row, gain: Floats, x: float, y: float, noise: tuple[float, float, float]) -> None:
-    """Take a measured error of dead reckoning in, in the place of `belief`, by a gain (6, 2).
+def _spread_by(spread: Floats, k: int, ahead: float, aside: float) -> None:
+    """Let the states k and k + 1 change the error by R times them; they stay what they are."""
+    for i in range(spread.shape[0]):
+        spread[0, i] += ahead * spread[k, i] - aside * spread[k + 1, i]
+        spread[1, i] += aside * spread[k, i] + ahead * spread[k + 1, i]
+    for i in range(spread.shape[0]):
+        spread[i, 0] += ahead * spread[i, k] - aside * spread[i, k + 1]
+        spread[i, 1] += aside * spread[i, k] + ahead * spread[i, k + 1]
 
-    It is off (`x`, `y`), m, from the one believed; its covariance is `noise` (xx, yy, xy), m2.
-    Joseph's form, P = (1 - K H) P (1 - K H)^T + K R K^T, is right for any gain.  Source: Y.
-    Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation,
-    2001, eq. 5.2.3-18.
-    """
+
+@compiled
+def _fade(belief: Belief, passed: float, growth: Growth) -> None:
+    """Let further states fall towards their mean, and new noise come to them, for a time (s)."""
     state, spread = belief.state, belief.covariance
-    xx, yy, xy = noise
-    for k in range(STATES):
-        state[k] += gain[k, 0] * x + gain[k, 1] * y
-    for k in range(STATES):
-        first, second = spread[0, k], spread[1, k]
-        for i in range(STATES):
-            spread[i, k] -= gain[i, 0] * first + gain[i, 1] * second
-    for k in range(STATES):
-        first, second = spread[k, 0], spread[k, 1]
-        for i in range(STATES):
-            spread[k, i] -= gain[i, 0] * first + gain[i, 1] * second
-    for i in range(STATES):
-        over, beside = gain[i, 0] * xx + gain[i, 1] * xy, gain[i, 0] * xy + gain[i, 1] * yy
-        for k in range(STATES):
-            spread[i, k] += over * gain[k, 0] + beside * gain[k, 1]
+    for j in range(growth.time_constants.size):
+        kept = exp(-passed / growth.time_constants[j])
+        if kept == 1.0:
+            continue
+        k = STATES + j
+        state[k] *= kept
+        for i in range(state.size):
+            spread[k, i] *= kept
+        for i in range(state.size):
+            spread[i, k] *= kept
+        spread[k, k] += growth.sds[j] ** 2 * (1.0 - kept**2)
 
 
-@entry
-def positions(
-    since: Floats, beliefs: Rows, times: Floats, reckoned: Floats, headings: Floats, in_body: bool
-) -> Floats:
-    """Return the positions (n, 2), m, believed at instants (n,), s, that rise.
+@compiled
+def _roam(spread: Floats, cosine: float, sine: float, passed: float, growth: Growth) -> None:
+    """Add what the noise of a bias that wanders has done to the error meanwhile (s).
 
-    `beliefs` (k,), BELIEF, are held from the instants `since` (k,), s, on, the first from before
-    all `times`; `reckoned` and `headings` as in :class:`.dead_reckoning.Odometry`.
+    `cosine` and `sine` are means of those of the heading, which is taken for constant.
     """
-    out = np.empty((times.size, 2))
-    last = 0
-    for n in range(times.size):
-        while last + 1 < since.size and since[last + 1] <= times[n]:
-            last += 1
-        own = beliefs[last]
-        passed, ahead, aside = _turned(own, times[n], headings[n, 0], headings[n, 1], in_body)
-        x, y = _error(own, passed, ahead, aside)
-        out[n, 0], out[n, 1] = reckoned[n, 0] - x, reckoned[n, 1] - y
-    return out
+    k = growth.wandering
+    lasts, variance = growth.time_constants[k - STATES], growth.sds[k - STATES] ** 2
+    share = passed / lasts
+    gone = -expm1(-share)
+    beside = variance * lasts * gone**2
+    # what is left of that difference where both are nearly equal
+    own = 2.0 * (share - gone) - gone**2 if share > 1e-3 else 2.0 * share**3 / 3.0
+    for axis in range(2):
+        spread[axis, axis] += variance * lasts**2 * own * (cosine**2 + sine**2)
+        spread[axis, k + axis] += beside * cosine
+        spread[k + axis, axis] += beside * cosine
+    spread[0, k + 1] -= beside * sine
+    spread[k + 1, 0] -= beside * sine
+    spread[1, k] += beside * sine
+    spread[k, 1] += beside * sine
 
 
-@entry
-def covariances(
-    times: Floats, headings: Floats, walk: float, wander: float, in_body: bool, since: Floats,
-    beliefs: Rows,
-) -> Floats:  # fmt: skip
-    """Return the covariances xx, yy, xy (n, 3), m2, of what :func:`positions` returns."""
-    growth, own = Growth(walk, wander, in_body), np.empty(1, BELIEF)
-    out = np.empty((times.size, 3))
-    last = 0
-    for n in range(times.size):
-        while last + 1 < since.size and since[last + 1] <= times[n]:
-            last += 1
-        own[0] = beliefs[last]
-        carry(own[0], times[n], headings[n, 0], headings[n, 1], growth)
-        spread = own[0].covariance
-        out[n, 0], out[n, 1], out[n, 2] = spread[0, 0], spread[1, 1], spread[0, 1]
-    return out
+@inlined
+def next_stop(belief: Belief, growth: Growth) -> float:
+    """Return the first of the instants k `growth.step` (s) after that which a belief is about.
+
+    Which these are depends on nothing else, so that a belief is the same whoever asks, and when.
+    """
+    at: float = belief.moment[0].at_s
+    number = floor(at / growth.step) + 1.0
+    return number * growth.step if number * growth.step > at else (number + 1.0) * growth.step
+
+
+@compiled
+def step_on(belief: Belief, auv: int, time: float, growth: Growth, reckoning: Reckoned) -> float:
+    """Carry a belief, in its place, to the last stop before a time (s); return the next one."""
+    stop = next_stop(belief, growth)
+    while stop < time:
+        carry(belief, reckoned(auv, stop, reckoning), growth)
+        stop = next_stop(belief, growth)
+    return stop

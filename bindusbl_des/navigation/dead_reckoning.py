@@ -85,6 +85,18 @@ class Reckoned(NamedTuple):
     in_body: bool
 
 
+class Told(NamedTuple):
+    """What an AUV's own sensors have told it by an instant (s): its dead reckoning (m), and the
+    integrals of the cosine and sine of its heading from the start of the mission (s).
+    """
+
+    time: float
+    x: float
+    y: float
+    cosine: float
+    sine: float
+
+
 class Odometry(NamedTuple):
     """What an AUV's own sensors have told it by n instants (n,), s.
 
@@ -152,12 +164,10 @@ def _reckon(
 
 
 @compiled
-def reckoned(auv: int, time: float, known: Reckoned) -> tuple[float, float, float, float]:
-    """Return dead-reckoned x and y (m), and the integrals of the cosine and sine of the heading
-    (s), at an instant (s).
-    """
+def reckoned(auv: int, time: float, known: Reckoned) -> Told:
+    """Return what an AUV's own sensors have told it by an instant (s)."""
     _, _, _, _, x, y, cosine, sine = _reckon(auv, time, known)
-    return x, y, cosine, sine
+    return Told(time, x, y, cosine, sine)
 
 
 @entry

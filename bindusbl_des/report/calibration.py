@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..navigation.navigators import SURE
+from ..navigation.weighing import SURE
 from .page import filled, number, table
 from .recording import Floats, Recording
 

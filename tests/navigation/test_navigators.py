@@ -10,20 +10,16 @@ from scipy import stats
 from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, paper_case, scenario
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.navigation.belief import Growth, carry, first_belief, weigh
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
-from bindusbl_des.navigation.navigators import (
-    MOST_REFUSED,
-    REMEMBERED,
-    WEIGHED,
-    LinearNavigator,
-    Rule,
-)
+from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
+from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry, Told
+from bindusbl_des.navigation.navigators import REMEMBERED, LinearNavigator, Rule
+from bindusbl_des.navigation.weighing import MOST_REFUSED, WEIGHED, weigh
 from bindusbl_des.records.rows import FIX, LEARNT
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 
 KALMAN = Rule(WEIGHED, at_ping=True, gate=0.0)
+NOTHING_IN_COMMON = np.zeros((2, 0))
 
 
 def straight(speed: float, seconds: float = 1000.0) -> DeadReckoning:
@@ -46,7 +42,7 @@ def fixes_at(
 
 
 def navigator_of(
-    reckoning: DeadReckoning, rule: Rule, growth: Growth, first: np.ndarray
+    reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief
 ) -> LinearNavigator:
     """Return the navigator of one AUV, by which nobody steers."""
     steering = np.zeros((1, 2)), np.zeros(1, dtype=LEARNT)
@@ -77,14 +73,14 @@ def test_a_late_fix_speaks_of_its_ping() -> None:
     assert fixes["innovation_m"][0] == pytest.approx(0.2)
     # until it is delivered, nobody knows of it
     assert estimate(navigator, reckoning, 1.25)[0] == pytest.approx([1.25, 0.0])
-    naive = first.copy()[0]
-    carry(naive, 1.0, 1.0, 0.0, growth)
-    p = naive["covariance"]
+    naive = first_belief(1.0, (0.1, 0.1), 0.0)
+    carry(naive, Told(1.0, 1.0, 0.0, 1.0, 0.0), growth)
+    p = naive.covariance
     gain = p[:, :2] / (p[0, 0] + 0.25)
-    weigh(naive, gain, -(0.8 - 1.0), 0.0, (0.25, 0.25, 0.0))
-    carry(naive, 1.5, 1.5, 0.0, growth)
+    weigh(naive, gain, -(0.8 - 1.0), 0.0, (0.25, 0.25, 0.0), NOTHING_IN_COMMON)
+    carry(naive, Told(1.5, 1.5, 0.0, 1.5, 0.0), growth)
     # too fast, and that is the bias
-    assert naive["state"][2] == pytest.approx(0.00158638, abs=5e-9)
+    assert naive.state[2] == pytest.approx(0.00158638, abs=5e-9)
     assert (p[0, 0], p[0, 2], p[2, 2]) == pytest.approx(
         (0.205253157673, 0.006943320095, 0.009920680812), abs=1e-12
     )
@@ -101,12 +97,12 @@ def test_the_gain_settles_where_riccati_says(
     period: float, gains: tuple[float, float], before: float, after: float
 ) -> None:
     """A current that wanders by 1e-8 m2/s3, fixes of 0.5 m: the gains of the Riccati equation."""
-    [belief] = first_belief(1.0, (0.0, 0.0), 0.1)
-    p, growth = belief["covariance"], Growth(0.027**2, 1e-8, in_body=True)
+    belief = first_belief(1.0, (0.0, 0.0), 0.1)
+    p, growth = belief.covariance, Growth(0.027**2, 1e-8, in_body=True)
     for k in range(1, 4000):
-        carry(belief, k * period, k * period, 0.0, growth)
+        carry(belief, Told(k * period, 0.0, 0.0, k * period, 0.0), growth)
         gain, was = p[:, :2] / (p[0, 0] + 0.25), p[0, 0]
-        weigh(belief, gain, 0.0, 0.0, (0.25, 0.25, 0.0))
+        weigh(belief, gain, 0.0, 0.0, (0.25, 0.25, 0.0), NOTHING_IN_COMMON)
     assert (gain[0, 0], -gain[4, 0]) == pytest.approx(gains, rel=3e-6)
     assert (was, p[0, 0]) == pytest.approx((before, after), rel=1e-7)
 

@@ -1,0 +1,127 @@
+"""What AUVs have believed, and since when: where they took themselves for at any instant."""
+
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from ..core.compiled import compiled, entry
+from ..core.growing import lengthened
+from ..records.rows import Rows
+from ..vehicles.motion import Floats, Ints, Motion
+from .belief import Belief, Growth, carry, error, expected, note, one, step_on, way_since
+from .dead_reckoning import Reckoned, Told
+
+
+def copies(first: Belief, *counts: int) -> Belief:
+    """Return many beliefs, along axes of some lengths, that are all the first."""
+    moment, state, covariance = first
+    return Belief(
+        np.tile(moment, counts),
+        np.tile(state, (*counts, 1)),
+        np.tile(covariance, (*counts, 1, 1)),
+    )
+
+
+class Beliefs:
+    """All beliefs that the AUVs of a fleet have held, in the order in which they came about."""
+
+    def __init__(self, first: Belief) -> None:
+        """Take the first beliefs (n,), held from the start on."""
+        self.count = self._fleet = len(first.moment)
+        self._sorted = 0
+        #: By which AUV (n,), since when (n,), s, and what was believed: moments (n,), states (n, k)
+        #: and covariances (n, k, k), as compiled equations take them.
+        self.flat: tuple[Any, ...] = (np.arange(self.count), np.zeros(self.count), *first)
+
+    def make_room(self, count: int) -> None:
+        """Have room in the rows for further ones after the first `self.count`."""
+        room = len(self.flat[0])
+        if self.count + count > room:
+            length = max(2 * room, self.count + count)
+            self.flat = tuple(lengthened(column[: self.count], length) for column in self.flat)
+
+    def of(self, auv: int) -> tuple[Any, ...]:
+        """Return since when (k,), s, an AUV has believed what (k,), one array after the other."""
+        if self._sorted != self.count:  # not a search of all for each AUV
+            holders = self.flat[0][: self.count]
+            self._order = np.argsort(holders, kind="stable")
+            self._ends = np.searchsorted(holders[self._order], np.arange(self._fleet + 1))
+            self._sorted = self.count
+        own = self._order[self._ends[auv] : self._ends[auv + 1]]
+        return tuple(column[own] for column in self.flat[1:])
+
+
+@compiled
+def _blank(beliefs: Belief) -> Belief:
+    """Return room for a belief (1,) of as many states."""
+    moment, state, covariance = beliefs
+    return Belief(moment[:1].copy(), state[:1].copy(), covariance[:1].copy())
+
+
+@entry
+def positions(
+    auv: int, times: Floats, position: Floats, headings: Floats,
+    since: Floats, moment: Rows, state: Floats, covariance: Floats,
+    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
+    time_constants: Floats, longest: float,
+    table: Floats, first: Ints, step: float, walks: Floats, rate: float, biases: Floats,
+    biases_in_body: bool,
+) -> Floats:  # fmt: skip
+    """Return the positions (n, 2), m, that an AUV believed in at instants (n,), s, that rise.
+
+    Beliefs (k,) are held from the instants `since` (k,), s, on, the first from before all `times`;
+    times, position and headings as in :class:`.dead_reckoning.Odometry`.
+    """
+    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
+    reckoning = Reckoned(Motion(table, first, step), walks, rate, biases, biases_in_body)
+    beliefs = Belief(moment, state, covariance)
+    scratch, out = _blank(beliefs), np.empty((times.size, 2))
+    own, last, stop = one(scratch, 0), -1, -inf
+    drift = expected(own, growth)
+    for n in range(times.size):
+        fresh = last < 0
+        last = max(last, 0)
+        while last + 1 < since.size and since[last + 1] <= times[n]:
+            last, fresh = last + 1, True
+        if fresh:
+            note(scratch, 0, one(beliefs, last))
+        if fresh or stop < times[n]:
+            stop = step_on(own, auv, times[n], growth, reckoning)
+            drift = expected(own, growth)
+        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        x, y = error(drift, way_since(drift, told, in_body))
+        out[n, 0], out[n, 1] = told.x - x, told.y - y
+    return out
+
+
+@entry
+def covariances(
+    auv: int, times: Floats, position: Floats, headings: Floats,
+    since: Floats, moment: Rows, state: Floats, covariance: Floats,
+    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
+    time_constants: Floats, longest: float,
+    table: Floats, first: Ints, step: float, walks: Floats, rate: float, biases: Floats,
+    biases_in_body: bool,
+) -> Floats:  # fmt: skip
+    """Return the covariances xx, yy, xy (n, 3), m2, of what :func:`positions` returns."""
+    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
+    reckoning = Reckoned(Motion(table, first, step), walks, rate, biases, biases_in_body)
+    beliefs = Belief(moment, state, covariance)
+    scratch, ahead, out = _blank(beliefs), _blank(beliefs), np.empty((times.size, 3))
+    own, then, last, stop = one(scratch, 0), one(ahead, 0), -1, -inf
+    spread = then.covariance
+    for n in range(times.size):
+        fresh = last < 0
+        last = max(last, 0)
+        while last + 1 < since.size and since[last + 1] <= times[n]:
+            last, fresh = last + 1, True
+        if fresh:
+            note(scratch, 0, one(beliefs, last))
+        if fresh or stop < times[n]:
+            stop = step_on(own, auv, times[n], growth, reckoning)
+        note(ahead, 0, own)
+        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        carry(then, told, growth)
+        out[n, 0], out[n, 1], out[n, 2] = spread[0, 0], spread[1, 1], spread[0, 1]
+    return out
