@@ -32,6 +32,10 @@ class Purpose(IntEnum):
     CALL = 11
     INSTRUMENT = 12
     RANGING = 13
+    MISALIGNMENT = 21
+    GNSS = 22
+    CLOCK = 23
+    OUTLIER = 24
 
 
 class Streams:
@@ -55,35 +59,43 @@ class NoiseStore:
     used up.  What a row holds does not depend on how many rows are taken, nor by whom.
     """
 
-    def __init__(self, streams: Streams, auvs: int, asvs: int, width: int) -> None:
-        self._streams = streams
-        self._drawn: dict[tuple[int, int], np.random.Generator] = {}
+    def __init__(
+        self, streams: Streams, auvs: int, asvs: int, width: int, outliers: int = 0
+    ) -> None:
+        """Have rows of `width` numbers for measuring, and after them `outliers` of a stream of
+        their own.
+        """
+        self._streams, self._width = streams, width
+        self._purposes = [Purpose.MEASUREMENT, Purpose.OUTLIER][: 1 + (outliers > 0)]
+        self._drawn: dict[tuple[int, int], list[np.random.Generator]] = {}
         rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * asvs)))
         self.shelf = np.full((auvs, asvs), -1, dtype=np.int64)
         self.taken = np.full((auvs, asvs), rows, dtype=np.int64)
-        self.blocks = np.empty((2, rows, width))
+        self.blocks = np.empty((2, rows, width + outliers))
 
     def is_spent(self, auv: int, asv: int) -> bool:
         """Tell whether a pair has no row left."""
         return bool(self.taken[auv, asv] == self.blocks.shape[1])
 
     def peek(self, auv: int, asv: int, ahead: int) -> NDArray[np.float64]:
-        """Return the row of a pair that will be taken after `ahead` others, without taking it."""
+        """Return the numbers for measuring that a pair will take after `ahead` others have been."""
         if self.is_spent(auv, asv):
             self.refill(auv, asv)
         row, rows = self.taken[auv, asv] + ahead, self.blocks.shape[1]
         if row < rows:
-            return np.asarray(self.blocks[self.shelf[auv, asv], row])
-        twin = deepcopy(self._drawn[auv, asv])
-        return np.asarray(twin.standard_normal((row - rows + 1, self.blocks.shape[2]))[-1])
+            return np.asarray(self.blocks[self.shelf[auv, asv], row, : self._width])
+        twin = deepcopy(self._drawn[auv, asv][0])
+        return np.asarray(twin.standard_normal((row - rows + 1, self._width))[-1])
 
     def refill(self, auv: int, asv: int) -> None:
         """Draw the next rows of a pair."""
         if (auv, asv) not in self._drawn:
             self.shelf[auv, asv] = len(self._drawn)
-            self._drawn[auv, asv] = self._streams.of(Purpose.MEASUREMENT, auv, asv)
+            self._drawn[auv, asv] = [self._streams.of(it, auv, asv) for it in self._purposes]
         shelf = self.shelf[auv, asv]
         if shelf == len(self.blocks):
             self.blocks = lengthened(self.blocks, 2 * len(self.blocks))
-        self._drawn[auv, asv].standard_normal(out=self.blocks[shelf])
+        parts = np.split(self.blocks[shelf], [self._width], axis=1)
+        for stream, part in zip(self._drawn[auv, asv], parts, strict=False):
+            part[:] = stream.standard_normal(part.shape)
         self.taken[auv, asv] = 0

@@ -1,5 +1,7 @@
 """The world of a mission put together as its scenario describes it."""
 
+import math
+
 import numpy as np
 import simpy
 
@@ -28,6 +30,7 @@ from ..vehicles.pose_source import PoseSource
 from ..vehicles.poses import Poses
 from .closed_loop import Water, afterwards_s, velocity_biases, walks
 from .courses import chart_of
+from .lasting import lasting_errors
 from .launch import launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .world import World
@@ -89,6 +92,7 @@ def _network(
         streams,
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
         record,
+        lasting_errors(scenario, streams, told=False),
     )
     downlink = MfDownlink(
         env,
@@ -138,7 +142,9 @@ def usbl_of(scenario: Scenario) -> Usbl:
         usbl.quantum_s,
         (float(roll), float(pitch), float(heading)),
         usbl.gnss_sd_m,
+        scenario.environment.fleets_sound_speed,
         scenario.environment.sound_speed_m_per_s,
+        math.radians(usbl.misalignment_sd_deg),
     )
 
 

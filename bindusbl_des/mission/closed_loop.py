@@ -16,7 +16,7 @@ from ..geometry.paths import Path
 from ..navigation.dead_reckoning import random_walk
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
-from ..vehicles.currents import CONTROL_S, carried, current_series
+from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
 
 if TYPE_CHECKING:
     from ..vehicles.guidance import GuidedFleet
@@ -107,6 +107,20 @@ def walks(scenario: Scenario, streams: Streams, water: Water) -> Array:
     return lost
 
 
+def slow_gnss(scenario: Scenario, streams: Streams) -> Array:
+    """Return the slow error (m) of each ASV's GNSS position in each control interval, (m, n, 2)."""
+    usbl, count = scenario.usbl, control_intervals(scenario)
+    if usbl.gnss_correlated_sd_m == 0.0:
+        return np.zeros((scenario.asvs.count, 1, 2))
+    return np.stack([
+        gauss_markov(
+            usbl.gnss_correlated_sd_m, usbl.gnss_time_constant_s, CONTROL_S,
+            streams.of(Purpose.GNSS, asv).standard_normal((count, 2)),
+        )
+        for asv in range(scenario.asvs.count)
+    ])  # fmt: skip
+
+
 def guided_auvs(
     scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array, biases: Array
 ) -> "GuidedFleet":
@@ -156,5 +170,5 @@ def guided_asvs(
         dict(asvs.vehicle.coefficients),
         currents=water.series,
         duration_s=count * CONTROL_S,
-        position_noise=np.stack(noise),
+        position_noise=np.stack(noise) + slow_gnss(scenario, streams),
     )

@@ -13,7 +13,7 @@ from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.families import SCHEDULES
 from ..scenario.key_types import Part
 from ..scenario.scenario import Scenario
-from ..scenario.sections import Usbl
+from ..scenario.usbl_keys import Usbl
 from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
 
 UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
@@ -27,7 +27,11 @@ FIXED = "remove it, or set navigation.filter: fixed_gain"
 STEERING = ("auvs.speed_m_per_s", "auvs.turning_radius_m", "auvs.join_angle_deg")
 
 
-ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in ("model", "gnss_sd_m"))
+CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
+
+# Vessels keep their stations by GNSS, too.
+BESIDES = ("model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
+ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in BESIDES)
 
 
 class _Own(tuple[str, ...]):
@@ -80,6 +84,17 @@ RULES = (
         "AUVs ping on their own clocks, without being called",
     ),
     Idle(
+        {"protocol.ranging": ("twtt",)},
+        CLOCKS,
+        "AUVs answer calls, whatever their clocks say",
+    ),
+    Idle(
+        {"usbl.gnss_correlated_sd_m": (0.0,)},
+        ("usbl.gnss_time_constant_s",),
+        "GNSS has no slow error",
+    ),
+    Idle({"usbl.outlier_share": (0.0,)}, ("usbl.outlier_sd_m",), "there are no outliers"),
+    Idle(
         {"protocol.schedule": UNFRAMED},
         ("protocol.frame_s",),
         "a round begins as soon as the one before it has ended",
@@ -98,7 +113,7 @@ RULES = (
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
         "how likely signals are lost only the plug-in says",
     ),
-    Idle({"usbl.model": OWN}, ARRAY, "how well fixes are measured only the plug-in says"),
+    Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
     Idle(
         {"acoustics.loss.combine": ("off",)},
         ("acoustics.loss.contention_per_auv",),

@@ -11,6 +11,8 @@ from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Instrument
 from ..usbl.measurement import measured, note
+from ..usbl.systematic import Systematic, measured_astray, noise_of
+from ..usbl.two_way import Heard
 from ..vehicles.motion import Floats, Ints, Motion
 from .calling import drowned
 
@@ -70,6 +72,8 @@ def settle(
     duration: float, fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
     asv_table: Floats, asv_first: Ints, asv_step: float,
     array: Floats | None, metric: Floats, levels: Rows, strayed: Floats | None,
+    known: Rows | None, variances: Floats, misalignments: Floats, gnss: Floats, clocks: Floats,
+    levers: Floats, left: Floats,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -78,25 +82,37 @@ def settle(
     ASV is used up, these: it must be refilled and the function called again.  `strayed` (n,) is how
     far each AUV may have gone between a call and its answer (variance along its course, m2); None
     where nobody calls.  Where the `array` is None, an instrument of somebody's own measures later.
+    Where errors last (`known` and what follows, :class:`.systematic.Systematic`; else None), each
+    fix's dependence on them is written to `levers` (fixes, 2, k), and the covariance that does not
+    come from them, xx, yy, xy, to `left` (fixes, 3), m2.
     """
     air, noise = Air(pings, receptions, calls, duration), Noise(shelf, taken, blocks)
     asvs = Motion(asv_table, asv_first, asv_step)
-    if array is None:  # noqa: SIM108 - numba compiles no more than the branch that is left
-        instrument = None
-    else:
-        instrument = Instrument(array, metric, levels[0])
-    if only != NONE:
-        fixes[fix].fix = fix
-        dry = _decide(first, only, air, fixes[fix], noise, asvs, instrument, strayed)
-        made = dry == NONE and fixes[fix].ping == first
-        return fix + made, pings[first].auv if dry != NONE else NONE, dry
-    for ping in _due(pings, first, time):
-        fixes[fix].fix = fix
-        dry = _decide(ping, only, air, fixes[fix], noise, asvs, instrument, strayed)
+    due = np.array([first]) if only != NONE else _due(pings, first, time)
+    for ping in due:
+        dry, hearers, measuring = _decide(ping, only, air, noise)
         if dry != NONE:
             return fix, pings[ping].auv, dry
-        fix += fixes[fix].ping == ping
-        pings[ping].passed_at_s = inf
+        if hearers.size > 0:
+            row = fixes[fix]
+            row.fix = fix
+            _begin(row, pings[ping], only)
+            heard = Heard(pings[ping], receptions[row.first : row.end], hearers, measuring)
+            if array is not None:
+                instrument = Instrument(array, metric, levels[0])
+                if known is not None:
+                    lasting = Systematic(known[0], variances, misalignments, gnss, clocks)
+                    place, covariance, lever = measured_astray(
+                        heard, asvs, instrument, strayed, lasting
+                    )
+                    levers[fix] = lever[:2]
+                    left[fix] = noise_of(covariance, lever, variances)
+                else:
+                    place, covariance = measured(heard, asvs, instrument, strayed)
+                note(row, pings[ping], place, covariance)
+            fix += 1
+        if only == NONE:
+            pings[ping].passed_at_s = inf
     return fix, NONE, NONE
 
 
@@ -117,25 +133,23 @@ def _due(pings: Rows, first: int, time: float) -> Ints:
 
 
 @compiled
-def _decide(
-    ping: int, only: int, air: Air, fix: Row, noise: Noise, asvs: Motion,
-    instrument: Instrument | None, strayed: Floats | None,
-) -> int:  # fmt: skip
-    """Decide the receptions of a ping, or `only` one; fuse what was heard, if nobody heard it yet.
+def _decide(ping: int, only: int, air: Air, noise: Noise) -> tuple[int, Ints, Floats]:
+    """Decide the receptions of a ping, or `only` one.
 
-    Return NONE; the row `fix` names the ping if that made one, else NONE.  Where an ASV's noise is
-    used up, nothing is done and its number returned.
+    Return NONE; of these receptions (n,) those to make a fix of, which were heard if nobody heard
+    the ping yet; and the noise of all.  Where an ASV's noise is used up, nothing is done and its
+    number returned first.
     """
-    line, fix.ping = air.pings[ping], NONE
+    line = air.pings[ping]
     first, end = line.first, line.end
     if only != NONE:
         first, end = only, only + 1
     auv, receptions = line.auv, air.receptions[first:end]
+    heard = np.empty(len(receptions), dtype=np.int64)
+    measuring = np.zeros((len(receptions), noise.blocks.shape[2]))
     for it in receptions:
         if it.outcome == IN_FLIGHT and noise.taken[auv, it.asv] == noise.blocks.shape[1]:
-            return int(it.asv)
-    heard = np.empty(len(receptions), dtype=np.int64)
-    measuring = np.zeros((len(receptions), NOISE_WIDTH))
+            return int(it.asv), heard[:0], measuring
     hearers = 0
     for k in range(len(receptions)):
         it = receptions[k]
@@ -143,22 +157,15 @@ def _decide(
             continue
         drawn = noise.blocks[noise.shelf[auv, it.asv], noise.taken[auv, it.asv]]
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
-        for n in range(NOISE_WIDTH):
+        for n in range(len(drawn)):
             measuring[k, n] = drawn[n]
         it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air)
         if it.outcome == HEARD:
             heard[hearers] = k
             hearers += 1
-    makes = hearers > 0 and line.heard_by == 0
+    makes = hearers if line.heard_by == 0 else 0
     line.heard_by += hearers
-    if makes:
-        _begin(fix, line, first, end)
-        if instrument is not None:
-            estimate, covariance = measured(
-                line, heard[:hearers], receptions, measuring, asvs, instrument, strayed
-            )
-            note(fix, line, estimate, covariance)
-    return NONE
+    return NONE, heard[:makes], measuring
 
 
 @compiled
@@ -180,11 +187,13 @@ def foretold(
 
 
 @compiled
-def _begin(row: Row, ping: Row, first: int, end: int) -> None:
+def _begin(row: Row, ping: Row, only: int) -> None:
     """Write the row of a fix of which nothing is known but the receptions that it is made of."""
     row.ping, row.round, row.auv = ping.ping, ping.round, ping.auv
     row.pinged_at_s = row.valid_at_s = ping.sent_at_s
-    row.first, row.end = first, end
+    row.first, row.end = ping.first, ping.end
+    if only != NONE:
+        row.first, row.end = only, only + 1
     row.broadcast_at_s, row.broadcast_by = nan, NONE
     row.delivered_at_s = row.latency_s = row.arrives_at_s = nan
     row.innovation_m = row.correction_m = row.nis = nan

@@ -124,8 +124,11 @@ def clock_of(scenario: Scenario) -> Clock:
 
 
 def slots_of(scenario: Scenario) -> Slots:
-    """Derive every duration of the protocol from the survey and the bands."""
-    sound_speed = scenario.environment.sound_speed_m_per_s
+    """Derive every duration of the protocol from the survey and the bands.
+
+    The fleet plans it with the speed of sound that it assumes.
+    """
+    sound_speed = scenario.environment.fleets_sound_speed
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
     crossing = crossing_time(scenario.survey.side_m, sound_speed)
     longest = longest_way(hf.range_m, scenario.survey.depth_m, hf.range_metric) / sound_speed

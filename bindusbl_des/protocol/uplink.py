@@ -19,6 +19,7 @@ from ..records.rows import CALLED, NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Usbl
 from ..usbl.measurement import note
 from ..usbl.own_instrument import OwnInstrument, sounding_of
+from ..usbl.systematic import OUTLIER_WIDTH, Systematic
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints, places
 from .calling import CALL, interrogate
@@ -26,6 +27,15 @@ from .reception import foretold, settle
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
+
+# What is handed over where no error lasts
+NOTHING_LASTS: tuple[Any, ...] = (
+    None,
+    np.empty(0),
+    np.empty(0),
+    np.empty((0, 0, 2)),
+    np.empty((0, 2)),
+)
 
 # What stands for the compiled loss where somebody else's channel is asked
 NO_LOSS = LossTerms(np.zeros(4), 0, 0.0, 1.0)
@@ -57,10 +67,12 @@ class Uplink:
         streams: Streams,
         strayed: Floats | None,
         record: Recorder,
+        lasting: Systematic | None = None,
     ) -> None:
         """Put a band together; `strayed` (n,), m2, as of :func:`.reception.settle`.
 
-        The channel is the compiled disc with its loss, or somebody's own, as is the instrument.
+        The channel is the compiled disc with its loss, or somebody's own, as is the instrument,
+        which the errors that last are of that ships.
         """
         self.band = band
         self._auvs, self._asvs, self._record = auvs, asvs, record
@@ -72,7 +84,9 @@ class Uplink:
             array = instrument.array, instrument.metric, instrument.levels
         self._law, self._asvs_move = (*self._loss, *band), not asvs.foreseen
         self._measuring = (*array, strayed)
-        self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
+        self._lasting: tuple[Any, ...] = NOTHING_LASTS if lasting is None else lasting
+        outliers = 0 if lasting is None else OUTLIER_WIDTH
+        self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self._calls = EventBuffer(CALL)
@@ -190,11 +204,13 @@ class Uplink:
         """Decide what has passed; return an AUV and an ASV whose noise is used up, or NONE."""
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         noise, count = self._noise, fixes.count
+        room = fixes.room_for(pings.count - self._undecided + 1)
+        levers = self._record.levers.room_for(len(room))
+        parts: tuple[Any, ...] = (*self._measuring, *self._lasting, *levers)
         fixes.count, auv, asv = settle(
             time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
-            fixes.room_for(pings.count - self._undecided + 1), fixes.count,
-            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
-            *self._measuring,
+            room, fixes.count,
+            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion, *parts,
         )  # fmt: skip
         if self._instrument is not None:
             for fix in fixes.array[count : fixes.count]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.growing import lengthened
 from .events import Broadcast, Round
@@ -38,6 +39,22 @@ class EventBuffer:
         return self.array
 
 
+class Levers:
+    """How fixes, row by row, depend on errors that outlast them, where such errors are told.
+
+    J (n, 2, k) along x and y, and the covariance xx, yy, xy (n, 3), m2, that is not due to them.
+    """
+
+    def __init__(self, columns: int) -> None:
+        self.of, self.left = np.empty((0, 2, columns)), np.empty((0, 3))
+
+    def room_for(self, rows: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return both with room for so many rows."""
+        if rows > len(self.of):
+            self.of, self.left = lengthened(self.of, rows), lengthened(self.left, rows)
+        return self.of, self.left
+
+
 @dataclass
 class Recorder:
     """The event rows of one mission; it is told, it never asks.
@@ -52,3 +69,4 @@ class Recorder:
     receptions: EventBuffer = field(default_factory=lambda: EventBuffer(RECEPTION))
     broadcasts: list[Broadcast] = field(default_factory=list)
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
+    levers: Levers = field(default_factory=lambda: Levers(0))

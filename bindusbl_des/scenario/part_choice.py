@@ -11,6 +11,9 @@ from ..core.plugins import name_of
 from ..core.wording import described, plain
 from .key_types import Text
 
+# What is said of keys that name a part of the mission.
+SET = ", or {model: ..., setting: value, ...}"
+
 
 class PartChoice(str):
     """A part by its shipped name or as `module:object`, with the settings that it is given.

@@ -11,7 +11,6 @@ from pydantic import Discriminator, Field, Tag, field_validator
 from .key_types import (
     LONGEST_NAME,
     PAPER,
-    THESIS,
     Part,
     Point,
     Real,
@@ -21,12 +20,10 @@ from .key_types import (
     key,
 )
 from .own_sections import OwnPlacement, is_own
-from .part_choice import PartChoice
+from .part_choice import SET, PartChoice
 from .route_keys import Lawnmower, Route
+from .usbl_keys import Usbl
 from .vehicle_choice import AsvVehicle, AuvVehicle
-
-# What is said of keys that name a part of the mission.
-SET = ", or {model: ..., setting: value, ...}"
 
 
 class Survey(Part):
@@ -124,6 +121,13 @@ class Environment(Part):
     """The water: how fast sound travels in it, how it moves, and where it is."""
 
     sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
+    assumed_sound_speed_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "speed of sound that ranges, directions and slots are worked out with; null = the true one",
+        ge=1300,
+        le=1700,
+    )
     current_m_per_s: Real = key(0.0, "m/s", "speed of the uniform current", ge=0, le=10)
     current_variation_m_per_s: Real = key(
         0.0, "m/s", "standard deviation of the current's slow variation per axis", ge=0, le=10
@@ -135,6 +139,12 @@ class Environment(Part):
         0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
     )
     origin: Origin = Field(default=Origin(), description="the survey's place on Earth")
+
+    @property
+    def fleets_sound_speed(self) -> float:
+        """The speed of sound (m/s) that the fleet assumes."""
+        assumed = self.assumed_sound_speed_m_per_s
+        return self.sound_speed_m_per_s if assumed is None else assumed
 
     @field_validator("origin", mode="before")
     @classmethod
@@ -224,20 +234,6 @@ class Protocol(Part):
     )
 
 
-class Usbl(Part):
-    """The hydrophone array and the errors of what it measures."""
-
-    model: PartChoice = key("array", "", "what an arrival measures, and how surely" + SET)
-    array: Literal["oem5", "cross5"] = key("oem5", "", "hydrophone array", THESIS)
-    tdoa_sd_s: Real = key(2.60296781e-7, "s", "noise of one TDOA pair", THESIS, ge=0, le=1)
-    travel_time_sd_s: Real = key(6.66667e-6, "s", "noise of a travel time", THESIS, ge=0, le=1)
-    quantum_s: Real = key(1.0e-6, "s", "quantum of travel times and TDOAs", THESIS, ge=0, le=1)
-    roll_sd_deg: Real = key(0.2, "deg", "AHRS roll noise", THESIS, ge=0, le=45)
-    pitch_sd_deg: Real = key(0.2, "deg", "AHRS pitch noise", THESIS, ge=0, le=45)
-    heading_sd_deg: Real = key(1.0, "deg", "AHRS heading noise", THESIS, ge=0, le=45)
-    gnss_sd_m: Real = key(0.0, "m", "GNSS noise per axis", PAPER, ge=0, le=1e3)
-
-
 class Navigation(Part):
     """Dead reckoning of the AUVs and how a fix corrects it."""
 
@@ -251,6 +247,21 @@ class Navigation(Part):
     )
     initial_position_sd_m: Real = key(
         0.0, "m", "standard deviation per axis of what an AUV takes its start for", ge=0, le=1e5
+    )
+    clock_offset_sd_s: Real = key(
+        0.0,
+        "s",
+        "standard deviation of how late an AUV's clock is at the start, drawn for each AUV and "
+        "seed (owtt_sync)",
+        ge=0,
+        le=1,
+    )
+    clock_drift_sd: Real = key(
+        0.0,
+        "1",
+        "standard deviation of the drift of that clock, s per s, drawn for each AUV and seed",
+        ge=0,
+        le=1e-3,
     )
     bias_frame: Literal["body", "world"] = key(
         "body", "", "frame in which the bias is constant", "eq. dead_reckoning"

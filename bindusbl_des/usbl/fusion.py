@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import copysign, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +48,8 @@ def fuse_pair(
 ) -> tuple[Vector, Vector]:
     """Fuse two independent estimates (n,) and their covariances (n, n); see :func:`fuse`."""
     size = estimate.size
-    gain = _times(covariance, _pseudo_inverse(covariance + other))
-    left = _times(gain, covariance)
+    gain = product(covariance, _pseudo_inverse(covariance + other))
+    left = product(gain, covariance)
     fused, spread = estimate.copy(), np.empty((size, size))
     for i in range(size):
         for j in range(size):
@@ -57,40 +58,63 @@ def fuse_pair(
     return fused, spread
 
 
+class Fused(NamedTuple):
+    """What a fix has made of an estimate: that (n,), its covariance (n, n), the `gain` (n, 3) by
+    which the fix went in, and the normalised square of what it was off (3 degrees of freedom).
+    """
+
+    estimate: Vector
+    covariance: Vector
+    gain: Vector
+    square: float
+
+
 @compiled
 def fuse_shared(
-    estimate: Vector, covariance: Vector, fix: Vector, other: Vector, unit: Vector
-) -> tuple[Vector, Vector]:
-    """Fuse a fix into an estimate whose own error it shares; return both anew.
+    estimate: Vector, covariance: Vector, fix: Vector, other: Vector, lever: Vector
+) -> Fused:
+    """Fuse a fix into an estimate whose own errors it shares.
 
-    `estimate` (4,) and `covariance` (4, 4) are those of a place (m) and of a length (m); `fix` (3,)
-    with the covariance `other` (3, 3) was made with that length, and errs by as much against its
-    `unit` vector as the length does.  Source: Kalman update, z = p - u b + noise.
+    `estimate` (n,) and `covariance` (n, n) are those of a place (m) and of n - 3 unknowns beside
+    it; `fix` (3,) with the covariance `other` (3, 3) is that place, `lever` (3, n - 3) times those
+    unknowns off.  Source: Kalman update, z = p + lever u + noise.
     """
-    shared, spread = np.empty((4, 3)), np.empty((3, 3))
-    for i in range(4):
+    size = len(estimate)
+    shared, spread, miss = np.empty((size, 3)), np.empty((3, 3)), np.empty(3)
+    for i in range(size):
         for j in range(3):
-            shared[i, j] = covariance[i, j] - covariance[i, 3] * unit[j]
+            shared[i, j] = covariance[i, j]
+            for k in range(3, size):
+                shared[i, j] += covariance[i, k] * lever[j, k - 3]
     for i in range(3):
+        miss[i] = fix[i] - estimate[i]
+        for k in range(3, size):
+            miss[i] -= lever[i, k - 3] * estimate[k]
         for j in range(3):
-            spread[i, j] = shared[i, j] - unit[i] * shared[3, j] + other[i, j]
+            spread[i, j] = shared[i, j]
+            for k in range(3, size):
+                spread[i, j] += lever[i, k - 3] * shared[k, j]
+            spread[i, j] += other[i, j]
     inverse = _pseudo_inverse(spread)
-    gain = np.zeros((4, 3))
-    for i in range(4):
+    gain, square = np.zeros((size, 3)), 0.0
+    for i in range(size):
         for j in range(3):
             for k in range(3):
                 gain[i, j] += shared[i, k] * inverse[k, j]
-    fused, left = estimate.copy(), covariance.copy()
-    for i in range(4):
+    for i in range(3):
         for j in range(3):
-            fused[i] += gain[i, j] * (fix[j] - estimate[j] + unit[j] * estimate[3])
-            for k in range(4):
+            square += miss[i] * inverse[i, j] * miss[j]
+    fused, left = estimate.copy(), covariance.copy()
+    for i in range(size):
+        for j in range(3):
+            fused[i] += gain[i, j] * miss[j]
+            for k in range(size):
                 left[i, k] -= (gain[i, j] * shared[k, j] + gain[k, j] * shared[i, j]) / 2
-    return fused, left
+    return Fused(fused, left, gain, square)
 
 
 @compiled
-def _times(a: Vector, b: Vector) -> Vector:
+def product(a: Vector, b: Vector) -> Vector:
     """Return the product of two small square matrices (numba's own needs scipy)."""
     size = len(a)
     product = np.zeros((size, size))

@@ -20,12 +20,14 @@ Vector = NDArray[np.float64]
 # Noise of one measurement: 5 element arrivals, 1 travel time, 3 attitude angles, 3 GNSS axes
 NOISE_WIDTH = 12
 
-# What all measurements of an instrument share: the sound speed (m/s), the noise of one element by
-# itself and with what its clock's steps add (s), that of a travel time (s), the step (s), the noise
-# of a range by one way (m), of GNSS along each axis (m), and of roll, pitch and heading (rad).
+# What all measurements of an instrument share: the sound speed that it computes with and the true
+# one (m/s), the noise of one element by itself and with what its clock's steps add (s), that of a
+# travel time (s), the step (s), the noise of a range by one way (m), of GNSS along each axis (m),
+# and of roll, pitch and heading (rad), and how unsure these angles are, with what lasts (rad).
 LEVELS = np.dtype(
     [
         ("sound_speed_m_per_s", "f8"),
+        ("true_sound_speed_m_per_s", "f8"),
         ("element_sd_s", "f8"),
         ("stepped_element_sd_s", "f8"),
         ("travel_time_sd_s", "f8"),
@@ -33,6 +35,7 @@ LEVELS = np.dtype(
         ("range_sd_m", "f8"),
         ("gnss_sd_m", "f8"),
         ("attitude_sd_rad", "f8", (3,)),
+        ("unsure_attitude_sd_rad", "f8", (3,)),
     ]
 )
 
@@ -158,16 +161,17 @@ def sighted(
     to have: the rotation (3, 3) from array to survey frame.  Arguments as of :func:`locate`.
     """
     levels = instrument.levels
-    attitude_sd, sound_speed = levels.attitude_sd_rad, levels.sound_speed_m_per_s
+    attitude_sd = levels.attitude_sd_rad
     truth = rotation(0.0, 0.0, yaw)
     offset = source - vessel
     seen = np.empty(3)  # the source as the array sees it
     for k in range(3):
         seen[k] = truth[0, k] * offset[0] + truth[1, k] * offset[1] + truth[2, k] * offset[2]
     differences = arrival_differences(
-        instrument.array, seen, sound_speed, levels.element_sd_s * noise[:5], levels.quantum_s
-    )
-    within = direction(instrument.array, differences, sound_speed, instrument.metric)
+        instrument.array, seen, levels.true_sound_speed_m_per_s,
+        levels.element_sd_s * noise[:5], levels.quantum_s,
+    )  # fmt: skip
+    within = direction(instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric)
     believed = rotation(
         attitude_sd[0] * noise[6], attitude_sd[1] * noise[7], yaw + attitude_sd[2] * noise[8]
     )
@@ -206,8 +210,9 @@ def placed(
     ahead, levels = reach * unit, instrument.levels
     direction_sd = levels.sound_speed_m_per_s * levels.stepped_element_sd_s
     covariance = fix_covariance(
-        ahead, believed, instrument.metric, direction_sd, ranging_sd, levels.attitude_sd_rad, 0.0
-    )
+        ahead, believed, instrument.metric, direction_sd, ranging_sd,
+        levels.unsure_attitude_sd_rad, 0.0,
+    )  # fmt: skip
     shrinkage = debias(ahead, covariance, ranging_sd)
     fix = np.empty(3)
     for k in range(3):
@@ -250,7 +255,11 @@ def debias(ahead: Vector, covariance: Vector, ranging_sd: float) -> float:
 
 @dataclass(frozen=True)
 class Usbl:
-    """A USBL instrument: its array and the noise of everything it measures (SI, radians)."""
+    """A USBL instrument: its array and the noise of everything it measures (SI, radians).
+
+    Ranges and directions are computed with `sound_speed`; the true one is `true_sound_speed`, None
+    if they are the same.  A constant `misalignment_sd` of the heading only makes fixes less sure.
+    """
 
     array: Vector
     tdoa_sd: float
@@ -259,13 +268,16 @@ class Usbl:
     attitude_sd: tuple[float, float, float]
     gnss_sd: float
     sound_speed: float
+    true_sound_speed: float | None = None
+    misalignment_sd: float = 0.0
     metric: Vector = field(init=False, repr=False)
     levels: Rows = field(init=False, repr=False)  # (1,)
 
     def __post_init__(self) -> None:
-        levels = np.zeros(1, dtype=LEVELS)
+        levels, (roll, pitch, heading) = np.zeros(1, dtype=LEVELS), self.attitude_sd
         levels[0] = (
             self.sound_speed,
+            self.sound_speed if self.true_sound_speed is None else self.true_sound_speed,
             element_sd(self.tdoa_sd),
             element_sd(self.tdoa_sd, self.quantum),
             self.travel_time_sd,
@@ -273,6 +285,7 @@ class Usbl:
             range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1),
             self.gnss_sd,
             self.attitude_sd,
+            (roll, pitch, math.hypot(heading, self.misalignment_sd)),
         )
         object.__setattr__(self, "levels", levels)  # derived once, then frozen
         object.__setattr__(self, "metric", scatter(self.array))

@@ -32,9 +32,18 @@ def current_series(
     [[0.3, 0.0], [0.3, 0.0]]
     """
     mean = speed * np.array((math.cos(direction), math.sin(direction)))
+    return np.asarray(mean + gauss_markov(variation, time_constant, interval, noise))
+
+
+def gauss_markov(sd: float, time_constant: float, interval: float, noise: Array) -> Array:
+    """Return stationary first-order Gauss-Markov processes (n, 2) along two axes.
+
+    Exact at intervals of `interval` (s), with a `time_constant` (s); `noise` (n, 2) are standard
+    normal numbers.
+    """
     varied = np.empty_like(noise)
     _vary(noise, math.exp(-interval / time_constant), varied)
-    return np.asarray(mean + variation * varied)
+    return np.asarray(sd * varied)
 
 
 @entry

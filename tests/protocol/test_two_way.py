@@ -345,7 +345,7 @@ def test_shared_errors_are_fused_as_by_all_at_once(seed: int, others: int) -> No
         design = np.column_stack((np.eye(3), -unit))
         information = information + design.T @ np.linalg.inv(noise) @ design
         vector = vector + design.T @ np.linalg.inv(noise) @ fix
-        state, spread = fuse_shared(state, spread, fix, noise, unit)
+        state, spread, _, _ = fuse_shared(state, spread, fix, noise, -unit.reshape(3, 1))
     assert spread == pytest.approx(np.linalg.inv(information), abs=1e-7)
     assert state == pytest.approx(np.linalg.solve(information, vector), abs=1e-6)
 

@@ -1,0 +1,80 @@
+"""How a measurement moves with what is wrong all the time: attitude, GNSS, sound speed, clocks."""
+
+from math import sqrt
+
+import numpy as np
+
+from ..core.compiled import compiled
+from ..vehicles.motion import Floats
+from .array import tangents
+from .instrument import Instrument
+from .two_way import Sighting
+
+# Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
+# m of GNSS of who measures and of who has called, along x and y, per share of the sound speed, and
+# per s of the clock.  The last two are shared by all that hear a ping.
+MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK = 0, 1, 3, 5, 6
+EFFECTS = 7
+
+
+@compiled
+def kept(ahead: Floats, reach: float) -> float:
+    """Return how much of a range (m) an offset keeps that is shortened (:func:`.debias`)."""
+    if reach <= 0.0:
+        return 1.0
+    return sqrt(ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2) / reach
+
+
+@compiled
+def across(seen: Sighting, ahead: Floats, instrument: Instrument) -> Floats:
+    """Return the effects (4, EFFECTS) of what turns an offset `ahead` (3,), m, or moves its origin.
+
+    A sound speed taken for too high makes the plane wave that fits the arrivals longer.  Where the
+    array resolves some axes better, the direction that comes nearest to it is another one: turned
+    by T (T^T M T)^-1 T^T M s, T spanning the plane across s.
+    """
+    effects, metric = np.zeros((4, EFFECTS)), instrument.metric
+    effects[0, MISALIGNMENT], effects[1, MISALIGNMENT] = -ahead[1], ahead[0]
+    effects[0, GNSS] = effects[1, GNSS + 1] = 1.0
+    within = np.zeros(3)
+    for i in range(3):
+        for k in range(3):
+            within[i] += seen.believed[k, i] * seen.unit[k]
+    east, down = tangents(within)
+    a = b = d = f = g = 0.0
+    for i in range(3):
+        a += metric[i, i] * east[i] * east[i]
+        b += metric[i, i] * east[i] * down[i]
+        d += metric[i, i] * down[i] * down[i]
+        f += metric[i, i] * east[i] * within[i]
+        g += metric[i, i] * down[i] * within[i]
+    determinant, reach = a * d - b * b, kept(ahead, 1.0)
+    aside = reach * ((d * f - b * g) * east + (a * g - b * f) * down) / determinant
+    for i in range(3):
+        for k in range(3):
+            effects[i, SOUND_SPEED] += seen.believed[i, k] * aside[k]
+    return effects
+
+
+@compiled
+def limit(farther: Floats, sds: Floats, baseline: Floats, path: float) -> None:
+    """Shorten what a range errs by where geometry tells little (:func:`.round_trip.dated`).
+
+    No error makes more of it than two places on a `baseline` (3,), m, differ, and of that of the
+    sound speed what it makes of the whole `path` (m).
+    """
+    square = (baseline[0] ** 2 + baseline[1] ** 2 + baseline[2] ** 2) / 6
+    for k in range(CLOCK):
+        own = (sds[k] * path) ** 2 if k == SOUND_SPEED else 0.0
+        variance = (sds[k] * farther[k]) ** 2
+        if variance > square + own:
+            farther[k] *= sqrt((square + own) / variance)
+
+
+@compiled
+def lengthen(effects: Floats, unit: Floats, farther: Floats, kept: float) -> None:
+    """Add what a range is longer by (m) to the effects; it is less of the call's way."""
+    for k in range(EFFECTS):
+        for i in range(3):
+            effects[i, k] += kept * unit[i] * farther[k]
+        effects[3, k] = farther[k]

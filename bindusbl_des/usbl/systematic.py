@@ -1,0 +1,318 @@
+"""Errors that outlast a ping: what they make of a fix, and how sure it is of that.
+
+    fix = place + J c + noise
+
+c are the heading misalignment of each ASV, the slow error of its GNSS position along x and y, the
+share by which sound is taken for too fast, and how late the AUV's clock is.  What an ASV has by
+itself is one more error of its measurement; sound speed and clock are those of all that hear a ping
+at once, so that they are fused as unknowns beside the place (best linear unbiased estimate).
+"""
+
+from math import hypot, isnan, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiled import compiled
+from ..records.rows import NONE, Row
+from ..vehicles.currents import CONTROL_S
+from ..vehicles.motion import Floats, Motion
+from .array import rotation
+from .effects import (
+    CALLER,
+    CLOCK,
+    EFFECTS,
+    GNSS,
+    MISALIGNMENT,
+    SOUND_SPEED,
+    across,
+    kept,
+    lengthen,
+    limit,
+)
+from .fusion import fuse_shared, product
+from .instrument import NOISE_WIDTH, Instrument, placed
+from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, way_to_caller
+
+# What is known: standard deviations along these columns but for the clock, that of its offset (s)
+# and of its drift, the standard normal number below which a measurement is an outlier and the
+# spread of these (m), and the columns of J at which each kind begins (NONE: it is not told).
+SYSTEMATIC = np.dtype(
+    [
+        ("sd", "f8", (CLOCK,)),
+        ("clock_offset_sd_s", "f8"),
+        ("clock_drift_sd", "f8"),
+        ("outliers_below", "f8"),
+        ("outlier_sd_m", "f8"),
+        ("misalignment_at", "i8"),
+        ("gnss_at", "i8"),
+        ("sound_speed_at", "i8"),
+        ("clock_at", "i8"),
+    ]
+)
+
+# Numbers of a row of noise, after those of NOISE_WIDTH and of the loss, that make an outlier
+OUTLIER_WIDTH = 3
+
+# What is fused: a place, the error of the call's way (m), sound speed and clock per sd
+UNKNOWNS = 6
+
+# As unlikely (sd) as consistent fixes of a ping contradict each other once in a thousand pings
+CONTRADICTION = 3.0902
+
+
+class Systematic(NamedTuple):
+    """What lasts through a mission.
+
+    A record of SYSTEMATIC and the variances (k,) of what J belongs to; and the truth: heading
+    misalignments of the ASVs (m,), rad, their GNSS errors (m, n, 2), m, each for CONTROL_S, and how
+    late (s) each AUV's clock is at first, and how much later each second (auvs, 2).
+    """
+
+    levels: Row
+    variances: Floats
+    misalignments: Floats
+    gnss: Floats
+    clocks: Floats
+
+
+class Part(NamedTuple):
+    """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,); the
+    covariance (4, 4), m2, of it and of (less) the length of the call's way, with no error that
+    lasts but the misalignment; its effects (4, EFFECTS), and that length (m), 0 without a call.
+    """
+
+    fix: Floats
+    unit: Floats
+    covariance: Floats
+    effects: Floats
+    call_way: float
+
+
+@compiled
+def measured_astray(
+    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats | None, lasting: Systematic
+) -> tuple[Floats, Floats, Floats]:
+    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, and J (3, k).
+
+    The covariance contains the errors that last; `strayed` as of :func:`.reception.settle`.
+    """
+    first, sds = first_to_locate(heard), _deviations(heard, lasting.levels)
+    begun = _by_first(heard, first, asvs, instrument, strayed, sds, lasting)
+    state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
+    state[:3] = begun.fix
+    known = _columns(begun.effects, heard, first, lasting)
+    levers = np.zeros((UNKNOWNS, known.shape[1]))
+    levers[:3] = known[:3]
+    for row in heard.rows:
+        if row != first:
+            part = _by_other(heard, row, begun.call_way, asvs, instrument, lasting)
+            fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
+            _add(own, part.effects, GNSS, sds)
+            _add(own, part.effects, GNSS + 1, sds)
+            fused = fuse_shared(state, spread, fix, own, beside)
+            off = _columns(part.effects, heard, row, lasting)[:3]
+            if begun.call_way > 0.0:  # its error is in every other range
+                for i in range(3):
+                    off[i] += part.unit[i] * known[3]
+            for i in range(3):
+                off[i] -= levers[i]
+                for k in range(3, UNKNOWNS):
+                    off[i] -= beside[i, k - 3] * levers[k]
+            for i in range(UNKNOWNS):
+                for j in range(3):
+                    levers[i] += fused.gain[i, j] * off[j]
+            state, spread, squares = fused.estimate, fused.covariance, squares + fused.square
+    doubt = _doubt(squares, 3.0 * (heard.rows.size - 1), lasting.levels)
+    return state[:3].copy(), doubt * spread[:3, :3], levers[:3].copy()
+
+
+@compiled
+def noise_of(covariance: Floats, levers: Floats, variances: Floats) -> tuple[float, float, float]:
+    """Return what is left of a covariance, xx, yy, xy (m2), without what J (3, k) belongs to."""
+    xx, yy, xy = covariance[0, 0], covariance[1, 1], covariance[0, 1]
+    for k in range(variances.size):
+        xx -= variances[k] * levers[0, k] ** 2
+        yy -= variances[k] * levers[1, k] ** 2
+        xy -= variances[k] * levers[0, k] * levers[1, k]
+    return max(xx, 0.0), max(yy, 0.0), xy
+
+
+@compiled
+def _called(heard: Heard) -> bool:
+    return not isnan(heard.ping.called_at_s)
+
+
+@compiled
+def _deviations(heard: Heard, levels: Row) -> Floats:
+    """Return the standard deviations (EFFECTS,) of all that lasts, at the instant of a ping."""
+    sds = np.zeros(EFFECTS)
+    sds[:CLOCK] = levels.sd
+    if not _called(heard):
+        sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * heard.ping.sent_at_s)
+    return sds
+
+
+@compiled
+def _seen(
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, lasting: Systematic
+) -> Sighting:
+    """Return what an ASV measures that is turned and astray, by the clock of the AUV or of all."""
+    ping, it = heard.ping, heard.receptions[row]
+    if _called(heard):
+        under_way = ping.call_time_s + it.travel_time_s
+    else:
+        late, later = lasting.clocks[ping.auv]
+        under_way = it.travel_time_s + late + later * ping.sent_at_s
+    seen = sighting(heard, row, under_way, asvs, instrument)
+    turn, unit = rotation(0.0, 0.0, lasting.misalignments[it.asv]), np.zeros(3)
+    for i in range(3):
+        for j in range(3):
+            unit[i] += turn[i, j] * seen.unit[j]
+    vessel = seen.vessel + astray(it.asv, it.arrived_at_s, lasting)
+    return Sighting(vessel, unit, product(turn, seen.believed), seen.path)
+
+
+@compiled
+def astray(asv: int, time: float, lasting: Systematic) -> Floats:
+    """Return the slow GNSS error (3,), m, of an ASV at an instant (s)."""
+    own, out = lasting.gnss[asv], np.zeros(3)
+    out[:2] = own[min(int(time / CONTROL_S), len(own) - 1)]
+    return out
+
+
+@compiled
+def _by_first(
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats | None,
+    sds: Floats, lasting: Systematic,
+) -> Part:  # fmt: skip
+    """Return what the ASV makes of a ping that locates its AUV first."""
+    if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
+        if _called(heard):
+            return _by_whole_way(heard, row, asvs, instrument, strayed, sds, lasting)
+    return _by_other(heard, row, 0.0, asvs, instrument, lasting)
+
+
+@compiled
+def _by_other(
+    heard: Heard, row: int, call_way: float, asvs: Motion, instrument: Instrument,
+    lasting: Systematic,
+) -> Part:  # fmt: skip
+    """Return what an ASV makes of a ping, or of an answer whose call went a known way (m)."""
+    seen, noise = _seen(heard, row, asvs, instrument, lasting), heard.noise[row]
+    reach, spread, levels = max(seen.path - call_way, 0.0), np.zeros((4, 4)), instrument.levels
+    fix, spread[:3, :3] = placed(
+        seen.vessel, seen.unit, seen.believed, reach, levels.range_sd_m, noise, instrument
+    )
+    ahead = fix - seen.vessel - levels.gnss_sd_m * noise[9:12]
+    effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
+    farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
+    lengthen(effects, seen.unit, farther, kept(ahead, reach))
+    effects[3] = 0.0  # the length of the call's way is given
+    _jump(fix, noise, lasting.levels)
+    return Part(fix, seen.unit, spread, effects, call_way)
+
+
+@compiled
+def _by_whole_way(
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats, sds: Floats,
+    lasting: Systematic,
+) -> Part:  # fmt: skip
+    """Return what an ASV makes of an answer by the whole way of call and answer."""
+    ping, noise = heard.ping, heard.noise[row]
+    seen = _seen(heard, row, asvs, instrument, lasting)
+    baseline = way_to_caller(heard, row, seen, asvs, instrument)
+    baseline += astray(ping.called_by, ping.called_at_s, lasting)
+    fix, spread, own = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
+    ahead = fix - seen.vessel - instrument.levels.gnss_sd_m * noise[9:12]
+    effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
+    for k in range(3):
+        for effect in (MISALIGNMENT, SOUND_SPEED):
+            farther[effect] += own.lean[k] * effects[k, effect]
+    if heard.receptions[row].asv != ping.called_by:  # else its own error is the caller's
+        for axis in range(2):
+            farther[GNSS + axis] = -own.share * own.bearing[axis]
+            farther[CALLER + axis] = own.share * own.bearing[axis]
+    farther[SOUND_SPEED] += own.share * seen.path
+    limit(farther, sds, baseline, seen.path)
+    lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
+    effects[3, SOUND_SPEED] -= seen.path
+    _jump(fix, noise, lasting.levels)
+    return Part(fix, seen.unit, spread, effects, seen.path - own.reach)
+
+
+@compiled
+def _jump(fix: Floats, noise: Floats, levels: Row) -> None:
+    """Make an outlier of a fix (3,), m, if its noise says so; no covariance knows of that."""
+    if levels.outlier_sd_m > 0.0 and noise[NOISE_WIDTH + 1] < levels.outliers_below:
+        for axis in range(2):
+            fix[axis] += levels.outlier_sd_m * noise[NOISE_WIDTH + 2 + axis]
+
+
+@compiled
+def _begun(part: Part, sds: Floats) -> Floats:
+    """Return the covariance (UNKNOWNS, UNKNOWNS) of what is fused, after the first measurement."""
+    out = np.zeros((UNKNOWNS, UNKNOWNS))
+    out[:4, :4] = part.covariance
+    for k in range(GNSS, EFFECTS):
+        _add(out[:4, :4], part.effects, k, sds)
+    for k in range(SOUND_SPEED, EFFECTS):
+        for i in range(4):
+            out[i, k - 1] = out[k - 1, i] = -sds[k] * part.effects[i, k]
+        out[k - 1, k - 1] = 1.0
+    return out
+
+
+@compiled
+def _add(covariance: Floats, effects: Floats, k: int, sds: Floats) -> None:
+    """Add what an error makes to a covariance (n, n), m2, in its place."""
+    for i in range(len(covariance)):
+        for j in range(len(covariance)):
+            covariance[i, j] += sds[k] ** 2 * effects[i, k] * effects[j, k]
+
+
+@compiled
+def _beside(part: Part, sds: Floats) -> Floats:
+    """Return how a fix depends (3, UNKNOWNS - 3) on what is fused beside the place."""
+    out = np.zeros((3, UNKNOWNS - 3))
+    for i in range(3):
+        if part.call_way > 0.0:
+            out[i, 0] = -part.unit[i]
+        out[i, 1] = sds[SOUND_SPEED] * part.effects[i, SOUND_SPEED]
+        out[i, 2] = sds[CLOCK] * part.effects[i, CLOCK]
+    return out
+
+
+@compiled
+def _columns(effects: Floats, heard: Heard, row: int, lasting: Systematic) -> Floats:
+    """Return the effects in the columns of J, (4, k)."""
+    ping, asv, levels = heard.ping, heard.receptions[row].asv, lasting.levels
+    out = np.zeros((4, lasting.variances.size))
+    if levels.misalignment_at != NONE:
+        out[:, levels.misalignment_at + asv] = effects[:, MISALIGNMENT]
+    if levels.gnss_at != NONE:
+        for axis in range(2):
+            out[:, levels.gnss_at + 2 * asv + axis] += effects[:, GNSS + axis]
+            if ping.called_by != NONE:
+                out[:, levels.gnss_at + 2 * ping.called_by + axis] += effects[:, CALLER + axis]
+    if levels.sound_speed_at != NONE:
+        out[:, levels.sound_speed_at] = effects[:, SOUND_SPEED]
+    if levels.clock_at != NONE and not _called(heard):
+        out[:, levels.clock_at] = effects[:, CLOCK]
+        out[:, levels.clock_at + 1] = ping.sent_at_s * effects[:, CLOCK]
+    return out
+
+
+@compiled
+def _doubt(squares: float, freedom: float, levels: Row) -> float:
+    """Return the factor on the covariance of fixes that contradict each other, else 1.
+
+    Where there may be outliers, an improbable sum of squares says that somebody has measured one;
+    nobody knows who.  Sources: limit of chi-squared by Wilson and Hilferty, 1931; factor by Birge,
+    Phys. Rev. 40, 1932.
+    """
+    if levels.outlier_sd_m <= 0.0 or freedom <= 0.0:
+        return 1.0
+    share = 2.0 / (9.0 * freedom)
+    limit = freedom * (1.0 - share + CONTRADICTION * sqrt(share)) ** 3
+    return squares / freedom if squares > limit else 1.0

@@ -1,0 +1,140 @@
+"""The answer to a call, which is ranged by the whole way of both.
+
+ASVs share their clock, GNSS time, and what they measured.  One of them finds its range by itself,
+the caller if it heard the answer.  That tells when the AUV answered, and with it the range of all
+others, whose errors contain that of the first (eq. rtt; the turnaround is known and removed).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiled import compiled
+from ..records.rows import Row, Rows
+from ..vehicles.motion import Floats, Ints, Motion, where
+from .fusion import fuse_shared
+from .instrument import Instrument, clocked, placed, sighted
+from .round_trip import OwnRange, PathErrors, dated, own_range
+
+
+class Heard(NamedTuple):
+    """A ping and its receptions (n,), of which those in `rows` (k,) were decoded; the `noise` of
+    each, standard normal numbers (n, NOISE_WIDTH or more).
+    """
+
+    ping: Row
+    receptions: Rows
+    rows: Ints
+    noise: Floats
+
+
+class Sighting(NamedTuple):
+    """What an ASV measures of a ping: where it is (m), the direction and the attitude that it
+    believes in (:func:`.instrument.sighted`), and the length (m) of the way of the ping, or of call
+    and answer.
+    """
+
+    vessel: Floats
+    unit: Floats
+    believed: Floats
+    path: float
+
+
+class Alone(NamedTuple):
+    """What one ASV makes of an answer by itself: the fix (3,), m, the covariance (4, 4), m2, of it
+    and of (less) the length of the call's way, and its range.
+    """
+
+    fix: Floats
+    covariance: Floats
+    own: OwnRange
+
+
+@compiled
+def two_way(
+    heard: Heard, asvs: Motion, instrument: Instrument, strayed: float
+) -> tuple[Floats, Floats]:
+    """Return the fix (3,), m, of an answer to a call, and its covariance (3, 3), m2.
+
+    `strayed` (m2) is how far the AUV may have gone between the two.
+    """
+    reference = first_to_locate(heard)
+    seen = answered(heard, reference, asvs, instrument)
+    baseline = way_to_caller(heard, reference, seen, asvs, instrument)
+    alone = by_itself(seen, baseline, heard, reference, instrument, strayed)
+    state, spread = np.zeros(4), alone.covariance
+    state[:3] = alone.fix
+    call_way = seen.path - alone.own.reach
+    for row in heard.rows:
+        if row != reference:
+            seen = answered(heard, row, asvs, instrument)
+            fix, other = placed(
+                seen.vessel, seen.unit, seen.believed, max(seen.path - call_way, 0.0),
+                instrument.levels.range_sd_m, heard.noise[row], instrument,
+            )  # fmt: skip
+            state, spread, _, _ = fuse_shared(state, spread, fix, other, -seen.unit.reshape(3, 1))
+    return state[:3].copy(), spread[:3, :3].copy()
+
+
+@compiled
+def first_to_locate(heard: Heard) -> int:
+    """Return the reception that locates an AUV first: the caller's if it has heard the answer."""
+    for row in heard.rows:
+        if heard.receptions[row].asv == heard.ping.called_by:
+            return int(row)
+    return int(heard.rows[0])
+
+
+@compiled
+def answered(heard: Heard, row: int, asvs: Motion, instrument: Instrument) -> Sighting:
+    """Return what an ASV measures of a reception of an answer."""
+    under_way = heard.ping.call_time_s + heard.receptions[row].travel_time_s
+    return sighting(heard, row, under_way, asvs, instrument)
+
+
+@compiled
+def sighting(
+    heard: Heard, row: int, under_way: float, asvs: Motion, instrument: Instrument
+) -> Sighting:
+    """Return what an ASV measures of a reception of sound that was `under_way` so long (s)."""
+    ping, it, noise = heard.ping, heard.receptions[row], heard.noise[row]
+    x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
+    vessel, source = np.array((x, y, z)), np.array((ping.x_m, ping.y_m, ping.z_m))
+    unit, believed = sighted(source, vessel, yaw, noise, instrument)
+    timed = clocked(under_way, noise, instrument)
+    return Sighting(vessel, unit, believed, instrument.levels.sound_speed_m_per_s * timed)
+
+
+@compiled
+def way_to_caller(
+    heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument
+) -> Floats:
+    """Return where the call was sent as seen from who heard its answer (3,), m, by their GNSS."""
+    x, y, z, _ = where(asvs, heard.ping.called_by, heard.ping.called_at_s)
+    baseline = np.array((x, y, z)) - seen.vessel
+    if heard.receptions[row].asv != heard.ping.called_by:
+        astray = np.zeros(3)  # the caller's GNSS error, which lasts for as long as call and answer
+        for other in range(len(heard.receptions)):
+            if heard.receptions[other].asv == heard.ping.called_by:
+                astray = instrument.levels.gnss_sd_m * heard.noise[other, 9:12]
+        baseline = baseline + astray - instrument.levels.gnss_sd_m * heard.noise[row, 9:12]
+    return baseline
+
+
+@compiled
+def by_itself(
+    seen: Sighting, baseline: Floats, heard: Heard, row: int, instrument: Instrument, strayed: float
+) -> Alone:
+    """Locate an AUV by one reception of its answer; `baseline` as of :func:`way_to_caller`."""
+    levels, noise = instrument.levels, heard.noise[row]
+    gnss, other_gnss = levels.gnss_sd_m**2, 0.0
+    if heard.receptions[row].asv != heard.ping.called_by:
+        other_gnss = gnss
+    own = own_range(seen.path, baseline, seen.unit)
+    fix, covariance = placed(
+        seen.vessel, seen.unit, seen.believed, own.reach, 0.0, noise, instrument
+    )
+    limit = (baseline[0] ** 2 + baseline[1] ** 2 + baseline[2] ** 2) / 6  # two places on a line
+    level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
+    errors = PathErrors(levels.range_sd_m**2, level * strayed, gnss, other_gnss)
+    return Alone(fix, dated(covariance, seen.unit, own, limit, errors), own)

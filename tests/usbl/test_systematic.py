@@ -1,0 +1,188 @@
+"""Errors that outlast a ping: what they make of fixes, and that fusing does not average them away.
+
+Worked examples of common errors: physics of the MVLUE with a stacked covariance.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from worlds import blank
+
+from bindusbl_des.records.rows import NONE, PING, RECEPTION
+from bindusbl_des.usbl.array import ARRAYS
+from bindusbl_des.usbl.fusion import fuse_shared
+from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument, Usbl
+from bindusbl_des.usbl.systematic import SYSTEMATIC, Systematic, measured_astray, noise_of
+from bindusbl_des.usbl.two_way import Heard
+from bindusbl_des.vehicles.motion import together
+from bindusbl_des.vehicles.vehicle import Place, moored
+
+Array = np.ndarray
+SOUND = 1500.0
+STATIONS = np.array([[40.0, 5.0, 0.0], [-25.0, 30.0, 0.0], [-10.0, -35.0, 0.0]])
+SOURCE = np.array([3.0, -6.0, 12.0])
+PINGED = 200.0  # s
+# columns of J: three misalignments, three GNSS errors along x and y, sound speed, clock and drift
+COLUMNS = 12
+SDS = np.array([*[0.03] * 3, *[0.8] * 6, 0.007, 5e-4, 2e-6])
+
+
+@dataclass(frozen=True)
+class Sea:
+    """One ping at three ASVs, and all that is wrong: c in the order of J."""
+
+    wrong: Array = field(default_factory=lambda: np.zeros(COLUMNS))
+    noise: Array = field(default_factory=lambda: np.zeros((3, NOISE_WIDTH + 4)))
+    sds: Array = field(default_factory=lambda: SDS)
+    quiet: bool = False
+    called_by: int = NONE
+    heard: tuple[int, ...] = (0, 1, 2)
+    array: str = "oem5"
+    outliers: tuple[float, float] = (-math.inf, 0.0)
+    source: Array = field(default_factory=lambda: SOURCE)
+
+    def measured(self) -> tuple[Array, Array, Array]:
+        """Return fix (3,), covariance (3, 3) and J (3, 12)."""
+        travel = np.linalg.norm(self.source - STATIONS, axis=1) / SOUND
+        ping, receptions = blank(PING, 1), blank(RECEPTION, 3)
+        ping["auv"], ping["sent_at_s"] = 0, PINGED
+        ping["x_m"], ping["y_m"], ping["z_m"] = self.source
+        if self.called_by != NONE:
+            ping["called_by"] = self.called_by
+            ping["call_time_s"] = travel[self.called_by]
+            ping["called_at_s"] = PINGED - travel[self.called_by]
+        receptions["asv"], receptions["travel_time_s"] = np.arange(3), travel
+        receptions["arrived_at_s"] = PINGED + travel
+        heard = Heard(ping[0], receptions, np.array(self.heard), self.noise)
+        vessels = [moored(Place(*place, 0.7 * k)) for k, place in enumerate(STATIONS)]
+        usbl = Usbl(
+            ARRAYS[self.array], *((0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0) if self.quiet else
+            (2.6e-7, 6.7e-6, 0.0, (0.003, 0.003, 0.015), 0.02)),
+            sound_speed=SOUND / (1.0 - self.wrong[9]), true_sound_speed=SOUND,
+            misalignment_sd=float(self.sds[0]),
+        )  # fmt: skip
+        levels = np.zeros(1, dtype=SYSTEMATIC)
+        levels["sd"] = [*self.sds[[0, 3, 4, 3, 4]], self.sds[9]]
+        levels["clock_offset_sd_s"], levels["clock_drift_sd"] = self.sds[10:]
+        levels["outliers_below"], levels["outlier_sd_m"] = self.outliers
+        for kind, at in (("misalignment", 0), ("gnss", 3), ("sound_speed", 9), ("clock", 10)):
+            levels[f"{kind}_at"] = at
+        lasting = Systematic(
+            levels[0], self.sds**2, self.wrong[:3],
+            self.wrong[3:9].reshape(3, 1, 2), self.wrong[None, 10:],
+        )  # fmt: skip
+        instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
+        strayed = None if self.called_by == NONE else np.zeros(1)
+        fleet = together([vessel.legs for vessel in vessels])
+        return measured_astray(heard, fleet, instrument, strayed, lasting)
+
+
+WAYS = [
+    {}, {"heard": (1,)}, {"called_by": 0}, {"called_by": 2, "heard": (1,)},
+    {"called_by": 2, "heard": (0, 1)}, {"array": "cross5", "heard": (2, 0)},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("column", range(COLUMNS))
+def test_a_fix_moves_with_what_is_wrong_as_it_says(way: dict[str, Any], column: int) -> None:
+    """J equals differences: each heading, GNSS, sound speed and clock, one way and two ways."""
+    sea = Sea(**way)  # without noise: where fixes differ, weights that change matter as well
+    step = 1e-3 * SDS[column] * np.eye(COLUMNS)[column]
+    lever = sea.measured()[2][:, column]
+    moved = replace(sea, wrong=step).measured()[0] - replace(sea, wrong=-step).measured()[0]
+    assert moved / (2 * step[column]) == pytest.approx(lever, rel=2e-3, abs=2e-3 * abs(lever).max())
+    called = "called_by" in way
+    alone = set(way.get("heard", (0, 1, 2))) | ({way["called_by"]} if called else set())
+    depends = {**{k: k in way.get("heard", (0, 1, 2)) for k in range(3)}, 9: True}
+    depends |= {3 + 2 * k + axis: k in alone for k in range(3) for axis in range(2)}
+    assert (np.abs(lever).max() > 0.0) == depends.get(column, not called)
+
+
+def fused(fixes: list[Array], covariances: list[Array], levers: list[Array]) -> tuple[Array, Array]:
+    """Fuse fixes (3,) that share unknowns of unit variance; return place and covariance."""
+    beside = levers[0].shape[1]
+    state, spread = np.zeros(3 + beside), np.eye(3 + beside)
+    state[:3] = fixes[0]
+    spread[:3, :3] = covariances[0] + levers[0] @ levers[0].T
+    spread[:3, 3:], spread[3:, :3] = -levers[0], -levers[0].T
+    for fix, covariance, lever in zip(fixes[1:], covariances[1:], levers[1:], strict=True):
+        state, spread, _, _ = fuse_shared(state, spread, fix, covariance, lever)
+    return state[:3], spread[:3, :3]
+
+
+@pytest.mark.parametrize(
+    ("count", "sd"), [(1, 0.583095), (2, 0.463681), (3, 0.416333), (4, 0.390512), (10, 0.339116)]
+)
+def test_a_common_error_is_a_floor(count: int, sd: float) -> None:
+    """Fixes of variance 0.25 with one error of variance 0.09 in common: never below 0.3 m."""
+    rng = np.random.default_rng(count)
+    fixes = list(rng.standard_normal((count, 3)))
+    place, spread = fused(fixes, [0.25 * np.eye(3)] * count, [0.3 * np.eye(3)] * count)
+    assert np.sqrt(np.diag(spread)) == pytest.approx([sd] * 3, abs=5e-7)
+    assert place == pytest.approx(np.mean(fixes, axis=0))  # their weights are what they were
+
+
+def test_a_clock_cancels_where_geometry_says_so() -> None:
+    """A clock of 1 ms: nothing of it is left between two ASVs, and much of it beside two."""
+    east, north = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
+    along, across = np.diag([0.01, 0.25, 1.0]), np.diag([0.25, 0.01, 1.0])
+    nowhere = [np.zeros(3)] * 2
+    opposite = fused(nowhere, [along] * 2, [1.5 * east[:, None], -1.5 * east[:, None]])[1]
+    assert opposite[:2, :2] == pytest.approx(np.diag([0.005, 0.125]), abs=1e-9)
+    aside = fused(nowhere, [along, across], [1.5 * east[:, None], 1.5 * north[:, None]])[1]
+    assert aside[:2, :2] == pytest.approx(
+        np.array([[0.123243, 0.113627], [0.113627, 0.123243]]), abs=5e-7
+    )
+
+
+def test_weights_may_be_negative() -> None:
+    """Of two that err together the worse one tells what the better one errs by (sd 1, 2; 0.9)."""
+    levers = [np.array([[0.95], [0], [0]]), np.array([[1.8 / 0.95], [0], [0]])]
+    own = [np.diag([1 - 0.95**2, 1, 1]), np.diag([4 - (1.8 / 0.95) ** 2, 1, 1])]
+    place, spread = fused([np.array([1.0, 0, 0]), np.zeros(3)], own, levers)
+    assert place[0] == pytest.approx(1.5714286, abs=1e-7)
+    assert spread[0, 0] == pytest.approx(0.542857143, abs=1e-9)
+
+
+def anywhere(rng: np.random.Generator, way: dict[str, Any]) -> Array:
+    """Return a place of an AUV among the ASVs; if the caller is deaf, not in line with it."""
+    if way.get("called_by") in way.get("heard", (0, 1, 2)) or not way:
+        return np.array([*rng.uniform(-40.0, 40.0, 2), 12.0])
+    return np.array([rng.uniform(10.0, 50.0), rng.uniform(20.0, 60.0), 12.0])
+
+
+# What is wrong: one kind alone, or all at once; (nothing else is told, either)
+ALONE = {
+    "nothing": (), "misalignment": (0, 1, 2), "gnss": tuple(range(3, 9)), "sound_speed": (9,),
+    "clock": (10, 11), "everything": tuple(range(COLUMNS)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ALONE)
+@pytest.mark.parametrize("way", [{}, {"called_by": 0}, {"called_by": 2, "heard": (0, 1)}])
+def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
+    """Whatever lasts: the errors of fixes agree with their covariance, and what J leaves of them.
+
+    The first tells of all errors; the second of what is left where everything that lasts is known.
+    """
+    rng, count, told = np.random.default_rng(5), 1500, np.zeros(COLUMNS)
+    told[list(ALONE[kind])] = SDS[list(ALONE[kind])]
+    squares = np.zeros(2)
+    for _ in range(count):
+        wrong, noise = (
+            told * rng.standard_normal(COLUMNS),
+            rng.standard_normal((3, NOISE_WIDTH + 4)),
+        )
+        sea = Sea(wrong, noise, told, source=anywhere(rng, way), **way)
+        fix, covariance, lever = sea.measured()
+        off, (xx, yy, xy) = fix - sea.source, noise_of(covariance, lever, told**2)
+        left = np.array([[xx, xy], [xy, yy]])
+        squares[0] += off[:2] @ np.linalg.solve(covariance[:2, :2], off[:2])
+        off = off - lever @ wrong
+        squares[1] += off[:2] @ np.linalg.solve(left, off[:2])
+    # chi-squared of 2 degrees of freedom at 3.3 sd, and 3 % for terms of third order
+    assert squares / count == pytest.approx(2.0, abs=3.3 * math.sqrt(4 / count) + 0.06)
