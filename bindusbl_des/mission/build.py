@@ -24,6 +24,7 @@ from ..scenario.scenario import Scenario
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
+from ..usbl.systematic import Astray
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from ..vehicles.pose_source import PoseSource
@@ -88,11 +89,10 @@ def _network(
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
         channel_named(hf.channel) or loss_of(scenario),
-        instrument_named(scenario.usbl.model) or usbl_of(scenario),
+        instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
         record,
-        lasting_errors(scenario, streams, told=False),
     )
     downlink = MfDownlink(
         env,
@@ -131,8 +131,14 @@ def _network(
     )
 
 
+def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:
+    """Return the USBL instrument that every ASV carries, with what is wrong all the time."""
+    usbl, lasting = usbl_of(scenario), lasting_errors(scenario, streams, told=False)
+    return usbl if lasting is None else Astray(usbl, lasting)
+
+
 def usbl_of(scenario: Scenario) -> Usbl:
-    """Return the USBL instrument that every ASV carries."""
+    """Return that instrument as far as it is the same for all."""
     usbl = scenario.usbl
     roll, pitch, heading = np.radians((usbl.roll_sd_deg, usbl.pitch_sd_deg, usbl.heading_sd_deg))
     return Usbl(

@@ -19,7 +19,7 @@ from ..records.rows import CALLED, NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Usbl
 from ..usbl.measurement import note
 from ..usbl.own_instrument import OwnInstrument, sounding_of
-from ..usbl.systematic import OUTLIER_WIDTH, Systematic
+from ..usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints, places
 from .calling import CALL, interrogate
@@ -28,14 +28,8 @@ from .reception import foretold, settle
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
 
-# What is handed over where no error lasts
-NOTHING_LASTS: tuple[Any, ...] = (
-    None,
-    np.empty(0),
-    np.empty(0),
-    np.empty((0, 0, 2)),
-    np.empty((0, 2)),
-)
+# What is handed over where no error lasts: levers and what is left of covariances, too
+NOTHING_LASTS = (None,) * 7
 
 # What stands for the compiled loss where somebody else's channel is asked
 NO_LOSS = LossTerms(np.zeros(4), 0, 0.0, 1.0)
@@ -63,29 +57,29 @@ class Uplink:
         asvs: Fleet,
         band: Band,
         channel: LossTerms | OwnChannel,
-        instrument: Usbl | OwnInstrument,
+        instrument: Usbl | Astray | OwnInstrument,
         streams: Streams,
         strayed: Floats | None,
         record: Recorder,
-        lasting: Systematic | None = None,
     ) -> None:
         """Put a band together; `strayed` (n,), m2, as of :func:`.reception.settle`.
 
-        The channel is the compiled disc with its loss, or somebody's own, as is the instrument,
-        which the errors that last are of that ships.
+        The channel is the compiled disc with its loss, or somebody's own, as is the instrument.
         """
         self.band = band
         self._auvs, self._asvs, self._record = auvs, asvs, record
         self._channel = channel if isinstance(channel, OwnChannel) else None
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
+        self._lasting: Systematic | None = None
+        outliers = 0
+        if isinstance(instrument, Astray):
+            (instrument, self._lasting), outliers = instrument, OUTLIER_WIDTH
         array: tuple[Any, ...] = (None, None, None)
         if isinstance(instrument, Usbl):
             array = instrument.array, instrument.metric, instrument.levels
         self._law, self._asvs_move = (*self._loss, *band), not asvs.foreseen
         self._measuring = (*array, strayed)
-        self._lasting: tuple[Any, ...] = NOTHING_LASTS if lasting is None else lasting
-        outliers = 0 if lasting is None else OUTLIER_WIDTH
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
@@ -205,12 +199,13 @@ class Uplink:
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         noise, count = self._noise, fixes.count
         room = fixes.room_for(pings.count - self._undecided + 1)
-        levers = self._record.levers.room_for(len(room))
-        parts: tuple[Any, ...] = (*self._measuring, *self._lasting, *levers)
+        lasting: tuple[Any, ...] = NOTHING_LASTS
+        if self._lasting is not None:
+            lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
         fixes.count, auv, asv = settle(
             time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
-            room, fixes.count,
-            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion, *parts,
+            room, fixes.count, noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
+            *self._measuring, *lasting,
         )  # fmt: skip
         if self._instrument is not None:
             for fix in fixes.array[count : fixes.count]:

@@ -31,7 +31,7 @@ from .effects import (
     limit,
 )
 from .fusion import fuse_shared, product
-from .instrument import NOISE_WIDTH, Instrument, placed
+from .instrument import NOISE_WIDTH, Instrument, Usbl, placed
 from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, way_to_caller
 
 # What is known: standard deviations along these columns but for the clock, that of its offset (s)
@@ -74,6 +74,13 @@ class Systematic(NamedTuple):
     misalignments: Floats
     gnss: Floats
     clocks: Floats
+
+
+class Astray(NamedTuple):
+    """The instrument that every ASV carries, and what is wrong all the time."""
+
+    usbl: Usbl
+    lasting: Systematic
 
 
 class Part(NamedTuple):
