@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.plugins import is_plugin
 from ..results.round_timeline import uplink_slots
+from .astray import wrong
 from .chain import Part, Step
 from .numbers import compared, place, rows_where
 
@@ -31,14 +32,18 @@ def fixing(result: "Result", fix: Any) -> Step:
     """Return the step at which receptions become a fix."""
     asvs = fix.asvs.split()
     why = "one measurement" if len(asvs) == 1 else f"{len(asvs)} measurements fused (MVLUE)"
+    told, facts = wrong(result, fix)
     return Step(
         known_at(result, fix),
         f"Fix {fix.fix}",
         f"is made by {', '.join(asvs)}: x {fix.x_m:.2f} +- {fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- "
         f"{fix.sd_y_m:.2f} m",
-        f"{why}, {fix.error_m:.2f} m off the truth",
-        {"fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m},
-    )
+        "; ".join([f"{why}, {fix.error_m:.2f} m off the truth", *told]),
+        {
+            "fix": fix.fix, "asvs": asvs, "x_m": fix.x_m, "y_m": fix.y_m, "error_m": fix.error_m,
+            **facts,
+        },
+    )  # fmt: skip
 
 
 def broadcasting(result: "Result", fix: Any) -> Step:

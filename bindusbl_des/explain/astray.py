@@ -1,0 +1,79 @@
+"""What was wrong all the time when a fix was made, as nobody on board knew."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.plugins import is_plugin
+from ..core.streams import Streams
+from ..mission.closed_loop import slow_gnss
+from ..mission.lasting import clocks, kinds, misalignments, sound_speed_error
+from ..vehicles.currents import CONTROL_S
+from .numbers import rows_where
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+
+def wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:
+    """Return in words, and as numbers, the lasting errors that a fix contains.
+
+    They are drawn anew, as the mission of this seed drew them.
+    """
+    if is_plugin(result.scenario.usbl.model):
+        return [], {}
+    has = {kind.name for kind in kinds(result.scenario)}
+    found = [*_of_vessels(result, fix, has), *_shared(result, fix, has)]
+    return [told for told, _ in found], {
+        name: it for _, facts in found for name, it in facts.items()
+    }
+
+
+def _of_vessels(
+    result: "Result", fix: Any, has: set[str]
+) -> Iterator[tuple[str, dict[str, float]]]:
+    """Yield what is wrong with the ASVs that have measured a fix."""
+    world, streams = result.scenario, Streams(result.seed)
+    names = fix.asvs.split()
+    asvs = [int(name.removeprefix("ASV")) for name in names]
+    if "misalignment" in has:
+        turns = np.degrees(misalignments(world, streams))[asvs]
+        told = ", ".join(f"{name} {turn:+.2f}" for name, turn in zip(names, turns, strict=True))
+        facts = {
+            f"{name}_misalignment_deg": float(it) for name, it in zip(names, turns, strict=True)
+        }
+        yield f"headings misaligned (deg): {told}", facts
+    if "gnss" in has:
+        met = rows_where(result.tables["receptions"], ping=fix.ping)
+        arrived = [float(rows_where(met, asv=name).arrived_at_s.iloc[0]) for name in names]
+        slow = slow_gnss(world, streams)
+        off = [slow[asv, int(time / CONTROL_S)] for asv, time in zip(asvs, arrived, strict=True)]
+        told = ", ".join(f"{n} {x:+.2f} {y:+.2f}" for n, (x, y) in zip(names, off, strict=True))
+        facts = {
+            f"{name}_gnss_{axis}_m": float(error)
+            for name, place in zip(names, off, strict=True)
+            for axis, error in zip("xy", place, strict=True)
+        }
+        yield f"GNSS slowly astray (x y, m): {told}", facts
+
+
+def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, dict[str, float]]]:
+    """Yield what is wrong for all ASVs at once."""
+    world = result.scenario
+    if "sound_speed" in has:
+        share = sound_speed_error(world)
+        way = "long" if share > 0 else "short"
+        told = f"ranges {100 * abs(share):.2f} % too {way}: sound is assumed to travel at "
+        told += f"{world.environment.fleets_sound_speed:g}, not at "
+        told += f"{world.environment.sound_speed_m_per_s:g} m/s"
+        yield told, {"sound_speed_error": share}
+    ping = rows_where(result.tables["pings"], ping=fix.ping).iloc[0]
+    if "clock" in has and ping.get("call") is None:
+        offset, drift = clocks(world, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
+        late = offset + drift * fix.pinged_at_s
+        longer = late * world.environment.fleets_sound_speed
+        told = (
+            f"the clock of {fix.auv} is {1e3 * late:+.3f} ms late: ranges {longer:+.2f} m too long"
+        )
+        yield told, {"clock_late_s": float(late)}

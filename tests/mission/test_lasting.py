@@ -1,0 +1,139 @@
+"""What is wrong all through a mission: drawn for each vehicle by itself, and found in fixes."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from worlds import QUIET_USBL, merged, paper_case, scenario, still
+
+from bindusbl_des import Mission, Result, simulate
+from bindusbl_des.core.streams import Streams
+from bindusbl_des.mission.closed_loop import slow_gnss
+from bindusbl_des.mission.lasting import clocks, misalignments
+from bindusbl_des.protocol.slots import slots_of
+from bindusbl_des.vehicles.currents import CONTROL_S
+
+EVERYTHING = {
+    "usbl": {
+        "misalignment_sd_deg": 2.0,
+        "gnss_correlated_sd_m": 0.5,
+        "outlier_share": 0.05,
+    },
+    "environment": {"assumed_sound_speed_m_per_s": 1490.0},
+    "navigation": {"clock_offset_sd_s": 2e-4, "clock_drift_sd": 1e-6},
+}
+
+
+def quiet(seed: int = 4, **changes: Any) -> tuple[Any, Result]:
+    """Return a mission of an AUV at (20, 0, 10) m of one ASV, without noise, and its scenario."""
+    data = merged({"usbl": QUIET_USBL, "duration_s": 60.0}, changes)
+    world = still(1, **data)
+    return world, simulate(world, seed)
+
+
+def test_a_misaligned_array_turns_every_fix() -> None:
+    """All fixes of an ASV lie beside the AUV by the same angle."""
+    world, result = quiet(usbl={"misalignment_sd_deg": 3.0})
+    [turn] = misalignments(world, Streams(4))
+    fixes = result.tables["fixes"]
+    assert len(fixes) > 50
+    found = np.arctan2(fixes.y_m, fixes.x_m).to_numpy()
+    assert found == pytest.approx(np.full(len(fixes), turn), abs=1e-4)
+    assert fixes.sd_y_m.iloc[0] == pytest.approx(20.0 * math.radians(3.0), rel=0.01)
+
+
+def test_slow_gnss_errors_are_those_of_the_instant() -> None:
+    """A fix is off by what the ASV's GNSS is off as the ping arrives (and its array's size)."""
+    world, result = quiet(usbl={"gnss_correlated_sd_m": 0.8, "gnss_time_constant_s": 20.0})
+    [astray], fixes = slow_gnss(world, Streams(4)), result.tables["fixes"]
+    arrived = result.tables["receptions"].arrived_at_s.to_numpy()[: len(fixes)]
+    off = astray[(arrived / CONTROL_S).astype(int)]
+    assert fixes[["x_m", "y_m"]].to_numpy() - (20.0, 0.0) == pytest.approx(off, abs=0.02)
+    assert np.std(off, axis=0).min() > 0.1
+
+
+def test_slow_gnss_errors_fade_as_they_should() -> None:
+    """Their variance, and what is left of them after half and after twice the time constant."""
+    world = scenario(
+        duration_s=20_000.0, asvs={"count": 8},
+        usbl={"gnss_correlated_sd_m": 2.0, "gnss_time_constant_s": 10.0},
+    )  # fmt: skip
+    found = slow_gnss(world, Streams(1))
+    independent = found.size * CONTROL_S / 20.0
+    assert found.var() == pytest.approx(4.0, rel=4 * math.sqrt(2 / independent))
+    for lag in (5.0, 20.0):
+        steps = round(lag / CONTROL_S)
+        product = (found[:, :-steps] * found[:, steps:]).mean() / 4.0
+        assert product == pytest.approx(math.exp(-lag / 10.0), abs=4 * math.sqrt(2 / independent))
+
+
+def test_sound_that_is_taken_for_too_fast_makes_ranges_too_long() -> None:
+    """By the ratio of both speeds, true places of arrival notwithstanding."""
+    _, result = quiet(environment={"assumed_sound_speed_m_per_s": 1530.0})
+    fixes, slant = result.tables["fixes"], math.hypot(20.0, 10.0)
+    found = np.sqrt(fixes.x_m**2 + fixes.y_m**2 + fixes.z_m**2).to_numpy()
+    assert found == pytest.approx(np.full(len(fixes), slant * 1.02), abs=1e-4)
+    assert result.tables["receptions"].travel_time_s.iloc[0] == pytest.approx(slant / 1500.0)
+
+
+def test_the_fleet_plans_with_the_sound_speed_that_it_assumes() -> None:
+    """Slots are shorter where sound is taken for faster."""
+    planned = slots_of(scenario(environment={"assumed_sound_speed_m_per_s": 1560.0}))
+    assert planned.crossing_time == pytest.approx(140.0 / 1560.0)
+    assert slots_of(scenario()).crossing_time == pytest.approx(140.0 / 1500.0)
+
+
+def test_late_clocks_make_ranges_too_long() -> None:
+    """By the sound's way in what a clock is late, which grows; never where AUVs are called."""
+    late = {"clock_offset_sd_s": 1e-3, "clock_drift_sd": 2e-5}
+    world, result = quiet(navigation=late)
+    [[offset, drift]], fixes = clocks(world, Streams(4)), result.tables["fixes"]
+    found = np.sqrt(fixes.x_m**2 + fixes.y_m**2 + fixes.z_m**2) - math.hypot(20.0, 10.0)
+    late_s = offset + drift * fixes.pinged_at_s.to_numpy()
+    assert found.to_numpy() == pytest.approx(1500.0 * late_s, abs=1e-3)
+    _, called = quiet(navigation=late, protocol={"ranging": "twtt"})
+    assert called.tables["fixes"].error_m.max() < 0.01
+
+
+def test_outliers_are_so_many_and_no_others_change() -> None:
+    """Share and spread as asked; whoever is none is measured as without them."""
+    share, spread = 0.2, 25.0
+    _, plain = quiet(usbl={"heading_sd_deg": 1.0}, duration_s=300.0)
+    _, result = quiet(
+        usbl={"heading_sd_deg": 1.0, "outlier_share": share, "outlier_sd_m": spread},
+        duration_s=300.0,
+    )
+    one, other = plain.tables["fixes"], result.tables["fixes"]
+    off = (other[["x_m", "y_m"]] - one[["x_m", "y_m"]]).to_numpy()
+    out, count = (off != 0.0).any(axis=1), len(one)
+    assert out.mean() == pytest.approx(share, abs=4 * math.sqrt(share * (1 - share) / count))
+    assert np.sqrt((off[out] ** 2).mean()) == pytest.approx(
+        spread, rel=4 / math.sqrt(4 * out.sum())
+    )
+    assert (one.sd_x_m == other.sd_x_m).all()  # nobody told the covariance
+
+
+def test_a_further_vehicle_leaves_what_others_have() -> None:
+    """Each ASV and AUV draws by itself."""
+    few, many = (
+        scenario(**merged(EVERYTHING, {"asvs": {"count": n}, "auvs": {"count": n}})) for n in (2, 4)
+    )
+    for draw in (misalignments, clocks, slow_gnss):
+        assert np.array_equal(draw(few, Streams(7)), draw(many, Streams(7))[:2])
+        assert not np.array_equal(draw(few, Streams(7)), draw(few, Streams(8)))
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_who_looks_changes_nothing(ranging: str) -> None:
+    """With all that lasts, a mission that was stopped at odd instants is the mission."""
+    world = paper_case(
+        3, **merged(EVERYTHING, {"duration_s": 40.0, "protocol": {"ranging": ranging}}),
+        record={"detail": "full"},
+    )  # fmt: skip
+    mission = Mission(world, 2)
+    for instant in (3.3, 3.35, 17.0, 39.9):
+        mission.advance(instant)
+        mission.auvs()
+    assert mission.result().tables["fixes"].equals(simulate(world, 2).tables["fixes"])
+    assert mission.result().auvs.equals(simulate(world, 2).auvs)
