@@ -3,12 +3,16 @@
 import signal
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import pytest
+from campaigns_for_tests import OneThread
 from hypothesis import settings
 
+from bindusbl_des.campaigns import running
 from bindusbl_des.core.plugins import allow
 
 # The first example may compile equations.
@@ -26,3 +30,11 @@ allow(f"schedules_for_tests:{name}" for name in SCHEDULES)
 allow(f"test_navigators:{name}" for name in ("Still", "Silent", "Nobody"))
 allow(f"test_worth_knowing:{name}" for name in ("fading", "compass"))
 allow(["math:sqrt", "test_report_sweep:raising", "test_explain:Trusting"])
+
+
+@pytest.fixture(scope="module")
+def in_this_process() -> Iterator[None]:
+    """Campaigns of a module have no workers, whose start takes longer than small missions."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(running, "pool_for", OneThread)
+        yield

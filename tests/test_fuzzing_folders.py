@@ -3,7 +3,7 @@
 import pytest
 from fuzzing.checking import check
 
-COUNTS = (("run", 150), ("campaign", 30))
+COUNTS = (("run", 40), ("campaign", 10))
 MANY = (("run", 4000), ("campaign", 1000))
 
 

@@ -245,6 +245,7 @@ def test_a_better_gain_and_delay_compensation_are_named(recovery: Result) -> Non
     assert (advice.untried, advice.shortage, advice.harms) == ((), "", ())
 
 
+@pytest.mark.slow
 def test_advice_holds_on_fresh_seeds(recovery: Result) -> None:
     """On 60 seeds that nobody has used the effects lie in their intervals, but for chance.
 

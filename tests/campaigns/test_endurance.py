@@ -69,6 +69,7 @@ def command(home: Path, *words: object, largest_file: int | None = None) -> "tup
     return ran.returncode, ran.stderr
 
 
+@pytest.mark.slow
 def test_every_accident_in_one_campaign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A worker, the parent and a mission killed, a second process, a full disk: all is found."""
     (tmp_path / "perils.py").write_text(ACCIDENTS)

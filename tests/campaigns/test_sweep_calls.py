@@ -11,6 +11,8 @@ from worlds import scenario
 
 from bindusbl_des import load_scenario, resume, sweep
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 M = scenario(name="m", duration_s=2.0)
 
 

@@ -206,6 +206,7 @@ def test_the_doctor_keeps_and_loads(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "No space left" in said
 
 
+@pytest.mark.slow
 def test_a_sweep_goes_on_with_a_damaged_cache(tmp_path: Path) -> None:
     """Missions of all workers succeed; one line tells of it."""
     source = Path(conflicts.__file__).parent

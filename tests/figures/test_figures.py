@@ -30,6 +30,8 @@ from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.recording import recording
 from bindusbl_des.results.round_timeline import downlink_slots, uplink_slots
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 UNIT = re.compile(r"\((m|s|ms|count|1)\)$")
 
 

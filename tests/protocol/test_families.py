@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import yaml
 from click.testing import CliRunner, Result
+from families_for_tests import each_but_slow_ones
 
 from bindusbl_des import Scenario, cautions, load_result, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.experiments.experiment import Experiment
@@ -236,7 +237,7 @@ def test_slots_are_told_where_the_downlink_put_them(home: Path) -> None:
         assert second.start == pytest.approx(first.end + 0.25)
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.noun)
+@each_but_slow_ones(FAMILIES)
 def test_a_campaign_varies_a_family_on_two_workers(home: Path, family: Family) -> None:
     """Workers load one's own with the command's leave, and get what this process gets."""
     names = [*SHIPPED[family], OWN_PARTS[family]]

@@ -166,7 +166,9 @@ OWN = {
 }
 
 
-@pytest.mark.parametrize("part", OWN)
+@pytest.mark.parametrize(
+    "part", [pytest.param(it, marks=() if it == "channel" else pytest.mark.slow) for it in OWN]
+)
 def test_workers_and_explain_know_parts_of_ones_own(part: str, tmp_path: Path) -> None:
     """In two worker processes they do what they do here; explaining says that they decided."""
     world = small(**{**OWN[part], "duration_s": 10.0})

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner, Result
+from families_for_tests import each_but_slow_ones
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, sweep
@@ -199,7 +200,7 @@ def test_a_setting_decides_the_mission_and_is_kept(home: Path, family: Family) -
     assert error_m(load_result(home / "s")) == error_m(first)
 
 
-@EACH
+@each_but_slow_ones(SETTINGS)
 def test_a_campaign_varies_a_setting_on_two_workers(home: Path, family: Family) -> None:
     """Workers get the settings of their point, of a part that the file names alone."""
     word, one, other, _, _ = SETTINGS[family]

@@ -23,6 +23,8 @@ from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.page import as_script, assembled
 from bindusbl_des.report.run_page import run_page
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 ATTACK = "</code></script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>"
 TERMINAL = "\x1b]0;owned\x07\x1b[31m\r\x9b31m\u202e\x7f"
 OBEYED = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069]")

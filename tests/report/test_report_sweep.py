@@ -14,6 +14,8 @@ from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.cli import main
 from bindusbl_des.report.comparison import comparison_page
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 BASE = "name: tiny\nduration_s: 20\nsurvey: {side_m: 100}\n"
 EXPERIMENT = (
     "scenario: base.yaml\n"

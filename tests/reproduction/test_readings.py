@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from campaigns_for_tests import OneThread
 from click.testing import CliRunner, Result
-from test_reproduction import Alone
 
 from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
@@ -256,7 +256,7 @@ def run(*options: str) -> Result:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(crossing, "load", tiny)
         patch.setattr(counting, "SHUFFLES", 20)
-        patch.setattr("bindusbl_des.campaigns.running.pool_for", lambda *_: Alone())
+        patch.setattr("bindusbl_des.campaigns.running.pool_for", OneThread)
         return CliRunner().invoke(main, ["-q", "reproduce", "--quick", *options])
 
 
@@ -270,6 +270,7 @@ def counted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_readings_are_counted_by_the_command(counted: Path) -> None:
     """Table, page and answer agree on the best reading."""
     import pandas as pd
@@ -288,6 +289,7 @@ def test_readings_are_counted_by_the_command(counted: Path) -> None:
     assert (counted / "figures" / "reproduction" / "readings.png").stat().st_size > 3000
 
 
+@pytest.mark.slow
 def test_the_count_is_told_in_80_columns(counted: Path) -> None:
     """A second call runs nothing again and tells the best readings and every switch."""
     result = run("--readings", "--out", str(counted))
@@ -336,6 +338,7 @@ def test_one_reading_and_all_of_them_are_two_commands() -> None:
 # The manual
 
 
+@pytest.mark.slow
 def test_the_page_in_the_manual_is_what_the_program_writes(counted: Path) -> None:
     """Titles, tables and wording of the section are the program's, its best reading is `likely`."""
     section = PAGE.read_text().partition("## The paper in one reading\n")[2]

@@ -3,17 +3,16 @@
 import json
 import tomllib
 from collections.abc import Iterator
-from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from campaigns_for_tests import OneThread
 from click.testing import CliRunner
 
 from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
-from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
 from bindusbl_des.reproduction import tables
 from bindusbl_des.reproduction.captions import CAPTIONS
@@ -177,26 +176,6 @@ def test_the_wheel_holds_experiments_and_scenarios() -> None:
 # The whole
 
 
-class Alone:
-    """A pool of nobody but this process: the start of workers is not what is tested here."""
-
-    size = 1
-
-    def has_room(self) -> bool:
-        return True
-
-    def submit(self, batch: Batch) -> Future[list[Row]]:
-        future: Future[list[Row]] = Future()
-        future.set_result(run_batch(batch))
-        return future
-
-    def release(self, _: object) -> None:
-        return None
-
-    def close(self, *, now: bool) -> None:
-        del now
-
-
 def tiny(*, quick: bool) -> list[Experiment]:
     """Return the quick experiments with two seeds, 30 s long, with the smallest teams only."""
     return [
@@ -218,7 +197,7 @@ def tiny_plans() -> Iterator[None]:
     """Let `reproduce` run tiny experiments in this process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("bindusbl_des.reproduction.reproduce.experiments", tiny)
-        patch.setattr("bindusbl_des.campaigns.running.pool_for", lambda *_: Alone())
+        patch.setattr("bindusbl_des.campaigns.running.pool_for", OneThread)
         yield
 
 

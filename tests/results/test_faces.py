@@ -12,6 +12,8 @@ from worlds import scenario
 from bindusbl_des import Mission, Result, Scenario, load_campaign, load_result, simulate, sweep
 from bindusbl_des.report.run_page import run_page
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 
 @pytest.fixture(scope="module")
 def result() -> Result:

@@ -80,8 +80,9 @@ ADVICE_KEYS = [
 ]  # fmt: skip
 
 
+@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [*TABLES, "run.json", "advice.json"])
-def test_whatever_happens_to_a_file_is_told(folder: Path, name: str) -> None:
+def test_whatever_happens_to_a_file_is_told(folder: Path, name: str, every: int) -> None:
     """Each damage is refused in a line that names the file and a remedy, or does no harm."""
     file = name if name.endswith(".json") else f"{name}.parquet"
     damages = list(of_any_file(file, seed=len(name)))
@@ -92,6 +93,7 @@ def test_whatever_happens_to_a_file_is_told(folder: Path, name: str) -> None:
     else:
         damages += of_a_table(name, [other for other in TABLES if other != name])
     whole, told = (folder / file).read_bytes(), 0
+    damages = damages[::every]
     for number, (what, damage) in enumerate(damages):
         damage(folder)
         refused = _refusal(folder)

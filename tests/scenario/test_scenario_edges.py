@@ -78,7 +78,7 @@ def test_the_keys_at_their_edges_are_all_of_them() -> None:
     assert {"duration_s", "acoustics.hf.ping_s", "protocol.tick_rate_hz", "auvs.count"} <= keys
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.sampled_from(NUMBERS))
 def test_a_number_that_is_accepted_is_run_written_and_read(
     tmp_path_factory: pytest.TempPathFactory, edge: tuple[str, float]
@@ -95,7 +95,7 @@ def test_a_number_that_is_accepted_is_run_written_and_read(
         assert written_and_read(simulate(scenario), folder) == scenario
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(name=st.text(st.characters(exclude_categories=()), max_size=101), angle=st.floats(-360, 360))
 def test_a_name_that_is_accepted_is_written_and_read(
     tmp_path_factory: pytest.TempPathFactory, name: str, angle: float

@@ -7,7 +7,6 @@ on the velocity over ground, added mass and drag on the velocity through the wat
 import subprocess
 import sys
 import textwrap
-import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -732,17 +731,6 @@ def test_a_reversing_otter_at_the_coarse_step_stays_within_centimetres() -> None
     commands = np.tile([[70.0, 50.0], [-60.0, 60.0], [80.0, 80.0]], (11, 1))[:31]
     coarse, fine = (trajectory("otter", times, commands, step_s=s) for s in (0.05, 0.005))
     assert 1e-5 < differences("otter", coarse, fine)[0] < 2e-2
-
-
-def test_ten_vehicles_swim_five_minutes_in_a_blink() -> None:
-    """Ten torpedoes, 300 s, 60,000 steps: 60 ms on a quiet core, four times that at most."""
-    best = np.inf
-    for _ in range(6):
-        fleet = Fleet("remus100", np.zeros((10, 15)), commands=np.tile(CRUISE["remus100"], (10, 1)))
-        began = time.perf_counter()
-        fleet.at(300.0)
-        best = min(best, time.perf_counter() - began)
-    assert best < 0.24
 
 
 # ---------------------------------------------------------------- what goes wrong, and is said
