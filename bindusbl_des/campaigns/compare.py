@@ -44,23 +44,25 @@ class Comparison:
 
 
 def compare(
-    campaign: str | Path,
-    *others: str | Path,
+    campaign: str | Path | Campaign,
+    *others: str | Path | Campaign,
     by: str | None = None,
     metrics: Sequence[str] = JUDGED,
     baseline: str | None = None,
 ) -> "pd.DataFrame":
     """Compare campaigns with the first one, or the points of one campaign along the key `by`.
 
-    A row per pair of points and metric: means of both over the seeds that both have, the mean
-    difference, its 95 % interval (Student's t over paired differences), and what that shows.  Each
-    mission counts by its worst AUV unless other metrics are asked for.
+    Each is a campaign or its folder.  A row per pair of points and metric: means of both over the
+    seeds that both have, the mean difference, its 95 % interval (Student's t over paired
+    differences), and what that shows.  Each mission counts by its worst AUV unless other metrics
+    are asked for.
 
     Raises:
         CampaignError: when a folder is no campaign's, or nothing in them can be compared.
         ValueError: when there is no such metric.
     """
-    return compared([campaign, *others], by=by, metrics=metrics, baseline=baseline).frame()
+    folders = [it.folder if isinstance(it, Campaign) else it for it in (campaign, *others)]
+    return compared(folders, by=by, metrics=metrics, baseline=baseline).frame()
 
 
 def compared(

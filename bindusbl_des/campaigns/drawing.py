@@ -37,4 +37,4 @@ def drawn(
         means = means_of(campaign, what.pop("metric", None) or JUDGED[0], **what)
     except LookupError as error:
         raise ValueError(error.args[0]) from None
-    return finished(lambda: KINDS[kind](means, width), path)
+    return finished(lambda inches: KINDS[kind](means, inches), width, path)

@@ -1,5 +1,6 @@
 """Files that are there whole or not at all, and that follow no link of a stranger's folder."""
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -19,8 +20,14 @@ def draft_of(path: Path, *, replace: bool = True) -> Iterator[Path]:
 
     Raises:
         FileExistsError: when `path` is there at the end, and not to be replaced.
-        OSError: when the folder cannot be written to, or is full.
+        IsADirectoryError: when it is a folder.
+        FileNotFoundError: when the folder that it lies in is not there.
+        OSError: when that cannot be written to, or is full.
     """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "is a folder; name a file in it", str(path))
+    if not path.parent.exists():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", suffix=DRAFT, dir=path.parent)
     os.close(descriptor)
     draft = Path(name)

@@ -63,7 +63,7 @@ def drawn(
             "run it again with record.detail full"
         )
     _check(result, kind, options)
-    return finished(lambda: KINDS[kind](result, width, **options), path)
+    return finished(lambda inches: KINDS[kind](result, inches, **options), width, path)
 
 
 def _check(result: "Result", kind: str, options: Mapping[str, Any]) -> None:

@@ -20,6 +20,9 @@ from ..core.palette import COLOURS
 # Width (in) of a figure over one and over two columns of a paper (IEEE)
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.16
 
+# Widths (in) at which a figure still shows something, and fits into memory
+NARROWEST, WIDEST = 1.0, 50.0
+
 FORMATS = ("png", "svg", "pdf")
 
 # Resolution (dots/in) at which notebooks show figures
@@ -81,17 +84,20 @@ def new_figure(width: float, height: float) -> Figure:
     return Drawing(figsize=(width, height), layout="constrained")
 
 
-def finished(draw: Callable[[], Figure], path: str | Path | None) -> Figure:
-    """Return a figure drawn in our style; also write it to a path, whose ending is its format.
+def finished(draw: Callable[[float], Figure], width: float, path: str | Path | None) -> Figure:
+    """Return a figure of some width (in) drawn in our style; also write it to a path, whose ending
+    is its format.
 
     Raises:
-        ValueError: when that is no format of ours.
+        ValueError: when that is no format of ours, or the width none of a figure.
         OSError: when it cannot be written.
     """
+    if not NARROWEST <= width <= WIDEST:
+        raise ValueError(f"a figure is {NARROWEST:g} to {WIDEST:g} inches wide; got {width:g}")
     if path is not None and Path(path).suffix[1:].lower() not in FORMATS:
         raise ValueError(f"{path}: a figure is a file that ends in .{', .'.join(FORMATS)}")
     with styled():
-        figure = draw()
+        figure = draw(width)
         if path is not None:
             save(figure, Path(path))
     return figure

@@ -274,6 +274,8 @@ def test_options_are_laid_over_an_experiment() -> None:
     assert list(missions["seed"]) == [0, 1] * 4
     assert Path("over/pings").is_dir()
     python = running.sweep("e.yaml", "python", vary={"auvs.count": [1, 2]}, seeds=2)
+    told = compare(python, by="asvs.count")  # as object or by its folder
+    assert told.equals(compare("python", by="asvs.count"))
     assert python.plan.experiment.points == load_campaign("over").plan.experiment.points
     Path("p.yaml").write_text("scenario: short.yaml\npoints: [{asvs.count: 2}]\n")
     told = call("sweep", "p.yaml", "--vary", "auvs.count=1")

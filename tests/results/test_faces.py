@@ -4,6 +4,7 @@ import copy
 import pickle
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -174,3 +175,26 @@ def test_a_campaign_draws_reports_and_keeps_itself(tmp_path: Path) -> None:
     assert len(load_campaign(tmp_path / "kept").missions) == 8
     with pytest.raises(FileNotFoundError, match="holds a campaign, which load_campaign reads"):
         load_result(tmp_path / "kept")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"path": "nowhere/x.png"}, "no such folder: 'nowhere'"),
+        ({"path": "folder.png"}, "is a folder; name a file in it: 'folder.png'"),
+        ({"width": 0.0}, "a figure is 1 to 50 inches wide; got 0"),
+    ],
+)
+def test_a_figure_that_cannot_be_written_says_where(
+    result: Result,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: dict[str, Any],
+    said: str,
+) -> None:
+    """No word of drafts, nor of what matplotlib makes of it."""
+    monkeypatch.chdir(tmp_path)
+    Path("folder.png").mkdir()
+    with pytest.raises((OSError, ValueError), match=said):
+        result.plot("trajectory", **words)
+    assert [path.name for path in Path().iterdir()] == ["folder.png"]
