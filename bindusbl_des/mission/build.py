@@ -19,7 +19,7 @@ from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named
 from ..protocol.uplink import Uplink
-from ..records.recorder import Recorder
+from ..records.recorder import Levers, Recorder
 from ..scenario.scenario import Scenario
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
@@ -31,7 +31,7 @@ from ..vehicles.pose_source import PoseSource
 from ..vehicles.poses import Poses
 from .closed_loop import Water, afterwards_s, velocity_biases, walks
 from .courses import chart_of
-from .lasting import lasting_errors
+from .lasting import lasting_errors, told_of
 from .launch import launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .world import World
@@ -49,7 +49,8 @@ def build_world(
     A `source` of poses, asked each `pose_step_s` (s), moves the vehicles that it answers for.
     """
     streams = Streams(seed)
-    record = Recorder(everything=scenario.record.detail == "full")
+    columns = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
+    record = Recorder(scenario.record.detail == "full", levers=Levers(columns))
     water = Water(scenario, streams)
     lost = walks(scenario, streams, water)
     biases = velocity_biases(scenario, streams)
@@ -59,7 +60,7 @@ def build_world(
         auvs = launch_auvs(scenario, water, lost, biases)
     if asvs is None:
         asvs = launch_asvs(scenario, streams, water)
-    reckoning, navigator = equip_auvs(scenario, auvs, lost, biases)
+    reckoning, navigator = equip_auvs(scenario, auvs, lost, biases, record.levers)
     network = _network(env, scenario, auvs, asvs, navigator, record, streams)
     return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
 
@@ -133,7 +134,7 @@ def _network(
 
 def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:
     """Return the USBL instrument that every ASV carries, with what is wrong all the time."""
-    usbl, lasting = usbl_of(scenario), lasting_errors(scenario, streams, told=False)
+    usbl, lasting = usbl_of(scenario), lasting_errors(scenario, streams)
     return usbl if lasting is None else Astray(usbl, lasting)
 
 

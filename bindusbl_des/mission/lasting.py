@@ -13,6 +13,9 @@ from ..scenario.scenario import Scenario
 from ..usbl.systematic import SYSTEMATIC, Systematic
 from .closed_loop import Array, slow_gnss
 
+# The ASVs whose own errors a filter may be told of: three states of each AUV for each of them
+MOST_ASVS = 16
+
 
 class Kind(NamedTuple):
     """Errors of one kind that last: the standard deviations (rad, m, 1, s and s/s) of those of one
@@ -36,6 +39,19 @@ def kinds(scenario: Scenario) -> list[Kind]:
         Kind("clock", (0.0, 0.0) if scenario.protocol.ranging == "twtt" else clock, 1),
     ]
     return [kind for kind in found if any(kind.sds)]
+
+
+def told_of(scenario: Scenario) -> list[Kind]:
+    """Return the kinds of lasting errors that navigators are told of, to estimate them.
+
+    They are none of filters that do not weigh, nor of those that somebody leaves `untold`; and
+    beyond MOST_ASVS none of each vessel, which would be too many states.
+    """
+    chosen = scenario.navigation.filter
+    if chosen != "kalman" or is_plugin(scenario.usbl.model):
+        return []
+    untold = chosen.settings.get("untold", ())
+    return [it for it in kinds(scenario) if it.name not in untold and it.times <= MOST_ASVS]
 
 
 def sound_speed_error(scenario: Scenario) -> float:
@@ -63,10 +79,10 @@ def clocks(scenario: Scenario, streams: Streams) -> Array:
     return np.asarray(sds * np.array(drawn))
 
 
-def lasting_errors(scenario: Scenario, streams: Streams, told: bool) -> Systematic | None:
+def lasting_errors(scenario: Scenario, streams: Streams) -> Systematic | None:
     """Return the errors that last, None if there are none of them.
 
-    If somebody is `told` of them, each fix says how it depends on them.
+    Fixes say how they depend on those that navigators are told of.
     """
     usbl, found = scenario.usbl, {kind.name: kind for kind in kinds(scenario)}
     has_outliers = usbl.outlier_share > 0.0
@@ -74,11 +90,11 @@ def lasting_errors(scenario: Scenario, streams: Streams, told: bool) -> Systemat
         return None
     levels, variances = np.zeros(1, dtype=SYSTEMATIC), list[float]()
     known = levels[0]
-    for kind in ("misalignment", "gnss", "sound_speed", "clock"):
-        known[f"{kind}_at"] = NONE
-        if kind in found and told:
-            known[f"{kind}_at"] = len(variances)
-            variances += [sd**2 for sd in found[kind].sds] * found[kind].times
+    for name in ("misalignment", "gnss", "sound_speed", "clock"):
+        known[f"{name}_at"] = NONE
+    for kind in told_of(scenario):
+        known[f"{kind.name}_at"] = len(variances)
+        variances += [sd**2 for sd in kind.sds] * kind.times
     one, two = {name: kind.sds for name, kind in found.items()}, (0.0, 0.0)
     gnss = one.get("gnss", two)
     known["sd"] = (*one.get("misalignment", (0.0,)), *gnss, *gnss, *one.get("sound_speed", (0.0,)))

@@ -10,18 +10,23 @@ from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import LinearNavigator, Navigator, Rule
 from ..navigation.own_navigator import OwnNavigator
 from ..navigation.weighing import WEIGHED
+from ..records.recorder import Levers
 from ..records.rows import LEARNT
 from ..scenario.families import NAVIGATOR
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
+from .lasting import told_of
 from .launch import Array
 
 
 def equip_auvs(
-    scenario: Scenario, fleet: Fleet, walks: Array, biases: Array
+    scenario: Scenario, fleet: Fleet, walks: Array, biases: Array, levers: Levers
 ) -> tuple[DeadReckoning, Navigator]:
-    """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer."""
+    """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer.
+
+    `levers` tell how fixes depend on errors that last.
+    """
     navigation = scenario.navigation
     reckoning = DeadReckoning(
         fleet.motion, walks, navigation.imu_rate_hz, biases, navigation.bias_frame
@@ -34,9 +39,11 @@ def equip_auvs(
     if is_plugin(navigation.filter):
         make = own_part(NAVIGATOR, navigation.filter)
         return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
-    return reckoning, LinearNavigator(
+    navigator = LinearNavigator(
         reckoning, _rule(scenario), _growth(scenario), _first_belief(scenario), *steering
     )
+    navigator.common = levers
+    return reckoning, navigator
 
 
 def _rule(scenario: Scenario) -> Rule:
@@ -54,7 +61,19 @@ def _growth(scenario: Scenario) -> Growth:
     wander = 0.0
     if navigation.velocity == "through_water":  # a Gauss-Markov current, as far as it is short-term
         wander = 2 * water.current_variation_m_per_s**2 / water.current_variation_time_s
-    return Growth(navigation.random_walk_m_per_sqrt_s**2, wander, navigation.bias_frame == "body")
+    sds, time_constants = _common_states(scenario)
+    return Growth(
+        navigation.random_walk_m_per_sqrt_s**2, wander, navigation.bias_frame == "body",
+        sds=sds, time_constants=time_constants,
+    )  # fmt: skip
+
+
+def _common_states(scenario: Scenario) -> tuple[Array, Array]:
+    """Return the standard deviations and time constants (s) of errors that fixes have in common."""
+    kinds = told_of(scenario)
+    sds = [sd for kind in kinds for sd in kind.sds * kind.times]
+    lasts = [kind.time_constant_s for kind in kinds for _ in range(len(kind.sds) * kind.times)]
+    return np.array(sds, dtype=np.float64), np.array(lasts, dtype=np.float64)
 
 
 def _first_belief(scenario: Scenario) -> Belief:
@@ -66,5 +85,6 @@ def _first_belief(scenario: Scenario) -> Belief:
     if navigation.velocity == "through_water":
         current = math.hypot(water.current_m_per_s, water.current_variation_m_per_s)
     return first_belief(
-        navigation.initial_position_sd_m, (math.hypot(x, sd), math.hypot(y, sd)), current
-    )
+        navigation.initial_position_sd_m, (math.hypot(x, sd), math.hypot(y, sd)), current,
+        _common_states(scenario)[0].tolist(),
+    )  # fmt: skip

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry
+from ..records.recorder import Levers
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats, Ints, Motion
 from .belief import (
@@ -29,9 +30,12 @@ from .belief import (
 )  # fmt: skip
 from .dead_reckoning import DeadReckoning, Odometry, Reckoned, Told, reckoned
 from .held import Beliefs, copies, covariances, positions
-from .weighing import WEIGHED, take
+from .weighing import WEIGHED, Said, take
 
 Array = NDArray[np.float64]
+
+# Fixes of which each errs by itself
+NOTHING = Levers(0)
 
 # Fixes that a late one may be earlier than, and still be put in its place.
 REMEMBERED = 16
@@ -80,11 +84,14 @@ class Memory(NamedTuple):
 
 class Fixes(NamedTuple):
     """Fixes (n,), and what each contains of the m last states, errors that they have in common,
-    beside the true position and noise of its own: `common` (n or more, 2, m), m per unit.
+    beside the true position: `common` (n or more, 2, 3 m), m per unit, as it is there, and its
+    derivatives along x and along y.  If there are any, the fix's noise is what is `left` of its
+    covariance without them, xx, yy, xy (n or more, 3), m2.
     """
 
     rows: Rows
     common: Floats
+    left: Floats
 
 
 class LinearNavigator:
@@ -119,15 +126,14 @@ class LinearNavigator:
             corrections, learnt, *rule, *copies(first, count), *copies(first, count, REMEMBERED),
             past, np.zeros(count, dtype=np.int64), *self._going_on,
         )  # fmt: skip
-        #: What each fix contains of the last states, as :class:`Fixes`; nothing, but for whoever
-        #: sets it.
-        self.common = np.zeros((0, 2, 0))
+        #: What each fix contains of the last states: nothing, but for whoever sets it.
+        self.common = NOTHING
 
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
         self._held.make_room(len(due))
         parts: tuple[Any, ...] = (*self._held.flat, self._held.count, *self._memory)
-        _correct(fixes, due, self.common, *parts)
+        _correct(fixes, due, self.common.of, self.common.left, *parts)
         self._held.count += len(due)
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:
@@ -146,9 +152,10 @@ class LinearNavigator:
 
 @entry
 def _correct(
-    rows: Rows, due: Ints, common: Floats, holders: Ints, since: Floats, held_moment: Rows,
-    held_state: Floats, held_covariance: Floats, count: int, corrections: Floats, learnt: Rows,
-    gain: float, at_ping: bool, gate: float, moment: Rows, state: Floats, covariance: Floats,
+    rows: Rows, due: Ints, common: Floats, left: Floats, holders: Ints, since: Floats,
+    held_moment: Rows, held_state: Floats, held_covariance: Floats, count: int,
+    corrections: Floats, learnt: Rows, gain: float, at_ping: bool, gate: float,
+    moment: Rows, state: Floats, covariance: Floats,
     past_moment: Rows, past_state: Floats, past_covariance: Floats, past: Rows, known: Ints,
     walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
     time_constants: Floats, longest: float,
@@ -158,7 +165,7 @@ def _correct(
     """Take in the fixes `due`; note what is believed then in the rows of `held` from
     `count` on, and for autopilots.
     """
-    rule, fixes = Rule(gain, at_ping, gate), Fixes(rows, common)
+    rule, fixes = Rule(gain, at_ping, gate), Fixes(rows, common, left)
     growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
     before = Belief(past_moment, past_state, past_covariance)
     memory = Memory(Belief(moment, state, covariance), before, past, known)
@@ -230,10 +237,29 @@ def _take_in(
         step_on(latest, auv, time, growth, reckoning)
         told = reckoned(auv, time, reckoning)
         carry(latest, told, growth)
-        off, weight, is_taken = take(latest, fix, told, rule.gain, rule.gate, fixes.common[number])
+        off, weight, is_taken = take(
+            latest, _said(fixes, number, latest, told), told, rule.gain, rule.gate
+        )
         if number == row:
             fix.innovation_m, fix.nis, taken = off, weight, is_taken
     return taken
+
+
+@compiled
+def _said(fixes: Fixes, number: int, belief: Belief, told: Told) -> Said:
+    """Return what a fix says to an AUV that believes in a position already."""
+    fix, count = fixes.rows[number], fixes.common.shape[2] // 3
+    if count == 0:
+        noise = fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2
+        return Said(fix.x_m, fix.y_m, noise, fixes.common[number])
+    left, common = fixes.left[number], fixes.common[number, :, :count].copy()
+    ahead = told.x - belief.state[0] - fix.x_m
+    aside = told.y - belief.state[1] - fix.y_m
+    for k in range(count):
+        for axis in range(2):
+            common[axis, k] += ahead * fixes.common[number, axis, count + k]
+            common[axis, k] += aside * fixes.common[number, axis, 2 * count + k]
+    return Said(fix.x_m, fix.y_m, (left[0], left[1], left[2]), common)
 
 
 @compiled

@@ -1,11 +1,11 @@
 """How a fix changes a belief: what it says of the error, and how much of that is taken in."""
 
 from math import hypot, nan
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.compiled import compiled
-from ..records.rows import Row
 from ..vehicles.motion import Floats
 from .belief import Belief
 from .dead_reckoning import Told
@@ -20,6 +20,17 @@ MOST_REFUSED = 5
 SURE = 1e-12
 
 Noise = tuple[float, float, float]
+
+
+class Said(NamedTuple):
+    """What a fix says: the true position (m), but for `noise` (covariance xx, yy, xy, m2) and for
+    `common` (2, n), m per unit, times the last n states.
+    """
+
+    x: float
+    y: float
+    noise: Noise
+    common: Floats
 
 
 @compiled
@@ -59,19 +70,18 @@ def weigh(belief: Belief, gain: Floats, x: float, y: float, noise: Noise, common
 
 @compiled
 def take(
-    belief: Belief, fix: Row, told: Told, gain: float, gate: float, common: Floats
+    belief: Belief, said: Said, told: Told, gain: float, gate: float
 ) -> tuple[float, float, bool]:
-    """Correct a belief by a fix, in its place; `told` is dead reckoning of its instant.
+    """Correct a belief by what a fix says, in its place; `told` is dead reckoning of its instant.
 
-    The fix is the true position, its white noise, and `common` (2, n) times the last n states.
     Return the length of the innovation (m), its normalised square (NaN where nothing is unsure),
     and whether the gate let it pass.
     """
     moment, state = belief.moment[0], belief.state
+    noise, common = said.noise, said.common
     begin = state.size - common.shape[1]
-    noise = fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2
-    ahead = fix.x_m - (told.x - state[0])
-    aside = fix.y_m - (told.y - state[1])
+    ahead = said.x - (told.x - state[0])
+    aside = said.y - (told.y - state[1])
     share = _told(belief.covariance, common)
     xx, yy, xy = share[0, 0], share[1, 1], share[0, 1]
     for c in range(common.shape[1]):

@@ -40,13 +40,15 @@ class EventBuffer:
 
 
 class Levers:
-    """How fixes, row by row, depend on errors that outlast them, where such errors are told.
+    """How fixes, row by row, depend on k errors that outlast them, where such errors are told.
 
-    J (n, 2, k) along x and y, and the covariance xx, yy, xy (n, 3), m2, that is not due to them.
+    J along x and y, with its derivatives along x and along y behind it (n, 2, 3 k), and the
+    covariance xx, yy, xy (n, 3), m2, that is not due to them.
     """
 
     def __init__(self, columns: int) -> None:
-        self.of, self.left = np.empty((0, 2, columns)), np.empty((0, 3))
+        """Have J of k columns."""
+        self.of, self.left = np.empty((0, 2, 3 * columns)), np.empty((0, 3))
 
     def room_for(self, rows: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return both with room for so many rows."""

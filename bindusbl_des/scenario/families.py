@@ -6,7 +6,7 @@ makes its parts: those that ship by name, one's own with :func:`.part_settings.o
 
 from collections.abc import Iterator, Mapping
 from operator import attrgetter
-from typing import Any
+from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
 from .key_types import Whole, key
@@ -24,6 +24,14 @@ ROUTES = ("lawnmower", "hold", "waypoints", "track")
 RANGINGS = ("owtt_sync", "twtt")
 
 
+class Kalman(Settings):
+    """The settings of the filter `kalman`."""
+
+    untold: tuple[Literal["misalignment", "gnss", "sound_speed", "clock"], ...] = key(
+        (), "", "errors of instruments and clocks that the filter is not told of"
+    )
+
+
 class Fixed(Settings):
     """The settings of the broadcaster `fixed`."""
 
@@ -38,7 +46,9 @@ BROADCASTER = Family(
 RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
 CHANNEL = Family("acoustics.hf.channel", "channel", ("disc",), ("signals",))
 INSTRUMENT = Family("usbl.model", "instrument", ("array",), ("sounding",))
-NAVIGATOR = Family("navigation.filter", "filter", FILTERS, ("reckoning", "auvs"))
+NAVIGATOR = Family(
+    "navigation.filter", "filter", FILTERS, ("reckoning", "auvs"), settings={"kalman": Kalman}
+)
 PLACEMENT = Family("asvs.formation", "placement", PLACEMENTS, ("plan",), word="model")
 ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")
 AUV = Family("auvs.vehicle", "vehicle", AuvVehicle.MODELS, ("way",))

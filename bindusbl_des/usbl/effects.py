@@ -78,3 +78,25 @@ def lengthen(effects: Floats, unit: Floats, farther: Floats, kept: float) -> Non
         for i in range(3):
             effects[i, k] += kept * unit[i] * farther[k]
         effects[3, k] = farther[k]
+
+
+@compiled
+def changes(effects: Floats, ahead: Floats) -> Floats:
+    """Return how effects (4, EFFECTS) change per m along x and along y, (2, 4, EFFECTS).
+
+    They turn with the direction of the offset `ahead` (3,), m; those of misalignment and sound
+    speed grow with its length as well.  A navigator needs them where it knows better where the AUV
+    is than the fix does: noise of the fix that is in its J, too, would look as if it told something
+    of clocks and sound speeds that no geometry tells.
+    """
+    out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
+    if square == 0.0:
+        return out
+    for axis in range(2):
+        grown, turn = ahead[axis] / square, (-ahead[1] if axis == 0 else ahead[0]) / square
+        for k in (MISALIGNMENT, SOUND_SPEED, CLOCK):
+            out[axis, 0, k], out[axis, 1, k] = -turn * effects[1, k], turn * effects[0, k]
+            if k != CLOCK:
+                out[axis, 0, k] += grown * effects[0, k]
+                out[axis, 1, k] += grown * effects[1, k]
+    return out

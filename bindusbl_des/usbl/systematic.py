@@ -26,6 +26,7 @@ from .effects import (
     MISALIGNMENT,
     SOUND_SPEED,
     across,
+    changes,
     kept,
     lengthen,
     limit,
@@ -86,13 +87,15 @@ class Astray(NamedTuple):
 class Part(NamedTuple):
     """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,); the
     covariance (4, 4), m2, of it and of (less) the length of the call's way, with no error that
-    lasts but the misalignment; its effects (4, EFFECTS), and that length (m), 0 without a call.
+    lasts but the misalignment; its effects (4, EFFECTS), their changes along x and y
+    (2, 4, EFFECTS), and that length (m), 0 without a call.
     """
 
     fix: Floats
     unit: Floats
     covariance: Floats
     effects: Floats
+    changes: Floats
     call_way: float
 
 
@@ -100,15 +103,16 @@ class Part(NamedTuple):
 def measured_astray(
     heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats | None, lasting: Systematic
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, and J (3, k).
+    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, and J (3, 3 k).
 
-    The covariance contains the errors that last; `strayed` as of :func:`.reception.settle`.
+    The covariance contains the errors that last; `strayed` as of :func:`.reception.settle`.  Behind
+    the columns of J at the fix are their derivatives along x, then along y.
     """
     first, sds = first_to_locate(heard), _deviations(heard, lasting.levels)
     begun = _by_first(heard, first, asvs, instrument, strayed, sds, lasting)
     state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
     state[:3] = begun.fix
-    known = _columns(begun.effects, heard, first, lasting)
+    known = _columns(begun, heard, first, lasting)
     levers = np.zeros((UNKNOWNS, known.shape[1]))
     levers[:3] = known[:3]
     for row in heard.rows:
@@ -118,7 +122,7 @@ def measured_astray(
             _add(own, part.effects, GNSS, sds)
             _add(own, part.effects, GNSS + 1, sds)
             fused = fuse_shared(state, spread, fix, own, beside)
-            off = _columns(part.effects, heard, row, lasting)[:3]
+            off = _columns(part, heard, row, lasting)[:3]
             if begun.call_way > 0.0:  # its error is in every other range
                 for i in range(3):
                     off[i] += part.unit[i] * known[3]
@@ -136,7 +140,7 @@ def measured_astray(
 
 @compiled
 def noise_of(covariance: Floats, levers: Floats, variances: Floats) -> tuple[float, float, float]:
-    """Return what is left of a covariance, xx, yy, xy (m2), without what J (3, k) belongs to."""
+    """Return what is left of a covariance, xx, yy, xy (m2), without what J (3, k...) is of."""
     xx, yy, xy = covariance[0, 0], covariance[1, 1], covariance[0, 1]
     for k in range(variances.size):
         xx -= variances[k] * levers[0, k] ** 2
@@ -217,7 +221,7 @@ def _by_other(
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
     effects[3] = 0.0  # the length of the call's way is given
     _jump(fix, noise, lasting.levels)
-    return Part(fix, seen.unit, spread, effects, call_way)
+    return Part(fix, seen.unit, spread, effects, changes(effects, ahead), call_way)
 
 
 @compiled
@@ -245,7 +249,7 @@ def _by_whole_way(
     lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
     effects[3, SOUND_SPEED] -= seen.path
     _jump(fix, noise, lasting.levels)
-    return Part(fix, seen.unit, spread, effects, seen.path - own.reach)
+    return Part(fix, seen.unit, spread, effects, changes(effects, ahead), seen.path - own.reach)
 
 
 @compiled
@@ -291,10 +295,21 @@ def _beside(part: Part, sds: Floats) -> Floats:
 
 
 @compiled
-def _columns(effects: Floats, heard: Heard, row: int, lasting: Systematic) -> Floats:
-    """Return the effects in the columns of J, (4, k)."""
-    ping, asv, levels = heard.ping, heard.receptions[row].asv, lasting.levels
-    out = np.zeros((4, lasting.variances.size))
+def _columns(part: Part, heard: Heard, row: int, lasting: Systematic) -> Floats:
+    """Return effects in the columns of J, and how these change along x and along y, (4, 3 k)."""
+    count = lasting.variances.size
+    out = np.zeros((4, 3 * count))
+    _spread_out(part.effects, out[:, :count], heard, row, lasting.levels)
+    for axis in range(2):
+        moved = out[:, (1 + axis) * count : (2 + axis) * count]
+        _spread_out(part.changes[axis], moved, heard, row, lasting.levels)
+    return out
+
+
+@compiled
+def _spread_out(effects: Floats, out: Floats, heard: Heard, row: int, levels: Row) -> None:
+    """Write effects (4, EFFECTS) to their columns of J (4, k)."""
+    ping, asv = heard.ping, heard.receptions[row].asv
     if levels.misalignment_at != NONE:
         out[:, levels.misalignment_at + asv] = effects[:, MISALIGNMENT]
     if levels.gnss_at != NONE:
@@ -307,7 +322,6 @@ def _columns(effects: Floats, heard: Heard, row: int, lasting: Systematic) -> Fl
     if levels.clock_at != NONE and not _called(heard):
         out[:, levels.clock_at] = effects[:, CLOCK]
         out[:, levels.clock_at + 1] = ping.sent_at_s * effects[:, CLOCK]
-    return out
 
 
 @compiled

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 from worlds import QUIET_USBL, merged, paper_case, scenario, still
 
 from bindusbl_des import Mission, Result, simulate
@@ -137,3 +138,70 @@ def test_who_looks_changes_nothing(ranging: str) -> None:
         mission.auvs()
     assert mission.result().tables["fixes"].equals(simulate(world, 2).tables["fixes"])
     assert mission.result().auvs.equals(simulate(world, 2).auvs)
+
+
+# Each kind alone, and all at once
+ALONE: dict[str, Any] = {
+    "misalignment": {"usbl": {"misalignment_sd_deg": 2.0}},
+    "gnss": {"usbl": {"gnss_correlated_sd_m": 1.0, "gnss_time_constant_s": 120.0}},
+    "sound_speed": {"environment": {"assumed_sound_speed_m_per_s": 1480.0}},
+    "clock": {"navigation": {"clock_offset_sd_s": 1e-3, "clock_drift_sd": 2e-6}},
+    "outliers": {"usbl": {"outlier_share": 0.05}},
+}
+TOGETHER = merged(merged(ALONE["misalignment"], ALONE["gnss"]), ALONE["sound_speed"])
+TOGETHER = merged(merged(TOGETHER, ALONE["clock"]), ALONE["outliers"])
+
+
+def squares(changes: dict[str, Any], runs: int = 100, instant: float = 200.0) -> np.ndarray:
+    """Return the mean NEES of each AUV of the recovery mission at an instant (s) over seeds."""
+    drawn = {"velocity_bias_m_per_s": [0.0, 0.0], "velocity_bias_sd_m_per_s": 0.06}
+    base = {
+        "duration_s": instant + 0.1,
+        "acoustics": {"loss": {"combine": "off"}},
+        "navigation": {"filter": "kalman", **drawn},
+        "record": {"detail": "full", "tracks_hz": 1 / instant},
+    }
+    world, found = paper_case(3, **merged(base, changes)), []
+    for seed in range(runs):
+        rows = simulate(world, seed).tables["tracks"]
+        rows = rows[(rows.time_s == instant) & rows.vehicle.str.startswith("AUV")]
+        x, y = rows.estimate_x_m - rows.x_m, rows.estimate_y_m - rows.y_m
+        xx, yy, xy = rows.estimate_sd_x_m**2, rows.estimate_sd_y_m**2, rows.estimate_cov_xy_m2
+        found.append((yy * x**2 - 2 * xy * x * y + xx * y**2) / (xx * yy - xy**2))
+    return np.asarray(np.mean(found, axis=0))
+
+
+def bounds(runs: int = 100) -> tuple[float, float]:
+    """Return between which the mean of squares with 2 degrees of freedom lies in 99.9 %."""
+    low, high = stats.chi2.ppf((0.0005, 0.9995), 2 * runs) / runs
+    return float(low), float(high)
+
+
+def test_who_is_told_of_all_that_lasts_knows_how_sure_it_is() -> None:
+    """NEES with everything wrong at once."""
+    (low, high), found = bounds(), squares(TOGETHER)
+    assert ((low < found) & (found < high)).all(), found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ALONE)
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_who_is_told_of_one_that_lasts_knows_how_sure_it_is(kind: str, ranging: str) -> None:
+    """NEES with one kind alone."""
+    low, high = bounds()
+    found = squares(merged(ALONE[kind], {"protocol": {"ranging": ranging}}))
+    assert ((low < found) & (found < high)).all(), found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["misalignment", "gnss", "sound_speed", "clock"])
+def test_who_is_not_told_is_too_sure(kind: str) -> None:
+    """The tests above can fail: errors that last are taken for noise, which would average out."""
+    untold = {"navigation": {"filter": {"model": "kalman", "untold": [kind]}}}
+    assert (squares(merged(ALONE[kind], untold)) > bounds()[1]).all()
+
+
+def test_an_unknown_word_of_what_is_untold_is_told() -> None:
+    """Where, and which there are."""
+    with pytest.raises(ValueError, match=r"navigation.filter.untold.*misalignment"):
+        scenario(navigation={"filter": {"model": "kalman", "untold": ["heading"]}})

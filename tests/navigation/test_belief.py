@@ -10,6 +10,7 @@ from test_navigators import KALMAN, NOTHING_IN_COMMON, estimate, fixes_at, navig
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
 from bindusbl_des.navigation.dead_reckoning import Told
 from bindusbl_des.navigation.weighing import weigh
+from bindusbl_des.records.recorder import Levers
 
 
 def grown(walk: float, sds: list[float], lasts: list[float], **places: int) -> Growth:
@@ -31,7 +32,9 @@ def test_an_error_that_fixes_share_is_weighed_as_one(lasts: float, order: list[i
         grown(0.0, [shared], [lasts]),
         first_belief(start, (0.0, 0.0), 0.0, [shared]),
     )
-    navigator.common = common
+    navigator.common = Levers(1)
+    navigator.common.of = np.concatenate((common, np.zeros((4, 2, 2))), axis=2)
+    navigator.common.left = np.tile((sd**2, sd**2, 0.0), (4, 1))
     fixes = fixes_at(pinged.tolist(), [50.0] * 4, places, sd)
     for row in order:
         navigator.correct(fixes, np.array([row]))

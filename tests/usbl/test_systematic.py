@@ -45,7 +45,7 @@ class Sea:
     source: Array = field(default_factory=lambda: SOURCE)
 
     def measured(self) -> tuple[Array, Array, Array]:
-        """Return fix (3,), covariance (3, 3) and J (3, 12)."""
+        """Return fix (3,), covariance (3, 3), and J with its derivatives (3, 36)."""
         travel = np.linalg.norm(self.source - STATIONS, axis=1) / SOUND
         ping, receptions = blank(PING, 1), blank(RECEPTION, 3)
         ping["auv"], ping["sent_at_s"] = 0, PINGED
@@ -100,6 +100,24 @@ def test_a_fix_moves_with_what_is_wrong_as_it_says(way: dict[str, Any], column: 
     depends = {**{k: k in way.get("heard", (0, 1, 2)) for k in range(3)}, 9: True}
     depends |= {3 + 2 * k + axis: k in alone for k in range(3) for axis in range(2)}
     assert (np.abs(lever).max() > 0.0) == depends.get(column, not called)
+
+
+@pytest.mark.parametrize("way", [{"heard": (1,)}, {"array": "cross5", "heard": (2,)}])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_what_is_wrong_turns_with_the_direction(way: dict[str, Any], axis: int) -> None:
+    """J changes from place to place as it says, but for what elevation makes of a late clock."""
+    sea, step = Sea(**way), 0.01 * np.eye(3)[axis]
+    count = COLUMNS * (1 + axis)
+    told = sea.measured()[2][:2, count : count + COLUMNS]
+    ahead, behind = (
+        replace(sea, source=SOURCE + side * step).measured()[2][:2, :COLUMNS] for side in (1, -1)
+    )
+    found, (x, y) = (ahead - behind) / 0.02, (SOURCE - STATIONS[way["heard"][0]])[:2]
+    along = np.array([x, y]) / np.hypot(x, y)
+    found[:, 10:] -= np.outer(along, along @ found[:, 10:])
+    found[:, 9] -= along * (along @ (found[:, 9] - told[:, 9]))  # nor of the array's elevation
+    scale = np.abs(told).max(axis=0)
+    assert (np.abs(found - told) <= 5e-3 * scale + 1e-9).all()
 
 
 def fused(fixes: list[Array], covariances: list[Array], levers: list[Array]) -> tuple[Array, Array]:
@@ -179,6 +197,7 @@ def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
         )
         sea = Sea(wrong, noise, told, source=anywhere(rng, way), **way)
         fix, covariance, lever = sea.measured()
+        lever = lever[:, :COLUMNS]
         off, (xx, yy, xy) = fix - sea.source, noise_of(covariance, lever, told**2)
         left = np.array([[xx, xy], [xy, yy]])
         squares[0] += off[:2] @ np.linalg.solve(covariance[:2, :2], off[:2])
