@@ -36,6 +36,8 @@ class Purpose(IntEnum):
     GNSS = 22
     CLOCK = 23
     OUTLIER = 24
+    HEADING = 30
+    SCALE_FACTOR = 31
 
 
 class Streams:

@@ -29,11 +29,12 @@ from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from ..vehicles.pose_source import PoseSource
 from ..vehicles.poses import Poses
-from .closed_loop import Water, afterwards_s, velocity_biases, walks
+from .closed_loop import Water, afterwards_s
 from .courses import chart_of
 from .lasting import lasting_errors, told_of
 from .launch import launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
+from .own_errors import wrong_reckoning
 from .world import World
 
 
@@ -52,15 +53,14 @@ def build_world(
     columns = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
     record = Recorder(scenario.record.detail == "full", levers=Levers(columns))
     water = Water(scenario, streams)
-    lost = walks(scenario, streams, water)
-    biases = velocity_biases(scenario, streams)
+    wrong = wrong_reckoning(scenario, streams, water)
     moved = {} if source is None else _moved(scenario, source, pose_step_s)
     auvs, asvs = moved.get("auvs"), moved.get("asvs")
     if auvs is None:
-        auvs = launch_auvs(scenario, water, lost, biases)
+        auvs = launch_auvs(scenario, water, wrong)
     if asvs is None:
         asvs = launch_asvs(scenario, streams, water)
-    reckoning, navigator = equip_auvs(scenario, auvs, lost, biases, record.levers)
+    reckoning, navigator = equip_auvs(scenario, auvs, wrong, record.levers)
     network = _network(env, scenario, auvs, asvs, navigator, record, streams)
     return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
 

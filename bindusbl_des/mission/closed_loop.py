@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
-from ..navigation.dead_reckoning import random_walk
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
+from ..vehicles.reckoning import Wrong
 
 if TYPE_CHECKING:
     from ..vehicles.guidance import GuidedFleet
@@ -71,42 +71,6 @@ def control_intervals(scenario: Scenario) -> int:
     return math.ceil((scenario.duration_s + afterwards_s(scenario)) / CONTROL_S)
 
 
-def velocity_biases(scenario: Scenario, streams: Streams) -> Array:
-    """Return the velocity bias (m/s) of each AUV's dead reckoning in this mission, (n, 2)."""
-    navigation, count = scenario.navigation, scenario.auvs.count
-    biases = np.tile(np.array(navigation.velocity_bias_m_per_s, dtype=np.float64), (count, 1))
-    return biases + _drawn(
-        streams, Purpose.VELOCITY_BIAS, count, navigation.velocity_bias_sd_m_per_s
-    )
-
-
-def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Array:
-    """Return what each of some AUVs has drawn once for the mission, along two axes, (n, 2)."""
-    if sd == 0.0:
-        return np.zeros((count, 2))
-    return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
-
-
-def walks(scenario: Scenario, streams: Streams, water: Water) -> Array:
-    """Return each AUV's dead-reckoning error (m) but for its bias, at its IMU's samples (n, k, 2).
-
-    A walk begins with the error of the initial position.  Dead reckoning through the water misses
-    the current: it falls behind by what the water moved.
-    """
-    navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
-    count = max(1, math.ceil(scenario.duration_s * rate))
-    noise = np.zeros((scenario.auvs.count, count + 1, 2))
-    noise[:, 0] = _drawn(
-        streams, Purpose.INITIAL_POSITION, len(noise), navigation.initial_position_sd_m
-    )
-    for auv, its_own in enumerate(noise):
-        streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
-    lost = random_walk(rate, navigation.random_walk_m_per_sqrt_s, noise)
-    if navigation.velocity == "through_water":
-        lost -= water.carried(np.arange(count + 1) / rate)
-    return lost
-
-
 def slow_gnss(scenario: Scenario, streams: Streams) -> Array:
     """Return the slow error (m) of each ASV's GNSS position in each control interval, (m, n, 2)."""
     usbl, count = scenario.usbl, control_intervals(scenario)
@@ -122,22 +86,20 @@ def slow_gnss(scenario: Scenario, streams: Streams) -> Array:
 
 
 def guided_auvs(
-    scenario: Scenario, tours: Sequence[Path], water: Water, walks: Array, biases: Array
+    scenario: Scenario, tours: Sequence[Path], water: Water, wrong: Wrong | None
 ) -> "GuidedFleet":
-    """Return the voyage of all AUVs along their tours; they steer as `auvs.feedback` says."""
+    """Return the voyage of all AUVs along their tours.
+
+    They steer by their estimates, and their dead reckoning is `wrong`; by the truth for None.
+    """
     from ..vehicles.guidance import GuidedFleet, Plan, SteeringDrift
 
     auvs, navigation = scenario.auvs, scenario.navigation
     drift = None
-    if auvs.feedback == "estimate":
+    if wrong is not None:
         beyond = math.ceil((afterwards_s(scenario) + 1.0) * navigation.imu_rate_hz)
-        drift = SteeringDrift(
-            biases,
-            navigation.bias_frame == "body",
-            np.pad(walks, ((0, 0), (0, beyond), (0, 0)), mode="edge"),
-            navigation.imu_rate_hz,
-            through_water=navigation.velocity == "through_water",
-        )
+        walks = np.pad(wrong.walks, ((0, 0), (0, beyond), (0, 0)), mode="edge")
+        drift = SteeringDrift(wrong._replace(walks=walks), navigation.velocity == "through_water")
     return GuidedFleet(
         auvs.vehicle.model,
         Plan(

@@ -19,6 +19,7 @@ from ..scenario.sections import Auvs, Environment, Survey
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import together
 from ..vehicles.poses import PosedVehicle, Poses
+from ..vehicles.reckoning import Wrong
 from ..vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 from .closed_loop import Water, afterwards_s, control_intervals, guided_asvs, guided_auvs
 
@@ -34,10 +35,10 @@ def posed(poses: Poses, kind: str, count: int) -> Fleet:
     return Fleet(vehicles, poses.motion(kind), poses=poses)
 
 
-def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -> Fleet:
+def launch_auvs(scenario: Scenario, water: Water, wrong: Wrong) -> Fleet:
     """Return the AUVs of a scenario, in index order.
 
-    `walks` and `biases` are what makes their dead reckoning wrong, by which some of them steer.
+    Their dead reckoning, by which some of them steer, is `wrong`.
     """
     auvs = scenario.auvs
     if auvs.vehicle.own:
@@ -49,7 +50,7 @@ def launch_auvs(scenario: Scenario, water: Water, walks: Array, biases: Array) -
         return _kinematic_auvs(scenario, route_of(scenario))
     if auvs.feedback == "truth":
         return _guided_foreseen(scenario) if water.is_steady else _guided(scenario, water)
-    guided = guided_auvs(scenario, _tours(scenario), water, walks, biases)
+    guided = guided_auvs(scenario, _tours(scenario), water, wrong)
     return Fleet(_members(guided, auvs.count), guided.motion, guided)
 
 
@@ -107,7 +108,7 @@ def _segmented(vehicles: Sequence[SegmentedTrajectory]) -> Fleet:
 
 def _guided(scenario: Scenario, water: Water) -> Fleet:
     """Return AUVs with dynamics that know where they are: their whole way is foreseen."""
-    guided = guided_auvs(scenario, _tours(scenario), water, np.empty(0), np.empty(0))
+    guided = guided_auvs(scenario, _tours(scenario), water, None)
     guided.advance(guided.duration_s)
     return Fleet(_members(guided, scenario.auvs.count), guided.motion)
 

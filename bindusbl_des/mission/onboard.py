@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.plugins import is_plugin
 from ..navigation.belief import Belief, Growth, first_belief
@@ -16,21 +17,25 @@ from ..scenario.families import NAVIGATOR
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
+from ..vehicles.reckoning import Wrong
 from .lasting import told_of
-from .launch import Array
+
+Array = NDArray[np.float64]
 
 
 def equip_auvs(
-    scenario: Scenario, fleet: Fleet, walks: Array, biases: Array, levers: Levers
+    scenario: Scenario, fleet: Fleet, wrong: Wrong, levers: Levers
 ) -> tuple[DeadReckoning, Navigator]:
     """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer.
 
     `levers` tell how fixes depend on errors that last.
     """
     navigation = scenario.navigation
-    reckoning = DeadReckoning(
-        fleet.motion, walks, navigation.imu_rate_hz, biases, navigation.bias_frame
-    )
+    reckoning = DeadReckoning(fleet.motion, wrong)
+    if fleet.poses is not None:
+        fleet.poses.on_known = reckoning.follow
+    elif fleet.foreseen:
+        reckoning.follow(scenario.duration_s)
     if fleet.guided is None:
         steering = np.zeros((len(fleet), 2)), np.zeros(len(fleet), dtype=LEARNT)
     else:

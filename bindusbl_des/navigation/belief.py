@@ -29,8 +29,9 @@ import numpy as np
 
 from ..core.compiled import compiled, inlined
 from ..records.rows import Rows
+from ..vehicles.expected_drift import Drift, Told, expected_error, way_since
 from ..vehicles.motion import Floats
-from .dead_reckoning import Reckoned, Told, reckoned
+from .dead_reckoning import Reckoned, reckoned
 
 # States that every belief has: the error (m), velocity bias (m/s) and current (m/s), two each.
 STATES = 6
@@ -73,43 +74,6 @@ class Growth(NamedTuple):
     sds: Floats = NONE
     time_constants: Floats = NONE
     step: float = inf
-
-
-class Drift(NamedTuple):
-    """What a belief expects of dead reckoning: the instant (s), the integrals of the heading (s)
-    and dead reckoning (m) that it is about; error (m), velocity bias and current (m/s), stretch and
-    turn, and the bias that wanders (m/s) with its time constant (s).
-    """
-
-    at: float
-    cosine: float
-    sine: float
-    x: float
-    y: float
-    error_x: float
-    error_y: float
-    bias_ahead: float
-    bias_aside: float
-    current_x: float
-    current_y: float
-    stretch: float
-    turn: float
-    roaming_ahead: float
-    roaming_aside: float
-    time_constant: float
-
-
-class Way(NamedTuple):
-    """What has summed up since a belief: time (s), the integrals of R (s), the share of a wandering
-    bias left meanwhile, and the way that dead reckoning tells of, less its biases (m).
-    """
-
-    passed: float
-    ahead: float
-    aside: float
-    left: float
-    x: float
-    y: float
 
 
 def first_belief(
@@ -157,35 +121,6 @@ def expected(belief: Belief, growth: Growth) -> Drift:
     )  # fmt: skip
 
 
-@inlined
-def way_since(drift: Drift, told: Told, in_body: bool) -> Way:
-    """Return what has summed up since a belief."""
-    passed = told.time - drift.at
-    ahead = told.cosine - drift.cosine if in_body else passed
-    aside = told.sine - drift.sine if in_body else 0.0
-    share, left = passed / drift.time_constant, 1.0
-    if share > 0.0:
-        left = -expm1(-share) / share
-    forward = drift.bias_ahead + left * drift.roaming_ahead
-    starboard = drift.bias_aside + left * drift.roaming_aside
-    x = told.x - drift.x - (ahead * forward - aside * starboard)
-    y = told.y - drift.y - (aside * forward + ahead * starboard)
-    return Way(passed, ahead, aside, left, x, y)
-
-
-@inlined
-def error(drift: Drift, way: Way) -> tuple[float, float]:
-    """Return the error (m) that a belief expects after some way."""
-    ahead, aside = way.ahead, way.aside
-    forward = drift.bias_ahead + way.left * drift.roaming_ahead
-    starboard = drift.bias_aside + way.left * drift.roaming_aside
-    x = ahead * forward - aside * starboard - way.passed * drift.current_x
-    y = aside * forward + ahead * starboard - way.passed * drift.current_y
-    x += way.x * drift.stretch - way.y * drift.turn
-    y += way.y * drift.stretch + way.x * drift.turn
-    return drift.error_x + x, drift.error_y + y
-
-
 @compiled
 def carry(belief: Belief, told: Told, growth: Growth) -> None:
     """Carry a belief, in its place, to another instant; to an earlier one it gets no surer."""
@@ -193,7 +128,7 @@ def carry(belief: Belief, told: Told, growth: Growth) -> None:
     way = way_since(drift, told, growth.in_body)
     passed, ahead, aside = way.passed, way.ahead, way.aside
     moment, state, spread = belief.moment[0], belief.state, belief.covariance
-    state[0], state[1] = error(drift, way)
+    state[0], state[1] = expected_error(drift, way)
     moment.at_s, moment.cosine_s, moment.sine_s = told.time, told.cosine, told.sine
     moment.x_m, moment.y_m = told.x, told.y
     for k in range(state.size):  # F P ...

@@ -1,13 +1,16 @@
-"""How dead reckoning drifts: a velocity bias and the random walk of the IMU's noise."""
+"""How dead reckoning drifts, and what AUVs know by it."""
 
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry, inlined
-from ..vehicles.motion import Ints, Motion, headed
+from ..records.rows import Rows
+from ..vehicles.expected_drift import Told
+from ..vehicles.motion import Ints, Motion, headed, where
+from ..vehicles.reckoning import Wrong, by_compass, error, follow
 
 Array = NDArray[np.float64]
 
@@ -74,34 +77,17 @@ def _sum_up(walks: Array, step: float) -> None:
 
 
 class Reckoned(NamedTuple):
-    """What a fleet's dead reckoning is made of: its motion, random walks (n, samples, 2), m, at a
-    rate (Hz), and biases (n, 2), m/s, in the body or not.
-    """
+    """What a fleet's dead reckoning is made of: its motion, and how wrong it is."""
 
     motion: Motion
-    walks: Array
-    rate: float
-    biases: Array
-    in_body: bool
-
-
-class Told(NamedTuple):
-    """What an AUV's own sensors have told it by an instant (s): its dead reckoning (m), and the
-    integrals of the cosine and sine of its heading from the start of the mission (s).
-    """
-
-    time: float
-    x: float
-    y: float
-    cosine: float
-    sine: float
+    wrong: Wrong
 
 
 class Odometry(NamedTuple):
     """What an AUV's own sensors have told it by n instants (n,), s.
 
-    Its dead reckoning (n, 2), m, and the integrals of the cosine and sine of its heading from the
-    start of the mission (n, 2), s.
+    Its dead reckoning (n, 2), m, and the integrals of the cosine and sine of its heading by compass
+    from the start of the mission (n, 2), s.
     """
 
     times: Array
@@ -110,21 +96,24 @@ class Odometry(NamedTuple):
 
 
 class DeadReckoning:
-    """What AUVs know of their way by themselves: their motion, with a bias and a random walk."""
+    """What AUVs know of their way by themselves: their motion, told wrongly."""
 
-    def __init__(
-        self, motion: Motion, walks: Array, rate: float, biases: ArrayLike, frame: str
-    ) -> None:
+    def __init__(self, motion: Motion, wrong: Wrong) -> None:
         """Take the true motion of n AUVs, and what makes their dead reckoning wrong.
 
-        `walks` (n, samples, 2), m, hold at the samples k / `rate` of the IMUs, which keep their
-        velocity between them; two samples or more.  `biases` (n, 2) or (2,), m/s, are constant in
-        the `frame` "body" (ahead, to starboard) or "world" (along x and y).
+        The walks hold at the samples of the IMUs, which keep their velocity between them; two
+        samples or more.
         """
-        own = np.array(np.broadcast_to(biases, (len(walks), 2)), dtype=np.float64, order="C")
-        self.known = Reckoned(motion, walks, rate, own, frame == "body")
+        self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
         # as compiled equations take them
-        self.flat: tuple[Any, ...] = (*motion, walks, rate, own, frame == "body")
+        self.flat: tuple[Any, ...] = (*motion, *wrong)
+
+    def follow(self, time: float) -> None:
+        """Sum up what biases that wander have done by an instant (s), when the motion is known."""
+        end = min(int(time / self._held_s) + 1, self._steps)
+        if end > self._followed:
+            _follow(self._followed, end, *self.flat)
+            self._followed = end
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
         """Return where an AUV believes to be (m) at an instant (s) if it has had no fix."""
@@ -145,21 +134,16 @@ def _reckon(
     auv: int, time: float, known: Reckoned
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """Return true x, y, z (m) and yaw (rad), dead-reckoned x and y (m), and the integrals of the
-    cosine and sine of the heading (s), at an instant (s).
+    cosine and sine of the heading by compass (s), at an instant (s).
     """
-    x, y, z, yaw, cosine, sine = headed(known.motion, auv, time)
-    walks = known.walks
-    whole = min(int(time * known.rate), walks.shape[1] - 2)
-    share = time * known.rate - whole
-    ahead = walks[auv, whole, 0] + share * (walks[auv, whole + 1, 0] - walks[auv, whole, 0])
-    aside = walks[auv, whole, 1] + share * (walks[auv, whole + 1, 1] - walks[auv, whole, 1])
-    forward, starboard = known.biases[auv, 0], known.biases[auv, 1]
-    if known.in_body:
-        ahead += cosine * forward - sine * starboard
-        aside += sine * forward + cosine * starboard
-    else:
-        ahead += time * forward
-        aside += time * starboard
+    motion, wrong = known.motion, known.wrong
+    x, y, z, yaw, cosine, sine = headed(motion, auv, time)
+    cosine, sine = by_compass(cosine, sine, wrong, auv)
+    begin_x = begin_y = 0.0
+    if wrong.skews.size > 0:
+        begin_x, begin_y, _, _ = where(motion, auv, 0.0)
+    way = x - begin_x, y - begin_y
+    ahead, aside = error(time, (cosine, sine), way, wrong, auv)
     return x, y, z, yaw, x + ahead, y + aside, cosine, sine
 
 
@@ -173,12 +157,29 @@ def reckoned(auv: int, time: float, known: Reckoned) -> Told:
 @entry
 def _reckoned_all(
     auv: int, times: Array, truth: Array, position: Array, headings: Array,
-    table: Array, first: Ints, step: float, walks: Array, rate: float, biases: Array, in_body: bool,
+    table: Array, first: Ints, step: float, walks: Array, rate: float, biases: Array,
+    offsets: Array, held_s: float, in_body: bool, skews: Rows,
 ) -> None:  # fmt: skip
     """Write truth (n, 4), dead reckoning (n, 2) and headings (n, 2) at instants (n,), s."""
-    known = Reckoned(Motion(table, first, step), walks, rate, biases, in_body)
+    wrong = Wrong(walks, rate, biases, offsets, held_s, in_body, skews)
+    known = Reckoned(Motion(table, first, step), wrong)
     for k in range(times.size):
         x, y, z, yaw, reckoned_x, reckoned_y, cosine, sine = _reckon(auv, times[k], known)
         truth[k, 0], truth[k, 1], truth[k, 2], truth[k, 3] = x, y, z, yaw
         position[k, 0], position[k, 1] = reckoned_x, reckoned_y
         headings[k, 0], headings[k, 1] = cosine, sine
+
+
+@entry
+def _follow(
+    begin: int, end: int,
+    table: Array, first: Ints, step: float, walks: Array, rate: float, biases: Array,
+    offsets: Array, held_s: float, in_body: bool, skews: Rows,
+) -> None:  # fmt: skip
+    """Write the offsets of the biases that are held in the steps begin..end."""
+    wrong = Wrong(walks, rate, biases, offsets, held_s, in_body, skews)
+    for auv in range(biases.shape[0]):
+        for k in range(begin, end):
+            _, _, _, _, cosine, sine = headed(Motion(table, first, step), auv, k * held_s)
+            cosine, sine = by_compass(cosine, sine, wrong, auv)
+            follow(wrong, auv, k, cosine, sine)

@@ -8,9 +8,11 @@ import numpy as np
 from ..core.compiled import compiled, entry
 from ..core.growing import lengthened
 from ..records.rows import Rows
+from ..vehicles.expected_drift import Told, expected_error, way_since
 from ..vehicles.motion import Floats, Ints, Motion
-from .belief import Belief, Growth, carry, error, expected, note, one, step_on, way_since
-from .dead_reckoning import Reckoned, Told
+from ..vehicles.reckoning import Wrong
+from .belief import Belief, Growth, carry, expected, note, one, step_on
+from .dead_reckoning import Reckoned
 
 
 def copies(first: Belief, *counts: int) -> Belief:
@@ -66,7 +68,7 @@ def positions(
     walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
     time_constants: Floats, longest: float,
     table: Floats, first: Ints, step: float, walks: Floats, rate: float, biases: Floats,
-    biases_in_body: bool,
+    offsets: Floats, held_s: float, biases_in_body: bool, skews: Rows,
 ) -> Floats:  # fmt: skip
     """Return the positions (n, 2), m, that an AUV believed in at instants (n,), s, that rise.
 
@@ -74,7 +76,8 @@ def positions(
     times, position and headings as in :class:`.dead_reckoning.Odometry`.
     """
     growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
-    reckoning = Reckoned(Motion(table, first, step), walks, rate, biases, biases_in_body)
+    wrong = Wrong(walks, rate, biases, offsets, held_s, biases_in_body, skews)
+    reckoning = Reckoned(Motion(table, first, step), wrong)
     beliefs = Belief(moment, state, covariance)
     scratch, out = _blank(beliefs), np.empty((times.size, 2))
     own, last, stop = one(scratch, 0), -1, -inf
@@ -90,7 +93,7 @@ def positions(
             stop = step_on(own, auv, times[n], growth, reckoning)
             drift = expected(own, growth)
         told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        x, y = error(drift, way_since(drift, told, in_body))
+        x, y = expected_error(drift, way_since(drift, told, in_body))
         out[n, 0], out[n, 1] = told.x - x, told.y - y
     return out
 
@@ -102,11 +105,12 @@ def covariances(
     walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
     time_constants: Floats, longest: float,
     table: Floats, first: Ints, step: float, walks: Floats, rate: float, biases: Floats,
-    biases_in_body: bool,
+    offsets: Floats, held_s: float, biases_in_body: bool, skews: Rows,
 ) -> Floats:  # fmt: skip
     """Return the covariances xx, yy, xy (n, 3), m2, of what :func:`positions` returns."""
     growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
-    reckoning = Reckoned(Motion(table, first, step), walks, rate, biases, biases_in_body)
+    wrong = Wrong(walks, rate, biases, offsets, held_s, biases_in_body, skews)
+    reckoning = Reckoned(Motion(table, first, step), wrong)
     beliefs = Belief(moment, state, covariance)
     scratch, ahead, out = _blank(beliefs), _blank(beliefs), np.empty((times.size, 3))
     own, then, last, stop = one(scratch, 0), one(ahead, 0), -1, -inf

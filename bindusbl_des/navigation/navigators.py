@@ -14,21 +14,12 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry
 from ..records.recorder import Levers
-from ..records.rows import Row, Rows
+from ..records.rows import Rows
+from ..vehicles.expected_drift import Told, expected_error, learn, way_since
 from ..vehicles.motion import Floats, Ints, Motion
-from .belief import (
-    Belief,
-    Growth,
-    carry,
-    error,
-    expected,
-    next_stop,
-    note,
-    one,
-    step_on,
-    way_since,
-)  # fmt: skip
-from .dead_reckoning import DeadReckoning, Odometry, Reckoned, Told, reckoned
+from ..vehicles.reckoning import Wrong
+from .belief import Belief, Growth, carry, expected, next_stop, note, one, step_on
+from .dead_reckoning import DeadReckoning, Odometry, Reckoned, reckoned
 from .held import Beliefs, copies, covariances, positions
 from .weighing import WEIGHED, Said, take
 
@@ -160,7 +151,7 @@ def _correct(
     walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
     time_constants: Floats, longest: float,
     table: Floats, first: Ints, step: float, walks: Floats, rate: float, biases: Floats,
-    biases_in_body: bool,
+    offsets: Floats, held_s: float, biases_in_body: bool, skews: Rows,
 ) -> None:  # fmt: skip
     """Take in the fixes `due`; note what is believed then in the rows of `held` from
     `count` on, and for autopilots.
@@ -170,7 +161,8 @@ def _correct(
     before = Belief(past_moment, past_state, past_covariance)
     memory = Memory(Belief(moment, state, covariance), before, past, known)
     held = Belief(held_moment, held_state, held_covariance)
-    reckoning = Reckoned(Motion(table, first, step), walks, rate, biases, biases_in_body)
+    wrong = Wrong(walks, rate, biases, offsets, held_s, biases_in_body, skews)
+    reckoning = Reckoned(Motion(table, first, step), wrong)
     scratch = Belief(moment[:1].copy(), state[:1].copy(), covariance[:1].copy())
     for number in range(due.size):
         fix = rows[due[number]]
@@ -182,7 +174,7 @@ def _correct(
         moved = hypot(now_x - was_x, now_y - was_y)
         fix.correction_m = moved if taken else nan
         corrections[auv, 0], corrections[auv, 1] = -latest.state[0], -latest.state[1]
-        _teach(latest, learnt[auv])
+        learn(learnt[auv], expected(latest, growth))
         holders[count + number], since[count + number] = auv, now
         note(held, count + number, latest)
 
@@ -197,16 +189,7 @@ def _error_at(
         belief = one(scratch, 0)
         step_on(belief, auv, told.time, growth, reckoning)
     drift = expected(belief, growth)
-    return error(drift, way_since(drift, told, growth.in_body))
-
-
-@compiled
-def _teach(belief: Belief, learnt: Row) -> None:
-    """Note for an autopilot what goes on carrying dead reckoning off, and since when."""
-    moment, state = belief.moment[0], belief.state
-    learnt.at_s, learnt.cosine_s, learnt.sine_s = moment.at_s, moment.cosine_s, moment.sine_s
-    for axis in range(2):
-        learnt.bias[axis], learnt.current[axis] = state[2 + axis], state[4 + axis]
+    return expected_error(drift, way_since(drift, told, growth.in_body))
 
 
 @compiled

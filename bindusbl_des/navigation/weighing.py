@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiled import compiled
+from ..vehicles.expected_drift import Told
 from ..vehicles.motion import Floats
 from .belief import Belief
-from .dead_reckoning import Told
 
 # A gain that is worked out anew for each fix from the covariances.
 WEIGHED = -1.0

@@ -69,9 +69,19 @@ RULES = (
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
     Idle({"auvs.route.kind": ("track",)}, ("survey.depth_m",), "the tracks say how deep they are"),
     Idle(
-        {"auvs.route.kind": ("hold",)},
+        {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
         ("navigation.bias_frame",),
         "AUVs that hold still head along +x, so that both frames are one",
+    ),
+    Idle(
+        {"auvs.route.kind": ("hold",), "navigation.velocity": ("over_ground",)},
+        ("navigation.scale_factor_sd",),
+        "the AUVs lie still",
+    ),
+    Idle(
+        {"navigation.velocity_bias_sd_m_per_s": (0.0,)},
+        ("navigation.velocity_bias_time_constant_s",),
+        "no velocity bias is drawn, the constant one does not wander",
     ),
     Idle(
         {"auvs.vehicle": WITH_DYNAMICS},

@@ -76,13 +76,20 @@ FIX = row_type(
 )
 
 # What an AUV's navigator has learnt, for its autopilot: the instant of its last correction, the
-# integrals of the heading up to there, the velocity bias (m/s) and the current (m/s).
+# integrals of the heading (s) and dead reckoning (m) up to there, the velocity bias and the current
+# (m/s), stretch and turn of the way, and the bias that wanders (m/s) with its time constant.
 LEARNT = np.dtype(
     [
         ("at_s", "f8"),
         ("cosine_s", "f8"),
         ("sine_s", "f8"),
+        ("x_m", "f8"),
+        ("y_m", "f8"),
         ("bias", "f8", (2,)),
         ("current", "f8", (2,)),
+        ("stretch", "f8"),
+        ("turn", "f8"),
+        ("roaming", "f8", (2,)),
+        ("time_constant_s", "f8"),
     ]
 )

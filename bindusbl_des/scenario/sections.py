@@ -245,6 +245,28 @@ class Navigation(Part):
         ge=0,
         le=20,
     )
+    velocity_bias_time_constant_s: Real | None = key(
+        None,
+        "s",
+        "time constant with which that further bias wanders (Gauss-Markov); null = it is constant",
+        ge=1,
+        le=1e7,
+    )
+    scale_factor_sd: Real = key(
+        0.0,
+        "1",
+        "standard deviation of the scale factor of the velocity log less one, drawn for each AUV "
+        "and seed",
+        ge=0,
+        le=0.5,
+    )
+    heading_sd_deg: Real = key(
+        0.0,
+        "deg",
+        "standard deviation of the constant error of an AUV's heading, drawn for each AUV and seed",
+        ge=0,
+        le=45,
+    )
     initial_position_sd_m: Real = key(
         0.0, "m", "standard deviation per axis of what an AUV takes its start for", ge=0, le=1e5
     )

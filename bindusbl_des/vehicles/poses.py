@@ -5,7 +5,7 @@ compiled equations read them as they read any other motion.  What has not been a
 predicted: every vehicle keeps its last velocity.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import ceil, isfinite
 from numbers import Real
 from typing import Any
@@ -71,6 +71,8 @@ class Poses:
             self._logs[fleet] = np.zeros((len(poses), self._lines, logs.COLUMNS))
             self._logs[fleet][:, 0, PLACE] = poses
         self._known = 0
+        #: Whom to tell up to which instant (s) poses are known, whenever further ones are.
+        self.on_known: Callable[[float], None] | None = None
         self._predict()
 
     @property
@@ -105,6 +107,8 @@ class Poses:
                 _note(self._logs[kind], line, self.step_s, poses)
             self._known = line
         self._predict()
+        if self.on_known is not None:
+            self.on_known(self._known * self.step_s)
 
     def _predict(self) -> None:
         """Let all vehicles keep their velocity after the last pose known."""

@@ -16,6 +16,7 @@ from bindusbl_des.geometry.routes import Strip, lawnmower
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
 from bindusbl_des.records.rows import FIX
 from bindusbl_des.vehicles.motion import together
+from bindusbl_des.vehicles.reckoning import steady
 from bindusbl_des.vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
@@ -95,7 +96,7 @@ def test_between_samples_the_drift_is_linear() -> None:
     noise[0, 1:] = np.random.default_rng(0).standard_normal((4, 2))
     still = together([moored(Place(3.0, 4.0, 5.0, 0.0)).legs])
     [walk] = walks = random_walk(2.0, 1.0, noise)
-    reckoning = DeadReckoning(still, walks, 2.0, (0.0, 0.0), "world")
+    reckoning = DeadReckoning(still, steady(walks, 2.0, (0.0, 0.0), False))
     middle = (np.array(reckoning.at(0, 0.5)) + np.array(reckoning.at(0, 1.0))) / 2
     assert reckoning.at(0, 0.75) == pytest.approx(middle)
     truth, odometry = reckoning.sample(0, np.array([0.75, 2.0]))
@@ -121,7 +122,9 @@ def test_a_random_walk_sums_up_steps_of_its_own_scale() -> None:
 def test_a_bias_carries_dead_reckoning_along_the_way_travelled(frame: str) -> None:
     """Dead reckoning is truth plus the drift of its bias, on legs and in turns."""
     vehicle = boustrophedon()
-    reckoning = DeadReckoning(together([vehicle.legs]), np.zeros((1, 2, 2)), 1.0, BIAS, frame)
+    reckoning = DeadReckoning(
+        together([vehicle.legs]), steady(np.zeros((1, 2, 2)), 1.0, BIAS, frame == "body")
+    )
     times = np.array([0.0, 12.3, 45.0, 130.7, 250.0])
     expected = bias_drift(BIAS, frame, times, vehicle.heading_integral(times))
     truth, odometry = reckoning.sample(0, times)
@@ -163,7 +166,7 @@ def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
         noise = np.zeros((auvs, steps + 1, 2))
         noise[:, 1:] = rng.standard_normal((auvs, steps, 2))
         walks = random_walk(1 / step, sigma, noise)
-        reckoning = DeadReckoning(motion, walks, 1 / step, (bias, 0.0), "world")
+        reckoning = DeadReckoning(motion, steady(walks, 1 / step, (bias, 0.0), False))
         navigator = fixed_gain(reckoning, gain, compensation, np.zeros((auvs, 2)))
         for k in range(1, fixes + 1):
             pinged, now = k * period - latency, k * period
@@ -187,7 +190,7 @@ def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
 def test_overlapping_fixes_are_not_charged_twice() -> None:
     """A fix pinged before, but delivered after another's correction, does not correct again."""
     still = together([moored(Place(10.0, 0.0, 5.0, 0.0)).legs])
-    reckoning = DeadReckoning(still, np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), "world")
+    reckoning = DeadReckoning(still, steady(np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), False))
     navigator = fixed_gain(reckoning, 1.0, "shift", np.zeros((1, 2)))
     fixes = np.concatenate((fixes_of(1, 1.0, 3.0), fixes_of(1, 2.0, 4.0)))
     navigator.correct(fixes, np.array([0]))
@@ -202,7 +205,7 @@ def test_a_fix_corrects_only_the_auv_that_it_locates() -> None:
     """Navigators of a fleet keep apart; corrections go where they are wanted."""
     places = ((10.0, 0.0), (20.0, 5.0), (30.0, 7.0))
     still = together([moored(Place(x, y, 5.0, 0.0)).legs for x, y in places])
-    reckoning = DeadReckoning(still, np.zeros((3, 2, 2)), 1.0, (0.0, 0.0), "world")
+    reckoning = DeadReckoning(still, steady(np.zeros((3, 2, 2)), 1.0, (0.0, 0.0), False))
     wanted = np.zeros((3, 2))
     navigator = fixed_gain(reckoning, 0.5, "none", wanted)
     fixes = fixes_of(3, 1.0, 3.0)

@@ -16,6 +16,7 @@ from bindusbl_des.navigation.navigators import REMEMBERED, LinearNavigator, Rule
 from bindusbl_des.navigation.weighing import MOST_REFUSED, WEIGHED, weigh
 from bindusbl_des.records.rows import FIX, LEARNT
 from bindusbl_des.vehicles.motion import together
+from bindusbl_des.vehicles.reckoning import steady
 from bindusbl_des.vehicles.vehicle import recorded
 
 KALMAN = Rule(WEIGHED, at_ping=True, gate=0.0)
@@ -25,7 +26,9 @@ NOTHING_IN_COMMON = np.zeros((2, 0))
 def straight(speed: float, seconds: float = 1000.0) -> DeadReckoning:
     """Return the faultless dead reckoning of an AUV that goes north at a speed (m/s)."""
     track = recorded(np.array([0.0, seconds]), np.array([[0, 0, 5], [speed * seconds, 0, 5]]))
-    return DeadReckoning(together([track.legs]), np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), "world")
+    return DeadReckoning(
+        together([track.legs]), steady(np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), False)
+    )
 
 
 def fixes_at(

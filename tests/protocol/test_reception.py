@@ -42,6 +42,7 @@ from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Usbl
 from bindusbl_des.vehicles.fleet import Fleet
 from bindusbl_des.vehicles.motion import distance_at, lines, places, together
+from bindusbl_des.vehicles.reckoning import steady
 from bindusbl_des.vehicles.vehicle import Place, SegmentedTrajectory, moored, recorded
 
 SOUND = 1500.0  # m/s
@@ -122,7 +123,7 @@ def downlink(
 ) -> MfDownlink:
     """Return an MF band of 500 m on the exact clock to AUVs that know where they are."""
     walks, sums = np.zeros((len(auvs), 2, 2)), np.zeros((len(auvs), 2))
-    reckoning = DeadReckoning(auvs.motion, walks, 1.0, (0.0, 0.0), "world")
+    reckoning = DeadReckoning(auvs.motion, steady(walks, 1.0, (0.0, 0.0), False))
     return MfDownlink(env, auvs, asvs, **{
         "navigator": fixed_gain(reckoning, 0.5, "none", sums), "record": record,
         "mf_range": 500.0, "sound_speed": SOUND, "clock": ExactClock(), **changes,
@@ -210,7 +211,7 @@ def test_fixes_are_applied_in_the_order_of_their_arrival(steers: bool) -> None:
     env, record = simpy.Environment(), Recorder()
     auvs, asvs = fleet(at(0.0), at(-480.0)), fleet(at(450.0), at(-15.0))
     sums = np.zeros((2, 2))
-    reckoning = DeadReckoning(auvs.motion, np.zeros((2, 2, 2)), 1.0, (0.0, 0.0), "world")
+    reckoning = DeadReckoning(auvs.motion, steady(np.zeros((2, 2, 2)), 1.0, (0.0, 0.0), False))
     band = downlink(
         env, steered(auvs) if steers else auvs, asvs, record,
         navigator=fixed_gain(reckoning, 0.5, "none", sums),
@@ -246,7 +247,7 @@ def frames_received(
     asvs = fleet(*[moving(*draw.uniform((-2000, -2), (2000, 2))) for _ in range(3)])
     sums = np.zeros((5, 2))
     walks = random_walk(10.0, 0.3, draw.standard_normal((5, 100, 2)))
-    reckoning = DeadReckoning(auvs.motion, walks, 10.0, (0.5, -0.2), "body")
+    reckoning = DeadReckoning(auvs.motion, steady(walks, 10.0, (0.5, -0.2), True))
     band = downlink(
         env, steered(auvs) if way == "steering" else auvs, asvs, record, mf_range=3000.0,
         navigator=fixed_gain(reckoning, 0.7, compensation, sums), clock=clock,

@@ -26,6 +26,7 @@ from bindusbl_des.vehicles.guidance import (
 from bindusbl_des.vehicles.guidance.bluerov2 import share_thrust
 from bindusbl_des.vehicles.hulls import MODELS, Fleet
 from bindusbl_des.vehicles.motion import Motion, lines
+from bindusbl_des.vehicles.reckoning import error, steady
 from bindusbl_des.vehicles.vehicle import Vehicle
 
 Floats = NDArray[np.float64]
@@ -439,7 +440,7 @@ def test_half_the_step_leads_to_the_same_place(number: int) -> None:
 def offset(x: float, y: float, duration: float) -> SteeringDrift:
     """Return the drift of one vehicle that believes to be (x, y) m from where it is."""
     walk = np.tile([x, y], (1, math.ceil(duration) + 1, 1))
-    return SteeringDrift(np.zeros(2), False, walk, 1.0)
+    return SteeringDrift(steady(walk, 1.0, (0.0, 0.0), False))
 
 
 def believing(
@@ -471,18 +472,17 @@ def test_the_path_flown_is_off_by_what_is_believed(model: str, bearing: float) -
 def test_drift_is_straight_between_samples() -> None:
     """A quarter of the way between two samples a quarter of the step has been walked."""
     walk = np.array([[0.0, 0.0], [1.0, -2.0], [1.0, 6.0]])
-    line, bias = np.zeros(logs.COLUMNS), np.array([[0.1, 0.2]])
-    line[[logs.COS, logs.SIN]] = 3.0, 4.0
-    world = belief.error(0.625, line, SteeringDrift(bias, False, walk[None], 2.0), 0)
+    heading, way, bias = (3.0, 4.0), (0.0, 0.0), (0.1, 0.2)
+    world = error(0.625, heading, way, steady(walk[None], 2.0, bias, False), 0)
     assert world == pytest.approx((0.0625 + 1.0, 0.125 - 2.0 + 0.25 * 8.0))
-    body = belief.error(0.5, line, SteeringDrift(bias, True, walk[None], 2.0), 0)
+    body = error(0.5, heading, way, steady(walk[None], 2.0, bias, True), 0)
     assert body == pytest.approx((0.3 - 0.8 + 1.0, 0.4 + 0.6 - 2.0))
 
 
 @pytest.mark.parametrize("in_body", [True, False])
 def test_a_velocity_bias_carries_the_path_away(in_body: bool) -> None:
     """A bias of 5 cm/s to starboard: after 100 s the vehicle flies 5 m to port of its path."""
-    drift = SteeringDrift(np.array([0.0, 0.05]), in_body, np.zeros((1, 161, 2)), 1.0)
+    drift = SteeringDrift(steady(np.zeros((1, 161, 2)), 1.0, (0.0, 0.05), in_body))
     vehicle = believing("bluerov2", drift).vehicle(0)
     assert vehicle.at(100.0).y == pytest.approx(-5.0, abs=0.05)
 
@@ -491,7 +491,7 @@ def test_corrections_count_from_the_next_control_instant() -> None:
     """Two runs with the same corrections between the same control instants agree bit for bit."""
     random = np.random.default_rng(11)
     walk = np.cumsum(random.normal(scale=0.02, size=(1, 401, 2)), axis=1)
-    drift = SteeringDrift(np.array([0.05, -0.02]), True, walk, 10.0)
+    drift = SteeringDrift(steady(walk, 10.0, (0.05, -0.02), True))
     runs = []
     for nudges in ((10.04, 20.01), (10.09, 20.07)):
         guided = believing("bluerov2", drift, 40.0)
@@ -579,8 +579,8 @@ def test_plans_that_do_not_fit_are_refused() -> None:
         voyage("otter", stations=[(0, 0)], duration_s=10.0, currents=(0.1, 0.1))
     with pytest.raises(ValueError, match=r"position_noise has shape \(1, 3, 2\)"):
         voyage("otter", stations=[(0, 0)], duration_s=10.0, position_noise=np.zeros((1, 3, 2)))
-    drift = SteeringDrift(np.zeros(2), False, np.zeros((1, 5, 2)), 1.0)
-    with pytest.raises(ValueError, match=r"drift.walk has shape \(1, 5, 2\)"):
+    drift = SteeringDrift(steady(np.zeros((1, 5, 2)), 1.0, (0.0, 0.0), False))
+    with pytest.raises(ValueError, match=r"drift.walks has shape \(1, 5, 2\)"):
         voyage("otter", stations=[(0, 0)], duration_s=10.0, drift=drift)
     with pytest.raises(ValueError, match="beyond the voyage of 10"):
         believing("bluerov2", None, 10.0).vehicle(0).at(10.5)

@@ -13,6 +13,7 @@ from worlds import QUIET_NAVIGATION, merged, scenario
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.vehicles.guidance import GuidanceError, GuidedFleet, SteeringDrift, drift
+from bindusbl_des.vehicles.reckoning import steady
 
 Floats = NDArray[np.float64]
 SCENARIOS = FilePath(__file__).parents[2] / "scenarios"
@@ -86,7 +87,7 @@ def crossing(model: str, speed: float, fix_every_s: float, duration: float) -> G
     walk[0, :, 1] = -0.3 * np.arange(walk.shape[1])
     guided = voyage(
         model, paths=[LINE], speed_m_per_s=speed, depth_m=5.0, currents=[(0.0, 0.3)],
-        duration_s=duration, drift=SteeringDrift(np.zeros(2), False, walk, 1.0, True),
+        duration_s=duration, drift=SteeringDrift(steady(walk, 1.0, (0.0, 0.0), False), True),
     )  # fmt: skip
     for instant in np.arange(fix_every_s, duration, fix_every_s):
         guided.advance(instant)
@@ -117,7 +118,7 @@ def test_fixes_that_show_no_headway_make_it_push_harder() -> None:
     walk[0, :, 0] = 0.25 * np.arange(152)
     guided = voyage(
         "bluerov2", paths=[LINE], speed_m_per_s=0.3, depth_m=5.0, currents=[(-0.25, 0.0)],
-        duration_s=duration, drift=SteeringDrift(np.zeros(2), False, walk, 1.0, True),
+        duration_s=duration, drift=SteeringDrift(steady(walk, 1.0, (0.0, 0.0), False), True),
     )  # fmt: skip
     for instant in range(1, 150):
         guided.advance(float(instant))

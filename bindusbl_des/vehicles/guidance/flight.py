@@ -9,10 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiled import compiled, entry
+from ...core.compiled import compiled, entry, inlined
 from ...records.rows import Row, Rows
+from .. import logs
+from ..expected_drift import Told, expected_error, learnt_drift, way_since
 from ..hulls import rk4
 from ..hulls.frames import Floats, move_rigid_body, move_surface_craft
+from ..reckoning import Wrong, by_compass, error, follow
 from . import belief, bluerov2, cybership2, drift, logbook, otter, remus100, tracks
 from .belief import Sensed, Spot, SteeringDrift
 from .tracks import Aim, Flags, Ints, Tracks
@@ -89,8 +92,9 @@ def _observe(state: Floats, current: Floats, depth: float, rates: Floats) -> Spo
 
 @compiled
 def _log(
-    model: int, vehicle: int, state: Floats, spot: Spot, current: Floats, drift: SteeringDrift
-) -> tuple[float, float, float, float]:
+    model: int, vehicle: int, state: Floats, spot: Spot, current: Floats, drift: SteeringDrift,
+    bias: Floats,
+) -> tuple[float, float, float, float]:  # fmt: skip
     """Return what a vehicle's log measures, as `belief.read_log` does.
 
     Ahead and to starboard a REMUS measures its velocity through the water in any case; surface
@@ -100,7 +104,22 @@ def _log(
     if state.size >= rk4.PITCHING_STATE:
         share = 1.0 if drift.through_water or model != rk4.BLUEROV2 else 0.0
         own = state[6] - share * spot.ahead, state[7] - share * spot.aside
-    return belief.read_log(spot, own, current, drift, vehicle)
+    return belief.read_log(spot, own, current, drift, vehicle, bias)
+
+
+@compiled
+def _feel(state: Floats, wrong: Wrong, vehicle: int, felt: Floats) -> None:
+    """Write the state of a vehicle with the heading that its compass tells to `felt`."""
+    for k in range(state.size):
+        felt[k] = state[k]
+    if wrong.skews.size > 0:
+        felt[heading_place(state)] += wrong.skews[vehicle].turned
+
+
+@inlined
+def heading_place(state: Floats) -> int:
+    """Return where in a state the yaw stands."""
+    return 5 if state.size >= rk4.PITCHING_STATE else 2
 
 
 @compiled
@@ -108,21 +127,31 @@ def _sense(
     craft: Craft, vehicle: int, interval: int, state: Floats, spot: Spot, current: Floats,
     known: Knowledge, vessel: Row,
 ) -> Sensed:  # fmt: skip
-    """Return what a vehicle knows at the beginning of a control interval, to steer by."""
+    """Return what a vehicle knows at the beginning of a control interval, to steer by.
+
+    Its `state` is true but for the heading, which is by compass.
+    """
     time, line = interval * craft.control, known.logs[vehicle, interval * craft.steps]
-    order = vessel.order
-    wrong_n, wrong_e = belief.error(time, line, known.drift, vehicle)
+    order, wrong, begin = vessel.order, known.drift.wrong, known.logs[vehicle, 0]
+    cosine, sine = by_compass(line[logs.COS], line[logs.SIN], wrong, vehicle)
+    if wrong.biases.shape[1] > 1 and interval > 0:
+        follow(wrong, vehicle, interval, cosine, sine)
+    way = spot.x - begin[logs.X], spot.y - begin[logs.Y]
+    wrong_n, wrong_e = error(time, (cosine, sine), way, wrong, vehicle)
     fix = known.noise[vehicle, min(interval, known.noise.shape[1] - 1)]
     right = known.corrections[vehicle]
     off_n = spot.x + wrong_n + fix[0] + right[0] - order.north
     off_e = spot.y + wrong_e + fix[1] + right[1] - order.east
-    log = _log(craft.model, vehicle, state, spot, current, known.drift)
+    bias = wrong.biases[vehicle, min(interval, wrong.biases.shape[1] - 1)]
+    log = _log(craft.model, vehicle, state, spot, current, known.drift, bias)
     set_n = set_e = 0.0
     if known.has_learnt:
-        learnt = known.learnt[vehicle]
-        carried_n, carried_e = belief.carried_on(time, line, learnt, known.drift.in_body)
+        learnt = learnt_drift(known.learnt[vehicle])
+        told = Told(time, spot.x + wrong_n, spot.y + wrong_e, cosine, sine)
+        carried_n, carried_e = expected_error(learnt, way_since(learnt, told, wrong.in_body))
         off_n, off_e = off_n - carried_n, off_e - carried_e
-        set_n, set_e = belief.set_of(spot.yaw if known.drift.in_body else 0.0, learnt)
+        yaw = state[heading_place(state)] if wrong.in_body else 0.0
+        set_n, set_e = belief.set_of(yaw, (log[0], log[1]), learnt)
     elif known.drift.through_water:
         drift.learn(time, right[0], right[1], vessel.trend)
         set_n, set_e = vessel.trend.rate[0], vessel.trend.rate[1]
@@ -199,22 +228,25 @@ def _hold(
 @entry
 def fly(
     model: int, p: Floats, control: float, step: float, steps: int, states: Floats, vessels: Rows,
-    rows: Rows, bounds: Rows, currents: Floats, bias: Floats, in_body: bool, walk: Floats,
-    walk_rate: float, through_water: bool, noise: Floats, corrections: Floats, learnt: Rows,
-    has_learnt: bool, logs: Floats, active: Ints, saturated: Flags, first: int, last: int,
-    lost: Floats,
+    rows: Rows, bounds: Rows, currents: Floats, walks: Floats, walk_rate: float, biases: Floats,
+    offsets: Floats, held_s: float, in_body: bool, skews: Rows, through_water: bool, noise: Floats,
+    corrections: Floats, learnt: Rows, has_learnt: bool, logs: Floats, active: Ints,
+    saturated: Flags, first: int, last: int, lost: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
-    Vehicles are the first axis of `states`, `vessels`, `bounds`, `bias` (2,), `walk` (samples, 2),
-    `noise` (intervals or 1, 2), `corrections` (2,), `learnt`, `logs` (boundaries, COLUMNS),
-    `active` and `saturated` (intervals,). Of `currents` (any, 2) the last row holds. Returns -1, or
-    the vehicle lost, with `lost` holding how it fares and when (s).
+    Vehicles are the first axis of `states`, `vessels`, `bounds`, `walks` (samples, 2), `biases` and
+    `offsets` (intervals or 1, 2), `skews` (or none), `noise` (intervals or 1, 2), `corrections`
+    (2,), `learnt`, `logs` (boundaries, COLUMNS), `active` and `saturated` (intervals,). Of
+    `currents` (any, 2) the last row holds. Returns -1, or the vehicle lost, with `lost` holding how
+    it fares and when (s).
     """
     craft, paths = Craft(model, p, control, step, steps), Tracks(rows, bounds)
-    wrong = SteeringDrift(bias, in_body, walk, walk_rate, through_water)
-    known = Knowledge(wrong, noise, corrections, learnt, has_learnt, logs)
+    wrong = Wrong(walks, walk_rate, biases, offsets, held_s, in_body, skews)
+    drift = SteeringDrift(wrong, through_water)
+    known = Knowledge(drift, noise, corrections, learnt, has_learnt, logs)
     work, command, scratch = np.empty((5, states.shape[1])), np.empty(6), np.empty(6)
+    felt = np.empty(states.shape[1])
     aim, turning, reached = Aim(0.0, 0.0, 0.0, 0.0), 0.0, nan
     for i in range(states.shape[0]):
         state, vessel, log, bound = states[i], vessels[i], logs[i], bounds[i]
@@ -224,7 +256,8 @@ def fly(
             current = currents[min(interval, currents.shape[0] - 1)]
             spot = _observe(state, current, order.depth, work[0])
             logbook.note(log, line, step, spot)
-            sensed = _sense(craft, i, interval, state, spot, current, known, vessel)
+            _feel(state, wrong, i, felt)
+            sensed = _sense(craft, i, interval, felt, spot, current, known, vessel)
             if rows.size > 0:  # there are paths, and stations are at the origin
                 aim = tracks.locate(rows, bound, way, sensed.off_n, sensed.off_e)
                 active[i, interval] = way.row

@@ -73,7 +73,7 @@ class GuidedFleet:
         length = 1 if position_noise is None else self._intervals
         self._noise = departure.rows(model, "position_noise", noise, (count, length, 2))
         self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
-        self._drift = belief.for_fleet(model, drift, count, self.duration_s)
+        self._drift = belief.for_fleet(model, drift, count, self.duration_s, self.control_s)
         self.corrections = np.zeros((count, 2))
         self.learnt = np.zeros(count, dtype=LEARNT)
         self.has_learnt = False
@@ -138,7 +138,7 @@ class GuidedFleet:
         lost = flight.fly(
             self.model.equations, vessels.hull, self.control_s, self.step_s, self._steps,
             vessels.states, vessels.own, self.tracks.rows, self.tracks.bounds, self._currents,
-            drift.bias, drift.in_body, drift.walk, drift.rate, drift.through_water, self._noise,
+            *drift.wrong, drift.through_water, self._noise,
             self.corrections, self.learnt, self.has_learnt, self.logs, self.active, self.at_limit,
             self._flown, wanted, self._lost,
         )  # fmt: skip

@@ -1,0 +1,97 @@
+"""What makes AUVs' own sensors wrong, drawn for one mission."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.streams import Purpose, Streams
+from ..navigation.dead_reckoning import random_walk
+from ..records.rows import Rows
+from ..scenario.scenario import Scenario
+from ..vehicles.currents import CONTROL_S, gauss_markov
+from ..vehicles.reckoning import NO_SKEW, Wrong, skews_of
+from .closed_loop import Water, control_intervals
+
+Array = NDArray[np.float64]
+
+
+def wrong_reckoning(scenario: Scenario, streams: Streams, water: Water) -> Wrong:
+    """Return how wrong the AUVs' dead reckoning is in this mission.
+
+    What biases that wander have done is summed up as the AUVs' ways become known.
+    """
+    navigation, skews = scenario.navigation, _skews(scenario, streams)
+    biases = _velocity_biases(scenario, streams)
+    return Wrong(
+        _walks(scenario, streams, water, skews),
+        navigation.imu_rate_hz,
+        biases,
+        np.zeros_like(biases),
+        CONTROL_S if biases.shape[1] > 1 else math.inf,
+        navigation.bias_frame == "body",
+        skews,
+    )
+
+
+def _velocity_biases(scenario: Scenario, streams: Streams) -> Array:
+    """Return the velocity biases (m/s) of each AUV's dead reckoning, (n, k, 2).
+
+    One of each AUV; one for each control interval where what is drawn of it wanders.
+    """
+    navigation, auvs = scenario.navigation, range(scenario.auvs.count)
+    constant = np.array(navigation.velocity_bias_m_per_s, dtype=np.float64)
+    sd, lasts = navigation.velocity_bias_sd_m_per_s, navigation.velocity_bias_time_constant_s
+    if sd == 0.0 or lasts is None:
+        return (constant + _drawn(streams, Purpose.VELOCITY_BIAS, len(auvs), sd))[:, np.newaxis]
+    steps = control_intervals(scenario), 2
+    return np.stack([
+        constant + gauss_markov(
+            sd, lasts, CONTROL_S, streams.of(Purpose.VELOCITY_BIAS, auv).standard_normal(steps)
+        )
+        for auv in auvs
+    ])  # fmt: skip
+
+
+def _skews(scenario: Scenario, streams: Streams) -> Rows:
+    """Return what the AUVs' logs and compasses make of their ways (n,), or nothing (0,)."""
+    navigation, count = scenario.navigation, scenario.auvs.count
+    scale, turned = navigation.scale_factor_sd, math.radians(navigation.heading_sd_deg)
+    if scale == turned == 0.0:
+        return NO_SKEW
+    return skews_of(
+        _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0],
+        _drawn(streams, Purpose.HEADING, count, turned)[:, 0],
+    )
+
+
+def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Array:
+    """Return what each of some AUVs has drawn once for the mission, along two axes, (n, 2)."""
+    if sd == 0.0:
+        return np.zeros((count, 2))
+    return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
+
+
+def _walks(scenario: Scenario, streams: Streams, water: Water, skews: Rows) -> Array:
+    """Return each AUV's dead-reckoning error (m) but for biases and skew, at its IMU's samples,
+    (n, k, 2).
+
+    A walk begins with the error of the initial position.  Dead reckoning through the water misses
+    the current: it falls behind by what the water moved, as log and compass tell it.
+    """
+    navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
+    count = max(1, math.ceil(scenario.duration_s * rate))
+    noise = np.zeros((scenario.auvs.count, count + 1, 2))
+    noise[:, 0] = _drawn(
+        streams, Purpose.INITIAL_POSITION, len(noise), navigation.initial_position_sd_m
+    )
+    for auv, its_own in enumerate(noise):
+        streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
+    lost = random_walk(rate, navigation.random_walk_m_per_sqrt_s, noise)
+    if navigation.velocity == "through_water":
+        moved = water.carried(np.arange(count + 1) / rate)
+        lost -= moved
+        for auv, skew in enumerate(skews):
+            along, across = skew["along"], skew["across"]
+            lost[auv] -= moved @ np.array([[along, across], [-across, along]])
+    return lost

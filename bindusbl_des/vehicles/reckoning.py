@@ -1,0 +1,129 @@
+"""What makes dead reckoning wrong: noise, a velocity bias, a scale factor and a wrong heading.
+
+A compass that is off by psi and a log that tells (1 + s) times a velocity make of a way p from the
+start the way (1 + s) R(psi) p, whatever the path; so what they add to the error is a function of
+the place alone.  Through the water it is the way through the water.
+
+A velocity bias that wanders is held for equal steps.  What it has done by an instant is
+o + H b, with H the integral of the frame's rotation up to then, b the bias that is held, and o what
+makes that continuous: at each step's end o grows by H (b - b'), b' being the bias that follows.
+"""
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..core.compiled import compiled, inlined
+from ..records.rows import Rows
+
+Floats = NDArray[np.float64]
+
+# What a vehicle's log and compass make of a way: they add `along` of it, and `across` of it turned
+# by a quarter to starboard; they stretch it by a factor and turn it (rad, and its cosine and sine).
+SKEW = np.dtype(
+    [(name, "f8") for name in ("along", "across", "factor", "turned", "cosine", "sine")]
+)
+NO_SKEW = np.zeros(0, dtype=SKEW)
+
+
+class Wrong(NamedTuple):
+    """How wrong the dead reckoning of n vehicles is.
+
+    `walks` (n, samples, 2) m along x and y at the instants k / `rate` (Hz), straight in between.
+    `biases` (n, k, 2) m/s of velocity, ahead and to starboard if `in_body`, else along x and y,
+    each held for `held_s` (s); `offsets` (n, k, 2), m, as above, as far as the way is known.
+    `skews` (n,), SKEW, or none.
+    """
+
+    walks: Floats
+    rate: float
+    biases: Floats
+    offsets: Floats
+    held_s: float
+    in_body: bool
+    skews: Rows
+
+
+def steady(
+    walks: Floats, rate: float, bias: ArrayLike, in_body: bool, skews: Rows = NO_SKEW
+) -> Wrong:
+    """Return how wrong dead reckoning is whose bias, (2,) or (n, 2), m/s, never changes."""
+    biases = np.array(np.broadcast_to(bias, (len(walks), 2)), dtype=np.float64)[:, np.newaxis]
+    return Wrong(walks, rate, biases, np.zeros(biases.shape), inf, in_body, skews)
+
+
+def skews_of(scales: Floats, turned: Floats) -> Rows:
+    """Return the skews of scale factors less one (n,) and headings' errors (n,), rad."""
+    skews = np.zeros(len(scales), dtype=SKEW)
+    skews["factor"], skews["turned"] = 1.0 + scales, turned
+    skews["cosine"], skews["sine"] = np.cos(turned), np.sin(turned)
+    skews["along"] = skews["factor"] * skews["cosine"] - 1.0
+    skews["across"] = skews["factor"] * skews["sine"]
+    return skews
+
+
+@inlined
+def skewed(x: float, y: float, wrong: Wrong, vehicle: int) -> tuple[float, float]:
+    """Return what a vehicle's log and compass add to a way (m) or velocity (m/s)."""
+    if wrong.skews.size == 0:
+        return 0.0, 0.0
+    skew = wrong.skews[vehicle]
+    return skew.along * x - skew.across * y, skew.across * x + skew.along * y
+
+
+@inlined
+def by_compass(ahead: float, aside: float, wrong: Wrong, vehicle: int) -> tuple[float, float]:
+    """Return integrals of the cosine and sine of the heading (s) by the compass."""
+    if wrong.skews.size == 0:
+        return ahead, aside
+    skew = wrong.skews[vehicle]
+    return skew.cosine * ahead - skew.sine * aside, skew.sine * ahead + skew.cosine * aside
+
+
+@inlined
+def bias_at(time: float, wrong: Wrong) -> int:
+    """Return which of the biases is held at an instant (s)."""
+    held: int = min(int(time / wrong.held_s), wrong.biases.shape[1] - 1)
+    return held
+
+
+@inlined
+def error(
+    time: float, heading: tuple[float, float], way: tuple[float, float], wrong: Wrong, vehicle: int
+) -> tuple[float, float]:
+    """Return how far (m) along x and y a vehicle believes to be from where it is, without fixes.
+
+    `heading` are the integrals of its cosine and sine (s) by its compass, `way` is the true one
+    from the start (m).
+    """
+    walk, held = wrong.walks[vehicle], bias_at(time, wrong)
+    whole = min(int(time * wrong.rate), walk.shape[0] - 2)
+    share = time * wrong.rate - whole
+    x = walk[whole, 0] + share * (walk[whole + 1, 0] - walk[whole, 0])
+    y = walk[whole, 1] + share * (walk[whole + 1, 1] - walk[whole, 1])
+    ahead, aside = heading if wrong.in_body else (time, 0.0)
+    forward, starboard = wrong.biases[vehicle, held, 0], wrong.biases[vehicle, held, 1]
+    x += ahead * forward - aside * starboard
+    y += aside * forward + ahead * starboard
+    if wrong.biases.shape[1] > 1:
+        x += wrong.offsets[vehicle, held, 0]
+        y += wrong.offsets[vehicle, held, 1]
+    added_x, added_y = skewed(way[0], way[1], wrong, vehicle)
+    return x + added_x, y + added_y
+
+
+@compiled
+def follow(wrong: Wrong, vehicle: int, step: int, ahead: float, aside: float) -> None:
+    """Note the offset of the bias that is held from the beginning of a step (1 or later) on.
+
+    `ahead` and `aside` are the integrals of the heading by then (s), by compass.
+    """
+    if not wrong.in_body:
+        ahead, aside = step * wrong.held_s, 0.0
+    was, now = wrong.biases[vehicle, step - 1], wrong.biases[vehicle, step]
+    forward, starboard = was[0] - now[0], was[1] - now[1]
+    before, then = wrong.offsets[vehicle, step - 1], wrong.offsets[vehicle, step]
+    then[0] = before[0] + ahead * forward - aside * starboard
+    then[1] = before[1] + aside * forward + ahead * starboard
