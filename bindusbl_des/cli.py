@@ -19,6 +19,7 @@ from .commands.missions import explain, run
 from .commands.options import handed_on, quiet_option, shared_options
 from .commands.planning import coverage, timing
 from .commands.plot import plot
+from .commands.replaying import fit, replay
 from .commands.reports import report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
@@ -143,6 +144,8 @@ for _command in (
     explain,
     bench,
     export,
+    replay,
+    fit,
     doctor,
 ):
     main.add_command(_command)

@@ -12,7 +12,8 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 ROOMS = [
     *("core", "geometry", "records", "vehicles", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
-    *("explain", "report", "figures", "export", "campaigns", "advice", "benchmark", "reproduction"),
+    *("explain", "report", "figures", "export", "replay", "campaigns", "advice", "benchmark"),
+    "reproduction",
     *("commands", "cli", "manual", "dynamics"),
 ]
 
@@ -20,15 +21,17 @@ ROOMS = [
 HOMES = {
     "simpy": "protocol mission",
     "networkx": "protocol.conflicts protocol.schedules",
-    "pyarrow": "results mission.event_tables campaigns export",
+    "pyarrow": "results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands manual",
     "numba": "core.compiled core.code_cache",
     "pydantic": "scenario campaigns",
     "pydantic_core": "scenario",
-    "matplotlib": "figures reproduction",
+    "matplotlib": "figures reproduction replay",
     "pandas": "results campaigns reproduction",
     "foxglove": "export",
+    "gtsam": "replay.reference",
+    "mcap": "replay.tables",
 }
 
 

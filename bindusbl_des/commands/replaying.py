@@ -1,0 +1,167 @@
+"""The commands `replay` and `fit`: recorded missions through our navigators."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .console import (
+    check_file,
+    print_json,
+    refuse,
+    say,
+    scenario_from,
+    talk,
+    tell_of_compiling,
+    write_new,
+    writing,
+)
+from .options import json_option
+
+if TYPE_CHECKING:
+    from ..replay.log import Log
+    from ..replay.replaying import Replay
+
+LOGS = (
+    "LOG is a .pyfg file, an .mcap file, a folder of CSV files (odometry or tracks, ranges, "
+    "beacons, fixes; docs/replay.md), or goats_15 or goats_16, which ship with the package gtsam."
+)
+
+
+def log_options(command: Any) -> Any:
+    """Give a command the options that say how a log is read."""
+    vehicle = click.option(
+        "--vehicle", metavar="NAME", help="Whose log it is, where a file holds several."
+    )
+    speed = click.option(
+        "--speed",
+        metavar="M_PER_S",
+        type=click.FloatRange(min=0.001, max=20.0),
+        default=1.0,
+        help="Nominal speed by which the way stands in for instants that a log has not (1).",
+    )
+    return vehicle(speed(command))
+
+
+@click.command(epilog=LOGS)
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True)
+@log_options
+@click.option(
+    "--noise",
+    metavar="SCENARIO",
+    help="Take the noise of a scenario file, such as `fit` writes; else it is fitted to each log.",
+)
+@click.option("--out", metavar="DIR", help="Folder for tables (Parquet and CSV) and figures.")
+@click.option("--force", is_flag=True, help="Replace the folder of an earlier replay.")
+@json_option("the figures of each log")
+def replay(
+    logs: tuple[str, ...],
+    vehicle: str | None,
+    speed: float,
+    noise: str | None,
+    out: str | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Replay recorded missions through our filter and smoother.
+
+    Where odometry is in a frame of its own, its start is found from the ranges.  Where gtsam is
+    installed and the log states its noise, distances from GTSAM's robust optimum are told.
+    """
+    from ..replay.noise import noise_of
+    from ..replay.outcome import tables
+    from ..replay.telling import summary
+
+    told = None if noise is None else noise_of(scenario_from(noise))
+    if len(set(map(_stem, logs))) < len(logs):
+        refuse("two logs have the same name; replay them one by one")
+    replays = [_replayed(_read(name, vehicle, speed), told) for name in logs]
+    found = tables(replays)
+    rows, beacons = found["logs"].to_pylist(), found["beacons"].to_pylist()
+    if out is not None:
+        _write(Path(out), replays, found, force)
+    if as_json:
+        print_json({"logs": rows, "beacons": beacons, "out": out})
+    else:
+        say(summary(rows, beacons))
+
+
+@click.command(epilog=LOGS)
+@click.argument("log")
+@log_options
+@click.option("--out", metavar="FILE", help="Write the scenario file here, not to stdout.")
+@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@json_option("the keys with their values")
+def fit(
+    log: str, vehicle: str | None, speed: float, out: str | None, force: bool, as_json: bool
+) -> None:
+    """Find the noise in a recorded mission, as keys of a scenario.
+
+    Spread, heavy tail and share of outliers of what was measured, random walk and velocity bias of
+    dead reckoning: those under which the log is likeliest.
+    """
+    from ..replay.fitting import fit as fitted
+    from ..replay.log import BadLog
+    from ..replay.replaying import placed_log
+    from ..replay.telling import noise_file, noise_keys
+
+    if out is not None:
+        check_file(Path(out), force)
+    read = _read(log, vehicle, speed)
+    tell_of_compiling()
+    try:
+        placed, _ = placed_log(read)
+    except BadLog as error:
+        refuse(str(error))
+    found = fitted(placed)
+    if out is not None:
+        write_new(Path(out), noise_file(found, placed), force)
+    if as_json:
+        keys = {name: value for name, (value, _) in noise_keys(found, placed).items()}
+        print_json({"keys": keys, "log_likelihood": found.log_likelihood, "out": out})
+    elif out is None:
+        say(noise_file(found, placed).rstrip())
+    else:
+        say(out)
+
+
+def _stem(name: str) -> str:
+    return Path(name).stem
+
+
+def _read(name: str, vehicle: str | None, speed: float) -> "Log":
+    from ..replay.log import BadLog
+    from ..replay.reading import read_log
+
+    try:
+        return read_log(name, vehicle, speed)
+    except BadLog as error:
+        refuse(str(error))
+
+
+def _replayed(log: "Log", noise: Any) -> "Replay":
+    from ..replay.log import BadLog
+    from ..replay.replaying import replay as replayed
+
+    tell_of_compiling()
+    try:
+        found = replayed(log, noise)
+    except BadLog as error:
+        refuse(str(error))
+    if found.reference is None and log.stated is not None and log.has_ranges:
+        talk("No robust optimum to compare with: python -m pip install 'bindusbl-des[replay]'")
+    return found
+
+
+def _write(folder: Path, replays: "Sequence[Replay]", found: Any, force: bool) -> None:
+    """Write tables and a figure of each log into a new folder."""
+    from ..core.durable_folder import folder_draft
+    from ..figures.style import save, styled
+    from ..replay.drawing import drawn
+    from ..replay.outcome import objection, write_tables
+
+    with writing(folder), folder_draft(folder, objection, force=force) as draft, styled():
+        write_tables(found, draft)
+        for it in replays:
+            save(drawn(it), draft / f"{it.log.name}.png")

@@ -1,0 +1,244 @@
+"""Beliefs about instants from what is known of before and after: a smoother for any states.
+
+A filter goes through the instants forwards; a second pass goes back, carrying what later sights
+say about earlier states, so that no covariance is ever inverted: states that are known exactly, or
+are the same at all instants, need no special care.  In every linear case the result is that of
+least squares over all sights at once.  Source: G. J. Bierman, Fixed interval smoothing with
+discrete measurements, International Journal of Control 18(1), 1973 ("modified Bryson-Frazier").
+"""
+
+from math import exp
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import compiled, entry, inlined
+from ..records.rows import Rows
+from ..vehicles.motion import Floats, Ints
+from .belief import STATES, Belief, Growth, carry, way_since
+from .dead_reckoning import Odometry, Told
+
+Array = NDArray[np.float64]
+
+
+class Sights(NamedTuple):
+    """m sights, single numbers that tell of k states, in the order in which they hold.
+
+    Sight i holds at the instant `nodes[i]`, a number; it is `values[i]`, `rows[i]` (k,) times the
+    states and noise with `variances[i]`.
+    """
+
+    nodes: Ints
+    rows: Floats
+    values: Floats
+    variances: Floats
+
+
+class Smoothed(NamedTuple):
+    """What is believed at n instants of k states from all sights: states (n, k), and their
+    covariances (n, k, k).
+    """
+
+    states: Floats
+    covariances: Floats
+
+
+def smooth(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> Smoothed:
+    """Return what all sights say about the instants of an odometry, which rise.
+
+    `first` is what is believed at or before the first of them.
+    """
+    own = (np.ascontiguousarray(column, dtype=np.float64) for column in odometry)
+    flat: tuple[Any, ...] = (*first, *own, *sights, *growth)
+    return Smoothed(*_smooth(*flat))
+
+
+def filtered(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> Belief:
+    """Return the belief at the last instant of an odometry from the sights up to there."""
+    own = (np.ascontiguousarray(column, dtype=np.float64) for column in odometry)
+    last = Belief(first.moment.copy(), first.state.copy(), first.covariance.copy())
+    flat: tuple[Any, ...] = (*last, *own, *sights, *growth)
+    _filter(*flat)
+    return last
+
+
+@compiled
+def transition(belief: Belief, told: Told, growth: Growth, move: Floats) -> None:
+    """Write by what :func:`.belief.carry` multiplies small changes of the states: F (k, k)."""
+    way = way_since(belief, told, growth)
+    move[:] = 0.0
+    for k in range(belief.state.size):
+        move[k, k] = 1.0
+    _drive(move, 2, way.ahead, way.aside)
+    _drive(move, 4, -way.passed, 0.0)
+    if growth.wandering > 0:
+        _drive(move, growth.wandering, way.left * way.ahead, way.left * way.aside)
+    if growth.stretched > 0:
+        _drive(move, growth.stretched, way.x, way.y)
+    for j in range(growth.time_constants.size):
+        move[STATES + j, STATES + j] = exp(-max(way.passed, 0.0) / growth.time_constants[j])
+
+
+@inlined
+def _drive(move: Floats, k: int, ahead: float, aside: float) -> None:
+    """Let the states k and k + 1 change the error by R times them."""
+    move[0, k], move[0, k + 1] = ahead, -aside
+    move[1, k], move[1, k + 1] = aside, ahead
+
+
+@compiled
+def absorb(belief: Belief, row: Floats, off: float, variance: float, gain: Floats) -> float:
+    """Take a sight in, in the place of `belief`, that is `off` from what is believed of it.
+
+    Write its gain (k,); return the variance of `off`.  A sight of what is known exactly, without
+    noise of its own, says nothing.  Joseph's form, as in :func:`.weighing.weigh`.
+    """
+    state, spread = belief.state, belief.covariance
+    count = state.size
+    total = variance
+    for i in range(count):
+        gain[i] = 0.0
+        for j in range(count):
+            gain[i] += spread[i, j] * row[j]
+        total += row[i] * gain[i]
+    if not total > 0.0:
+        gain[:] = 0.0
+        return 0.0
+    for i in range(count):
+        gain[i] /= total
+        state[i] += gain[i] * off
+    _project(spread, gain, row)
+    for i in range(count):
+        for j in range(count):
+            spread[i, j] += gain[i] * variance * gain[j]
+    return total
+
+
+@compiled
+def _project(spread: Floats, gain: Floats, row: Floats) -> None:
+    """Have (1 - g h') P (1 - g h')' in the place of P (k, k), for columns g and h (k,)."""
+    count = gain.size
+    for j in range(count):
+        told = 0.0
+        for i in range(count):
+            told += row[i] * spread[i, j]
+        for i in range(count):
+            spread[i, j] -= gain[i] * told
+    for i in range(count):
+        told = 0.0
+        for j in range(count):
+            told += spread[i, j] * row[j]
+        for j in range(count):
+            spread[i, j] -= told * gain[j]
+
+
+@compiled
+def _seen(belief: Belief, row: Floats, value: float) -> float:
+    """Return how far a sight is from what is believed of it."""
+    for i in range(row.size):
+        value -= row[i] * belief.state[i]
+    return value
+
+
+@entry
+def _filter(
+    moment: Rows, state: Floats, covariance: Floats, times: Floats, position: Floats,
+    headings: Floats, nodes: Ints, rows: Floats, values: Floats, variances: Floats,
+    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
+    time_constants: Floats, step: float,
+) -> None:  # fmt: skip
+    """Take sights into a belief, in its place, and carry it to the last instant."""
+    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, step)
+    own, gain, sight = Belief(moment, state, covariance), np.empty(state.size), 0
+    for n in range(times.size):
+        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        carry(own, told, growth)
+        while sight < nodes.size and nodes[sight] == n:
+            off = _seen(own, rows[sight], values[sight])
+            absorb(own, rows[sight], off, variances[sight], gain)
+            sight += 1
+
+
+@entry
+def _smooth(
+    moment: Rows, state: Floats, covariance: Floats, times: Floats, position: Floats,
+    headings: Floats, nodes: Ints, rows: Floats, values: Floats, variances: Floats,
+    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
+    time_constants: Floats, step: float,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Return states (n, k) and covariances (n, k, k) at n instants from m sights."""
+    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, step)
+    count, known = times.size, state.size
+    states, spreads = np.empty((count, known)), np.empty((count, known, known))
+    moves = np.empty((count, known, known))
+    gains, offs, totals = np.empty_like(rows), np.empty(nodes.size), np.empty(nodes.size)
+    own, sight = Belief(moment.copy(), state.copy(), covariance.copy()), 0
+    for n in range(count):
+        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        transition(own, told, growth, moves[n])
+        carry(own, told, growth)
+        while sight < nodes.size and nodes[sight] == n:
+            offs[sight] = _seen(own, rows[sight], values[sight])
+            totals[sight] = absorb(own, rows[sight], offs[sight], variances[sight], gains[sight])
+            sight += 1
+        states[n], spreads[n] = own.state, own.covariance
+    later, sure = np.zeros(known), np.zeros((known, known))
+    for n in range(count - 1, -1, -1):
+        _tell(states[n], spreads[n], later, sure)
+        while sight > 0 and nodes[sight - 1] == n:
+            sight -= 1
+            if totals[sight] > 0.0:
+                _unsee(later, sure, rows[sight], gains[sight], offs[sight], totals[sight])
+        _go_back(later, sure, moves[n])
+    return states, spreads
+
+
+@compiled
+def _tell(state: Floats, spread: Floats, later: Floats, sure: Floats) -> None:
+    """Have in the place of a filter's state and covariance what later sights make of them."""
+    count = state.size
+    product = np.zeros((count, count))  # P L
+    for i in range(count):
+        for j in range(count):
+            state[i] -= spread[i, j] * later[j]
+            for k in range(count):
+                product[i, j] += spread[i, k] * sure[k, j]
+    before = spread.copy()
+    for i in range(count):
+        for j in range(count):
+            for k in range(count):
+                spread[i, j] -= product[i, k] * before[k, j]
+
+
+@compiled
+def _unsee(
+    later: Floats, sure: Floats, row: Floats, gain: Floats, off: float, total: float
+) -> None:
+    """Have what is said about the state after a sight, said about that before it."""
+    weighed = 0.0
+    for i in range(row.size):
+        weighed += gain[i] * later[i]
+    _project(sure, row, gain)
+    for i in range(row.size):
+        later[i] -= row[i] * (weighed + off / total)
+        for j in range(row.size):
+            sure[i, j] += row[i] * row[j] / total
+
+
+@compiled
+def _go_back(later: Floats, sure: Floats, move: Floats) -> None:
+    """Have what is said about a state, said about that before it was moved by F: F' l, F' L F."""
+    count = later.size
+    told, product = np.zeros(count), np.zeros((count, count))
+    for i in range(count):
+        for j in range(count):
+            told[i] += move[j, i] * later[j]
+            for k in range(count):
+                product[i, j] += move[k, i] * sure[k, j]
+    later[:] = told
+    sure[:] = 0.0
+    for i in range(count):
+        for j in range(count):
+            for k in range(count):
+                sure[i, j] += product[i, k] * move[k, j]

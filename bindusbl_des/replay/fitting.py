@@ -1,0 +1,94 @@
+"""The noise in a log: that under which what was measured is likeliest, given what was known before.
+
+The likelihood of a log is the product of the densities of its sights, each as the filter predicts
+it from those before.  Source: F. C. Schweppe, Evaluation of likelihood functions for Gaussian
+signals, IEEE Transactions on Information Theory 11(1), 1965.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from .log import Log
+from .navigating import Prepared, filter_log, prepared, smooth_log
+from .noise import START_SD, Noise
+
+# A velocity bias is taken to be at most some such share of the speed (one standard deviation).
+BIAS_SHARE = 0.1
+
+# The search begins with steps of this factor and ends below the other; a share stays inside these.
+FIRST_FACTOR, LAST_FACTOR = 2.0, 1.01
+LEAST_SHARE, MOST_SHARE = 1e-4, 0.5
+# Noise is likelier where the logarithm rises by so much at least; less is no reason to go on.
+GAIN = 1e-2
+
+
+class Fit(NamedTuple):
+    """The noise found, the sum of the logarithms of the sights' densities with it, and how sure the
+    velocity bias is (m/s, along both axes).
+    """
+
+    noise: Noise
+    log_likelihood: float
+    bias_sds: tuple[float, float]
+
+
+def fit(log: Log) -> Fit:
+    """Return the noise under which a log, which is placed, is likeliest.
+
+    A fix brings its own covariance, so that a log without ranges tells of no range's noise.
+    """
+    known = prepared(log)
+    noise = _likeliest(known, _guess(log), log.has_ranges)
+    track = filter_log(known, noise)
+    _, found = smooth_log(known, noise, track)
+    ahead, aside = found.states[-1, 2:4].tolist()
+    sds = np.sqrt(np.diagonal(found.covariances[-1])[2:4])
+    bias = replace(noise, bias=(ahead, aside), bias_sd=float(np.sqrt(np.mean(sds**2))))
+    return Fit(bias, float(track.seen["density"].sum()), (float(sds[0]), float(sds[1])))
+
+
+def _guess(log: Log) -> Noise:
+    """Return noise to begin with: of metres, and of a hundredth of the way."""
+    speed = log.distance / float(log.times[-1])
+    return Noise(
+        range_sd=2.0,
+        outlier_share=0.1,
+        outlier_sd=20.0,
+        random_walk=0.1 * speed,
+        bias_sd=BIAS_SHARE * speed,
+        start_sd=START_SD if log.start_found else 0.0,
+    )
+
+
+def _likeliest(log: Prepared, guess: Noise, has_ranges: bool) -> Noise:
+    """Return the likeliest noise, by pattern search: each number in turn, by ever smaller factors.
+
+    Source: R. Hooke, T. A. Jeeves, "Direct search" solution of numerical and statistical problems,
+    Journal of the ACM 8(2), 1961.
+    """
+    names = ["range_sd"] * has_ranges + ["random_walk", "outlier_share", "outlier_sd"]
+    best, score, factor = guess, _score(log, guess), FIRST_FACTOR
+    while factor > LAST_FACTOR:
+        found = score
+        for name in names:
+            for by in (factor, 1.0 / factor):
+                tried = _scaled(best, name, by)
+                if (value := _score(log, tried)) > score + GAIN:
+                    best, score = tried, value
+                    break
+        if score <= found:
+            factor = factor**0.5
+    return best
+
+
+def _scaled(noise: Noise, name: str, by: float) -> Noise:
+    value = getattr(noise, name) * by
+    if name == "outlier_share":
+        value = min(max(value, LEAST_SHARE), MOST_SHARE)
+    return replace(noise, **{name: value})
+
+
+def _score(log: Prepared, noise: Noise) -> float:
+    return float(filter_log(log, noise).seen["density"].sum())

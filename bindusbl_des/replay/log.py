@@ -1,0 +1,128 @@
+"""A recorded mission: odometry of one vehicle, and what acoustics told of its position."""
+
+from dataclasses import dataclass, replace
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..navigation.dead_reckoning import Odometry
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class BadLog(ValueError):
+    """A log cannot be read; the message names file, place and remedy."""
+
+
+class Beacons(NamedTuple):
+    """Beacons at surveyed places: their names, and where they are (k, 3), m, z down."""
+
+    names: tuple[str, ...]
+    places: Array
+
+
+class Ranges(NamedTuple):
+    """Ranges (n,), m, to beacons (n,), by their number, at instants (n,), s."""
+
+    times: Array
+    beacons: Ints
+    metres: Array
+
+
+class Fixes(NamedTuple):
+    """Fixes: the instants at which they hold (n,), s, places (n, 2), m, and their covariances
+    xx, yy, xy (n, 3), m2.
+    """
+
+    times: Array
+    places: Array
+    covariances: Array
+
+
+class Stated(NamedTuple):
+    """What a log itself says of its noise: standard deviations of a range (m), and of a step of
+    its odometry, along both axes (m) and in heading (rad), one for each step (n - 1,).
+    """
+
+    range_m: float
+    step_m: Array
+    step_rad: Array
+
+
+class Pose(NamedTuple):
+    """A place in the plan (m), and a heading (rad) from x towards y."""
+
+    x: float
+    y: float
+    heading: float
+
+
+@dataclass(frozen=True)
+class Log:
+    """A recorded mission of one vehicle at n instants (n,), s, that rise from 0.
+
+    `places` (n, 2), m, and `yaws` (n,), rad, are what its odometry has summed up to, `depths` (n,),
+    m.  A log that is not `placed` has its odometry in a frame of its own, which begins anywhere and
+    is turned by anything, until its start is found.  `has_clock` is False where nothing but the
+    order was recorded: an instant is then the distance gone so far at a nominal speed.
+    """
+
+    name: str
+    times: Array
+    places: Array
+    yaws: Array
+    depths: Array
+    beacons: Beacons
+    ranges: Ranges
+    fixes: Fixes
+    placed: bool = True
+    start_found: bool = False
+    has_clock: bool = True
+    stated: Stated | None = None
+
+    def begun_at(self, start: Pose) -> "Log":
+        """Return the log with its odometry beginning at a pose in the frame of its beacons."""
+        turn = start.heading - float(self.yaws[0])
+        turned = rotated(self.places - self.places[0], turn)
+        places = turned + np.array((start.x, start.y))
+        return replace(self, places=places, yaws=self.yaws + turn, placed=True, start_found=True)
+
+    def odometry(self, times: Array) -> Odometry:
+        """Return what the vehicle's own sensors had told it by instants (k,), s.
+
+        Between two rows velocity and turn rate are constant.
+        """
+        return Odometry(times, self.at(self.places, times), self.at(self._headings(), times))
+
+    def at(self, rows: Array, times: Array) -> Array:
+        """Return what rows (n,) or (n, m) were at instants (k,), s, between them linearly."""
+        if rows.ndim == 1:
+            return np.interp(times, self.times, rows)
+        return np.column_stack([np.interp(times, self.times, column) for column in rows.T])
+
+    def _headings(self) -> Array:
+        """Return the integrals of the cosine and sine of the heading (n, 2), s, by trapezoids."""
+        steps = np.diff(self.times)
+        both = np.column_stack((np.cos(self.yaws), np.sin(self.yaws)))
+        grown = 0.5 * (both[1:] + both[:-1]) * steps[:, None]
+        return np.vstack((np.zeros((1, 2)), np.cumsum(grown, axis=0)))
+
+    @property
+    def has_ranges(self) -> bool:
+        """Whether there is any range in it."""
+        return len(self.ranges.times) > 0
+
+    @property
+    def distance(self) -> float:
+        """The way gone by its odometry (m)."""
+        return float(np.hypot(*np.diff(self.places, axis=0).T).sum())
+
+
+def rotated(places: Array, angle: float) -> Array:
+    """Return places (n, 2) turned about the origin by an angle (rad) from x towards y."""
+    c, s = cos(angle), sin(angle)
+    turned: Array = places @ np.array(((c, s), (-s, c)))
+    return turned

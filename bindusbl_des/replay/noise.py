@@ -1,0 +1,67 @@
+"""The noise by which a log is navigated, as a scenario says it."""
+
+from dataclasses import dataclass
+from math import hypot, inf
+
+import numpy as np
+
+from ..navigation.belief import STATES, Belief, Growth, first_belief
+from ..scenario.scenario import Scenario
+from ..usbl.instrument import range_sd
+
+# How far off a start that was found may be, per axis (m), and its heading (rad): it was found from
+# the very ranges that navigate, so they must be free to move it.
+START_SD, HEADING_SD = 10.0, 0.1
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What is unsure in a log: of ranges (m), a share of outliers and their further error (m), dead
+    reckoning's random walk (m/sqrt(s)) and velocity bias (m/s, ahead and to the side of y).
+
+    `bias_sd` is what a bias may be beyond the one given (m/s).  A sight that not even an outlier's
+    variance explains is refused: its normalised square is above `gate`; 0: none is.
+    """
+
+    range_sd: float
+    outlier_share: float
+    outlier_sd: float
+    random_walk: float
+    bias: tuple[float, float] = (0.0, 0.0)
+    bias_sd: float = 0.0
+    gate: float = 0.0
+    start_sd: float = 0.0
+    in_body: bool = True
+
+    @property
+    def mixture(self) -> tuple[float, float, float, float]:
+        """The noise of sights, as :class:`.sighting.Mixture` has it."""
+        parts = map(float, (self.range_sd, self.outlier_share, self.outlier_sd, self.gate))
+        return tuple(parts)  # type: ignore[return-value]
+
+    def first(self, heading_sd: float) -> Belief:
+        """Return what is believed at the start, its heading with a standard deviation (rad)."""
+        ahead, aside = (hypot(bias, self.bias_sd) for bias in self.bias)
+        return first_belief(self.start_sd, (ahead, aside), 0.0, (0.0, heading_sd))
+
+    def growth(self, heading_sd: float) -> Growth:
+        """Return how beliefs become less sure; states 6 and 7 stretch and turn the way."""
+        sds, lasting = np.array((0.0, heading_sd)), np.full(2, inf)
+        return Growth(float(self.random_walk) ** 2, 0.0, self.in_body, STATES, 0, sds, lasting)
+
+
+def noise_of(scenario: Scenario) -> Noise:
+    """Return the noise that a scenario tells AUVs of, as far as a log has any use for it."""
+    navigation, usbl = scenario.navigation, scenario.usbl
+    speed = scenario.environment.sound_speed_m_per_s
+    return Noise(
+        range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1),
+        getattr(usbl, "outlier_share", 0.0),
+        getattr(usbl, "outlier_sd_m", 0.0),
+        navigation.random_walk_m_per_sqrt_s,
+        navigation.velocity_bias_m_per_s,
+        navigation.velocity_bias_sd_m_per_s,
+        navigation.nis_gate or 0.0,
+        navigation.initial_position_sd_m,
+        navigation.bias_frame == "body",
+    )

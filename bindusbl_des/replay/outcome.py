@@ -1,0 +1,168 @@
+"""What replays came to, as tables: the logs, their tracks, their sights and their beacons."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from math import degrees, nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from ..export.csv_folder import columns
+from ..results.arrow import arrow
+from ..results.result_folder import CSV_DICTIONARY
+from ..results.tables import write_parquet
+from .replaying import Replay, mean_nis, outlier_share, rms_between
+from .rows import ROWS
+
+TYPES = {int: pa.int64(), float: pa.float64(), str: pa.string(), bool: pa.bool_()}
+FRAME = "that of the log's beacons"
+# 1.4826 times the median of absolute deviations is the standard deviation of Gaussian noise.
+TO_SD = 1.4826
+
+
+def tables(replays: Sequence[Replay]) -> dict[str, pa.Table]:
+    """Return the tables of replays by name, a column for each field of their rows."""
+    made = {"logs": _log, "tracks": _track, "sights": _sights, "beacons": _beacons}
+    return {
+        name: pa.concat_tables([_table(ROWS[name], make(replay)) for replay in replays])
+        for name, make in made.items()
+    }
+
+
+def objection(folder: Path) -> str | None:
+    """Return why force must not replace a folder; None for an earlier replay, or an empty one."""
+    found = list(folder.iterdir()) if folder.is_dir() else [folder]
+    ours = {CSV_DICTIONARY, *(f"{name}.{end}" for name in ROWS for end in ("parquet", "csv"))}
+    foreign = sorted(it.name for it in found if it.name not in ours and it.suffix != ".png")
+    if folder.is_dir() and not foreign:
+        return None
+    return f"holds {foreign[0]}, which no replay wrote, so --force will not replace it"
+
+
+def write_tables(found: Mapping[str, pa.Table], folder: Path) -> None:
+    """Write tables into a folder that is there, as Parquet and as CSV, and what columns mean."""
+    from pyarrow import csv
+
+    for name, table in found.items():
+        write_parquet(table, f"replay.{name}", folder / f"{name}.parquet", {})
+        csv.write_csv(table, folder / f"{name}.csv")
+    csv.write_csv(columns(found), folder / CSV_DICTIONARY)
+
+
+def _table(row: type, values: Mapping[str, Any]) -> pa.Table:
+    described = [
+        pa.field(
+            it.name,
+            TYPES[it.type],  # type: ignore[index]
+            metadata={"unit": it.metadata["unit"], "meaning": it.metadata["meaning"]}
+            | ({"frame": FRAME} if it.name.endswith(("x_m", "y_m", "z_m")) else {}),
+        )
+        for it in fields(row)
+    ]
+    arrays = [arrow(values[field.name], field.type) for field in described]
+    return pa.Table.from_arrays(arrays, schema=pa.schema(described))
+
+
+def _log(replay: Replay) -> dict[str, Any]:
+    log, start, noise = replay.log, replay.start, replay.noise
+    reference = None if replay.reference is None else replay.reference.places
+    own, later = replay.filter.at(log.times), replay.smoother.at(log.times)
+
+    def apart(places: Any) -> float:
+        return nan if reference is None else rms_between(places, reference)
+
+    rival = nan if start is None else start.rival_loss
+    row = {
+        "log": log.name,
+        "rows": len(log.times),
+        "distance_m": log.distance,
+        "duration_s": float(log.times[-1]),
+        "has_clock": log.has_clock,
+        "ranges": len(log.ranges.times),
+        "fixes": len(log.fixes.times),
+        "start_x_m": float(log.places[0, 0]),
+        "start_y_m": float(log.places[0, 1]),
+        "start_heading_deg": degrees(log.yaws[0]),
+        "start_loss": nan if start is None else start.loss,
+        "rival_loss": rival if np.isfinite(rival) else nan,
+        "range_sd_m": noise.range_sd if log.has_ranges else nan,
+        "outlier_share": noise.outlier_share,
+        "outlier_sd_m": noise.outlier_sd,
+        "random_walk_m_per_sqrt_s": noise.random_walk,
+        "filter_nis": mean_nis(replay.filter),
+        "filter_outlier_share": outlier_share(replay.filter),
+        "smoother_outlier_share": outlier_share(replay.smoother),
+        "filter_to_smoother_m": rms_between(own, later),
+        "reckoned_to_reference_m": apart(log.places),
+        "filter_to_reference_m": apart(own),
+        "smoother_to_reference_m": apart(later),
+    }
+    return {name: [value] for name, value in row.items()}
+
+
+def _track(replay: Replay) -> dict[str, Any]:
+    log, reference = replay.log, replay.reference
+    out: dict[str, Any] = {"log": [log.name] * len(log.times), "time_s": log.times}
+    out["reckoned_x_m"], out["reckoned_y_m"] = log.places.T
+    for name, track in (("filter", replay.filter), ("smoother", replay.smoother)):
+        rows = np.searchsorted(track.times, log.times)
+        out[f"{name}_x_m"], out[f"{name}_y_m"] = track.places[rows].T
+        xx, yy, xy = track.covariances[rows].T
+        out[f"{name}_sd_x_m"], out[f"{name}_sd_y_m"] = np.sqrt(xx), np.sqrt(yy)
+        out[f"{name}_cov_xy_m2"] = xy
+    nothing = np.full(len(log.times), nan)
+    places = np.column_stack((nothing, nothing)) if reference is None else reference.places
+    out["reference_x_m"], out["reference_y_m"] = places.T
+    out["reference_sd_m"] = nothing if reference is None else reference.sds
+    return out
+
+
+def _sights(replay: Replay) -> dict[str, Any]:
+    log, seen, later = replay.log, replay.filter.seen, replay.smoother.seen
+    names, metres = _sighted(replay)
+    times = np.sort(np.concatenate((log.ranges.times, log.fixes.times)), kind="stable")
+    return {
+        "log": [log.name] * len(seen),
+        "time_s": times,
+        "beacon": names,
+        "range_m": metres,
+        "innovation_m": seen["off_m"],
+        "nis": seen["nis"],
+        "inlier": seen["inlier"],
+        "taken": seen["taken"],
+        "residual_m": later["off_m"],
+        "residual_inlier": later["inlier"],
+    }
+
+
+def _sighted(replay: Replay) -> tuple[list[str | None], Any]:
+    """Return the beacon and the range (m) of each sight, in the order in which they were seen."""
+    ranges, fixes = replay.log.ranges, len(replay.log.fixes.times)
+    order = np.argsort(np.concatenate((ranges.times, replay.log.fixes.times)), kind="stable")
+    names = [replay.log.beacons.names[number] for number in ranges.beacons] + [None] * fixes
+    metres = np.concatenate((ranges.metres, np.full(fixes, nan)))
+    return [names[k] for k in order], metres[order]
+
+
+def _beacons(replay: Replay) -> dict[str, Any]:
+    log = replay.log
+    residuals, names = replay.smoother.seen["off_m"], np.array(_sighted(replay)[0], dtype=object)
+    off = [residuals[names == name] for name in log.beacons.names]
+    middle = [float(np.median(it)) if len(it) else nan for it in off]
+    spread = [
+        TO_SD * float(np.median(np.abs(it - at))) if len(it) else nan
+        for it, at in zip(off, middle, strict=True)
+    ]
+    x, y, z = log.beacons.places.T
+    return {
+        "log": [log.name] * len(off),
+        "beacon": list(log.beacons.names),
+        "x_m": x,
+        "y_m": y,
+        "z_m": z,
+        "ranges": [len(it) for it in off],
+        "residual_median_m": middle,
+        "residual_spread_m": spread,
+    }

@@ -1,0 +1,141 @@
+"""The log that a name stands for: a PyFG file, a run that ships with gtsam, CSV or MCAP."""
+
+from pathlib import Path
+
+import numpy as np
+
+from .log import Array, BadLog, Beacons, Fixes, Log, Ranges
+from .pyfg import NOMINAL_SPEED, read_pyfg, shipped
+from .tables import Table, csv_tables, mcap_tables
+
+GTSAM = (
+    "the recorded runs goats_15 and goats_16 ship with the package gtsam, which is not installed "
+    "here; install it with: python -m pip install 'bindusbl-des[replay]'"
+)
+# What our export calls the columns of dead reckoning, beside what odometry of one's own has.
+RECKONED = {"tracks": ("imu_x_m", "imu_y_m"), "odometry": ("x_m", "y_m")}
+
+
+def read_log(name: str, vehicle: str | None = None, speed: float = NOMINAL_SPEED) -> Log:
+    """Return a log: of a file or folder, or a run that ships with gtsam, by its bare name.
+
+    `vehicle` chooses one of those in the tables; `speed` (m/s) as in :func:`.pyfg.read_pyfg`.
+
+    Raises:
+        BadLog: naming file, place and remedy.
+    """
+    path = Path(name)
+    if path.is_dir():
+        tables = csv_tables(path)
+        return _log_of(path, tables, vehicle)
+    if path.suffix == ".mcap":
+        return _log_of(path, mcap_tables(path), vehicle)
+    if not path.suffix and not path.exists():
+        found = shipped(name)
+        if found is None and name.startswith("goats_1"):
+            raise BadLog(f"{name}: {GTSAM}")
+        path = found or path
+    if not path.exists():
+        raise BadLog(f"{name}: there is no such log; name a .pyfg or .mcap file, a folder of CSV")
+    if path.suffix != ".pyfg":
+        raise BadLog(f"{name}: a log is a .pyfg or .mcap file, or a folder of CSV files")
+    return read_pyfg(path, speed)
+
+
+def _log_of(path: Path, tables: dict[str, Table], vehicle: str | None) -> Log:
+    """Return the log of one vehicle in tables."""
+    kind = next((it for it in ("odometry", "tracks") if len(tables.get(it, ()))), None)
+    if kind is None:
+        raise BadLog(
+            f"{path}: has no odometry; a table `odometry` needs time_s, x_m, y_m, yaw_rad, or "
+            "`tracks` of an export time_s, vehicle, imu_x_m, imu_y_m, yaw_rad"
+        )
+    whose = _vehicle(path, tables[kind], vehicle)
+    rows = tables[kind].where("vehicle", whose)
+    odometry = rows.numbers("time_s", *RECKONED[kind], "yaw_rad")
+    times = odometry[:, 0]
+    if len(times) < 2:
+        raise BadLog(f"{rows.source}: has {len(times)} rows of odometry; a log needs two or more")
+    stuck = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(stuck):
+        place = rows.rows[int(stuck[0]) + 1][0]
+        raise BadLog(f"{place}: time_s must rise from row to row of a vehicle")
+    empty = Table(str(path))
+    beacons = _beacons(tables.get("beacons", empty))
+    ranges = _ranges(tables.get("ranges", empty).where("vehicle", whose), beacons)
+    fixes = _fixes(tables.get("fixes", empty).where("auv", whose).where("outcome", "delivered"))
+    first = float(times[0])
+    log = Log(
+        path.stem,
+        times - first,
+        odometry[:, 1:3],
+        np.unwrap(odometry[:, 3]),
+        rows.numbers("z_m")[:, 0] if rows.has("z_m") else np.zeros(len(times)),
+        beacons,
+        ranges._replace(times=ranges.times - first),
+        fixes._replace(times=fixes.times - first),
+    )
+    _check_times(path, log)
+    return log
+
+
+def _vehicle(path: Path, odometry: Table, vehicle: str | None) -> str:
+    """Return whose log is meant; a table of odometry without names is of one vehicle."""
+    if not odometry.has("vehicle"):
+        return vehicle or ""
+    known = [it for it in dict.fromkeys(odometry.words("vehicle")) if not it.startswith("ASV")]
+    if vehicle is None and len(known) == 1:
+        return known[0]
+    if vehicle not in known:
+        raise BadLog(f"{path}: holds {', '.join(known)}; name one with --vehicle")
+    return vehicle
+
+
+def _beacons(table: Table) -> Beacons:
+    names = table.words("beacon")
+    places = table.numbers("x_m", "y_m")
+    depths = table.numbers("z_m") if table.has("z_m") else np.zeros((len(names), 1))
+    return Beacons(tuple(names), np.hstack((places, depths)))
+
+
+def _ranges(table: Table, beacons: Beacons) -> Ranges:
+    names = table.words("beacon")
+    for (place, _), name in zip(table.rows, names, strict=True):
+        if name not in beacons.names:
+            known = ", ".join(beacons.names) or "there are none"
+            raise BadLog(f"{place}: the beacon {name} is not in the table beacons ({known})")
+    numbers = table.numbers("time_s", "range_m")
+    for (place, _), metres in zip(table.rows, numbers[:, 1], strict=True):
+        if metres < 0.0:
+            raise BadLog(f"{place}: range_m is {metres:g}; a range is 0 m or more")
+    whom = np.array([beacons.names.index(name) for name in names], dtype=np.int64)
+    order = np.argsort(numbers[:, 0], kind="stable")
+    return Ranges(numbers[order, 0], whom[order], numbers[order, 1])
+
+
+def _fixes(table: Table) -> Fixes:
+    """Return fixes in the order of the instants at which they hold, whenever they were told."""
+    instant = next((it for it in ("valid_at_s", "pinged_at_s") if table.has(it)), "time_s")
+    numbers = table.numbers(instant, "x_m", "y_m", "sd_x_m", "sd_y_m")
+    for (place, _), row in zip(table.rows, numbers, strict=True):
+        if row[3] <= 0.0 or row[4] <= 0.0:
+            raise BadLog(f"{place}: sd_x_m and sd_y_m must be above 0 m")
+    crossed: Array = np.zeros((len(table), 1))
+    if table.has("cov_xy_m2"):
+        crossed = table.numbers("cov_xy_m2")
+    order = np.argsort(numbers[:, 0], kind="stable")
+    covariances = np.hstack((numbers[:, 3:] ** 2, crossed))
+    return Fixes(numbers[order, 0], numbers[order, 1:3], covariances[order])
+
+
+def _check_times(path: Path, log: Log) -> None:
+    """Refuse a log that tells of instants of which its odometry knows nothing."""
+    for what, times in (("ranges", log.ranges.times), ("fixes", log.fixes.times)):
+        outside = np.count_nonzero((times < 0.0) | (times > log.times[-1]))
+        if outside:
+            raise BadLog(
+                f"{path}: {outside} of {len(times)} {what} lie outside the time of the odometry, "
+                f"{log.times[-1]:g} s; are both by the same clock?"
+            )
+    if not len(log.ranges.times) and not len(log.fixes.times):
+        raise BadLog(f"{path}: has neither ranges nor fixes, so nothing corrects its odometry")

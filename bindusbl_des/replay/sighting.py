@@ -1,0 +1,214 @@
+"""What a range or a fix tells of a believed position: an extended Kalman filter over a log.
+
+A range to a beacon tells of the position along the line to it, the line as it is where the vehicle
+believes to be.  Ranges at sea have a heavy tail (reflections, wrong detections), so noise is a
+mixture: a share of the sights has a further error, of a larger standard deviation.  A sight counts
+by how likely it is to be of either kind, which is what the expectation step of the EM algorithm
+says of a scale mixture; what not even the wider kind explains is refused.  Source: K. L. Lange, R.
+J. A. Little, J. M. G. Taylor, Robust statistical modeling using the t distribution, Journal of the
+American Statistical Association 84, 1989.
+"""
+
+from math import exp, log, log1p, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiled import compiled, entry, inlined
+from ..navigation.belief import Belief, Growth, carry
+from ..navigation.dead_reckoning import Told
+from ..navigation.smoothing import absorb
+from ..records.rows import Row, Rows
+from ..vehicles.motion import Floats, Ints
+
+# A sight: at which instant, its number; the beacon, m, and the measured range (m), or where a fix
+# lies and NaN; how far beacon and vehicle are apart in depth (m); along two axes at right angles
+# the variances (m2) of a fix, and the first of them (a unit vector).
+SIGHT = np.dtype(
+    [("node", "i8")]
+    + [(name, "f8") for name in ("x_m", "y_m", "z_m", "range_m", "along_m2", "across_m2")]
+    + [("axis_x", "f8"), ("axis_y", "f8")]
+)
+
+# What became of a sight: how far it was from what was believed (m) along its first axis, the square
+# of that by its variance if it is no outlier, the probability of that, and whether it was taken in;
+# the logarithm of its density.
+SEEN = np.dtype([(name, "f8") for name in ("off_m", "nis", "inlier", "density")] + [("taken", "?")])
+
+
+class Mixture(NamedTuple):
+    """The noise of sights: standard deviation of a range (m), share of outliers, standard deviation
+    of their further error (m); refused is beyond so many variances of an outlier, 0: nothing.
+    """
+
+    sd: float
+    share: float
+    outlier_sd: float
+    gate: float
+
+
+class Aim(NamedTuple):
+    """How a sight looks from a place: the unit vector (x, y) by which its number rises with the
+    error of dead reckoning, how far off it is (m), and its variance (m2).
+    """
+
+    x: float
+    y: float
+    off: float
+    variance: float
+
+
+@inlined
+def aimed(sight: Row, x: float, y: float, sd: float) -> Aim:
+    """Return how a sight looks from a place (m) that a vehicle believes in."""
+    if np.isnan(sight.range_m):  # a fix says: dead reckoning is ahead by what it is behind
+        off = (x - sight.x_m) * sight.axis_x + (y - sight.y_m) * sight.axis_y
+        return Aim(sight.axis_x, sight.axis_y, off, sight.along_m2)
+    ahead, aside = x - sight.x_m, y - sight.y_m
+    away = max(sqrt(ahead * ahead + aside * aside + sight.z_m * sight.z_m), 1e-9)
+    return Aim(-ahead / away, -aside / away, sight.range_m - away, sd * sd)
+
+
+@inlined
+def across(sight: Row, x: float, y: float) -> Aim:
+    """Return how a fix looks along its second axis."""
+    off = (y - sight.y_m) * sight.axis_x - (x - sight.x_m) * sight.axis_y
+    return Aim(-sight.axis_y, sight.axis_x, off, sight.across_m2)
+
+
+@inlined
+def mixed(variance: float, inlier: float, noise: Mixture) -> float:
+    """Return the variance (m2) by which a sight counts that is no outlier with a probability."""
+    return 1.0 / (inlier / variance + (1.0 - inlier) / (variance + noise.outlier_sd**2))
+
+
+@compiled
+def inlier_of(near: float, far: float, noise: Mixture) -> tuple[float, float]:
+    """Return the probability that a sight is no outlier, and the logarithm of its density, from
+    those of its density as either kind.
+    """
+    if noise.share <= 0.0:
+        return 1.0, near
+    near, far = near + log1p(-noise.share), far + log(noise.share)
+    most = max(near, far)
+    total = most + log(exp(near - most) + exp(far - most))
+    return exp(near - total), total
+
+
+@inlined
+def _density(first: float, second: float, xx: float, yy: float, xy: float) -> tuple[float, float]:
+    """Return the normalised square of two offsets (m) with a covariance (m2), and the logarithm of
+    their Gaussian density.
+    """
+    determinant = xx * yy - xy * xy
+    square = (yy * first * first - 2.0 * xy * first * second + xx * second * second) / determinant
+    return square, -0.5 * (square + log(determinant)) - log(2.0 * pi)
+
+
+@compiled
+def _judged(
+    aim: Aim, other: Aim, spread: Floats, is_fix: bool, noise: Mixture
+) -> tuple[float, float, float, float]:
+    """Return NIS as an inlier, NIS as an outlier, the probability that it is none, log density."""
+    wide = noise.outlier_sd**2
+    xx = _between(aim, aim, spread) + aim.variance
+    if not is_fix:
+        near = -0.5 * (aim.off**2 / xx + log(2.0 * pi * xx))
+        far = -0.5 * (aim.off**2 / (xx + wide) + log(2.0 * pi * (xx + wide)))
+        inlier, density = inlier_of(near, far, noise)
+        return aim.off**2 / xx, aim.off**2 / (xx + wide), inlier, density
+    yy = _between(other, other, spread) + other.variance
+    xy = _between(aim, other, spread)
+    nis, near = _density(aim.off, other.off, xx, yy, xy)
+    wide_nis, far = _density(aim.off, other.off, xx + wide, yy + wide, xy)
+    inlier, density = inlier_of(near, far, noise)
+    return nis, wide_nis, inlier, density
+
+
+@inlined
+def _between(one: Aim, other: Aim, spread: Floats) -> float:
+    """Return the covariance of a position's error along two axes (m2)."""
+    x = spread[0, 0] * other.x + spread[0, 1] * other.y
+    y = spread[1, 0] * other.x + spread[1, 1] * other.y
+    together: float = one.x * x + one.y * y
+    return together
+
+
+@entry
+def follow(
+    moment: Rows, state: Floats, covariance: Floats, times: Floats, position: Floats,
+    headings: Floats, sights: Rows, sd: float, share: float, outlier_sd: float, gate: float,
+    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
+    time_constants: Floats, step: float, seen: Rows, places: Floats, spreads: Floats,
+) -> None:  # fmt: skip
+    """Take sights into a belief, in its place, in the order of their instants.
+
+    Write what became of each into `seen` (m,), SEEN; the places believed into `places` (n, 2), m,
+    and their covariances xx, yy, xy into `spreads` (n, 3), m2, each with the sights of its instant.
+    """
+    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, step)
+    noise = Mixture(sd, share, outlier_sd, gate)
+    own, row, gain = Belief(moment, state, covariance), np.zeros(state.size), np.empty(state.size)
+    sight = 0
+    for n in range(times.size):
+        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        carry(own, told, growth)
+        while sight < sights.size and sights[sight].node == n:
+            _take(own, sights[sight], told, noise, seen[sight], row, gain)
+            sight += 1
+        places[n, 0], places[n, 1] = told.x - state[0], told.y - state[1]
+        spreads[n, 0], spreads[n, 1] = covariance[0, 0], covariance[1, 1]
+        spreads[n, 2] = covariance[0, 1]
+
+
+@compiled
+def _take(
+    own: Belief, sight: Row, told: Told, noise: Mixture, seen: Row, row: Floats, gain: Floats
+) -> None:
+    """Take one sight into a belief, and note what became of it."""
+    is_fix = np.isnan(sight.range_m)
+    x, y = told.x - own.state[0], told.y - own.state[1]
+    aim, other = aimed(sight, x, y, noise.sd), across(sight, x, y)
+    nis, wide_nis, inlier, density = _judged(aim, other, own.covariance, is_fix, noise)
+    seen.off_m, seen.nis, seen.inlier, seen.density = aim.off, nis, inlier, density
+    seen.taken = noise.gate <= 0.0 or wide_nis <= noise.gate
+    if not seen.taken:
+        return
+    row[0], row[1] = aim.x, aim.y
+    absorb(own, row, aim.off, mixed(aim.variance, inlier, noise), gain)
+    if is_fix:
+        x, y = told.x - own.state[0], told.y - own.state[1]
+        other = across(sight, x, y)
+        row[0], row[1] = other.x, other.y
+        absorb(own, row, other.off, mixed(other.variance, inlier, noise), gain)
+
+
+@entry
+def look(
+    sights: Rows, places: Floats, position: Floats, sd: float, share: float, outlier_sd: float,
+    gate: float, nodes: Ints, rows: Floats, values: Floats, variances: Floats, seen: Rows,
+) -> int:  # fmt: skip
+    """Write sights (m,) made linear at places (n, 2), m, where dead reckoning is at `position`.
+
+    What is written are those of :class:`..navigation.smoothing.Sights`, (2 m,) or fewer, whose
+    number is returned, and what is thought of each sight if the places are right, SEEN.
+    """
+    noise, surely, count = Mixture(sd, share, outlier_sd, gate), np.zeros((2, 2)), 0
+    for k in range(sights.size):
+        sight, node = sights[k], sights[k].node
+        x, y = places[node, 0], places[node, 1]
+        is_fix = np.isnan(sight.range_m)
+        aim, other = aimed(sight, x, y, noise.sd), across(sight, x, y)
+        nis, wide_nis, inlier, density = _judged(aim, other, surely, is_fix, noise)
+        seen[k].off_m, seen[k].nis, seen[k].inlier = aim.off, nis, inlier
+        seen[k].density, seen[k].taken = density, noise.gate <= 0.0 or wide_nis <= noise.gate
+        if not seen[k].taken:
+            continue
+        for number in range(2 if is_fix else 1):
+            own = aim if number == 0 else other
+            rows[count, 0], rows[count, 1] = own.x, own.y
+            error_x, error_y = position[node, 0] - x, position[node, 1] - y
+            nodes[count], values[count] = node, own.off + own.x * error_x + own.y * error_y
+            variances[count] = mixed(own.variance, inlier, noise)
+            count += 1
+    return count

@@ -1,0 +1,164 @@
+"""Logs are read as they are meant, and what is wrong in them is told with its place."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from logs_for_tests import write_pyfg
+
+from bindusbl_des.replay.log import BadLog
+from bindusbl_des.replay.reading import read_log
+
+ODOMETRY = "time_s,x_m,y_m,yaw_rad\n10,0,0,0\n11,1,0,0\n13,3,0,0\n"
+BEACONS = "beacon,x_m,y_m\nN,0,50\nE,50,0\n"
+RANGES = "time_s,beacon,range_m\n12,N,50.1\n11,E,49\n"
+
+
+def folder_of(path: Path, **files: str) -> str:
+    """Return a folder with CSV files."""
+    for name, text in files.items():
+        (path / f"{name}.csv").write_text(text)
+    return str(path)
+
+
+def test_steps_add_up_in_the_frame_of_the_last(tmp_path: Path) -> None:
+    """Ahead 4 m, a quarter turn, 3 m: the odometry of a PyFG file."""
+    log = read_log(str(write_pyfg(tmp_path / "run.pyfg")))
+    assert log.places == pytest.approx(np.array([[0, 0], [2, 0], [4, 0], [4, 3]]))
+    assert log.times.tolist() == [0.0, 1.0, 2.0, 4.0]
+    assert not log.placed
+    assert log.ranges.times.tolist() == [1.0, 2.0, 4.0]
+    assert [log.beacons.names[k] for k in log.ranges.beacons] == ["L0", "L1", "L0"]
+    assert log.stated is not None
+    assert log.stated.range_m == pytest.approx(0.75)
+
+
+def test_without_instants_the_way_stands_in(tmp_path: Path) -> None:
+    """All stamps alike: an instant is the way gone at a nominal speed."""
+    path = write_pyfg(tmp_path / "run.pyfg")
+    words = [line.split() for line in path.read_text().splitlines()]
+    rows = [[it[0], "0", *it[2:]] if it[0].startswith("EDGE") else it for it in words]
+    path.write_text("\n".join(map(" ".join, rows)))
+    log = read_log(str(path), speed=2.0)
+    assert log.times == pytest.approx([0.0, 1.0, 2.0, 3.5])
+    assert not log.has_clock
+
+
+@pytest.mark.parametrize(
+    ("edit", "told"),
+    [
+        (("A1 A2", "A2 A1"), ":5: the step from A2 to A1 does not go on"),
+        (("A1 A2", "A0 A2"), ":5: the step from A0 to A2 does not go on"),
+        (("A3 L0", "A9 L0"), ":9: no step leads to the pose A9"),
+        (("A2 L1", "A2 L7"), ":8: the beacon L7 has no VERTEX_XY"),
+        (("48 0.5", "many 0.5"), ":7: 'many' is no number"),
+        (("48 0.5", "inf 0.5"), ":7: inf is not finite"),
+        (("48 0.5", "-48 0.5"), ":7: needs a range from 0 m"),
+        (("EDGE_SE2 4", "EDGE_SE2 1.5"), ":6: its instant 1.5 s is before"),
+        (("VERTEX_XY L1 0 40", "VERTEX_XYZ L1 0 40 3"), ":2: VERTEX_XYZ is not known"),
+        (("L1 0 40", "L1 0"), ":2: VERTEX_XY has 2 words, not 3"),
+    ],
+)
+def test_mistakes_in_a_factor_graph_name_their_line(
+    edit: tuple[str, str], told: str, tmp_path: Path
+) -> None:
+    """File, line and what is wrong there."""
+    path = write_pyfg(tmp_path / "run.pyfg", edit)
+    with pytest.raises(BadLog, match=f"{path}{told}"):
+        read_log(str(path))
+
+
+def test_a_folder_of_csv_is_a_log(tmp_path: Path) -> None:
+    """Times begin at the first row of the odometry; sights are put in order."""
+    log = read_log(folder_of(tmp_path, odometry=ODOMETRY, beacons=BEACONS, ranges=RANGES))
+    assert log.times.tolist() == [0.0, 1.0, 3.0]
+    assert log.ranges.times.tolist() == [1.0, 2.0]
+    assert log.ranges.metres.tolist() == [49.0, 50.1]
+    assert log.placed
+    odometry = log.odometry(np.array([2.0]))
+    assert odometry.position == pytest.approx(np.array([[2.0, 0.0]]))
+    assert odometry.headings == pytest.approx(np.array([[2.0, 0.0]]))
+
+
+@pytest.mark.parametrize(
+    ("files", "told"),
+    [
+        ({"odometry": ODOMETRY}, "neither ranges nor fixes"),
+        ({"beacons": BEACONS}, "has no odometry"),
+        ({"odometry": ODOMETRY.replace("\n11,1", "\n9,1")}, "odometry.csv:3: time_s must rise"),
+        ({"odometry": ODOMETRY.replace("13,3", "13,x")}, "odometry.csv:4: needs a number in .* x_m"),
+        ({"odometry": ODOMETRY.replace("yaw_rad", "yaw")}, "odometry.csv:2: .* column yaw_rad"),
+        ({"ranges": RANGES.replace("E,", "W,")}, "ranges.csv:3: the beacon W is not in .*N, E"),
+        ({"ranges": RANGES.replace("49", "-49")}, "ranges.csv:3: range_m is -49"),
+        ({"ranges": RANGES.replace("12,", "99,")}, "1 of 2 ranges lie outside the time"),
+        ({"fixes": "time_s,x_m,y_m,sd_x_m,sd_y_m\n11,0,0,0,1\n"}, "fixes.csv:2: sd_x_m"),
+    ],
+)
+def test_mistakes_in_csv_name_their_line(
+    files: dict[str, str], told: str, tmp_path: Path
+) -> None:
+    """File, line and column."""
+    whole = {"odometry": ODOMETRY, "beacons": BEACONS, "ranges": RANGES}
+    given = files if len(files) == 1 and "neither" in told or "no odometry" in told else whole | files
+    with pytest.raises(BadLog, match=told):
+        read_log(folder_of(tmp_path, **given))
+
+
+def test_names_that_are_no_logs(tmp_path: Path) -> None:
+    """What is not there, or of no kind that is known, is told so."""
+    (tmp_path / "track.txt").write_text("0 0")
+    for name, told in (("nowhere.pyfg", "no such log"), (str(tmp_path / "track.txt"), "a log is a")):
+        with pytest.raises(BadLog, match=told):
+            read_log(name)
+
+
+def test_vehicles_of_a_folder_are_told_apart(tmp_path: Path) -> None:
+    """Of several vehicles one must be named; ASVs have no odometry to replay."""
+    rows = "time_s,vehicle,imu_x_m,imu_y_m,yaw_rad\n0,AUV0,0,0,0\n9,AUV0,9,0,0\n0,AUV1,5,5,0\n9,AUV1,9,5,0\n"
+    fixes = "auv,valid_at_s,x_m,y_m,sd_x_m,sd_y_m,outcome\nAUV1,3,6,5,1,1,delivered\nAUV1,4,6,5,1,1,out_of_range\n"
+    name = folder_of(tmp_path, tracks=rows, fixes=fixes)
+    with pytest.raises(BadLog, match="holds AUV0, AUV1; name one with --vehicle"):
+        read_log(name)
+    log = read_log(name, "AUV1")
+    assert log.places[0].tolist() == [5.0, 5.0]
+    assert log.fixes.times.tolist() == [3.0]
+
+
+def test_mcap_is_read_as_csv_is(tmp_path: Path) -> None:
+    """Rows as JSON messages on topics give the log that the same rows give as CSV."""
+    pytest.importorskip("mcap")
+    from mcap.writer import Writer
+
+    files = {"odometry": ODOMETRY, "beacons": BEACONS, "ranges": RANGES}
+    (tmp_path / "csv").mkdir()
+    asked = read_log(folder_of(tmp_path / "csv", **files))
+    path = tmp_path / "log.mcap"
+    with open(path, "wb") as file:
+        writer = Writer(file)
+        writer.start()
+        for name, text in files.items():
+            schema = writer.register_schema(name=name, encoding="jsonschema", data=b"{}")
+            channel = writer.register_channel(
+                topic=f"/AUV0/{name}", message_encoding="json", schema_id=schema
+            )
+            for number, row in enumerate(csv.DictReader(text.splitlines())):
+                told = {key: _number(value) for key, value in row.items()}
+                data = json.dumps(told).encode()
+                writer.add_message(channel, log_time=number, data=data, publish_time=number)
+        writer.finish()
+    found = read_log(str(path))
+    assert found.times.tolist() == asked.times.tolist()
+    assert found.ranges.metres.tolist() == asked.ranges.metres.tolist()
+    assert found.beacons.names == asked.beacons.names
+    (tmp_path / "broken.mcap").write_bytes(path.read_bytes()[:100])
+    with pytest.raises(BadLog, match="cannot be read as an MCAP file"):
+        read_log(str(tmp_path / "broken.mcap"))
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text

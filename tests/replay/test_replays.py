@@ -1,0 +1,252 @@
+"""What navigators make of logs whose truth is known, and of two runs at sea whose truth is not."""
+
+import re
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from logs_for_tests import BEACONS, Sea, lost, made_up
+from worlds import scenario
+
+from bindusbl_des import load_scenario, simulate
+from bindusbl_des.cli import main
+from bindusbl_des.export.csv_folder import write_csv
+from bindusbl_des.replay.fitting import fit
+from bindusbl_des.replay.log import BadLog, Log, Ranges
+from bindusbl_des.replay.navigating import filter_log, prepared, smooth_log
+from bindusbl_des.replay.noise import Noise, noise_of
+from bindusbl_des.replay.outcome import tables
+from bindusbl_des.replay.reading import read_log
+from bindusbl_des.replay.replaying import mean_nis, outlier_share, replay, rms_between
+from bindusbl_des.replay.start import find_start
+from bindusbl_des.replay.telling import noise_file, summary
+
+ROOT = Path(__file__).parents[2]
+SEA = Sea()
+TOLD = Noise(SEA.range_sd, SEA.share, SEA.outlier_sd, SEA.walk, bias_sd=0.05)
+
+
+@pytest.mark.parametrize("turn", [0.3, 2.9])
+def test_a_start_is_found_wherever_odometry_begins(turn: float) -> None:
+    """Turned and moved odometry, one range in ten wrong: found but for drift and noise."""
+    log, _ = made_up(Sea(walk=0.01, bias=(0.002, -0.003)))
+    adrift, start = lost(log, turn)
+    found = find_start(adrift)
+    assert np.hypot(found.pose.x - start.x, found.pose.y - start.y) < 1.0
+    assert abs(np.sin((found.pose.heading - start.heading) / 2)) < 0.01
+    assert found.rival_loss > 1.5 * found.loss
+
+
+def test_ranges_to_one_beacon_tell_no_start() -> None:
+    """About one beacon every way can be turned."""
+    log, _ = made_up(SEA, count=20)
+    times, beacons, metres = log.ranges
+    one = beacons == 1
+    adrift, _ = lost(replace(log, ranges=Ranges(times[one], beacons[one], metres[one])))
+    with pytest.raises(BadLog, match="ranges to 1 beacons tell of no start"):
+        find_start(adrift)
+
+
+def test_what_is_believed_is_as_far_off_as_it_says() -> None:
+    """Filter and smoother told of the noise: NIS is 1, NEES 2, the smoother nearer to the truth."""
+    nees, nis, off = [], [], []
+    for seed in range(20):
+        log, truth = made_up(SEA, seed=seed)
+        known = prepared(log)
+        track = filter_log(known, TOLD)
+        later, _ = smooth_log(known, TOLD, track)
+        off.append([rms_between(it.places, truth) for it in (track, later)])
+        nis.append(mean_nis(track))
+        nees.append([_nees(it.places - truth, it.covariances) for it in (track, later)])
+    assert np.mean(nis) == pytest.approx(1.0, abs=0.03)
+    assert np.mean(nees, axis=0) == pytest.approx([2.0, 2.0], abs=0.35)
+    before, after = np.mean(off, axis=0)
+    assert after < 0.8 * before
+
+
+def _nees(error: np.ndarray, covariances: np.ndarray) -> float:
+    xx, yy, xy = covariances[100:].T  # the start is known
+    x, y = error[100:].T
+    return float(np.mean((yy * x * x - 2 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)))
+
+
+def test_the_tail_is_told_from_the_rest() -> None:
+    """Outliers are known by the smoother; taken for Gaussian noise they spoil the track."""
+    log, truth = made_up(Sea(share=0.2, outlier_sd=40.0), seed=3)
+    known, told = prepared(log), replace(TOLD, outlier_share=0.2, outlier_sd=40.0)
+    track = filter_log(known, told)
+    later, _ = smooth_log(known, told, track)
+    plain = filter_log(known, replace(told, outlier_share=0.0))
+    assert outlier_share(later) == pytest.approx(0.2, abs=0.04)
+    assert rms_between(track.places, truth) < 0.5 * rms_between(plain.places, truth)
+
+
+def test_a_gate_refuses_what_no_outlier_explains() -> None:
+    """A range that is off by a kilometre is not taken in, and changes nothing."""
+    log, _ = made_up(SEA, count=60)
+    spoiled = log.ranges.metres.copy()
+    spoiled[30] += 1000.0
+    wrong = prepared(replace(log, ranges=log.ranges._replace(metres=spoiled)))
+    track = filter_log(wrong, replace(TOLD, gate=25.0))
+    assert np.flatnonzero(~track.seen["taken"]).tolist() == [30]
+    times, beacons, metres = (np.delete(column, 30) for column in log.ranges)
+    without = filter_log(prepared(replace(log, ranges=Ranges(times, beacons, metres))), TOLD)
+    assert track.places == pytest.approx(without.places, abs=1e-12)
+
+
+def test_the_smoother_is_at_the_least_squares_of_what_is_not_linear() -> None:
+    """Where it has settled the sum of squares of ranges and steps rises in every direction."""
+    log, _ = made_up(Sea(share=0.0), count=60)
+    known, told = prepared(log), Noise(1.5, 0.0, 1.0, 0.05, bias_sd=0.05)
+    later, found = smooth_log(known, told, filter_log(known, told))
+
+    def loss(errors: np.ndarray) -> float:
+        bias = found.states[-1, 2:4]
+        headings = np.diff(known.odometry.headings, axis=0)
+        pushed = np.column_stack(
+            (headings @ [bias[0], -bias[1]], headings[:, ::-1] @ [bias[0], bias[1]])
+        )
+        steps = np.diff(errors, axis=0) - pushed
+        places = known.odometry.position - errors
+        off = log.ranges.metres - np.hypot(*(places - BEACONS.places[log.ranges.beacons, :2]).T)
+        variance = 0.05**2 * np.diff(log.times)[:, None]
+        return float(np.sum(off**2) / 1.5**2 + np.sum(steps**2 / variance))
+
+    errors, least = found.states[:, :2], loss(found.states[:, :2])
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        nudge = 1e-2 * np.cumsum(rng.standard_normal(errors.shape), axis=0)
+        nudge[0] = 0.0  # the start is known
+        up, down = loss(errors + nudge), loss(errors - nudge)
+        assert min(up, down) > least - 1e-4 * (up + down - 2 * least) - 1e-6
+
+
+def test_noise_is_found_again() -> None:
+    """Spread, tail and walk of made-up logs, means of ten: as they were put in."""
+    found = [fit(made_up(SEA, seed=seed)[0]).noise for seed in range(10)]
+
+    def mean(name: str) -> float:
+        return float(np.mean([getattr(it, name) for it in found]))
+
+    assert mean("range_sd") == pytest.approx(SEA.range_sd, rel=0.1)
+    assert mean("outlier_share") == pytest.approx(SEA.share, abs=0.03)
+    assert mean("outlier_sd") == pytest.approx(SEA.outlier_sd, rel=0.2)
+    assert mean("random_walk") == pytest.approx(SEA.walk, rel=0.5)
+    assert np.mean([it.bias for it in found], axis=0) == pytest.approx(SEA.bias, abs=0.01)
+
+
+def test_the_noise_found_is_a_scenario(tmp_path: Path) -> None:
+    """The file of `fit` is read as a scenario, and tells the noise that was found."""
+    log, _ = made_up(SEA)
+    found = fit(log)
+    path = tmp_path / "noise.yaml"
+    path.write_text(noise_file(found, log))
+    told = noise_of(load_scenario(path))
+    for name in ("range_sd", "outlier_share", "outlier_sd", "random_walk", "bias_sd"):
+        assert getattr(told, name) == pytest.approx(getattr(found.noise, name), rel=6e-3), name
+    assert told.bias == pytest.approx(found.noise.bias, rel=6e-3)
+
+
+def test_a_mission_of_ours_replayed_is_that_mission(tmp_path: Path) -> None:
+    """Its export through the same filter, fix by fix: what its own AUVs believed.
+
+    They know the way at every instant, the log twice a second, and the filter of a log has no gate
+    and is told of each fix at its ping, not at its delivery: so the latest estimate is compared.
+    """
+    own = scenario(
+        duration_s=120, record={"tracks_hz": 10.0}, navigation={"nis_gate": None},
+        survey={"side_m": 60.0},
+    )  # fmt: skip
+    result = simulate(own, seed=3)
+    write_csv(result.arrow, tmp_path / "csv")
+    log = read_log(str(tmp_path / "csv"), "AUV1")
+    track = filter_log(prepared(log), replace(noise_of(own), gate=0.0))
+    tracks = result.tables["tracks"]
+    last = tracks[tracks.vehicle == "AUV1"].iloc[-1]
+    asked = last[["estimate_x_m", "estimate_y_m"]].to_numpy(float)
+    assert len(track.seen) > 20
+    assert track.at(np.array([last.time_s]))[0] == pytest.approx(asked, abs=0.02)
+    told = track.covariances[np.searchsorted(track.times, last.time_s)]
+    assert np.sqrt(told[0]) == pytest.approx(last.estimate_sd_x_m, rel=0.1)
+
+
+def run(*words: str) -> str:
+    """Return what a command prints."""
+    outcome = CliRunner().invoke(main, words)
+    assert outcome.exit_code == 0, outcome.output
+    return outcome.stdout
+
+
+def as_csv(log: Log, folder: Path) -> str:
+    """Write a log as CSV files of one's own."""
+    folder.mkdir()
+    rows = np.column_stack((log.times, log.places, log.yaws))
+    names = [log.beacons.names[number] for number in log.ranges.beacons]
+    ranges = [f"{t!r},{n},{r!r}" for t, n, r in zip(
+        log.ranges.times.tolist(), names, log.ranges.metres.tolist(), strict=True
+    )]  # fmt: skip
+    beacons = [f"{n},{x},{y}" for n, (x, y, _) in zip(*log.beacons, strict=True)]
+    odometry = [",".join(map(repr, row)) for row in rows.tolist()]
+    for name, head, lines in (
+        ("odometry", "time_s,x_m,y_m,yaw_rad", odometry),
+        ("ranges", "time_s,beacon,range_m", ranges),
+        ("beacons", "beacon,x_m,y_m", beacons),
+    ):
+        (folder / f"{name}.csv").write_text("\n".join([head, *lines]) + "\n")
+    return str(folder)
+
+
+def test_commands_replay_and_fit_what_one_has_recorded(tmp_path: Path) -> None:
+    """A folder of CSV: the noise fitted to it, then told; tables, figure and JSON."""
+    log = as_csv(made_up(SEA, count=120)[0], tmp_path / "mine")
+    noise, out = str(tmp_path / "noise.yaml"), tmp_path / "out"
+    assert run("fit", log, "--out", noise).strip() == noise
+    assert "mine" in run("replay", log, "--noise", noise, "--out", str(out))
+    assert {path.name for path in out.iterdir()} == {
+        "columns.csv", "mine.png",
+        *(f"{name}.{end}" for name in ("logs", "tracks", "sights", "beacons")
+          for end in ("csv", "parquet")),
+    }  # fmt: skip
+    assert '"smoother_to_reference_m": null' in run("replay", log, "--noise", noise, "--json")
+    refused = CliRunner().invoke(main, ["replay", log, "--noise", noise, "--out", str(out)])
+    assert (refused.exit_code, "--force" in refused.output) == (2, True)
+    (tmp_path / "mine" / "ranges.csv").write_text("time_s,beacon,range_m\n4,L0,far\n")
+    refused = CliRunner().invoke(main, ["replay", log])
+    assert refused.exit_code == 2
+    assert "ranges.csv:2: needs a number in the column range_m" in refused.output
+
+
+def test_both_runs_at_sea_replay_from_the_line_of_the_readme() -> None:
+    """And their figures are those of the page on validation."""
+    pytest.importorskip("gtsam", reason="the runs ship with gtsam: pip install bindusbl-des[replay]")
+    line = re.search(r"`(bindusbl-des replay goats[^`]*)`", (ROOT / "README.md").read_text())
+    assert line is not None
+    printed = run(*shlex.split(line[1])[1:])
+    page = (ROOT / "docs" / "validation.md").read_text()
+    rows = [row for row in printed.splitlines() if re.match(r"goats_1[56]  ", row)]
+    assert len(rows) == 2
+    for row in rows:
+        assert "| " + " | ".join(row.split()) + " |" in page
+
+
+def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
+    """Counts of ranges and poses; a solve from nowhere ends elsewhere, far from all ranges."""
+    pytest.importorskip("gtsam", reason="the runs ship with gtsam: pip install bindusbl-des[replay]")
+    from bindusbl_des.replay.log import Pose
+    from bindusbl_des.replay.reference import robust_optimum
+
+    for name, poses, ranges, beacons in (("goats_15", 473, 786, 3), ("goats_16", 201, 572, 4)):
+        log = read_log(name)
+        assert (len(log.times), len(log.ranges.times)) == (poses, ranges)
+        assert len(log.beacons.names) == beacons
+        assert log.ranges.metres.max() < 710.0
+    found = replay(log)
+    cold = robust_optimum(log.begun_at(Pose(0.0, 0.0, float(log.yaws[0]))))
+    assert cold is not None
+    assert found.reference is not None
+    assert rms_between(cold.places, found.reference.places) > 50.0
+    rows = {name: table.to_pylist() for name, table in tables([found]).items()}
+    assert "the 144 ranges to L1 are off by 2" in summary(rows["logs"], rows["beacons"])
