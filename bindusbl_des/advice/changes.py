@@ -98,7 +98,7 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
 
 def _filters(scenario: Scenario) -> Iterator[Change]:
     now = scenario.navigation.filter
-    if now != "kalman":
+    if not scenario.navigation.weighs:
         yield Change(FILTER, f"filter kalman instead of {now}", {"navigation.filter": "kalman"})
 
 

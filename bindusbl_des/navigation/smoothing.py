@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..core.compiled import compiled, entry, inlined
 from ..records.rows import Rows
 from ..vehicles.motion import Floats, Ints
-from .belief import STATES, Belief, Growth, carry, way_since
+from .belief import STATES, Belief, Growth, carry, expected, way_since
 from .dead_reckoning import Odometry, Told
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ def filtered(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) 
 @compiled
 def transition(belief: Belief, told: Told, growth: Growth, move: Floats) -> None:
     """Write by what :func:`.belief.carry` multiplies small changes of the states: F (k, k)."""
-    way = way_since(belief, told, growth)
+    way = way_since(expected(belief, growth), told, growth.in_body)
     move[:] = 0.0
     for k in range(belief.state.size):
         move[k, k] = 1.0

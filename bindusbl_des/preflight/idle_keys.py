@@ -175,7 +175,7 @@ RULES = (
         "through still water is over ground",
     ),
     Idle(
-        {"navigation.filter": ("kalman",)},
+        {"navigation.filter": ("kalman", "smoother")},
         ("navigation.gain",),
         "each fix is weighed by its covariance",
         remedy=FIXED,
@@ -187,7 +187,7 @@ RULES = (
         remedy=FIXED,
     ),
     Idle(
-        {"navigation.filter": ("kalman",)},
+        {"navigation.filter": ("kalman", "smoother")},
         ("navigation.delay_compensation",),
         "a fix always speaks of the instant at which it holds",
         remedy=FIXED,

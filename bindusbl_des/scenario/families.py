@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
-from .key_types import Whole, key
+from .key_types import Real, Whole, key
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes
 from .sections import ScenarioKeys
@@ -18,7 +18,7 @@ from .vehicle_choice import AsvVehicle, AuvVehicle
 SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
 BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
-FILTERS = ("fixed_gain", "kalman", "dead_reckoning")
+FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
 PLACEMENTS = ("ring", "positions")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
 RANGINGS = ("owtt_sync", "twtt")
@@ -29,6 +29,18 @@ class Kalman(Settings):
 
     untold: tuple[Literal["misalignment", "gnss", "sound_speed", "clock"], ...] = key(
         (), "", "errors of instruments and clocks that the filter is not told of"
+    )
+
+
+class Smoothing(Kalman):
+    """The settings of the filter `smoother`."""
+
+    lag_s: Real | None = key(
+        None,
+        "s",
+        "an estimate knows the fixes delivered up to so much later; null = all of the mission",
+        ge=0,
+        le=1e7,
     )
 
 
@@ -47,7 +59,8 @@ RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
 CHANNEL = Family("acoustics.hf.channel", "channel", ("disc",), ("signals",))
 INSTRUMENT = Family("usbl.model", "instrument", ("array",), ("sounding",))
 NAVIGATOR = Family(
-    "navigation.filter", "filter", FILTERS, ("reckoning", "auvs"), settings={"kalman": Kalman}
+    *("navigation.filter", "filter", FILTERS, ("reckoning", "auvs")),
+    settings={"kalman": Kalman, "smoother": Smoothing},
 )
 PLACEMENT = Family("asvs.formation", "placement", PLACEMENTS, ("plan",), word="model")
 ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")

@@ -310,6 +310,11 @@ class Navigation(Part):
         "shift", "", "innovation against the present estimate, or that remembered at ping time"
     )
 
+    @property
+    def weighs(self) -> bool:
+        """Whether the filter weighs fixes by their covariances."""
+        return self.filter in ("kalman", "smoother")
+
 
 class Record(Part):
     """What is kept of a mission."""

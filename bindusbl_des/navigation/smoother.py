@@ -1,0 +1,169 @@
+"""A navigator that knows better afterwards: estimates from the fixes of before and after.
+
+What an AUV does while it is under way, it does by the filter; what is told of it later is smoothed.
+"""
+
+from collections.abc import Iterator
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..records.rows import FIX, Rows
+from ..vehicles.motion import Ints
+from .belief import NONE, Belief, Growth
+from .dead_reckoning import DeadReckoning, Odometry
+from .navigators import LinearNavigator
+from .smoothing import Sights, filtered, smooth
+
+Array = NDArray[np.float64]
+
+
+class Believed(NamedTuple):
+    """Places (n, 2), m, that an AUV believes to have been at, and their covariances xx, yy, xy
+    (n, 3), m2.
+    """
+
+    places: Array
+    covariances: Array
+
+
+class Known(NamedTuple):
+    """Fixes of one AUV (n,), in the order of delivery, and their shares of common errors (n, 2, m),
+    as :class:`.navigators.Fixes` has them.
+    """
+
+    rows: Rows
+    common: Array
+
+
+class Smoother:
+    """A Kalman navigator for afterwards: an estimate knows the fixes delivered up to a lag later.
+
+    Autopilots steer by its filter, whose innovations and gate are noted with the fixes; those that
+    the gate has refused are left out, those too late for their place in the filter are not.
+    """
+
+    def __init__(
+        self,
+        navigator: LinearNavigator,
+        reckoning: DeadReckoning,
+        growth: Growth,
+        first: Belief,
+        lag_s: float | None = None,
+    ) -> None:
+        """Take the filter, and what it was made of; `lag_s` None: the whole mission."""
+        self._filter, self._reckoning = navigator, reckoning
+        self._growth, self._first = growth, first
+        self._lag = inf if lag_s is None else lag_s
+        self._told: list[Known] = []
+        self._latest: tuple[object, Believed] | None = None
+
+    @property
+    def common(self) -> Array:
+        """What each fix contains of the last states, as of :class:`.navigators.Fixes`."""
+        return self._filter.common
+
+    @common.setter
+    def common(self, shares: Array) -> None:
+        self._filter.common = shares
+
+    def correct(self, fixes: Rows, due: Ints) -> None:
+        """Take in the fixes whose rows are due; note what the filter makes of them."""
+        self._filter.correct(fixes, due)
+        refused = np.isnan(fixes["correction_m"][due]) & ~np.isnan(fixes["innovation_m"][due])
+        kept = due[~refused]
+        width = self.common.shape[2]
+        shares = self.common[kept] if width else np.zeros((len(kept), 2, 0))
+        self._told.append(Known(np.array(fixes[kept]), shares.copy()))
+        self._latest = None
+
+    def estimate(self, auv: int, odometry: Odometry) -> Array:
+        """Return where an AUV believes to have been (n, 2), m, at the instants of its odometry."""
+        return self._believed(auv, odometry).places
+
+    def covariance(self, auv: int, odometry: Odometry) -> Array:
+        """Return how sure it is of that: variances and covariance xx, yy, xy (n, 3), m2."""
+        return self._believed(auv, odometry).covariances
+
+    def _believed(self, auv: int, odometry: Odometry) -> Believed:
+        """Return what an AUV believes; the latest answer is kept, since it is asked for twice."""
+        question = auv, odometry.times.tobytes()
+        if self._latest is None or self._latest[0] != question:
+            self._latest = question, self._worked_out(auv, odometry)
+        return self._latest[1]
+
+    def _worked_out(self, auv: int, odometry: Odometry) -> Believed:
+        known = self._of(auv)
+        times, count = odometry.times, len(odometry.times)
+        found = Believed(np.empty((count, 2)), np.empty((count, 3)))
+        begin, is_open = self._first, np.ones(len(known.rows), dtype=bool)
+        for first, end, told in self._groups(times, known.rows["delivered_at_s"]):
+            valid = known.rows["valid_at_s"]
+            # nothing that comes later is about an earlier instant than this
+            settled = min(float(times[first]), float(np.min(valid[told:], initial=inf)))
+            sure = is_open & (np.arange(len(valid)) < told) & (valid <= settled)
+            begin = filtered(begin, *self._sighted(auv, begin, known, sure), self._growth)
+            is_open &= ~sure
+            pending = is_open & (np.arange(len(valid)) < told)
+            nodes, sights = self._sighted(auv, begin, known, pending, times[first:end])
+            states, spreads = smooth(begin, nodes, sights, self._growth)
+            own = np.searchsorted(nodes.times, times[first:end])
+            found.places[first:end] = odometry.position[first:end] - states[own, :2]
+            spread = spreads[own]
+            found.covariances[first:end] = np.column_stack(
+                (spread[:, 0, 0], spread[:, 1, 1], spread[:, 0, 1])
+            )
+        return found
+
+    def _of(self, auv: int) -> Known:
+        """Return the fixes of one AUV, in the order of delivery."""
+        own = [(told.rows["auv"] == auv, told) for told in self._told]
+        parts = [Known(told.rows[which], told.common[which]) for which, told in own]
+        if not parts:
+            return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)))
+        rows, common = (np.concatenate(column) for column in zip(*parts, strict=True))
+        order = np.argsort(rows["delivered_at_s"], kind="stable")
+        return Known(rows[order], common[order])
+
+    def _groups(self, times: Array, delivered: Array) -> Iterator[tuple[int, int, int]]:
+        """Yield instants that know the same fixes: the first of them, and the first that is none;
+        and how many fixes they know.
+        """
+        known = np.searchsorted(delivered, times + self._lag, side="right")
+        counts, firsts = np.unique(known, return_index=True)
+        ends = [*firsts[1:].tolist(), len(times)]
+        yield from zip(firsts.tolist(), ends, counts.tolist(), strict=True)
+
+    def _sighted(
+        self, auv: int, begin: Belief, known: Known, which: NDArray[np.bool_], times: Array = NONE
+    ) -> tuple[Odometry, Sights]:
+        """Return the odometry at some instants, at those of some fixes, and at the steps between,
+        and the fixes as sights: each along x, and along y what its noise has not in common with x.
+        """
+        order = np.flatnonzero(which)[np.argsort(known.rows["valid_at_s"][which], kind="stable")]
+        fixes, common = known.rows[order], known.common[order]
+        instants = np.unique(np.concatenate((times, fixes["valid_at_s"])))
+        nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
+        at = np.searchsorted(nodes.times, fixes["valid_at_s"])
+        off = nodes.position[at] - np.column_stack((fixes["x_m"], fixes["y_m"]))
+        xx, yy, xy = fixes["sd_x_m"] ** 2, fixes["sd_y_m"] ** 2, fixes["cov_xy_m2"]
+        share = np.divide(xy, xx, out=np.zeros(len(xx)), where=xx > 0.0)
+        rows = np.zeros((len(fixes), 2, len(begin.state)))
+        rows[:, 0, 0] = rows[:, 1, 1] = 1.0
+        rows[:, :, len(begin.state) - common.shape[2] :] -= common
+        rows[:, 1] -= share[:, None] * rows[:, 0]
+        values = np.column_stack((off[:, 0], off[:, 1] - share * off[:, 0]))
+        variances = np.column_stack((xx, np.maximum(yy - share * xy, 0.0)))
+        return nodes, Sights(
+            np.repeat(at, 2), rows.reshape(-1, len(begin.state)), values.ravel(), variances.ravel()
+        )
+
+    def _stepped(self, begin: Belief, instants: Array) -> Array:
+        """Return instants (s) with those between at which a belief must be stepped on."""
+        if not np.isfinite(self._growth.step) or not instants.size:
+            return instants
+        first, last = float(begin.moment["at_s"][0]), float(instants[-1])
+        numbers = np.arange(np.floor(first / self._growth.step) + 1, last / self._growth.step)
+        return np.unique(np.concatenate((instants, numbers * self._growth.step)))
