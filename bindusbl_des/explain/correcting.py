@@ -63,7 +63,11 @@ def _changed(before: float, after: float) -> str:
 
 
 def _gates(result: "Result") -> bool:
-    return result.scenario.navigation.filter == "kalman"
+    return result.scenario.navigation.weighs
+
+
+def _smooths(result: "Result") -> bool:
+    return result.scenario.navigation.filter == "smoother"
 
 
 def _share(fix: Any) -> float | None:
@@ -110,13 +114,15 @@ def _moved(result: "Result", fix: Any) -> str:
     if navigation.filter == "dead_reckoning":
         return "dead reckoning alone takes no fix in"
     if _known(fix.innovation_m) is None:
-        return "it comes too late for its place among fixes of later instants, and is left out"
+        late = "it comes too late for its place among fixes of later instants, and is left out"
+        return f"{late} by the filter, not by the smoother" if _smooths(result) else late
     if moved is None:
         return "refused: the estimate stays"
-    moves = f"moves the estimate by {moved:.2f} m"
+    whose = "its filter's" if _smooths(result) else "the"
+    moves = f"moves {whose} estimate by {moved:.2f} m"
     if navigation.filter == "fixed_gain":
         return f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m {moves}"
-    who = "by the covariances it" if navigation.filter == "kalman" else navigation.filter.told
+    who = "by the covariances it" if navigation.weighs else navigation.filter.told
     share = _share(fix)
     return f"{who} {moves}" + (f", {share:.2f} of the innovation" if share is not None else "")
 
@@ -167,8 +173,11 @@ def ellipses_around(result: "Result", fix: Any) -> tuple[float | None, float | N
 
 def _rows_around(result: "Result", fix: Any) -> tuple[Any, Floats, Ints, int] | None:
     """Return an AUV's track and its instants (s), how many fixes came from row to row, and the row
-    before a correction; None where the correction does not lie alone between two rows.
+    before a correction; None where the correction does not lie alone between two rows, or estimates
+    are smoothed.
     """
+    if _smooths(result):
+        return None  # its estimates know of the fix before it came
     track = rows_where(result.tables["tracks"], vehicle=fix.auv)
     times = track.time_s.to_numpy(float)
     last = int(np.searchsorted(times, fix.delivered_at_s, side="left")) - 1

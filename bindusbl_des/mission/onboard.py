@@ -10,6 +10,7 @@ from ..navigation.belief import Belief, Growth, first_belief
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import LinearNavigator, Navigator, Rule
 from ..navigation.own_navigator import OwnNavigator
+from ..navigation.smoother import Smoother
 from ..navigation.weighing import WEIGHED
 from ..records.recorder import Levers
 from ..records.rows import LEARNT
@@ -39,22 +40,24 @@ def equip_auvs(
     if fleet.guided is None:
         steering = np.zeros((len(fleet), 2)), np.zeros(len(fleet), dtype=LEARNT)
     else:
-        fleet.guided.has_learnt = navigation.filter == "kalman"
+        fleet.guided.has_learnt = navigation.weighs
         steering = fleet.guided.corrections, fleet.guided.learnt
     if is_plugin(navigation.filter):
         make = own_part(NAVIGATOR, navigation.filter)
         return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
-    navigator = LinearNavigator(
-        reckoning, _rule(scenario), _growth(scenario), _first_belief(scenario), *steering
-    )
+    growth, first = _growth(scenario), _first_belief(scenario)
+    navigator = LinearNavigator(reckoning, _rule(scenario), growth, first, *steering)
     navigator.common = levers
-    return reckoning, navigator
+    if navigation.filter != "smoother":
+        return reckoning, navigator
+    lag = navigation.filter.settings.get("lag_s")
+    return reckoning, Smoother(navigator, reckoning, growth, first, lag)
 
 
 def _rule(scenario: Scenario) -> Rule:
     """Return how fixes are weighed."""
     navigation = scenario.navigation
-    if navigation.filter == "kalman":
+    if navigation.weighs:
         return Rule(WEIGHED, at_ping=True, gate=navigation.nis_gate or 0.0)
     gain = navigation.gain if navigation.filter == "fixed_gain" else 0.0
     return Rule(gain, at_ping=navigation.delay_compensation == "shift", gate=0.0)
