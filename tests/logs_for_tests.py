@@ -8,7 +8,9 @@ import numpy as np
 
 from bindusbl_des.replay.log import Beacons, Fixes, Log, Pose, Ranges, rotated
 
-BEACONS = Beacons(("L0", "L1", "L2"), np.array([[0.0, 250.0, 0], [300.0, -50.0, 0], [50.0, -80.0, 0]]))
+BEACONS = Beacons(
+    ("L0", "L1", "L2"), np.array([[0.0, 250.0, 0], [300.0, -50.0, 0], [50.0, -80.0, 0]])
+)
 NO_FIXES = Fixes(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3)))
 
 
@@ -25,12 +27,12 @@ class Sea(NamedTuple):
 
 
 def way(count: int, every: float = 2.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return instants (s), true places (n, 2), m, and headings (rad) of a winding way at 1.5 m/s."""
+    """Return instants (s), true places (n, 2), m, and headings (rad) of a way at 1.5 m/s."""
     times = np.arange(count) * every
     yaws = 0.4 + 1.6 * np.sin(times / 60.0) + times / 300.0
     middles = 0.5 * (yaws[1:] + yaws[:-1])
     steps = 1.5 * every * np.column_stack((np.cos(middles), np.sin(middles)))
-    return times, np.vstack(([40.0, 30.0], [40.0, 30.0] + np.cumsum(steps, axis=0))), yaws
+    return times, np.cumsum(np.vstack(([40.0, 30.0], steps)), axis=0), yaws
 
 
 def made_up(sea: Sea, count: int = 400, seed: int = 0) -> tuple[Log, np.ndarray]:
@@ -48,9 +50,7 @@ def made_up(sea: Sea, count: int = 400, seed: int = 0) -> tuple[Log, np.ndarray]
     metres = metres + sea.range_sd * rng.standard_normal(count)
     metres += (rng.random(count) < sea.share) * sea.outlier_sd * rng.standard_normal(count)
     ranges = Ranges(times, whom, np.abs(metres))
-    log = Log(
-        "made_up", times, truth + drift, yaws, np.zeros(count), BEACONS, ranges, NO_FIXES
-    )
+    log = Log("made_up", times, truth + drift, yaws, np.zeros(count), BEACONS, ranges, NO_FIXES)
     return log, truth
 
 

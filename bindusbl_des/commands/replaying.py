@@ -74,9 +74,10 @@ def replay(
     from ..replay.telling import summary
 
     told = None if noise is None else noise_of(scenario_from(noise))
-    if len(set(map(_stem, logs))) < len(logs):
+    read = [_read(name, vehicle, speed) for name in logs]
+    if len({it.name for it in read}) < len(read):
         refuse("two logs have the same name; replay them one by one")
-    replays = [_replayed(_read(name, vehicle, speed), told) for name in logs]
+    replays = [_replayed(it, told) for it in read]
     found = tables(replays)
     rows, beacons = found["logs"].to_pylist(), found["beacons"].to_pylist()
     if out is not None:
@@ -124,10 +125,6 @@ def fit(
         say(noise_file(found, placed).rstrip())
     else:
         say(out)
-
-
-def _stem(name: str) -> str:
-    return Path(name).stem
 
 
 def _read(name: str, vehicle: str | None, speed: float) -> "Log":

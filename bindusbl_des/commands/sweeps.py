@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .campaign_options import experiment_options, shard_option, worker_options
 from .console import (
     RunFailed,
     is_quiet,
@@ -27,9 +26,12 @@ from .console import (
 from .options import (
     anyway_option,
     experiment_argument,
+    experiment_options,
     json_option,
     plugins_option,
     set_option,
+    shard_option,
+    worker_options,
 )
 from .reports import leave_report
 

@@ -53,11 +53,11 @@ class Noise:
 def noise_of(scenario: Scenario) -> Noise:
     """Return the noise that a scenario tells AUVs of, as far as a log has any use for it."""
     navigation, usbl = scenario.navigation, scenario.usbl
-    speed = scenario.environment.sound_speed_m_per_s
+    speed = scenario.environment.fleets_sound_speed
     return Noise(
         range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1),
-        getattr(usbl, "outlier_share", 0.0),
-        getattr(usbl, "outlier_sd_m", 0.0),
+        usbl.outlier_share,
+        usbl.outlier_sd_m,
         navigation.random_walk_m_per_sqrt_s,
         navigation.velocity_bias_m_per_s,
         navigation.velocity_bias_sd_m_per_s,

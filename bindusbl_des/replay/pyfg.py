@@ -6,8 +6,8 @@ The lines of a file, all lengths in m, angles in rad, covariances as upper trian
     EDGE_SE2 time pose pose dx dy turn  xx xy xt yy yt tt
     EDGE_RANGE time pose beacon range variance
 
-What the vertices of poses say is a guess for a solver, in what gtsam ships the sum of the steps, and
-not read.  Source: reader and files of GTSAM (Dellaert and others), `gtsam/Data/*.pyfg`.
+What the vertices of poses say is a guess for a solver (in what gtsam ships, the sum of the steps)
+and not read.  Source: reader and files of GTSAM (Dellaert and others), `gtsam/Data/*.pyfg`.
 """
 
 from collections.abc import Iterator

@@ -66,7 +66,7 @@ def _log_of(path: Path, tables: dict[str, Table], vehicle: str | None) -> Log:
     fixes = _fixes(tables.get("fixes", empty).where("auv", whose).where("outcome", "delivered"))
     first = float(times[0])
     log = Log(
-        path.stem,
+        f"{path.stem}_{whose}" if whose else path.stem,
         times - first,
         odometry[:, 1:3],
         np.unwrap(odometry[:, 3]),

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..core.wording import plain, significant
 from ..scenario.scenario import Scenario
-from .fitting import Fit
+from .fitting import LEAST_SHARE, Fit
 from .log import Log
 
 Row = Mapping[str, Any]
@@ -19,14 +19,15 @@ COLUMNS = (
     ("NIS", "", "filter_nis", 2, 1),
     ("walk", "m/√s", "random_walk_m_per_sqrt_s", 3, 1),
     ("range", "m", "range_sd_m", 2, 1),
+    ("apart", "m", "filter_to_smoother_m", 2, 1),
     ("reckoned", "m", "reckoned_to_reference_m", 2, 1),
     ("filter", "m", "filter_to_reference_m", 2, 1),
     ("smoother", "m", "smoother_to_reference_m", 2, 1),
 )
 LEGEND = (
     "outliers, NIS (1 for ranges where noise is as told, 2 for fixes): of the filter; walk,\n"
-    "range: the noise told; reckoned, filter, smoother: RMS distance from GTSAM's robust\n"
-    "optimum, which is an estimate, no truth"
+    "range: the noise told; apart: RMS distance of filter and smoother; reckoned, filter,\n"
+    "smoother: RMS distance from GTSAM's robust optimum, which is an estimate, no truth"
 )
 
 # So many standard deviations of a range a beacon's median residual must be off to be told of.
@@ -92,8 +93,11 @@ def noise_keys(fit: Fit, log: Log) -> dict[str, tuple[Any, str]]:
         keys["usbl.travel_time_sd_s"] = (
             travel_time, f"a range of {significant(noise.range_sd)} m at {plain(speed)} m/s",
         )  # fmt: skip
-    keys["usbl.outlier_share"] = noise.outlier_share, "of the sights"
-    keys["usbl.outlier_sd_m"] = noise.outlier_sd, "their further error"
+    if noise.outlier_share > LEAST_SHARE:
+        keys["usbl.outlier_share"] = noise.outlier_share, "of the sights"
+        keys["usbl.outlier_sd_m"] = noise.outlier_sd, "their further error"
+    else:
+        keys["usbl.outlier_share"] = 0.0, "no outlier was found"
     unit = "" if log.has_clock else "; per second at the nominal speed, as the log has no clock"
     keys["navigation.random_walk_m_per_sqrt_s"] = noise.random_walk, f"of dead reckoning{unit}"
     sds = ", ".join(significant(sd, 2) for sd in fit.bias_sds)

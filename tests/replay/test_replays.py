@@ -101,7 +101,7 @@ def test_the_smoother_is_at_the_least_squares_of_what_is_not_linear() -> None:
     """Where it has settled the sum of squares of ranges and steps rises in every direction."""
     log, _ = made_up(Sea(share=0.0), count=60)
     known, told = prepared(log), Noise(1.5, 0.0, 1.0, 0.05, bias_sd=0.05)
-    later, found = smooth_log(known, told, filter_log(known, told))
+    _, found = smooth_log(known, told, filter_log(known, told))
 
     def loss(errors: np.ndarray) -> float:
         bias = found.states[-1, 2:4]
@@ -221,7 +221,7 @@ def test_commands_replay_and_fit_what_one_has_recorded(tmp_path: Path) -> None:
 
 def test_both_runs_at_sea_replay_from_the_line_of_the_readme() -> None:
     """And their figures are those of the page on validation."""
-    pytest.importorskip("gtsam", reason="the runs ship with gtsam: pip install bindusbl-des[replay]")
+    pytest.importorskip("gtsam", reason="the runs ship with gtsam, the extra `replay`")
     line = re.search(r"`(bindusbl-des replay goats[^`]*)`", (ROOT / "README.md").read_text())
     assert line is not None
     printed = run(*shlex.split(line[1])[1:])
@@ -234,7 +234,7 @@ def test_both_runs_at_sea_replay_from_the_line_of_the_readme() -> None:
 
 def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
     """Counts of ranges and poses; a solve from nowhere ends elsewhere, far from all ranges."""
-    pytest.importorskip("gtsam", reason="the runs ship with gtsam: pip install bindusbl-des[replay]")
+    pytest.importorskip("gtsam", reason="the runs ship with gtsam, the extra `replay`")
     from bindusbl_des.replay.log import Pose
     from bindusbl_des.replay.reference import robust_optimum
 
