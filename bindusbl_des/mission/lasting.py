@@ -48,7 +48,7 @@ def told_of(scenario: Scenario) -> list[Kind]:
     beyond MOST_ASVS none of each vessel, which would be too many states.
     """
     chosen = scenario.navigation.filter
-    if chosen != "kalman" or is_plugin(scenario.usbl.model):
+    if not scenario.navigation.weighs or is_plugin(scenario.usbl.model):
         return []
     untold = chosen.settings.get("untold", ())
     return [it for it in kinds(scenario) if it.name not in untold and it.times <= MOST_ASVS]

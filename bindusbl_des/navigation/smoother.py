@@ -20,6 +20,10 @@ from .smoothing import Sights, filtered, smooth
 Array = NDArray[np.float64]
 
 
+# So many instants are smoothed at once: each has two matrices of all states.
+MOST_INSTANTS = 20_000
+
+
 class Believed(NamedTuple):
     """Places (n, 2), m, that an AUV believes to have been at, and their covariances xx, yy, xy
     (n, 3), m2.
@@ -30,12 +34,17 @@ class Believed(NamedTuple):
 
 
 class Known(NamedTuple):
-    """Fixes of one AUV (n,), in the order of delivery, and their shares of common errors (n, 2, m),
-    as :class:`.navigators.Fixes` has them.
+    """Fixes (n,), in the order of delivery, what they have of m common errors (n, 2, 3 m), and what
+    is left of their covariances without those (n, 3), m2, as :class:`.navigators.Fixes` has them.
     """
 
     rows: Rows
     common: Array
+    left: Array
+
+    def of(self, which: Ints) -> "Known":
+        """Return some of them, by their numbers."""
+        return Known(self.rows[which], self.common[which], self.left[which])
 
 
 class Smoother:
@@ -60,23 +69,15 @@ class Smoother:
         self._told: list[Known] = []
         self._latest: tuple[object, Believed] | None = None
 
-    @property
-    def common(self) -> Array:
-        """What each fix contains of the last states, as of :class:`.navigators.Fixes`."""
-        return self._filter.common
-
-    @common.setter
-    def common(self, shares: Array) -> None:
-        self._filter.common = shares
-
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note what the filter makes of them."""
         self._filter.correct(fixes, due)
         refused = np.isnan(fixes["correction_m"][due]) & ~np.isnan(fixes["innovation_m"][due])
-        kept = due[~refused]
-        width = self.common.shape[2]
-        shares = self.common[kept] if width else np.zeros((len(kept), 2, 0))
-        self._told.append(Known(np.array(fixes[kept]), shares.copy()))
+        kept, common = due[~refused], self._filter.common
+        told = Known(np.array(fixes[kept]), np.zeros((len(kept), 2, 0)), np.zeros((len(kept), 3)))
+        if common.of.shape[2]:
+            told = told._replace(common=common.of[kept], left=common.left[kept])
+        self._told.append(told)
         self._latest = None
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:
@@ -119,46 +120,62 @@ class Smoother:
 
     def _of(self, auv: int) -> Known:
         """Return the fixes of one AUV, in the order of delivery."""
-        own = [(told.rows["auv"] == auv, told) for told in self._told]
-        parts = [Known(told.rows[which], told.common[which]) for which, told in own]
-        if not parts:
-            return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)))
-        rows, common = (np.concatenate(column) for column in zip(*parts, strict=True))
-        order = np.argsort(rows["delivered_at_s"], kind="stable")
-        return Known(rows[order], common[order])
+        if len(self._told) > 1:  # put together once, not for each AUV
+            self._told = [Known(*map(np.concatenate, zip(*self._told, strict=True)))]
+        if not self._told:
+            return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)), np.zeros((0, 3)))
+        [told] = self._told
+        own = np.flatnonzero(told.rows["auv"] == auv)
+        order = own[np.argsort(told.rows["delivered_at_s"][own], kind="stable")]
+        return told.of(order)
 
     def _groups(self, times: Array, delivered: Array) -> Iterator[tuple[int, int, int]]:
-        """Yield instants that know the same fixes: the first of them, and the first that is none;
-        and how many fixes they know.
+        """Yield instants that know the same fixes, so many at most as memory bears: the first of
+        them, and the first that is none; and how many fixes they know.
         """
         known = np.searchsorted(delivered, times + self._lag, side="right")
-        counts, firsts = np.unique(known, return_index=True)
-        ends = [*firsts[1:].tolist(), len(times)]
-        yield from zip(firsts.tolist(), ends, counts.tolist(), strict=True)
+        changes = np.unique(known, return_index=True)[1]
+        firsts = np.union1d(changes, np.arange(0, len(times), MOST_INSTANTS))
+        ends = np.append(firsts[1:], len(times))
+        for first, end in zip(firsts.tolist(), ends.tolist(), strict=True):
+            yield first, end, int(known[first])
 
     def _sighted(
         self, auv: int, begin: Belief, known: Known, which: NDArray[np.bool_], times: Array = NONE
     ) -> tuple[Odometry, Sights]:
         """Return the odometry at some instants, at those of some fixes, and at the steps between,
-        and the fixes as sights: each along x, and along y what its noise has not in common with x.
+        and the fixes as sights.
         """
         order = np.flatnonzero(which)[np.argsort(known.rows["valid_at_s"][which], kind="stable")]
-        fixes, common = known.rows[order], known.common[order]
+        fixes = known.rows[order]
         instants = np.unique(np.concatenate((times, fixes["valid_at_s"])))
         nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
         at = np.searchsorted(nodes.times, fixes["valid_at_s"])
-        off = nodes.position[at] - np.column_stack((fixes["x_m"], fixes["y_m"]))
-        xx, yy, xy = fixes["sd_x_m"] ** 2, fixes["sd_y_m"] ** 2, fixes["cov_xy_m2"]
+        then = Odometry(*(column[at] for column in nodes))
+        return nodes, self._as_sights(auv, known.of(order), then, at)
+
+    def _as_sights(self, auv: int, known: Known, then: Odometry, nodes: Ints) -> Sights:
+        """Return fixes as sights, with the odometry of when they hold: each along x, and along y
+        what its noise has not in common with that along x.
+        """
+        rows = known.rows
+        places, states = np.column_stack((rows["x_m"], rows["y_m"])), len(self._first.state)
+        count = known.common.shape[2] // 3
+        xx, yy, xy = rows["sd_x_m"] ** 2, rows["sd_y_m"] ** 2, rows["cov_xy_m2"]
+        slopes = np.zeros((len(rows), 2, states))
+        slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
+        if count:  # as they are where the filter had put the AUV
+            xx, yy, xy = known.left.T
+            own, along_x, along_y = np.split(known.common, 3, axis=2)
+            ahead, aside = (self._filter.estimate(auv, then) - places).T[:, :, None, None]
+            slopes[:, :, states - count :] -= own + ahead * along_x + aside * along_y
         share = np.divide(xy, xx, out=np.zeros(len(xx)), where=xx > 0.0)
-        rows = np.zeros((len(fixes), 2, len(begin.state)))
-        rows[:, 0, 0] = rows[:, 1, 1] = 1.0
-        rows[:, :, len(begin.state) - common.shape[2] :] -= common
-        rows[:, 1] -= share[:, None] * rows[:, 0]
+        slopes[:, 1] -= share[:, None] * slopes[:, 0]
+        off = then.position - places
         values = np.column_stack((off[:, 0], off[:, 1] - share * off[:, 0]))
         variances = np.column_stack((xx, np.maximum(yy - share * xy, 0.0)))
-        return nodes, Sights(
-            np.repeat(at, 2), rows.reshape(-1, len(begin.state)), values.ravel(), variances.ravel()
-        )
+        rising = np.repeat(nodes, 2)
+        return Sights(rising, slopes.reshape(-1, states), values.ravel(), variances.ravel())
 
     def _stepped(self, begin: Belief, instants: Array) -> Array:
         """Return instants (s) with those between at which a belief must be stepped on."""

@@ -19,6 +19,7 @@ from bindusbl_des.navigation.belief import (
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry, Told
 from bindusbl_des.navigation.smoother import Smoother
 from bindusbl_des.navigation.smoothing import Sights, filtered, smooth, transition
+from bindusbl_des.records.recorder import Levers
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 
@@ -226,8 +227,12 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     growth = Growth(0.03**2, 0.0, True, 0, 0, *lasting)
     first = first_belief(0.5, (0.0, 0.0), 0.0, (offset_sd,))
     reckoning = reckoned()
-    smoother = Smoother(navigator_of(reckoning, KALMAN, growth, first), reckoning, growth, first)
-    smoother.common = np.tile(np.array([[1.0], [0.0]]), (10, 1, 1))
+    navigator = navigator_of(reckoning, KALMAN, growth, first)
+    navigator.common = Levers(1)
+    of, left = navigator.common.room_for(10)
+    of[:10, 0, 0], of[:10, 1, 0], of[:10, :, 1:] = 1.0, 0.0, 0.0
+    left[:10] = 0.25, 0.64, 0.1
+    smoother = Smoother(navigator, reckoning, growth, first)
     smoother.correct(fixes, np.arange(10))
     asked_at = np.array([50.0])
     found = smoother.estimate(0, reckoning.sample(0, asked_at)[1])[0]
