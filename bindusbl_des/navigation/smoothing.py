@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry, inlined
 from ..records.rows import Rows
+from ..vehicles.expected_drift import Told, way_since
 from ..vehicles.motion import Floats, Ints
-from .belief import STATES, Belief, Growth, carry, expected, way_since
-from .dead_reckoning import Odometry, Told
+from .belief import STATES, Belief, Growth, carry, expected
+from .dead_reckoning import Odometry
 
 Array = NDArray[np.float64]
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from ..core.compiled import compiled, entry, inlined
 from ..navigation.belief import Belief, Growth, carry
-from ..navigation.dead_reckoning import Told
 from ..navigation.smoothing import absorb
 from ..records.rows import Row, Rows
+from ..vehicles.expected_drift import Told
 from ..vehicles.motion import Floats, Ints
 
 # A sight: at which instant, its number; the beacon, m, and the measured range (m), or where a fix

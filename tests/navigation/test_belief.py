@@ -8,9 +8,9 @@ import pytest
 from test_navigators import KALMAN, NOTHING_IN_COMMON, estimate, fixes_at, navigator_of, straight
 
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
-from bindusbl_des.navigation.dead_reckoning import Told
 from bindusbl_des.navigation.weighing import weigh
 from bindusbl_des.records.recorder import Levers
+from bindusbl_des.vehicles.expected_drift import Told
 
 
 def grown(walk: float, sds: list[float], lasts: list[float], **places: int) -> Growth:

@@ -11,10 +11,11 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, paper_case, scenario
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry, Told
+from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.navigation.navigators import REMEMBERED, LinearNavigator, Rule
 from bindusbl_des.navigation.weighing import MOST_REFUSED, WEIGHED, weigh
 from bindusbl_des.records.rows import FIX, LEARNT
+from bindusbl_des.vehicles.expected_drift import Told
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.reckoning import steady
 from bindusbl_des.vehicles.vehicle import recorded

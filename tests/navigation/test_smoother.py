@@ -16,10 +16,11 @@ from bindusbl_des.navigation.belief import (
     carry,
     first_belief,
 )
-from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry, Told
+from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.navigation.smoother import Smoother
 from bindusbl_des.navigation.smoothing import Sights, filtered, smooth, transition
 from bindusbl_des.records.recorder import Levers
+from bindusbl_des.vehicles.expected_drift import Told
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 
