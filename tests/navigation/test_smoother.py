@@ -22,6 +22,7 @@ from bindusbl_des.navigation.smoothing import Sights, filtered, smooth, transiti
 from bindusbl_des.records.recorder import Levers
 from bindusbl_des.vehicles.expected_drift import Told
 from bindusbl_des.vehicles.motion import together
+from bindusbl_des.vehicles.reckoning import steady
 from bindusbl_des.vehicles.vehicle import recorded
 
 WANDERING = Growth(0.03**2, 1e-4, True, 0, 6, np.full(2, 0.02), np.full(2, 30.0))
@@ -139,7 +140,8 @@ def reckoned(seconds: float = 120.0) -> DeadReckoning:
     """Return faultless dead reckoning on a way with two turns."""
     way = np.array([[0, 0, 5], [30, 0, 5], [30, 30, 5], [0, 30, 5]], dtype=float)
     track = recorded(np.linspace(0.0, seconds, 4), way)
-    return DeadReckoning(together([track.legs]), np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), "world")
+    wrong = steady(np.zeros((1, 2, 2)), 1.0, (0.0, 0.0), in_body=False)
+    return DeadReckoning(together([track.legs]), wrong)
 
 
 def late_fixes(count: int, seed: int = 0) -> np.ndarray:
