@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from ..core.plugins import PluginError, asked, shown
 from ..scenario.families import CHANNEL
 from ..scenario.part_settings import own_part
+from ..scenario.scenario import Scenario
+from .loss import contention_loss
 
 Array = NDArray[np.float64]
 
@@ -24,8 +26,11 @@ DISC: Array = np.empty((0, 0))
 class Signals:
     """Signals that begin at an instant (s) between n AUVs and m ASVs: pings, or calls for them.
 
+    Of the ping of an ASV (passive ranging) those of all ASVs are asked for, and its own taken.
+
     `auvs` (n, 3) and `asvs` (m, 3) are true places (m), `ranges` (n, m) the slant ranges (m) of
-    that instant; `reach` (m) is the protocol's HF range, and `calling` tells whether ASVs call.
+    that instant; `reach` (m) is the protocol's HF range, and `calling` tells whether the sound goes
+    down, from ASVs to AUVs.
     """
 
     time: float
@@ -81,3 +86,10 @@ def channel_named(name: str) -> OwnChannel | None:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
     return None if name in CHANNEL.siblings else OwnChannel(name, own_part(CHANNEL, name))
+
+
+def contention_of(scenario: Scenario) -> float:
+    """Return what AUVs that share the uplink add to the loss of each ping: none where none pings."""
+    if scenario.protocol.is_passive:
+        return 0.0
+    return contention_loss(scenario.auvs.count, scenario.acoustics.loss.contention_per_auv)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import simpy
 
-from ..acoustics.channel import channel_named
-from ..acoustics.loss import COMBINERS, LOSS_LAWS, LossTerms, contention_loss
+from ..acoustics.channel import channel_named, contention_of
+from ..acoustics.loss import COMBINERS, LOSS_LAWS, LossTerms
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
@@ -14,10 +14,12 @@ from ..protocol.broadcasters import broadcaster_named
 from ..protocol.downlink import MfDownlink
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.network import Network
+from ..protocol.passive.beacons import Beacons
+from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.ranging import ranging_of, strayed
 from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
-from ..protocol.tdma import downlink_named
+from ..protocol.tdma import downlink_named, serve
 from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
 from ..scenario.scenario import Scenario
@@ -45,7 +47,7 @@ def build_world(
     source: PoseSource | None = None,
     pose_step_s: float = 0.1,
 ) -> World:
-    """Put the world of a scenario together, at rest at time 0.
+    """Put the world of a scenario together, at rest at time 0; the protocol goes on as `env` does.
 
     A `source` of poses, asked each `pose_step_s` (s), moves the vehicles that it answers for.
     """
@@ -61,7 +63,9 @@ def build_world(
     if asvs is None:
         asvs = launch_asvs(scenario, streams, water)
     reckoning, navigator = equip_auvs(scenario, auvs, wrong, record.levers)
-    network = _network(env, scenario, auvs, asvs, navigator, record, streams)
+    make = _passive if scenario.protocol.is_passive else _network
+    network = make(env, scenario, auvs, asvs, navigator, record, streams)
+    env.process(take_turns(network) if isinstance(network, PassiveNetwork) else serve(network))
     return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
 
 
@@ -132,6 +136,30 @@ def _network(
     )
 
 
+def _passive(
+    env: simpy.Environment,
+    scenario: Scenario,
+    auvs: Fleet,
+    asvs: Fleet,
+    navigator: Navigator,
+    record: Recorder,
+    streams: Streams,
+) -> PassiveNetwork:
+    """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
+    hf, sound_speed = scenario.acoustics.hf, scenario.environment.sound_speed_m_per_s
+    beacons = Beacons(
+        auvs,
+        asvs,
+        Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
+        channel_named(hf.channel) or loss_of(scenario),
+        instrument_named(scenario.usbl.model) or usbl_of(scenario),
+        streams,
+        record,
+    )
+    fixes = OwnFixes(env, auvs, navigator, record, beacons)
+    return PassiveNetwork(env, slots_of(scenario), len(asvs), record, beacons, fixes)
+
+
 def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:
     """Return the USBL instrument that every ASV carries, with what is wrong all the time."""
     usbl, lasting = usbl_of(scenario), lasting_errors(scenario, streams)
@@ -167,6 +195,6 @@ def loss_of(scenario: Scenario) -> LossTerms:
     return LossTerms(
         np.array((law.a, law.b, law.c, law.d)),
         list(COMBINERS).index(loss.combine),
-        contention_loss(scenario.auvs.count, loss.contention_per_auv),
+        contention_of(scenario),
         loss.cap,
     )

@@ -29,11 +29,15 @@ class AuvStates(NamedTuple):
 
 
 class PingUnderWay(NamedTuple):
-    """A ping in the water: its number in the table `pings`, its AUV (row), when it began (s)."""
+    """A ping in the water: its number in the table `pings`, its AUV (row), when it began (s).
+
+    With passive ranging it is the ping of an ASV (row), and of no AUV (None).
+    """
 
     ping: int
-    auv: int
+    auv: int | None
     sent_at_s: float
+    asv: int | None = None
 
 
 def auv_states(world: World, time: float) -> AuvStates:
@@ -66,7 +70,10 @@ def under_way(world: World, time: float) -> list[PingUnderWay]:
     sending = ~silent & (pings["sent_at_s"] + world.network.uplink.band.duration > time)
     passing = np.isfinite(pings["passed_at_s"]) & (pings["passed_at_s"] > time)
     found = pings[list(PingUnderWay._fields)][sending | passing].tolist()
-    return [PingUnderWay(*ping) for ping in found]
+    return [
+        PingUnderWay(ping, None if auv == NONE else auv, sent_at, None if asv == NONE else asv)
+        for ping, auv, sent_at, asv in found
+    ]
 
 
 def on_air(broadcasts: Sequence[Broadcast], time: float) -> Broadcast | None:

@@ -17,7 +17,6 @@ from ..records.events import (
     DELIVERED,
     HEARD,
     IN_FLIGHT,
-    LOST,
     OUT_OF_RANGE,
     AuvMetrics,
     Utilisation,
@@ -25,6 +24,7 @@ from ..records.events import (
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Rows
 from ..records.worst import worst_of
+from .reach import heard_by_auvs, heard_of_auvs
 from .samples import Samples, instants, sample
 from .world import World
 
@@ -35,7 +35,8 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
     """Return the metrics of every AUV, in index order."""
     duration = world.scenario.duration_s
     times = instants(duration, world.scenario.record.metrics_hz)
-    reach, fixes = _reach(world.record, len(world.auv_fleet)), world.record.fixes.rows
+    look = heard_by_auvs if world.scenario.protocol.is_passive else heard_of_auvs
+    reach, fixes = look(world.record, len(world.auv_fleet)), world.record.fixes.rows
     metrics, errors = [], np.empty(len(times))
     for auv, vehicle in enumerate(world.auv_fleet.vehicles):
         distance = vehicle.distance(duration)
@@ -66,29 +67,6 @@ def _refuse(auv: int, trouble: str) -> NoReturn:
     )
 
 
-def _reach(record: Recorder, auvs: int) -> dict[str, list[Any]]:
-    """Return what became of the pings of each AUV."""
-    pings, receptions = record.pings.rows, record.receptions.rows
-    sender, outcome = pings["auv"], receptions["outcome"]
-
-    def count(of: NDArray[np.int64], which: NDArray[np.bool_]) -> list[int]:
-        counts: list[int] = np.bincount(of[which], minlength=auvs).tolist()
-        return counts
-
-    landed = np.ones(len(pings), dtype=bool)
-    landed[receptions["ping"][outcome == IN_FLIGHT]] = False
-    in_range = pings["in_range_of"] > 0
-    covered, known = count(sender, landed & in_range), count(sender, landed)
-    return {
-        "pings": count(sender, np.ones(len(pings), dtype=bool)),
-        "pings_in_range": count(sender, in_range),
-        "pings_heard": count(sender, pings["heard_by"] > 0),
-        "hf_coverage": [c / k if k else None for c, k in zip(covered, known, strict=True)],
-        "receptions_lost": count(receptions["auv"], outcome == LOST),
-        "collisions": count(receptions["auv"], outcome == COLLIDED),
-    }
-
-
 def _service(fixes: Rows, world: World) -> dict[str, Any]:
     """Return what became of the fixes of one AUV (rows of the buffer), and how late they were."""
     arrived = fixes[fixes["outcome"] == DELIVERED]
@@ -108,7 +86,9 @@ def _service(fixes: Rows, world: World) -> dict[str, Any]:
         **_spread("interval", np.diff(np.sort(delivered))),
         **_ages(np.sort(delivered), world.scenario.duration_s),
         **_spread("latency", latency),
-        "latency_from_broadcast_s": _mean(delivered - arrived["broadcast_at_s"]),
+        "latency_from_broadcast_s": None
+        if protocol.is_passive
+        else _mean(delivered - arrived["broadcast_at_s"]),
         "latency_from_slot_s": _mean(latency - slot) if in_slots else None,
         "fix_error_rms_m": _rms(fixes["error_m"]),
         "nis": _mean(arrived["nis"][~np.isnan(arrived["nis"])]),

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from ..core.wording import plain
 from ..preflight.worth_knowing import Caution, cautions
 from ..protocol.happenings import Happening, Watch
-from ..protocol.tdma import serve
 from ..records.events import Broadcast
 from ..results.result import Result
 from ..results.tables import from_columns, from_rows
@@ -75,7 +74,6 @@ class Mission:
         with self._at_work():
             self._env = simpy.Environment()
             self._world = build_world(self._env, self.scenario, self.seed, poses, pose_step_s)
-            self._env.process(serve(self._world.network))
             self._happen(0.0)
 
     def __repr__(self) -> str:

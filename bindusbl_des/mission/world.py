@@ -9,6 +9,7 @@ from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import Navigator
 from ..protocol.network import Network
+from ..protocol.passive.network import PassiveNetwork
 from ..records.recorder import Recorder
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
@@ -23,7 +24,7 @@ class World:
     asv_fleet: Fleet
     reckoning: DeadReckoning
     navigator: Navigator
-    network: Network
+    network: Network | PassiveNetwork
     record: Recorder
     streams: Streams
 

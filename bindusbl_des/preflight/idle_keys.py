@@ -56,6 +56,20 @@ class Idle(NamedTuple):
 
 RULES = (
     Idle(
+        {"protocol.ranging": ("passive",)},
+        (
+            *BROADCASTS,
+            *(f"protocol.{name}" for name in ("schedule", "downlink", "positions", "frame_s")),
+            *("protocol.reply_at", "protocol.turnaround_s"),
+        ),
+        "ASVs ping in turn and AUVs fix themselves; nobody calls, answers or broadcasts",
+    ),
+    Idle(
+        {"protocol.ranging": ("passive",)},
+        ("acoustics.loss.contention_per_auv",),
+        "no AUV pings, so none contends",
+    ),
+    Idle(
         {"protocol.downlink": ("direct_reply",)},
         BROADCASTS,
         "the ASV that hears a ping first answers it at once, nothing is broadcast",

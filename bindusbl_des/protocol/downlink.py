@@ -1,29 +1,25 @@
 """The MF band: a frame of fixes travels from one ASV to every AUV in range."""
 
 import math
-from collections.abc import Callable
 from functools import partial
 
-import numpy as np
 import simpy
 
 from ..acoustics.propagation import arrivals
 from ..acoustics.travel_time import travel_time
 from ..core.clock import Clock
-from ..core.compiled import entry
 from ..navigation.navigators import Navigator
-from ..records.events import DELIVERED, IN_FLIGHT
+from ..records.events import IN_FLIGHT
 from ..records.recorder import Recorder
-from ..records.rows import Rows
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Ints
 from ..vehicles.vehicle import Place
+from .deliveries import Deliveries
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
 
 
-class MfDownlink:
+class MfDownlink(Deliveries):
     """The MF downlink: a fix is delivered when its frame has reached the AUV, or never."""
 
     def __init__(
@@ -38,16 +34,9 @@ class MfDownlink:
         sound_speed: float,
         clock: Clock,
     ) -> None:
-        self._env, self._auvs, self._asvs, self._fixes = env, auvs, asvs, record.fixes
-        self._navigator, self._clock, self._sound_speed = navigator, clock, sound_speed
+        super().__init__(env, auvs, navigator, record)
+        self._asvs, self._clock, self._sound_speed = asvs, clock, sound_speed
         self._limits = mf_range, sound_speed, clock.rate
-        self._undelivered = 0  # fixes before this one are delivered, or never will be
-        self._due = np.empty(0, dtype=np.int64)
-        #: Whom to tell that a broadcast begins, of the fixes of a frame whose arrivals are known,
-        #: and of those that are delivered: nobody unless somebody waits for that.
-        self.on_broadcast: Callable[[], None] | None = None
-        self.on_frame: Callable[[range], None] | None = None
-        self.on_delivered: Callable[[Ints], None] | None = None
 
     def send(self, rows: range, asv: int, time: float, airtime: float) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
@@ -114,67 +103,3 @@ class MfDownlink:
         pinged_at = float(self._fixes.array[fix]["pinged_at_s"])
         two_way = time - pinged_at + self._travel(asv, fix, time)
         self._expect(fix, self._clock.after(pinged_at, two_way))
-
-    def _expect(self, fix: int, instant: float) -> None:
-        """Let an AUV have a fix at an instant (s), but not before now."""
-        self._fixes.array[fix]["arrives_at_s"] = max(instant, self._env.now)
-        self._deliver_at(max(instant, self._env.now))
-
-    def _deliver_at(self, instant: float) -> None:
-        event = self._env.timeout(max(instant - self._env.now, 0.0))
-        event.callbacks.append(lambda _: self.deliver(instant))
-
-    @property
-    def first_under_way(self) -> int:
-        """The first fix that may still be delivered."""
-        return self._undelivered
-
-    def settle(self, time: float) -> None:
-        """Let AUVs have what has reached them by an instant (s), all of whose events are over.
-
-        Fixes of a frame are else delivered when the last of them has arrived, in the same order.
-        Who steers by them has had each at its own instant, and nothing is left to do.
-        """
-        if self._auvs.foreseen:
-            self.deliver(time)
-
-    def deliver(self, time: float) -> None:
-        """Let AUVs have every fix that has reached them by an instant (s)."""
-        fixes = self._fixes
-        waiting = fixes.count - self._undelivered
-        if waiting > len(self._due):
-            self._due = np.empty(2 * waiting, dtype=np.int64)
-        self._auvs.reach(time)  # up to now AUVs have steered without these fixes
-        count, self._undelivered = delivered(
-            fixes.array, self._undelivered, fixes.count, time, self._due
-        )
-        if count:
-            self._navigator.correct(fixes.array, self._due[:count])
-            if self.on_delivered is not None:
-                self.on_delivered(self._due[:count])
-
-
-@entry
-def delivered(fixes: Rows, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
-    """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
-
-    They stand there in the order of their arrival.  Return how many there are, and the first row
-    that is still under way.
-    """
-    count, waiting = 0, end
-    for row in range(first, end):
-        line = fixes[row]
-        if line.outcome != IN_FLIGHT:
-            continue
-        if line.arrives_at_s <= time:
-            line.delivered_at_s, line.outcome = line.arrives_at_s, DELIVERED
-            line.latency_s = line.arrives_at_s - line.pinged_at_s
-            place = count
-            while place > 0 and fixes[due[place - 1]].arrives_at_s > line.arrives_at_s:
-                due[place] = due[place - 1]
-                place -= 1
-            due[place] = row
-            count += 1
-        elif waiting == end:
-            waiting = row
-    return count, waiting

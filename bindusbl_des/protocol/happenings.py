@@ -21,7 +21,8 @@ from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Broadcast, Fix, Ping, R
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Row
 from ..vehicles.motion import Ints
-from .downlink import MfDownlink
+from .deliveries import Deliveries
+from .passive.beacons import Beacons
 from .uplink import Uplink
 
 # What can be waited for, what its row is, and which column says when it happens.
@@ -37,10 +38,11 @@ KINDS: dict[str, type] = {
 class Happening(NamedTuple):
     """Something that has happened at an instant (s): its kind, and its row as it stands then.
 
-    `ping`: an AUV begins to ping (:class:`.records.events.Ping`).  `arrival`: its front reaches an
-    ASV in range (Reception).  `reception`: it has ended there, and was `heard`, `lost` or
-    `collided` (Reception).  `broadcast`: an ASV begins a frame or an answer (Broadcast).
-    `delivery`: an AUV has a fix, and has made of it what it makes of it (Fix).
+    `ping`: an AUV begins to ping (:class:`.records.events.Ping`), with passive ranging an ASV.
+    `arrival`: its front reaches an ASV in range (Reception), or an AUV.  `reception`: it has ended
+    there, and was `heard`, `lost` or `collided` (Reception).  `broadcast`: an ASV begins a frame or
+    an answer (Broadcast).  `delivery`: an AUV has a fix, and has made of it what it makes of it
+    (Fix).
 
     A row has the columns of the table of its name; vehicles are numbers, and what there is not is
     None.
@@ -88,11 +90,21 @@ class Watch:
 
 
 class Happenings:
-    """Who waits for what in a mission."""
+    """Who waits for what in a mission.
+
+    Where AUVs fix themselves, what one has heard it has (`heard_is_had`).
+    """
 
     def __init__(
-        self, env: simpy.Environment, record: Recorder, uplink: Uplink, downlink: MfDownlink
+        self,
+        env: simpy.Environment,
+        record: Recorder,
+        uplink: Uplink | Beacons,
+        downlink: Deliveries,
+        *,
+        heard_is_had: bool = False,
     ) -> None:
+        self._sounds = {"arrival", "reception"} | ({"delivery"} if heard_is_had else set())
         self._env, self._record, self._uplink, self._downlink = env, record, uplink, downlink
         self._watches: list[Watch] = []
         self._expected: set[tuple[str, int]] = set()  # kinds and rows that have their event
@@ -135,7 +147,7 @@ class Happenings:
     def _listen(self) -> None:
         """Have the bands tell what somebody waits for, and nothing else."""
         kinds = self._kinds
-        sounds = kinds & {"ping", "arrival", "reception"}
+        sounds = kinds & {"ping", *self._sounds}
         self._uplink.on_sent = self._sent if sounds else None
         self._downlink.on_broadcast = self._broadcast if "broadcast" in kinds else None
         self._downlink.on_frame = self._framed if "delivery" in kinds else None
@@ -147,15 +159,15 @@ class Happenings:
             watch.tell(happening)
 
     def _expect_what_is_under_way(self, kind: str, since: float) -> None:
-        if kind == "delivery":
+        if kind in self._sounds:
+            begin, receptions = self._uplink.first_under_way(since), self._record.receptions.rows
+            for row in range(begin, len(receptions)):
+                self._expect(kind, row, since)
+        elif kind == "delivery":
             begin = self._downlink.first_under_way
             fixes = self._record.fixes.rows[begin:]
             arriving = (fixes["outcome"] == IN_FLIGHT) & (fixes["arrives_at_s"] > since)
             self._framed((begin + np.flatnonzero(arriving)).tolist())
-        elif kind in ("arrival", "reception"):
-            begin, receptions = self._uplink.first_under_way(since), self._record.receptions.rows
-            for row in range(begin, len(receptions)):
-                self._expect(kind, row, since)
 
     def _sent(self, pings: range) -> None:
         """Tell of pings that are sent now; expect where they will be heard."""
@@ -163,7 +175,7 @@ class Happenings:
         for ping in self._record.pings.array[pings.start : pings.stop]:
             if ping["call"] not in (NONE, HEARD):  # it was called in vain
                 continue
-            for kind in kinds & {"arrival", "reception"}:
+            for kind in kinds & self._sounds:
                 for row in range(ping["first"], ping["end"]):
                     self._expect(kind, row, -1.0)
             if "ping" in kinds:
@@ -172,7 +184,7 @@ class Happenings:
     def _expect(self, kind: str, row: int, since: float) -> None:
         """Have an event for an arrival, or its end, unless that was before an instant (s)."""
         reception, lasts = self._record.receptions.array[row], self._uplink.band.duration
-        instant = float(reception["arrived_at_s"]) + (lasts if kind == "reception" else 0.0)
+        instant = float(reception["arrived_at_s"]) + (lasts if kind != "arrival" else 0.0)
         if reception["outcome"] == IN_FLIGHT and instant > since:
             self._call_at(instant, kind, row, partial(self._heard, kind, row, instant))
 
@@ -189,13 +201,18 @@ class Happenings:
         event.callbacks.append(happen)
 
     def _heard(self, kind: str, row: int, expected: float) -> None:
-        """Tell of an arrival or of its end, if it is there by now: ASVs may have been predicted."""
+        """Tell of an arrival or of its end, if it is there by now: who hears it may have been
+        predicted.
+        """
         self._uplink.amend(self._env.now)
         reception = self._record.receptions.array[row]
-        lasts = self._uplink.band.duration if kind == "reception" else 0.0
+        lasts = self._uplink.band.duration if kind != "arrival" else 0.0
         instant = float(reception["arrived_at_s"]) + lasts
         if instant > expected:
             self._call_at(instant, kind, row, partial(self._heard, kind, row, instant))
+            return
+        if kind == "delivery":  # which is told of when it has been taken in
+            self._downlink.settle(instant)
             return
         outcome = OUTCOMES[self._uplink.outcome_of(row) if lasts else IN_FLIGHT]
         self._tell(kind, instant, _row_of(Reception, reception, outcome=outcome))

@@ -96,7 +96,7 @@ def settle(
         if hearers.size > 0:
             row = fixes[fix]
             row.fix = fix
-            _begin(row, pings[ping], only)
+            begin(row, pings[ping], only)
             heard = Heard(pings[ping], receptions[row.first : row.end], hearers, measuring)
             if array is not None:
                 instrument = Instrument(array, metric, levels[0])
@@ -174,6 +174,12 @@ def _outcome(row: int, luck: float, air: Air) -> int:
     it = air.receptions[row]
     if overlapped(row, air) or drowned(air.pings[it.ping], it, air.duration, air.calls):
         return COLLIDED
+    return by_luck(it, luck)
+
+
+@compiled
+def by_luck(it: Row, luck: float) -> int:
+    """Return whether a reception that nothing overlaps is lost, by `luck`, a standard normal."""
     chance = 0.5 * erfc(-luck / sqrt(2.0))  # uniform
     return LOST if chance < it.loss else HEARD
 
@@ -187,7 +193,7 @@ def foretold(
 
 
 @compiled
-def _begin(row: Row, ping: Row, only: int) -> None:
+def begin(row: Row, ping: Row, only: int) -> None:
     """Write the row of a fix of which nothing is known but the receptions that it is made of."""
     row.ping, row.round, row.auv = ping.ping, ping.round, ping.auv
     row.pinged_at_s = row.valid_at_s = ping.sent_at_s

@@ -28,51 +28,56 @@ HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 
 @dataclass(slots=True)
 class Round:
-    """One round: every AUV has had its turn to ping, and the fixes have been broadcast."""
+    """One round: every AUV has had its turn to ping, and the fixes have been broadcast.
+
+    With passive ranging every ASV has had its turn, and AUVs have fixed themselves.
+    """
 
     round: int = column("1", "number of the round")
     started_at_s: float = column("s", "start of the first uplink slot")
-    colours: int = column("1", "ping groups of the round")
-    conflicts: int = column("1", "pairs of AUVs that some ASV hears both of")
+    colours: int = column("1", "ping groups of the round (passive: ASVs)")
+    conflicts: int = column("1", "pairs of AUVs that some ASV hears both of; passive: 0")
     uplink_s: float | None = column("s", "duration of all uplink slots", None)
     downlink_s: float | None = column("s", "duration of the downlink slots", None)
-    fixes: int = column("1", "fixes broadcast", 0)
+    fixes: int = column("1", "fixes broadcast (passive: made of its pings)", 0)
 
 
 @dataclass(slots=True)
 class Ping:
     """One ping of one AUV on the HF uplink; with twtt its turn, be it that no call reached it.
 
-    A turn without an answer has all but a ping: nothing arrives anywhere.
+    A turn without an answer has all but a ping: nothing arrives anywhere.  With passive ranging it
+    is an ASV that pings, and AUVs that hear it.
     """
 
     ping: int = column("1", "number of the ping")
     round: int = column("1", "round in which it was sent")
     slot: int = column("1", "uplink slot (ping group) within the round")
-    auv: int = column("", "AUV that pinged")
+    auv: int | None = column("", "AUV that pinged; null where an ASV did (passive)")
     sent_at_s: float = column("s", "instant at which the ping began, or of a call without answer")
-    x_m: float = column("m", "true position of the AUV at that instant, along the lanes")
-    y_m: float = column("m", "true position of the AUV at that instant, across the lanes")
-    z_m: float = column("m", "true depth of the AUV at that instant")
-    in_range_of: int = column("1", "ASVs within HF range at that instant", 0)
-    heard_by: int = column("1", "ASVs that decoded the ping", 0)
+    x_m: float = column("m", "true position of who pinged at that instant, along the lanes")
+    y_m: float = column("m", "true position of who pinged at that instant, across the lanes")
+    z_m: float = column("m", "true depth of who pinged at that instant")
+    in_range_of: int = column("1", "ASVs (passive: AUVs) within HF range at that instant", 0)
+    heard_by: int = column("1", "ASVs (passive: AUVs) that decoded the ping", 0)
     called_at_s: float | None = column("s", "instant at which it was called (twtt)", None)
     called_by: int | None = column("", "ASV that called it (twtt)", None)
     call: str | None = column(
         "", "what became of the call: heard (it answers), out_of_range, lost, collided, in_flight",
         None,
     )  # fmt: skip
+    asv: int | None = column("", "ASV that pinged (passive)", None)
 
 
 @dataclass(slots=True)
 class Reception:
-    """One ping at one ASV, whether it was decoded or not."""
+    """One ping at one ASV, or with passive ranging at one AUV, whether it was decoded or not."""
 
     ping: int = column("1", "number of the ping")
-    auv: int = column("", "AUV that pinged")
-    asv: int = column("", "ASV at which it arrives")
+    auv: int = column("", "AUV that pinged (passive: at which it arrives)")
+    asv: int = column("", "ASV at which it arrives (passive: that pinged)")
     arrived_at_s: float | None = column(
-        "s", "instant at which the ping's front reaches the ASV; null if no call made it ping"
+        "s", "instant at which the ping's front is heard there; null if no call made it ping"
     )
     slant_range_m: float = column("m", "distance of that way")
     travel_time_s: float = column("s", "one-way travel time")
@@ -96,13 +101,16 @@ class Broadcast:
 
 @dataclass(slots=True)
 class Fix:
-    """One position fix of one AUV, fused over the ASVs that heard the same ping."""
+    """One position fix of one AUV, fused over the ASVs that heard the same ping.
+
+    With passive ranging the AUV has measured the ping of an ASV itself: nobody broadcasts it.
+    """
 
     fix: int = column("1", "number of the fix")
     ping: int = column("1", "ping that it locates")
     round: int = column("1", "round of that ping")
     auv: int = column("", "AUV that it locates")
-    asvs: str = column("", "ASVs whose measurements were fused")
+    asvs: str = column("", "ASVs whose measurements were fused (passive: that pinged)")
     pinged_at_s: float = column("s", "instant at which that ping was sent")
     valid_at_s: float = column("s", "instant at which the fix holds")
     x_m: float = column("m", "position along the lanes")
@@ -159,9 +167,15 @@ class AuvMetrics:
     """One AUV over the whole mission; time means are over samples at record.metrics_hz."""
 
     auv: int = column("", "AUV")
-    pings: int = column("1", "pings sent, and turns whose call got no answer (twtt)")
-    pings_in_range: int = column("1", "pings within HF range of at least one ASV", worst=SMALLEST)
-    pings_heard: int = column("1", "pings decoded by at least one ASV", worst=SMALLEST)
+    pings: int = column(
+        "1", "pings sent, and turns whose call got no answer (twtt); passive: pings of all ASVs"
+    )
+    pings_in_range: int = column(
+        "1", "pings within HF range of at least one ASV (passive: of the AUV)", worst=SMALLEST
+    )
+    pings_heard: int = column(
+        "1", "pings decoded by at least one ASV (passive: by the AUV)", worst=SMALLEST
+    )
     hf_coverage: float | None = column(
         "1", "pings in range / pings, without those still under way", worst=SMALLEST
     )
@@ -196,12 +210,12 @@ class AuvMetrics:
     latency_p95_s: float | None = column("s", "95 % quantile of the latency", worst=LARGEST)
     latency_max_s: float | None = column("s", "largest latency", worst=LARGEST)
     latency_from_broadcast_s: float | None = column(
-        "s", "mean time from broadcast to delivery", worst=LARGEST
+        "s", "mean time from broadcast to delivery; null where nothing is broadcast", worst=LARGEST
     )
     latency_from_slot_s: float | None = column(
         "s",
         "mean time from the end of the ping's slot to delivery; null where pings do not begin "
-        "with slots (twtt) or answers do not wait for their end (direct_reply)",
+        "with slots (twtt) or fixes do not wait for their end (direct_reply, passive)",
         worst=LARGEST,
     )
     fix_error_rms_m: float | None = column(

@@ -47,16 +47,18 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
     Nobody pings again before his ping is over; every other count follows from that of the pings.
     """
     auvs, asvs, duration = scenario.auvs.count, scenario.asvs.count, scenario.duration_s
+    passive = scenario.protocol.is_passive
+    pinging, listening = (asvs, auvs) if passive else (auvs, asvs)
     limits = {"auvs": (auvs, auvs), "mission": (1, 1)}
     pings = rows.get("pings", 0)
     if "pings" in rows:
         instants = int(duration * scenario.record.tracks_hz) + 2
         limits |= {
-            "pings": (0, int(auvs * (duration / scenario.acoustics.hf.ping_s + 2))),
-            "receptions": (pings * asvs, pings * asvs),
+            "pings": (0, int(pinging * (duration / scenario.acoustics.hf.ping_s + 2))),
+            "receptions": (pings * listening, pings * listening),
             "rounds": (0, pings + 2),
-            "fixes": (0, pings),
-            "broadcasts": (0, rows["fixes"] + rows["rounds"]),
+            "fixes": (0, pings * listening if passive else pings),
+            "broadcasts": (0, 0 if passive else rows["fixes"] + rows["rounds"]),
             "tracks": (auvs + asvs, (auvs + asvs) * instants),
         }
     for name, (fewest, most) in limits.items():
@@ -119,9 +121,11 @@ def _known(scenario: Scenario, table: str, column: str) -> set[str]:
 
 def _bounds(field: pa.Field, scenario: Scenario) -> tuple[float, float]:
     """Return the least and largest value of a column: a count, an instant, whatever is measured."""
-    name, asvs = field.name, scenario.asvs.count
+    name, listening = field.name, scenario.asvs.count
+    if scenario.protocol.is_passive:
+        listening = scenario.auvs.count
     if field.type == pa.int64():
-        return 0, asvs if name in ("in_range_of", "heard_by") else LARGEST_COUNT
+        return 0, listening if name in ("in_range_of", "heard_by") else LARGEST_COUNT
     if name == "time_s" or (name.endswith("_at_s") and name != "arrived_at_s"):
         return 0, scenario.duration_s
     if name.endswith("_s") and not name.endswith("_per_s"):  # some arrive after the end
@@ -178,6 +182,9 @@ def _pings(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     pings, rounds = arrow["pings"], arrow["rounds"]
     yield from _numbered(pings, "ping")
     yield from _beyond(pings, "round", len(rounds))
+    sender, other = ("asv", "auv") if scenario.protocol.is_passive else ("auv", "asv")
+    if pings[sender].null_count or pings[other].null_count != len(pings):
+        yield f"has pings of no {sender.upper()}, or of an {other.upper()}"
     if (_whole(pings, "slot") >= _whole(rounds, "colours")[_whole(pings, "round")]).any():
         yield "has slots that its rounds have not"
 
@@ -197,6 +204,10 @@ def _fixes(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     yield from _beyond(fixes, "round", len(arrow["rounds"]))
     delivered = outcome.are("delivered")
     broadcast = delivered | outcome.are("out_of_range")
+    if scenario.protocol.is_passive:
+        if not delivered.all() or any(fixes[name].null_count < len(fixes) for name in BROADCAST):
+            yield "has fixes that AUVs made themselves, and yet have not, or that were broadcast"
+        broadcast = np.zeros(len(fixes), dtype=bool)
     for rows, columns in ((delivered, ARRIVED), (broadcast, BROADCAST)):
         for name in columns:
             if (rows & _nulls(fixes[name])).any():

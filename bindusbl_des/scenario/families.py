@@ -21,7 +21,7 @@ BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
 PLACEMENTS = ("ring", "positions")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
-RANGINGS = ("owtt_sync", "twtt")
+RANGINGS = ("owtt_sync", "twtt", "passive")
 
 
 class Kalman(Settings):

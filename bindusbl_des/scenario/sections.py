@@ -204,7 +204,10 @@ class Protocol(Part):
     downlink: PartChoice = key("sequential", "", "when fixes are broadcast" + SET, PAPER)
     broadcaster: PartChoice = key("rotate", "", "which ASV broadcasts a round's fixes" + SET)
     ranging: PartChoice = key(
-        "owtt_sync", "", "one-way (synchronised clocks) or two-way travel times" + SET
+        "owtt_sync",
+        "",
+        "one-way (synchronised clocks) or two-way travel times of AUVs' pings, or AUVs that fix "
+        "themselves by ASVs' pings (passive; the array and AHRS of usbl are theirs)" + SET,
     )
     positions: Annotated[
         Literal["truth", "last_fix", "carried_forward"], formerly(estimate="last_fix")
@@ -232,6 +235,11 @@ class Protocol(Part):
         "",
         "when a direct reply sets out: as the ping's front arrives, or once it is decoded",
     )
+
+    @property
+    def is_passive(self) -> bool:
+        """Whether ASVs ping and AUVs fix themselves."""
+        return self.ranging == "passive"
 
 
 class Navigation(Part):

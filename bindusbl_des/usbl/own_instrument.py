@@ -1,5 +1,6 @@
 """Instruments that somebody has written: what they measure of a ping is checked and fused."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -27,6 +28,9 @@ class Sounding:
     numbers of the vessels, `poses` (k, 4) their x, y, z (m) and yaw (rad) as the ping arrives, and
     `travel_times` (k,), s, its way.  If an ASV called for it, `call_time` (s) is how long that call
     was under way, else None.  `random` is a stream of the instrument's own for this AUV.
+
+    With passive ranging it is the one ASV of `asvs` that pinged, at `source`, and the AUV that
+    carries the instrument, with the pose `poses` (1, 4): what it measures is where that ASV is.
     """
 
     time: float
@@ -48,7 +52,9 @@ class Instrument(Protocol):
 
 @dataclass(frozen=True)
 class OwnInstrument:
-    """An instrument of somebody's own, which every ASV carries: each of its answers is checked."""
+    """An instrument of somebody's own, which every ASV carries (with passive ranging every AUV): each
+    of its answers is checked.
+    """
 
     name: str
     measure: Instrument
@@ -105,6 +111,29 @@ def sounding_of(ping: Row, heard: Rows, poses: Array, random: np.random.Generato
         float(ping["call_time_s"]) if called else None,
         random,
     )
+
+
+def mirrored(
+    instrument: OwnInstrument, ping: Row, it: Row, pose: Sequence[float], random: np.random.Generator
+) -> tuple[Array, Array]:
+    """Return a fix (3,), m, of an AUV that hears an ASV's ping, and its covariance (3, 3), m2.
+
+    The AUV, at its `pose` x, y, z (m), yaw (rad), measures where the ASV is; the offset that it has
+    found tells where it is itself (:mod:`.inverted`).
+    """
+    source = np.array([ping["x_m"], ping["y_m"], ping["z_m"]])
+    sounding = Sounding(
+        float(ping["sent_at_s"]),
+        int(it["auv"]),
+        source,
+        np.array([it["asv"]]),
+        np.array([pose]),
+        np.array([it["travel_time_s"]]),
+        None,
+        random,
+    )
+    image, covariance = instrument.fused(sounding)
+    return source + np.array(pose[:3]) - image, covariance
 
 
 def _arrays(answer: Any) -> tuple[NDArray[Any], NDArray[Any]]:

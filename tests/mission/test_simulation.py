@@ -18,7 +18,6 @@ from worlds import scenario, still
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.mission.build import build_world
 from bindusbl_des.mission.world import World
-from bindusbl_des.protocol.tdma import serve
 
 PRINT_HASH = """
 import hashlib, sys
@@ -234,7 +233,6 @@ def test_auvs_that_steer_by_fixes_do_so_whoever_looks(compensation: str) -> None
         env = simpy.Environment()
         mission = steering(compensation)
         world = build_world(env, mission, 3)
-        env.process(serve(world.network))
 
         def look(world: World = world, env: simpy.Environment = env, every: float = every) -> Any:
             while True:

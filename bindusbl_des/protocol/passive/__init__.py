@@ -1,0 +1,1 @@
+"""Passive ranging (piUSBL): ASVs take turns to ping, and every AUV that hears one fixes itself."""

@@ -1,0 +1,175 @@
+"""The HF band with passive ranging: ASVs ping, and AUVs measure what they hear of it."""
+
+from collections.abc import Callable
+from functools import cache, partial
+from heapq import heappop, heappush
+from math import hypot, inf
+from typing import Any
+
+import numpy as np
+
+from ...acoustics.channel import DISC, OwnChannel, Signals
+from ...acoustics.loss import LossTerms
+from ...acoustics.propagation import TOUCH, Band
+from ...acoustics.travel_time import travel_time
+from ...core.streams import NoiseStore, Purpose, Streams
+from ...records.events import IN_FLIGHT
+from ...records.recorder import EventBuffer, Recorder
+from ...records.rows import NONE, Row
+from ...usbl.instrument import NOISE_WIDTH, Usbl
+from ...usbl.measurement import note
+from ...usbl.own_instrument import OwnInstrument, mirrored
+from ...vehicles.fleet import Fleet
+from ...vehicles.motion import Floats, places
+from ..uplink import NO_LOSS
+from .radiation import arrive, radiate
+from .reception import settle
+
+# How far off an ASV believes to be as it pings, in units of its GNSS noise: x, y, z
+ASTRAY = np.dtype(("f8", (3,)))
+
+
+class Beacons:
+    """ASVs that ping, and AUVs that hear them: sound spreads at a finite speed, overlapping arrivals
+    destroy each other.
+
+    A reception is decided (what becomes of it, and the fix that its AUV makes of it) not before it
+    has ended, when all sound that could overlap it is on record; it does not matter how long after.
+    """
+
+    def __init__(
+        self,
+        auvs: Fleet,
+        asvs: Fleet,
+        band: Band,
+        channel: LossTerms | OwnChannel,
+        instrument: Usbl | OwnInstrument,
+        streams: Streams,
+        record: Recorder,
+    ) -> None:
+        """Put a band together; channel and instrument as of :class:`..uplink.Uplink`."""
+        self.band = band
+        self._auvs, self._asvs, self._record = auvs, asvs, record
+        self._channel = channel if isinstance(channel, OwnChannel) else None
+        loss = channel if isinstance(channel, LossTerms) else NO_LOSS
+        self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
+        self._measuring: tuple[Any, ...] = (None, None, None)
+        if isinstance(instrument, Usbl):
+            self._measuring = instrument.array, instrument.metric, instrument.levels
+        self._law = (*loss, *band)
+        self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
+        self._gnss = cache(partial(streams.of, Purpose.BEACON))
+        self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
+        self._astray = EventBuffer(ASTRAY)
+        self._losses: dict[int, Floats] = {}  # of pings, where somebody's own channel says them
+        self._undecided = 0  # receptions before this one are decided
+        self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
+        #: Whom to tell of pings that have just been sent; nobody unless somebody waits for them.
+        self.on_sent: Callable[[range], None] | None = None
+
+    def send(self, round_number: int, slot: int, asv: int, time: float) -> range:
+        """Let an ASV ping now, at `time` (s); return its receptions."""
+        pings, receptions, astray = self._record.pings, self._record.receptions, self._astray
+        ping, first = pings.count, receptions.count
+        self._auvs.reach(time)
+        self._asvs.reach(time)
+        losses = self._asked(ping, time)
+        astray.room_for(1)[ping] = self._gnss(asv).standard_normal(3)
+        receptions.count = radiate(
+            asv, round_number, slot, time, self._auvs.foreseen, pings.room_for(1), ping,
+            receptions.room_for(len(self._auvs)), first, self._record.everything, losses,
+            *self._law, *self._auvs.motion, *self._asvs.motion,
+        )  # fmt: skip
+        pings.count = astray.count = ping + 1
+        rows = range(first, receptions.count)
+        if not self._auvs.foreseen:
+            for row in rows:
+                instant = float(receptions.array[row]["arrived_at_s"])
+                heappush(self._nearly_there, (instant, row))
+        if self.on_sent is not None:
+            self.on_sent(range(ping, ping + 1))
+        return rows
+
+    def _asked(self, ping: int, time: float) -> Floats:
+        """Return how likely signals are lost (AUVs, ASVs): nothing of the disc, it is compiled."""
+        if self._channel is None:
+            return DISC
+        auvs, asvs = (places(it.motion, time)[:, :3] for it in (self._auvs, self._asvs))
+        ranges = np.linalg.norm(auvs[:, None] - asvs, axis=2)
+        signals = Signals(time, auvs, asvs, ranges, self.band.reach, calling=True)
+        losses = self._channel.losses(signals)
+        if not self._auvs.foreseen:
+            self._losses[ping] = losses
+        return losses
+
+    def amend(self, time: float) -> None:
+        """Work out the arrivals that are nearly there by an instant (s), at AUVs that have no sure
+        future: they steer by their fixes, or an outside program moves them.
+        """
+        pings, receptions = self._record.pings, self._record.receptions
+        while self._nearly_there and self._nearly_there[0][0] <= time + TOUCH:
+            row = heappop(self._nearly_there)[1]
+            it = receptions.array[row]
+            ping = pings.array[it["ping"]]
+            place = ping["x_m"], ping["y_m"], ping["z_m"]
+            auv, sent_at = self._auvs.vehicles[it["auv"]], float(ping["sent_at_s"])
+            travel = travel_time(place, auv.at, sent_at, self.band.sound_speed)
+            losses = self._losses.get(int(it["ping"]), DISC)
+            arrive(row, travel, pings.rows, receptions.rows, losses, *self._law)
+
+    def decide(self, time: float) -> None:
+        """Decide all receptions that have ended by an instant (s), and what AUVs measure of them."""
+        self.amend(time)
+        fixes, made = self._record.fixes, self._record.fixes.count
+        if self._undecided < self._record.receptions.count:
+            self._auvs.reach(time)
+            while (dry := self._settle(time)) != NONE:
+                self._refill(dry)
+        for fix in fixes.array[made : fixes.count]:
+            self._record.rounds[fix["round"]].fixes += 1
+            if self._instrument is not None:
+                self._measure(self._instrument, fix)
+
+    def _settle(self, time: float) -> int:
+        """Decide what has ended; return a reception whose pair has no noise left, or NONE."""
+        pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
+        noise = self._noise
+        room = fixes.room_for(receptions.count - self._undecided)
+        fixes.count, self._undecided, dry = settle(
+            time, self._undecided, pings.rows, receptions.rows, self.band.duration,
+            self._astray.rows, room, fixes.count, noise.shelf, noise.taken, noise.blocks,
+            *self._auvs.motion, *self._measuring,
+        )  # fmt: skip
+        return dry
+
+    def _refill(self, row: int) -> None:
+        """Draw noise for all that hear the ping of a reception: settling begins anew each time."""
+        receptions = self._record.receptions.array
+        ping = self._record.pings.array[receptions[row]["ping"]]
+        for it in receptions[max(ping["first"], self._undecided) : ping["end"]]:
+            if it["outcome"] == IN_FLIGHT and self._noise.is_spent(it["auv"], it["asv"]):
+                self._noise.refill(int(it["auv"]), int(it["asv"]))
+
+    def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
+        """Have a ping measured by an instrument of somebody's own."""
+        it = self._record.receptions.array[fix["first"]]
+        ping, auv = self._record.pings.array[it["ping"]], int(it["auv"])
+        pose = self._auvs.vehicles[auv].at(float(it["arrived_at_s"]))
+        estimate, covariance = mirrored(instrument, ping, it, pose, self._instrument_draw(auv))
+        note(fix, ping, estimate, covariance)
+        fix["error_m"] = hypot(estimate[0] - pose.x, estimate[1] - pose.y)
+
+    def outcome_of(self, row: int) -> int:
+        """Return what has become of a ping at an AUV where it has just ended."""
+        it = self._record.receptions.array[row]
+        self.decide(float(it["arrived_at_s"]) + self.band.duration)
+        return int(self._record.receptions.array[row]["outcome"])
+
+    def first_under_way(self, time: float) -> int:
+        """Return the first reception that may not be over by an instant (s), the latest known."""
+        return self._undecided
+
+    def close(self, time: float) -> None:
+        """Decide what has ended by an instant (s), the mission's last; tell when the rest would."""
+        self.decide(time)
+        self.amend(inf)

@@ -1,0 +1,98 @@
+"""The network of a mission with passive ranging: nobody schedules AUVs, and nobody answers them."""
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+from functools import partial
+from itertools import count
+
+import simpy
+
+from ...navigation.navigators import Navigator
+from ...records.events import Round
+from ...records.recorder import Recorder
+from ...vehicles.fleet import Fleet
+from ..deliveries import Deliveries
+from ..happenings import Happenings
+from ..own.steps import moment
+from ..slots import Slots
+from .beacons import Beacons
+
+
+class OwnFixes(Deliveries):
+    """The fixes that AUVs make themselves: each has its own as soon as it has decoded a ping."""
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        auvs: Fleet,
+        navigator: Navigator,
+        record: Recorder,
+        beacons: Beacons,
+    ) -> None:
+        super().__init__(env, auvs, navigator, record)
+        self._receptions, self._beacons = record.receptions, beacons
+
+    def expect(self, receptions: range) -> None:
+        """Let AUVs that steer by their fixes, or are moved meanwhile, have each at its instant.
+
+        The others' are settled later, each with its own instant all the same.
+        """
+        if not self._auvs.foreseen:
+            for row in receptions:
+                self._at(float(self._receptions.array[row]["arrived_at_s"]), self._near, row)
+
+    def _near(self, row: int) -> None:
+        """Wait for the end of a ping that is nearly there."""
+        self._beacons.amend(self._env.now)
+        ends = float(self._receptions.array[row]["arrived_at_s"]) + self._beacons.band.duration
+        self._at(ends, self.settle, ends)
+
+    def _at(self, instant: float, verb: "partial[None]", *arguments: float) -> None:
+        event = self._env.timeout(max(instant - self._env.now, 0.0))
+        event.callbacks.append(lambda _: verb(*arguments))
+
+    def settle(self, time: float) -> None:
+        """Let AUVs have all fixes that they have made by an instant (s)."""
+        self._beacons.decide(time)
+        self.deliver(time)
+
+
+@dataclass
+class PassiveNetwork:
+    """What passive ranging runs on: the slots and the band, and who waits for what happens."""
+
+    env: simpy.Environment
+    slots: Slots
+    asvs: int
+    record: Recorder
+    uplink: Beacons
+    downlink: OwnFixes
+
+    def __post_init__(self) -> None:
+        self.watching = Happenings(
+            self.env, self.record, self.uplink, self.downlink, heard_is_had=True
+        )
+
+    def close(self, time: float) -> None:
+        """Settle what is under way as the mission ends at an instant (s)."""
+        before_the_end = math.nextafter(time, 0.0)
+        self.downlink.settle(before_the_end)
+        self.uplink.close(before_the_end)
+
+
+def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:
+    """Let the ASVs ping one after the other, a slot each, from the mission's start to its end.
+
+    Nobody hears two of them in one slot, wherever the AUVs are: the ASVs need not know.
+    """
+    time = 0.0
+    for number in count():
+        row = Round(number, time, colours=network.asvs, conflicts=0, downlink_s=0.0)
+        network.record.rounds.append(row)
+        for asv in range(network.asvs):
+            network.downlink.expect(network.uplink.send(number, asv, asv, time))
+            time = network.slots.clock.after(time, network.slots.uplink_slot)
+            yield moment(network.env, time)
+            row.uplink_s = time - row.started_at_s
+            network.downlink.settle(time)

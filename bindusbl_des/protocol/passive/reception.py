@@ -1,0 +1,141 @@
+"""What becomes of an ASV's ping at the AUVs in range, and the fixes that they make of it.
+
+Compiled.  Each reception is decided once it has ended: all sound that could overlap it is on record
+by then.
+"""
+
+from math import hypot
+
+import numpy as np
+
+from ...acoustics.propagation import overlap
+from ...core.compiled import compiled, entry
+from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
+from ...records.rows import NONE, Row, Rows
+from ...usbl.instrument import NOISE_WIDTH, Instrument
+from ...usbl.inverted import locate_itself
+from ...usbl.measurement import note
+from ...vehicles.motion import Floats, Ints, Motion, where
+from ..reception import Noise, begin, by_luck
+
+# Factor on the longest way on record after which sound has passed whoever was in range, be his
+# arrival one at which it was nearly there (:mod:`.radiation`); nobody is as fast.
+PASSED = 1.05
+
+
+@entry
+def settle(
+    time: float, first: int, pings: Rows, receptions: Rows, duration: float, astray: Floats,
+    fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
+    auv_table: Floats, auv_first: Ints, auv_step: float,
+    array: Floats | None, metric: Floats, levels: Rows,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Decide all receptions from the row `first` on that have ended by an instant (s), as they did.
+
+    Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
+    of a pair is used up, in place of that its row: the pair must have new noise and the function be
+    called again.  `astray` (pings, 3), m, is how far off each ping's ASV believed to be, in units of
+    the GNSS noise.  Where the `array` is None, an instrument of somebody's own measures later.
+    """
+    noise, auvs = Noise(shelf, taken, blocks), Motion(auv_table, auv_first, auv_step)
+    for row in _ended(receptions, first, time, duration):
+        it = receptions[row]
+        if noise.taken[it.auv, it.asv] == noise.blocks.shape[1]:
+            return fix, first, row
+        drawn = noise.blocks[noise.shelf[it.auv, it.asv], noise.taken[it.auv, it.asv]]
+        noise.taken[it.auv, it.asv] += 1  # whatever comes of it: worlds that differ share it
+        it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, duration)
+        if it.outcome != HEARD:
+            continue
+        ping = pings[it.ping]
+        ping.heard_by += 1
+        _begin_own(fixes[fix], ping, it, row, duration)
+        fixes[fix].fix = fix
+        if array is not None:
+            measuring = drawn[:NOISE_WIDTH].copy()
+            measuring[9:12] = astray[it.ping]  # one error of the ASV for all that hear it
+            instrument = Instrument(array, metric, levels[0])
+            _measure(fixes[fix], ping, it, measuring, auvs, instrument)
+        fix += 1
+    while first < len(receptions) and receptions[first].outcome != IN_FLIGHT:
+        first += 1
+    return fix, first, NONE
+
+
+@compiled
+def _ended(receptions: Rows, first: int, time: float, duration: float) -> Ints:
+    """Return the receptions from `first` on that have ended by an instant (s) and are not decided,
+    in the order in which they did.
+    """
+    rows = np.empty(len(receptions) - first, dtype=np.int64)
+    size = 0
+    for row in range(first, len(receptions)):
+        it = receptions[row]
+        if it.outcome == IN_FLIGHT and it.arrived_at_s + duration <= time:
+            rows[size] = row
+            size += 1
+    ends = np.empty(size)
+    for k in range(size):
+        ends[k] = receptions[rows[k]].arrived_at_s + duration
+    return rows[:size][np.argsort(ends, kind="mergesort")]
+
+
+@compiled
+def _outcome(row: int, luck: float, pings: Rows, receptions: Rows, duration: float) -> int:
+    """Return what becomes of a ping at an AUV, where it is lost by `luck`, a standard normal."""
+    if _overlapped(row, pings, receptions, duration):
+        return COLLIDED
+    return by_luck(receptions[row], luck)
+
+
+@compiled
+def _overlapped(row: int, pings: Rows, receptions: Rows, duration: float) -> bool:
+    """Tell whether another ping overlaps this one at its AUV; touching is no overlap.
+
+    Pings are on record in the order in which they were sent, so the search ends at one that was
+    over before this arrival, or sent after it.
+    """
+    it = receptions[row]
+    lasts = PASSED * pings[it.ping].longest_s + duration
+    for number in range(it.ping - 1, -1, -1):
+        if pings[number].sent_at_s + lasts < it.arrived_at_s:
+            break
+        if _meets(it, receptions[pings[number].first : pings[number].end], duration):
+            return True
+    for number in range(it.ping + 1, len(pings)):
+        if pings[number].sent_at_s > it.arrived_at_s + duration:
+            break
+        if _meets(it, receptions[pings[number].first : pings[number].end], duration):
+            return True
+    return False
+
+
+@compiled
+def _meets(it: Row, others: Rows, duration: float) -> bool:
+    """Tell whether another ping, of these receptions, is at the same AUV while this one lasts."""
+    for other in others:
+        if other.auv == it.auv and other.outcome != OUT_OF_RANGE:
+            return overlap(it.arrived_at_s, other.arrived_at_s, duration)
+    return False
+
+
+@compiled
+def _begin_own(row: Row, ping: Row, it: Row, number: int, duration: float) -> None:
+    """Write the row of a fix that an AUV makes of a reception: it holds as the ping arrives, and the
+    AUV has it as soon as that is decoded.
+    """
+    begin(row, ping, number)
+    row.auv, row.valid_at_s = it.auv, it.arrived_at_s
+    row.arrives_at_s = it.arrived_at_s + duration
+
+
+@compiled
+def _measure(
+    row: Row, ping: Row, it: Row, noise: Floats, auvs: Motion, instrument: Instrument
+) -> None:
+    """Write to the row of its fix what an AUV measures of a ping."""
+    x, y, z, yaw = where(auvs, it.auv, it.arrived_at_s)
+    source, place = np.array((ping.x_m, ping.y_m, ping.z_m)), np.array((x, y, z))
+    estimate, covariance = locate_itself(source, place, yaw, it.travel_time_s, noise, instrument)
+    note(row, ping, estimate, covariance)
+    row.error_m = hypot(estimate[0] - x, estimate[1] - y)
