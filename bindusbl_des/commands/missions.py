@@ -112,11 +112,13 @@ def models(scenario: "Scenario") -> str:
     auvs, asvs, protocol = scenario.auvs, scenario.asvs, scenario.protocol
     rate = protocol.tick_rate_hz
     clock = "exact clock" if rate is None else f"{rate:g} Hz ticks"
+    parts = f"{protocol.schedule} / {protocol.downlink} / {protocol.broadcaster}, "
+    if protocol.is_passive:
+        parts = ""
     return (
         f"{scenario.name}: {counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
         f"{counted(asvs.count, 'ASV')} ({asvs.vehicle}), {scenario.duration_s:g} s, "
-        f"{protocol.schedule} / {protocol.downlink} / {protocol.broadcaster}, "
-        f"{protocol.ranging}, {scenario.navigation.filter}, {clock}"
+        f"{parts}{protocol.ranging}, {scenario.navigation.filter}, {clock}"
     )
 
 

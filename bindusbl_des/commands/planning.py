@@ -83,6 +83,9 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
 def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
     policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
+    if scenario.protocol.is_passive:
+        yield from _passive(rounds)
+        return
     if not rounds.are_known:
         yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
         return
@@ -91,6 +94,14 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield from _frames(scenario, rounds)
     else:
         yield from _groups(rounds)
+
+
+def _passive(rounds: "Rounds") -> Iterator[str]:
+    """Yield the round in which every ASV pings once."""
+    length = rounds.length(rounds.most, 0)
+    yield "passive: the ASVs ping in turn, a slot each; AUVs fix themselves, however many there are."
+    yield f"{'ASVs':>14}{'round s':>12}{'rounds/s':>12}{'fixes/s in range of all':>26}"
+    yield f"{rounds.most:>14}{length:>12.3f}{1 / length:>12.3f}{rounds.most / length:>26.3f}"
 
 
 def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
@@ -142,7 +153,7 @@ def _groups(rounds: "Rounds") -> Iterator[str]:
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
     slots, protocol = rounds.slots, scenario.protocol
-    answered = rounds.policy == "direct_reply"
+    answered = rounds.policy in ("direct_reply", "passive")
     most = 1 if rounds.frame else rounds.auvs
     rows = [
         {"groups": groups, "fixes": fixes, "round_s": rounds.length(groups, fixes),
@@ -154,8 +165,8 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         )
     ]  # fmt: skip
     return {
-        "schedule": protocol.schedule,
-        "downlink": protocol.downlink,
+        "schedule": None if protocol.is_passive else protocol.schedule,
+        "downlink": None if protocol.is_passive else protocol.downlink,
         "ranging": protocol.ranging,
         "tick_rate_hz": protocol.tick_rate_hz,
         "crossing_time_s": slots.crossing_time,

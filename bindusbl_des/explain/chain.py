@@ -42,20 +42,25 @@ class Part:
 class Chain:
     """What became of one ping: the outcome in words, its steps, and where the latency comes from.
 
-    The parts of the latency add up to it, as they are and as they are printed.
+    The parts of the latency add up to it, as they are and as they are printed.  With passive
+    ranging `asv` has pinged, and the chain is that of all AUVs (`auv` None) or of one.
     """
 
     ping: int
-    auv: str
+    auv: str | None
     fix: int | None
     outcome: str
     told: str
     steps: tuple[Step, ...]
     parts: tuple[Part, ...] = ()
+    asv: str | None = None
 
     def text(self) -> str:
         """Return the chain for a terminal."""
-        head = textwrap.wrap(f"Ping {self.ping} of {self.auv}: {self.told}.", WIDEST)
+        whose = self.auv
+        if self.asv is not None:
+            whose = f"{self.asv} at {self.auv}" if self.auv else self.asv
+        head = textwrap.wrap(f"Ping {self.ping} of {whose}: {self.told}.", WIDEST)
         return "\n".join([*head, *(step.text() for step in self.steps), *self._latency()])
 
     def _latency(self) -> Iterator[str]:

@@ -1,10 +1,14 @@
-"""The way up: why an AUV pings when it does, and what each ASV makes of its ping."""
+"""The way up: why an AUV pings when it does, and what each ASV makes of its ping.
+
+With passive ranging it is the way down: an ASV pings, and AUVs make something of it (:mod:`.itself`).
+"""
 
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from ..acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from ..acoustics.channel import contention_of
+from ..acoustics.loss import COMBINERS, LOSS_LAWS, range_loss
 from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
@@ -123,24 +127,41 @@ def _in_range(result: "Result", ping: int) -> set[str]:
 
 
 def receptions(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield what each ASV makes of a ping, and by which rule; nothing of one that was not sent."""
+    """Yield what each ASV makes of a ping, and by which rule; nothing of one that was not sent.
+
+    With passive ranging it is each AUV that hears the ping of an ASV.
+    """
     if not is_sent(ping):
         return
     hf = result.scenario.acoustics.hf
     met = rows_where(result.tables["receptions"], ping=ping.ping).sort_values("arrived_at_s")
     for reception in met.itertuples():
-        what, why = _decided(result, reception, ping.z_m)
+        depth = ping.z_m
+        if is_passive(result):
+            depth = place(result, str(reception.auv), float(reception.arrived_at_s))[2]
+        what, why = _decided(result, reception, depth)
         way = f"{reception.slant_range_m:.1f} m, {1e3 * reception.travel_time_s:.1f} ms"
         probability = _loss(result, reception)[0]
         facts = {
             "outcome": reception.outcome,
             "slant_range_m": reception.slant_range_m,
             "travel_time_s": reception.travel_time_s,
-            "range_m": _counted_range(result, reception, ping.z_m),
+            "range_m": _counted_range(result, reception, depth),
             "limit_m": None if is_plugin(hf.channel) else hf.range_m,
             "loss_probability": None if reception.outcome == "out_of_range" else probability,
         }
-        yield Step(reception.arrived_at_s, reception.asv, f"{what} ({way})", why, facts)
+        who = getattr(reception, hearer(result))
+        yield Step(reception.arrived_at_s, who, f"{what} ({way})", why, facts)
+
+
+def is_passive(result: "Result") -> bool:
+    """Tell whether ASVs pinged, and AUVs fixed themselves."""
+    return result.scenario.protocol.is_passive
+
+
+def hearer(result: "Result") -> str:
+    """Return the column of `receptions` that names who hears a ping."""
+    return "auv" if is_passive(result) else "asv"
 
 
 def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
@@ -186,9 +207,8 @@ def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
     channel, slant_range = result.scenario.acoustics.hf.channel, float(reception.slant_range_m)
     if is_plugin(channel):
         return None, "the chance is the plug-in's (not recorded)"
-    loss, auvs = result.scenario.acoustics.loss, result.scenario.auvs.count
+    loss, contention = result.scenario.acoustics.loss, contention_of(result.scenario)
     raw = range_loss(slant_range, LOSS_LAWS[loss.law])
-    contention = contention_loss(auvs, loss.contention_per_auv)
     probability = COMBINERS[loss.combine](raw, contention, loss.cap)
     if loss.combine == "off":
         return probability, f"loss probability {probability:.3f} by range law '{loss.law}'"
@@ -199,12 +219,15 @@ def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
 
 
 def _overlapping(result: "Result", reception: Any) -> str:
-    """Name the pings and calls that overlap a ping at its ASV, and by how much."""
-    duration = result.scenario.acoustics.hf.ping_s
-    met = rows_where(result.tables["receptions"], asv=reception.asv)
+    """Name the pings and calls that overlap a ping where it is heard, and by how much."""
+    duration, here = result.scenario.acoustics.hf.ping_s, hearer(result)
+    met = rows_where(result.tables["receptions"], **{here: getattr(reception, here)})
+    sender = "asv" if here == "auv" else "auv"
     gap = (met.arrived_at_s - reception.arrived_at_s).abs()
     others = met[(met.ping != reception.ping) & (met.outcome != "out_of_range") & (gap < duration)]
-    sounds = [(f"ping {it.ping} of {it.auv}", it.arrived_at_s) for it in others.itertuples()]
+    sounds = [
+        (f"ping {it.ping} of {getattr(it, sender)}", it.arrived_at_s) for it in others.itertuples()
+    ]
     sounds += _calls_beside(result, reception)
     told = [
         f"{what} at {time:.4f} s (overlap "

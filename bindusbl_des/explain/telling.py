@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 from .chain import Chain, Part, Step
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency
-from .hearing import is_sent, receptions, sending, why_unanswered
+from .hearing import is_passive, is_sent, receptions, sending, why_unanswered
+from .itself import own_chain, shared_chain
 from .numbers import out_of_range, row_of, rows_where
 
 if TYPE_CHECKING:
@@ -32,12 +33,17 @@ def explain_fix(result: "Result", number: int) -> str:
 
 def chain_of_fix(result: "Result", number: int) -> Chain:
     """Return the causal chain of the ping that a fix belongs to; errors as `explain_fix`."""
-    return chain_of_ping(result, int(row_of(result, "fixes", "fix", number).ping))
+    fix = row_of(result, "fixes", "fix", number)
+    if is_passive(result):
+        return own_chain(result, fix)
+    return chain_of_ping(result, int(fix.ping))
 
 
 def chain_of_ping(result: "Result", number: int) -> Chain:
     """Return the causal chain of one ping; errors as `explain_ping`."""
     ping = row_of(result, "pings", "ping", number)
+    if is_passive(result):
+        return shared_chain(result, ping)
     steps = [*sending(result, ping), *receptions(result, ping)]
     found = rows_where(result.tables["fixes"], ping=number)
     if not len(found):

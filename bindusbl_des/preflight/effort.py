@@ -184,8 +184,28 @@ def effort(scenario: Scenario) -> Effort:
     return Effort(counts, seconds, held)
 
 
+def _passive(scenario: Scenario) -> dict[str, float]:
+    """Return what :func:`_protocol` does where ASVs ping, and AUVs fix themselves."""
+    auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(scenario)
+    heard, number = float(_heard(scenario).mean()), scenario.duration_s / rounds.period(asvs, 0)
+    pings = number * asvs
+    return {
+        "rounds": math.ceil(number),
+        "pings": pings,
+        "ways": pings * auvs,
+        "receptions": pings * (auvs if scenario.record.detail == "full" else heard),
+        "fixes": pings * heard,
+        "edges": 0.0,
+        "choices": 0.0,
+        "pairs": float(auvs * asvs),
+        "noises": min(auvs * asvs, NEW_PAIRS * heard * asvs),
+    }
+
+
 def _protocol(scenario: Scenario) -> dict[str, float]:
     """Return how many rounds, pings, receptions and fixes there will be, and edges of graphs."""
+    if scenario.protocol.is_passive:
+        return _passive(scenario)
     auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(scenario)
     heard = _heard(scenario)
     crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one

@@ -66,7 +66,7 @@ RULES = (
     ),
     Idle(
         {"protocol.ranging": ("passive",)},
-        ("acoustics.loss.contention_per_auv",),
+        ("acoustics.loss.contention_per_auv", "acoustics.loss.combine"),
         "no AUV pings, so none contends",
     ),
     Idle(

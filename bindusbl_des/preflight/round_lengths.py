@@ -36,9 +36,14 @@ def direct_reply(slots: Slots, groups: int, fixes: int = 0) -> float:
     return end
 
 
+def passive(slots: Slots, groups: int, fixes: int = 0) -> float:
+    """Return the length (s) of a round in which so many ASVs ping, one in each slot."""
+    return direct_reply(slots, groups)
+
+
 LENGTHS: Mapping[str, Callable[[Slots, int, int], float]] = {
     policy.__name__: policy
-    for policy in (sequential, pipelined_round, pipelined_group, direct_reply)
+    for policy in (sequential, pipelined_round, pipelined_group, direct_reply, passive)
 }
 
 
@@ -48,7 +53,8 @@ class Rounds:
 
     They have `fewest` to `most` groups, together of `auvs` AUVs.  A schedule with frames (`frame`
     in s, else 0) begins each round with a frame.  How long those of a policy of one's own last,
-    only it knows; where a number is needed, they are taken for sequential ones.
+    only it knows; where a number is needed, they are taken for sequential ones.  Passive ranging,
+    which has no downlink, is a policy of its own whose groups are of one ASV each.
     """
 
     slots: Slots
@@ -76,6 +82,8 @@ def rounds_of(scenario: Scenario) -> Rounds:
     """Return the rounds of a scenario's protocol; a plug-in not loaded yet has no frames."""
     protocol, count = scenario.protocol, scenario.auvs.count
     slots = slots_of(scenario)
+    if protocol.is_passive:
+        return Rounds(slots, "passive", scenario.asvs.count, scenario.asvs.count, count, 0.0)
     if is_framed(protocol.schedule):
         return Rounds(slots, protocol.downlink, 1, 1, 1, protocol.frame_s)
     fewest = count if protocol.schedule == "one_per_slot" else 1

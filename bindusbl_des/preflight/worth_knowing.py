@@ -159,7 +159,7 @@ def _more(found: dict[int, object] | dict[int, float] | dict[int, tuple[float, f
 
 def _frames(scenario: Scenario) -> Iterator[Problem]:
     protocol = scenario.protocol
-    if protocol.schedule not in FRAMED_SCHEDULES:
+    if protocol.schedule not in FRAMED_SCHEDULES or protocol.is_passive:
         return
     from .round_lengths import rounds_of  # brings the whole protocol, which others do not need
 

@@ -1,0 +1,105 @@
+"""The chain of an ASV's ping, by which AUVs fix themselves (ranging passive)."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from ..core.wording import counted
+from ..results.round_timeline import uplink_slots
+from .chain import Chain, Part, Step
+from .correcting import arriving
+from .hearing import receptions
+from .numbers import out_of_range, row_of, rows_where
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+# What is told of a ping that no AUV has decoded, by the first of these that one of them had.
+FATES = {
+    "in_flight": "the mission ends while it is under way",
+    "lost": "lost by chance",
+    "collided": "overlapped by another ping",
+}
+
+
+def own_chain(result: "Result", fix: Any) -> Chain:
+    """Return the chain of a fix that an AUV made itself: the ping, its own hearing, its estimate."""
+    ping = row_of(result, "pings", "ping", int(fix.ping))
+    heard = [step for step in receptions(result, ping) if step.who == fix.auv]
+    steps = [*_sending(result, ping), *heard, _fixing(fix), arriving(result, fix)]
+    parts = (
+        Part("way down: the ping's front reaches the AUV", fix.valid_at_s - fix.pinged_at_s),
+        Part("the ping's own length, until it is decoded", fix.delivered_at_s - fix.valid_at_s),
+    )
+    told = f"fix {fix.fix}, the AUV's own, {fix.latency_s:.4f} s after the ping"
+    return Chain(
+        int(fix.ping), fix.auv, fix.fix, fix.outcome, told, _in_order(steps), parts, ping.asv
+    )
+
+
+def shared_chain(result: "Result", ping: Any) -> Chain:
+    """Return the chain of an ASV's ping: what each AUV makes of it."""
+    steps = [*_sending(result, ping), *receptions(result, ping)]
+    fixes = rows_where(result.tables["fixes"], ping=ping.ping)
+    for number in fixes.fix:
+        fix = row_of(result, "fixes", "fix", number)
+        steps += [_fixing(fix), arriving(result, fix)]
+    outcome, told = _shared(result, ping, fixes)
+    return Chain(ping.ping, None, None, outcome, told, _in_order(steps), (), ping.asv)
+
+
+def _in_order(steps: list[Step]) -> tuple[Step, ...]:
+    return tuple(sorted(steps, key=lambda step: step.time_s))
+
+
+def _sending(result: "Result", ping: Any) -> Iterator[Step]:
+    """Yield the round and the ping."""
+    row = row_of(result, "rounds", "round", ping["round"])
+    yield Step(
+        row.started_at_s,
+        f"Round {ping['round']}",
+        f"begins: {counted(row.colours, 'ASV')} in turn (passive)",
+        facts={"round": ping["round"], "colours": row.colours},
+    )
+    slot = uplink_slots(result, ping["round"])[ping.slot]
+    yield Step(
+        ping.sent_at_s,
+        ping.asv,
+        f"pings at x {ping.x_m:.1f}, y {ping.y_m:.1f} m",
+        f"slot {ping.slot} is its own, from {slot.start:.4f} to {slot.end:.4f} s, with room for the "
+        "longest way to anybody in range",
+        {
+            "slot": ping.slot, "slot_started_at_s": slot.start, "slot_ended_at_s": slot.end,
+            "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m,
+        },
+    )  # fmt: skip
+
+
+def _fixing(fix: Any) -> Step:
+    """Return the step at which an AUV makes a fix of what it has heard."""
+    return Step(
+        fix.delivered_at_s,
+        f"Fix {fix.fix}",
+        f"is made by {fix.auv} itself, of where it was as the ping arrived: x {fix.x_m:.2f} +- "
+        f"{fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- {fix.sd_y_m:.2f} m",
+        f"the offset by its own array, AHRS and clock, taken from where {fix.asvs} was; "
+        f"{fix.error_m:.2f} m off the truth",
+        {"fix": fix.fix, "asvs": [fix.asvs], "x_m": fix.x_m, "y_m": fix.y_m,
+         "error_m": fix.error_m},
+    )  # fmt: skip
+
+
+def _shared(result: "Result", ping: Any, fixes: Any) -> tuple[str, str]:
+    """Return what became of a ping, as a word and in words."""
+    count = result.scenario.auvs.count
+    if len(fixes):
+        verb = "fixes itself" if len(fixes) == 1 else "fix themselves"
+        number = f"fix{'es' * (len(fixes) > 1)} {', '.join(map(str, fixes.fix))}"
+        return "delivered", f"{', '.join(fixes.auv)} {verb} by it ({number})"
+    outcomes = set(rows_where(result.tables["receptions"], ping=ping.ping).outcome)
+    for outcome, told in FATES.items():
+        if outcome in outcomes:
+            return outcome, f"no fix: {told} at every AUV in range" if outcome != "in_flight" else (
+                f"no fix: {told}"
+            )
+    beyond = out_of_range(result.scenario.acoustics.hf)
+    return "out_of_range", f"no fix: {'the AUV is' if count == 1 else 'every AUV is'} {beyond}"
