@@ -88,9 +88,7 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
         _gains(scenario, min(row["fix_benefit_m"] for row in auvs) < 0, needless),
         *_formations(scenario, needless),
         *_ranges(scenario, auvs, needless),
-        _others(scenario, "downlink", DOWNLINKS),
-        _schedules(scenario, needless),
-        _broadcasters(scenario, needless),
+        *_protocols(scenario, needless),
     ]
     mixed = [it for row in zip_longest(*kinds) for it in row if it is not None]
     return [it for it in mixed if changed(scenario, it.settings) is not None], needless
@@ -121,6 +119,17 @@ def _gains(scenario: Scenario, harmful: bool, needless: list[str]) -> Iterator[C
         if abs(gain - now) > 0.1 * now:
             words = f"a gain of {gain:g} instead of {now:g}"
             yield Change(GAIN, words, {"navigation.gain": gain})
+
+
+def _protocols(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]]:
+    if scenario.protocol.is_passive:
+        needless.append("another schedule, downlink or broadcaster (AUVs fix themselves)")
+        return []
+    return [
+        _others(scenario, "downlink", DOWNLINKS),
+        _schedules(scenario, needless),
+        _broadcasters(scenario, needless),
+    ]
 
 
 def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
@@ -154,8 +163,12 @@ def _ranges(
     found = []
     if heard and scenario.asvs.count == 1:
         needless.append("a longer HF range (every ping was within it)")
+    elif scenario.protocol.is_passive:
+        return [_longer(scenario, hf=hf)]
     else:
         found += [_longer(scenario, hf=hf), _longer(scenario, hf=hf, mf=mf)]
+    if scenario.protocol.is_passive:
+        return []
     if reached:
         needless.append("a longer MF range alone (no fix was broadcast beyond it)")
     else:

@@ -150,18 +150,13 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
             "limit_m": None if is_plugin(hf.channel) else hf.range_m,
             "loss_probability": None if reception.outcome == "out_of_range" else probability,
         }
-        who = getattr(reception, hearer(result))
+        who = getattr(reception, result.scenario.protocol.listening)
         yield Step(reception.arrived_at_s, who, f"{what} ({way})", why, facts)
 
 
 def is_passive(result: "Result") -> bool:
     """Tell whether ASVs pinged, and AUVs fixed themselves."""
     return result.scenario.protocol.is_passive
-
-
-def hearer(result: "Result") -> str:
-    """Return the column of `receptions` that names who hears a ping."""
-    return "auv" if is_passive(result) else "asv"
 
 
 def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
@@ -220,13 +215,14 @@ def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
 
 def _overlapping(result: "Result", reception: Any) -> str:
     """Name the pings and calls that overlap a ping where it is heard, and by how much."""
-    duration, here = result.scenario.acoustics.hf.ping_s, hearer(result)
+    duration, protocol = result.scenario.acoustics.hf.ping_s, result.scenario.protocol
+    here = protocol.listening
     met = rows_where(result.tables["receptions"], **{here: getattr(reception, here)})
-    sender = "asv" if here == "auv" else "auv"
     gap = (met.arrived_at_s - reception.arrived_at_s).abs()
     others = met[(met.ping != reception.ping) & (met.outcome != "out_of_range") & (gap < duration)]
     sounds = [
-        (f"ping {it.ping} of {getattr(it, sender)}", it.arrived_at_s) for it in others.itertuples()
+        (f"ping {it.ping} of {getattr(it, protocol.pinging)}", it.arrived_at_s)
+        for it in others.itertuples()
     ]
     sounds += _calls_beside(result, reception)
     told = [

@@ -53,9 +53,14 @@ def _metrics(result: "Result", table: str) -> Messages:
 
 
 def topic(table: str, row: dict[str, Any]) -> str:
-    """Return the topic of a row: `/AUV0/fixes`, `/ASV1/broadcasts`, `/rounds`."""
+    """Return the topic of a row: `/AUV0/fixes`, `/ASV1/broadcasts`, `/rounds`.
+
+    Pings of ASVs (passive) are on theirs.
+    """
     vehicle = VEHICLE.get(table)
-    return f"/{row[vehicle]}/{table}" if vehicle else f"/{table}"
+    if vehicle is None:
+        return f"/{table}"
+    return f"/{row[vehicle] or row['asv']}/{table}"
 
 
 def json_schema(table: str) -> dict[str, Any]:

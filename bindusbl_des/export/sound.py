@@ -32,8 +32,8 @@ def sound_streams(result: "Result") -> Iterator[Messages]:
 
 
 def _pings(result: "Result") -> Messages:
-    """Yield each ping as it is sent: a dot, and a ray to every ASV in range by its outcome."""
-    where = _asvs(result)
+    """Yield each ping as it is sent: a dot, and a ray to whoever is in range by its outcome."""
+    where, protocol = _vehicles(result), result.scenario.protocol
     arrivals: dict[int, list[dict[str, Any]]] = defaultdict(list)
     for row in result.arrow["receptions"].to_pylist():
         if row["outcome"] in OUTCOMES and row["arrived_at_s"] is not None:
@@ -42,7 +42,7 @@ def _pings(result: "Result") -> Messages:
     for row in sorted(result.arrow["pings"].to_pylist(), key=itemgetter("sent_at_s")):
         at_s, source = row["sent_at_s"], [row["x_m"], row["y_m"], row["z_m"]]
         heard = arrivals[row["ping"]]
-        ends = [where(arrival["asv"], at_s) for arrival in heard]
+        ends = [where(arrival[protocol.listening], at_s) for arrival in heard]
         codes = [colour(OUTCOMES[arrival["outcome"]]) for arrival in heard]
         dot = SpherePrimitive(
             pose=upright(source),
@@ -50,7 +50,7 @@ def _pings(result: "Result") -> Messages:
             color=colour(OUTCOMES["heard"] if row["heard_by"] else UNHEARD),
         )
         drawn = {"spheres": [dot], "lines": [rays(source, ends, codes)] if ends else []}
-        yield _shown(at_s, "/scene/pings", row["auv"], MAP, PING_LASTS, drawn)
+        yield _shown(at_s, "/scene/pings", row[protocol.pinging], MAP, PING_LASTS, drawn)
 
 
 def _broadcasts(result: "Result") -> Messages:
@@ -86,12 +86,12 @@ def _shown(
     return Message(at_s, topic, update(entity))
 
 
-def _asvs(result: "Result") -> Any:
-    """Return a function that says where an ASV is at an instant, between two rows of `tracks`."""
+def _vehicles(result: "Result") -> Any:
+    """Return a function that says where a vehicle is at an instant, between two rows of `tracks`."""
     tracks = result.tables["tracks"]
     lines = {
         str(name): track[["time_s", "x_m", "y_m", "z_m"]].to_numpy().T
-        for name, track in tracks[tracks.vehicle.str.startswith("ASV")].groupby("vehicle")
+        for name, track in tracks.groupby("vehicle")
     }
 
     def where(name: str, at_s: float) -> list[float]:

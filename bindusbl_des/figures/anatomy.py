@@ -1,4 +1,7 @@
-"""The anatomy of one round: every ping's way up, the broadcast's way down, and the guards."""
+"""The anatomy of one round: every ping's way up, the broadcast's way down, and the guards.
+
+With passive ranging every ping's way down.
+"""
 
 from typing import TYPE_CHECKING, Any
 
@@ -58,33 +61,34 @@ def anatomy(result: "Result", width: float, number: int | None = None) -> Figure
 
 
 def busiest(result: "Result") -> int:
-    """Return the first of the rounds that broadcast most fixes."""
+    """Return the first of the rounds that brought most fixes."""
     return int(result.tables["rounds"].fixes.to_numpy().argmax())
 
 
 def _draw_ways(axes: Axes, result: "Result", number: int, place: dict[str, int]) -> None:
     """Draw pings and frames as bars as long as they last, and the ways between as slanted lines."""
-    duration = result.scenario.acoustics.hf.ping_s
+    duration, protocol = result.scenario.acoustics.hf.ping_s, result.scenario.protocol
+    up, down = protocol.pinging, protocol.listening
     pings: Any = pings_sent(result)
     receptions = result.tables["receptions"]
-    pings = pings[(pings["round"] == number) & pings.auv.isin(place)]
+    pings = pings[(pings["round"] == number) & pings[up].isin(place)]
     sent = dict(zip(pings.ping, pings.sent_at_s, strict=True))
-    for ping in pings.itertuples():
-        _bar(axes, Span(ping.sent_at_s, ping.sent_at_s + duration), place[ping.auv],
-             colour_of(ping.auv))  # fmt: skip
-    arrivals = receptions[receptions.ping.isin(sent) & receptions.asv.isin(place)]
+    for at, who in zip(pings.sent_at_s, pings[up], strict=True):
+        _bar(axes, Span(at, at + duration), place[who], colour_of(who))
+    arrivals = receptions[receptions.ping.isin(sent) & receptions[down].isin(place)]
     for outcome, (colour, style, thickness) in WAYS.items():
         met: Any = arrivals[arrivals.outcome == outcome]
         ways = [
-            [(sent[m.ping], place[m.auv]), (m.arrived_at_s, place[m.asv])] for m in met.itertuples()
+            [(sent[m.ping], place[getattr(m, up)]), (m.arrived_at_s, place[getattr(m, down)])]
+            for m in met.itertuples()
         ]
-        colours = [colour or colour_of(auv) for auv in met.auv]
+        colours = [colour or colour_of(who) for who in met[up]]
         axes.add_collection(
             LineCollection(ways, colors=colours, ls=style, lw=thickness, label=outcome)
         )
         for m in met.itertuples() if outcome in ("heard", "collided") else ():
             heard = Span(m.arrived_at_s, m.arrived_at_s + duration)
-            _bar(axes, heard, place[m.asv], colour or colour_of(m.auv))
+            _bar(axes, heard, place[getattr(m, down)], colour or colour_of(getattr(m, up)))
     _draw_frames(axes, result, number, place)
 
 
@@ -160,7 +164,7 @@ def _bracket(axes: Axes, span: Span, y: float, text: str) -> None:
 
 def _handles() -> list[Artist]:
     names_of = {
-        "heard": "ping heard (AUV's colour)", "collided": "collided", "lost": "lost",
+        "heard": "ping heard (its sender's colour)", "collided": "collided", "lost": "lost",
         "out_of_range": "beyond HF range",
     }  # fmt: skip
     handles: list[Artist] = [

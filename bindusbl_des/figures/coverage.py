@@ -29,9 +29,12 @@ MOST_ASVS = 50
 
 
 def coverage(result: "Result", width: float) -> Figure:
-    """Draw the coverage of a mission's survey and, where recorded, the pings nobody could hear."""
+    """Draw the coverage of a mission's survey and, where recorded, the pings nobody could hear.
+
+    With passive ranging pings are of ASVs: where nobody hears them tells nothing of the coverage.
+    """
     unheard = None
-    if "pings" in result.arrow:
+    if "pings" in result.arrow and not result.scenario.protocol.is_passive:
         pings = result.tables["pings"]
         unheard = pings.loc[pings.in_range_of == 0, ["x_m", "y_m"]].to_numpy(float)
     return coverage_figure(result.scenario, width, unheard, _stations(result))

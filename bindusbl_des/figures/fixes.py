@@ -30,10 +30,12 @@ def fixes(result: "Result", width: float) -> Figure:
     draw_fixes(axes, result)
     axes.set_title(shortened(f"{result.scenario.name}, seed {result.seed}", figure, 0.8))
     handles: list[Artist] = []
-    sent = result.tables["pings"].groupby("auv").size()
+    pings = result.tables["pings"]
+    sent = pings.groupby("auv").size()
     for name in names("AUV", result.scenario.auvs.count)[:LARGEST_LEGEND]:
         got = len(deliveries(result, name))
-        label = f"{name}: {got} of {sent.get(name, 0)} pings"
+        own = len(pings) if result.scenario.protocol.is_passive else sent.get(name, 0)
+        label = f"{name}: {got} of {own} pings"
         handles.append(Line2D([], [], color=colour_of(name), label=label))
     legend_below(figure, handles)
     return figure

@@ -28,7 +28,7 @@ ROW, TALLEST = 0.24, 7.5
 # Type (pt) of what stands in slots and frames
 OWNER_SIZE = 5.5
 
-# outcome: marker, colour of the mark (None: the AUV's), meaning
+# outcome: marker, colour of the mark (None: the sender's), meaning
 MARKS: tuple[tuple[str, str, str | None, str], ...] = (
     ("heard", "|", None, "ping sent, or heard"),
     ("lost", "o", "#777777", "ping lost"),
@@ -86,11 +86,11 @@ def _draw_bands(axes: Axes, result: "Result", numbers: range) -> tuple[float, fl
 
 
 def _name_owners(axes: Axes, result: "Result", number: int) -> None:
-    """Write the numbers of the pinging AUVs into their slots, and of the ASV into its frame."""
+    """Write the numbers of who pings into their slots, and of the ASV into its frame."""
     pings = result.tables["pings"]
-    own = pings[pings["round"] == number]
+    own, who = pings[pings["round"] == number], result.scenario.protocol.pinging
     for slot, span in enumerate(uplink_slots(result, number)):
-        group = [str(auv)[3:] for auv in own.auv[own.slot == slot]]
+        group = [str(name)[3:] for name in own[who][own.slot == slot]]
         text = " ".join(group) if len(group) <= 4 else f"{len(group)} AUVs"
         _name_owner(axes, span, 0, text)
     for frame in broadcasts_of(result, number).itertuples():
@@ -109,21 +109,22 @@ def _draw_pings(
     axes: Axes, result: "Result", numbers: tuple[int, int], place: dict[str, int]
 ) -> None:
     pings, receptions = pings_sent(result), result.tables["receptions"]
+    up, down = result.scenario.protocol.pinging, result.scenario.protocol.listening
     pings = pings[pings["round"].between(*numbers)]
     axes.scatter(
-        pings.sent_at_s, pings.auv.map(place), c=pings.auv.map(colour_of), marker="|", s=50,
+        pings.sent_at_s, pings[up].map(place), c=pings[up].map(colour_of), marker="|", s=50,
         lw=1.4, label="sent",
     )  # fmt: skip
     receptions = receptions[receptions.ping.isin(pings.ping)]
     for outcome, marker, colour, _ in MARKS:
         met = receptions[receptions.outcome == outcome]
-        colours = met.auv.map(colour_of) if colour is None else [colour] * len(met)
+        colours = met[up].map(colour_of) if colour is None else [colour] * len(met)
         looks: dict[str, Any] = {"s": 50 if marker == "|" else 26, "lw": 1.2, "label": outcome}
         if marker == "o":
             looks |= {"facecolors": "none", "edgecolors": colours}
         else:
             looks |= {"c": colours}
-        axes.scatter(met.arrived_at_s, met.asv.map(place), marker=marker, zorder=3, **looks)
+        axes.scatter(met.arrived_at_s, met[down].map(place), marker=marker, zorder=3, **looks)
 
 
 def _draw_fixes(
@@ -152,7 +153,7 @@ def _boxes(axes: Axes, boxes: Boxes, **looks: Any) -> None:
 
 def _handles() -> list[Artist]:
     handles: list[Artist] = [
-        Patch(fc="#dfe5ea", ec=HF, lw=0.5, label="HF slot (AUVs)"),
+        Patch(fc="#dfe5ea", ec=HF, lw=0.5, label="HF slot (who pings)"),
         Patch(fc=MF, label="MF frame (ASV: fixes)"),
         Patch(fc="#fbefd0", label="rest of MF slot"),
     ]

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..results.arrow import numpy_columns
+from .chances import chances, depth_at
 
 if TYPE_CHECKING:
     from ..results.effects import Advice
@@ -49,6 +50,9 @@ class Recording:
     OWN.  Events are columns by their names in the tables, vehicles by number (-1: none).  `fate`
     says what became of each ping, `nearest` how far (m) its nearest ASV was, as the HF range counts
     it, `metrics` what came of it all.
+
+    With passive ranging each AUV has a row of `pings` for each ping of an ASV, its own chance to be
+    fixed (:mod:`.chances`); `receptions` count these rows.
     """
 
     scenario: "Scenario"
@@ -100,19 +104,24 @@ def recording(result: "Result") -> Recording:
         return column.reshape(vehicles, -1)
 
     pings, receptions = _events(result, "pings"), _events(result, "receptions")
-    fixes = _events(result, "fixes")
+    fixes, times = _events(result, "fixes"), track("time_s")[0]
+    truth = {name: track(name) for name in TRUTH}
+    of, depth = fixes["ping"], pings["z_m"]
+    if scenario.protocol.is_passive:
+        of, pings, receptions = chances(scenario.auvs.count, fixes, pings, receptions)
+        depth = depth_at(times, truth["z_m"], receptions)
     return Recording(
         scenario=scenario,
-        times=track("time_s")[0],
-        truth={name: track(name) for name in TRUTH},
+        times=times,
+        truth=truth,
         own={name: track(name)[: scenario.auvs.count] for name in OWN},
         pings=pings,
         receptions=receptions,
         fixes=fixes,
         broadcasts=_events(result, "broadcasts"),
         rounds=_events(result, "rounds"),
-        fate=_fates(pings, receptions, fixes),
-        nearest=_nearest(scenario, pings, receptions),
+        fate=_fates(len(pings["ping"]), receptions, fixes, of),
+        nearest=_nearest(scenario, depth, receptions),
         metrics=metrics_of(result),
     )
 
@@ -127,22 +136,28 @@ def _events(result: "Result", name: str) -> Columns:
     return columns
 
 
-def _fates(pings: Columns, receptions: Columns, fixes: Columns) -> Whole:
-    """Return what became of each ping; what happened later in its life counts."""
-    fate = np.full(len(pings["ping"]), OUT_OF_HF, dtype=np.int64)
+def _fates(pings: int, receptions: Columns, fixes: Columns, of: Whole) -> Whole:
+    """Return what became of each of so many pings; what happened later in its life counts.
+
+    `of` are the rows of the pings that fixes are made of.
+    """
+    fate = np.full(pings, OUT_OF_HF, dtype=np.int64)
     for outcome, code in (("in_flight", IN_FLIGHT), ("lost", LOST), ("collided", COLLIDED)):
         fate[receptions["ping"][receptions["outcome"] == outcome]] = code
     codes = {"in_flight": IN_FLIGHT, "out_of_range": OUT_OF_MF, "delivered": DELIVERED}
     for outcome, code in codes.items():
-        fate[fixes["ping"][fixes["outcome"] == outcome]] = code
+        fate[of[fixes["outcome"] == outcome]] = code
     return fate
 
 
-def _nearest(scenario: "Scenario", pings: Columns, receptions: Columns) -> Floats:
-    """Return each ping's distance (m) to its nearest ASV, slant or horizontal as for the range."""
+def _nearest(scenario: "Scenario", depth: Floats, receptions: Columns) -> Floats:
+    """Return each ping's distance (m) to its nearest ASV, slant or horizontal as for the range.
+
+    `depth` (pings,), m, is that of the AUV.
+    """
     away = receptions["slant_range_m"].astype(np.float64)
     if scenario.acoustics.hf.range_metric == "horizontal":  # ASVs float at the surface
-        away = np.sqrt(np.maximum(away**2 - pings["z_m"][receptions["ping"]] ** 2, 0.0))
-    nearest = np.full(len(pings["ping"]), np.inf)
+        away = np.sqrt(np.maximum(away**2 - depth[receptions["ping"]] ** 2, 0.0))
+    nearest = np.full(len(depth), np.inf)
     np.minimum.at(nearest, receptions["ping"], away)
     return nearest

@@ -39,6 +39,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "mf": {"range": acoustics.mf.range_m},
         "soundSpeed": scenario.environment.sound_speed_m_per_s,
         "pingLength": acoustics.hf.ping_s,
+        "passive": scenario.protocol.is_passive,
         "round": float(np.median(np.diff(mission.rounds["started_at_s"])))
         if len(mission.rounds["round"]) > 1
         else scenario.duration_s,
@@ -131,6 +132,7 @@ def _kept_pings(mission: Recording) -> NDArray[np.bool_]:
 
 
 def _pings(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[str, Any]:
+    """Pack the pings that are kept; with passive ranging a row for each AUV, with the ASV's name."""
     pings = mission.pings
     return {
         "id": packer.add(pings["ping"][kept]),
@@ -139,6 +141,7 @@ def _pings(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[
         "x": packer.add(pings["x_m"][kept], quantum=CENTIMETRE),
         "y": packer.add(pings["y_m"][kept], quantum=CENTIMETRE),
         "fate": packer.add(mission.fate[kept]),
+        **({"asv": packer.add(pings["asv"][kept])} if mission.scenario.protocol.is_passive else {}),
     }
 
 

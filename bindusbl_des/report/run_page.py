@@ -115,13 +115,16 @@ def _head(result: "Result") -> str:
 
 def described(result: "Result") -> str:
     """Return in a line who was where for how long, and the seed."""
-    scenario = result.scenario
+    scenario, protocol = result.scenario, result.scenario.protocol
     auvs, asvs, side = scenario.auvs, scenario.asvs, scenario.survey.side_m
+    parts = f"{protocol.schedule}, {protocol.downlink} downlink"
+    if protocol.is_passive:
+        parts = "passive ranging"
     return (
         f"{auvs.count} AUV{'s' * (auvs.count != 1)} ({auvs.vehicle}) and {asvs.count} "
         f"ASV{'s' * (asvs.count != 1)} ({asvs.vehicle}) over {side:g} m by {side:g} m for "
-        f"{scenario.duration_s:g} s; {scenario.protocol.schedule}, {scenario.protocol.downlink} "
-        f"downlink, {scenario.navigation.filter} navigation; seed {result.seed}"
+        f"{scenario.duration_s:g} s; {parts}, {scenario.navigation.filter} navigation; "
+        f"seed {result.seed}"
     )
 
 

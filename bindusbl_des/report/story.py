@@ -26,6 +26,7 @@ REASONS = {
     "out_of_mf": "were heard, but the fix was broadcast beyond MF range of the AUV",
     "in_flight": "were still under way when the mission ended",
 }
+HEARD_BY_ITSELF = {"collided": "were overlapped by another ping at the AUV"}
 
 
 @dataclass(frozen=True)
@@ -136,20 +137,24 @@ def _starvation(mission: Recording, auv: Service) -> tuple[str, ...]:
 
 def _why(mission: Recording, auv: Service) -> str:
     fates = {name: n for name, n in auv.fates.items() if n}
+    passive = mission.scenario.protocol.is_passive
     sent, late = sum(fates.values()), fates.pop("delivered", 0)
     if not sent:
-        return "<b>Why:</b> it sent no ping in those gaps: no ASV called it, or none was due."
+        why = "no ASV pinged" if passive else "it sent no ping"
+        also = "" if passive else ": no ASV called it, or none was due"
+        return f"<b>Why:</b> {why} in those gaps{also}."
     ordered = sorted(fates.items(), key=lambda it: -it[1])
     told = {"out_of_hf": f"were sent {escape(out_of_range(mission.scenario.acoustics.hf))}"}
-    told |= REASONS
+    told |= REASONS | (HEARD_BY_ITSELF if passive else {})
     reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {told[name]}" for name, n in ordered)
-    text = f"<b>Why:</b> of {counted(sent, 'ping')} it sent in those gaps, {reasons}"
+    whose = "of the ASVs" if passive else "it sent"
+    text = f"<b>Why:</b> of {counted(sent, 'ping')} {whose} in those gaps, {reasons}"
     if late:
         text += f"; {late} led to the fixes that ended them"
     if fates.get("out_of_hf"):
         text += (
-            f". The nearest ASV was {auv.median:.0f} m away then (median, at most "
-            f"{auv.furthest:.0f} m)"
+            f". The {'one that pinged' if passive else 'nearest ASV'} was {auv.median:.0f} m away "
+            f"then (median, at most {auv.furthest:.0f} m)"
         )
     return text + "."
 
@@ -163,12 +168,18 @@ def _losses(mission: Recording) -> list[str]:
     heard_of = int(np.sum(mission.pings["in_range_of"] > 0))
     if not heard_of or lost < 0.02 * heard_of:
         return []
+    loss, passive = mission.scenario.acoustics.loss, mission.scenario.protocol.is_passive
+    contention = ""
+    if passive:
+        share = 100 * lost / heard_of
+        return [
+            f"<b>Losses:</b> {lost} of {heard_of} receptions in range ({share:.0f} %) were not "
+            "decoded by their AUV."
+        ]
     shares = ", ".join(
         f"{100 * missed / sent:.0f} % with {counted(listeners, 'ASV')} in range"
         for listeners, (missed, sent) in loss_by_listeners(mission).items()
     )
-    loss = mission.scenario.acoustics.loss
-    contention = ""
     if loss.combine != "off" and mission.auvs > 1:
         share = min(loss.contention_per_auv * (mission.auvs - 1), loss.cap)
         contention = (
@@ -186,6 +197,8 @@ def _collisions(mission: Recording) -> list[str]:
     if not collided:
         return []
     schedule = mission.scenario.protocol.schedule
+    if mission.scenario.protocol.is_passive:
+        return [f"<b>Collisions:</b> {counted(collided, 'reception')} overlapped another at an AUV."]
     return [
         f"<b>Collisions:</b> {counted(collided, 'ping')} overlapped another at an ASV and were "
         f"decoded by none, under the schedule {escape(schedule)}."

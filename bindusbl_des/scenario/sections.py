@@ -241,6 +241,16 @@ class Protocol(Part):
         """Whether ASVs ping and AUVs fix themselves."""
         return self.ranging == "passive"
 
+    @property
+    def pinging(self) -> str:
+        """Which vehicles ping: "auv" or "asv", and so the column that names them."""
+        return "asv" if self.is_passive else "auv"
+
+    @property
+    def listening(self) -> str:
+        """Which vehicles hear pings: "auv" or "asv", and so the column that names them."""
+        return "auv" if self.is_passive else "asv"
+
 
 class Navigation(Part):
     """Dead reckoning of the AUVs and how a fix corrects it."""

@@ -34,12 +34,23 @@ class Mission {
     const { pings, receptions, fixes, broadcasts } = this, fate = this.fates[pings.fate[ping]];
     if (fate === "out_of_hf") return pings.at[ping] + this.hf.range / this.soundSpeed;
     if (fate === "lost" || fate === "collided") return Math.max(...this.receptionsOf[ping].map((row) => receptions.at[row])) + this.pingLength;
-    this.fixOf ??= new Map(Array.from(fixes.ping, (id, row) => [id, row]));
-    const fix = this.fixOf.get(pings.id[ping]);
+    this.fixOf ??= new Map(Array.from(fixes.ping, (id, row) => [this.keyOf(id, fixes.auv[row]), row]));
+    const fix = this.fixOf.get(this.keyOf(pings.id[ping], pings.auv[ping]));
     if (fate === "delivered") return fixes.delivered[fix];
     if (fate !== "out_of_mf") return NaN;
     const airtime = broadcasts.airtime[above(broadcasts.at, fixes.broadcast[fix] + 1e-6) - 1];
     return fixes.broadcast[fix] + airtime + this.mf.range / this.soundSpeed;
+  }
+  // With passive ranging a ping of an ASV stands there once for each AUV.
+  keyOf(id, auv) { return id * this.auvs.length + auv; }
+  isFirst(ping) { return !this.passive || ping === 0 || this.pings.id[ping] !== this.pings.id[ping - 1]; }
+  colourOf(ping) { return this.passive ? colours.hf : seriesColour(this.pings.auv[ping]); }
+  // The lanes of who sends a ping, and of who hears it; AUVs come first.
+  laneOf(ping) { return this.passive ? this.auvs.length + this.pings.asv[ping] : this.pings.auv[ping]; }
+  hearingLane(row) { return this.passive ? this.pings.auv[this.receptions.ping[row]] : this.auvs.length + this.receptions.asv[row]; }
+  hearerAt(row) {
+    const { receptions, pings } = this, at = receptions.at[row];
+    return this.passive ? this.auvAt(pings.auv[receptions.ping[row]], at) : this.asvAt(receptions.asv[row], at);
   }
   // The sample at or before t, and the share of the way to the next one.
   place(t) {

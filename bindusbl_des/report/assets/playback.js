@@ -98,11 +98,12 @@ class Log {
   constructor(list, mission) {
     this.list = list;
     const { auvs, pings, fixes, fates, decided, deliveredOrder } = mission;
-    const words = {
+    const whose = (i) => mission.passive ? `${mission.asvs[pings.asv[i]].name} ping ${pings.id[i]} at ${auvs[pings.auv[i]].name}` : `${auvs[pings.auv[i]].name} ping ${pings.id[i]}`;
+    const words = mission.passive ? { out_of_hf: "out of range", lost: "lost to the channel", collided: "collided" } : {
       out_of_hf: "out of range of every ASV", lost: "lost to the channel", collided: "collided at the ASVs",
       out_of_mf: "its fix was sent beyond MF range",
     };
-    this.events = Array.from(pings.id, (id, i) => [decided[i], `${auvs[pings.auv[i]].name} ping ${id}: ${words[fates[pings.fate[i]]]}`, fates[pings.fate[i]]])
+    this.events = Array.from(pings.id, (_, i) => [decided[i], `${whose(i)}: ${words[fates[pings.fate[i]]]}`, fates[pings.fate[i]]])
       .filter(([at, , fate]) => words[fate] && Number.isFinite(at));
     for (const row of deliveredOrder) {
       const by = Number.isFinite(fixes.correction[row]) ? `, corrects by ${fixes.correction[row].toFixed(2)} m` : "";

@@ -265,13 +265,14 @@ class SeaMap {
     const { pings, hf, soundSpeed, pingLength, receptions } = this.mission;
     const linger = this.linger(), crossing = hf.range / soundSpeed;
     const growing = Math.max(crossing, linger * 0.5), shown = Math.max(2.5 * growing, linger);
-    const latest = above(pings.at, this.now) - 1, first = growing > crossing ? Math.max(latest - MOST_RINGS, -1) : -1;
+    const most = MOST_RINGS * (this.mission.passive ? this.mission.auvs.length : 1);
+    const latest = above(pings.at, this.now) - 1, first = growing > crossing ? Math.max(latest - most, -1) : -1;
     for (let i = latest; i > first && this.now - pings.at[i] < shown; i--) {
       const age = this.now - pings.at[i], share = Math.min(age / growing, 1);
       const fade = Math.max(1 - age / shown, 0);
-      const colour = seriesColour(pings.auv[i]);
-      this.ring(context, pings.x[i], pings.y[i], share * hf.reach, colour, { width: 2, alpha: fade });
-      if (this.mission.fates[pings.fate[i]] === "out_of_hf" && share === 1) this.cross(context, pings.x[i], pings.y[i], colours.soft, fade);
+      const colour = this.mission.colourOf(i), { passive } = this.mission;
+      if (this.mission.isFirst(i)) this.ring(context, pings.x[i], pings.y[i], share * hf.reach, colour, { width: 2, alpha: fade });
+      if (!passive && this.mission.fates[pings.fate[i]] === "out_of_hf" && share === 1) this.cross(context, pings.x[i], pings.y[i], colours.soft, fade);
       for (const row of this.mission.receptionsOf[i]) { // decided when all of the ping has arrived
         const passed = receptions.at[row] - pings.at[i] + pingLength;
         if (age >= passed * growing / crossing) this.reception(context, i, row, fade);
@@ -283,8 +284,8 @@ class SeaMap {
     const outcome = outcomes[receptions.outcome[row]];
     if (outcome === "in_flight") return;
     const colour = outcome === "collided" ? colours.collided : seriesColour(pings.auv[ping]);
-    const asv = this.mission.asvAt(receptions.asv[row], receptions.at[row]);
-    const [x1, y1] = this.at(pings.x[ping], pings.y[ping]), [x2, y2] = this.at(asv.x, asv.y);
+    const hearer = this.mission.hearerAt(row);
+    const [x1, y1] = this.at(pings.x[ping], pings.y[ping]), [x2, y2] = this.at(hearer.x, hearer.y);
     context.save();
     context.globalAlpha = fade;
     this.stroke(context, colour, x1, y1, x2, y2, outcome === "heard" ? 2 : 2.5, outcome === "heard" ? [] : [5, 4]);
@@ -313,6 +314,13 @@ class SeaMap {
     this.stroke(context, colour, px - 4, py + 4, px + 4, py - 4, 1.5);
     context.restore();
   }
+  wayDown(context, from, auv, fade) {
+    const [x1, y1] = this.at(from.x, from.y), [x2, y2] = this.at(auv.x, auv.y);
+    context.save();
+    context.globalAlpha = fade;
+    this.stroke(context, colours.mf, x1, y1, x2, y2, 2, [1, 4]);
+    context.restore();
+  }
   drawBroadcasts(context) {
     const { broadcasts, fixes, mf } = this.mission;
     const linger = this.linger();
@@ -327,13 +335,8 @@ class SeaMap {
     const last = above(times, this.now) - 1, most = MOST_RINGS * this.mission.auvs.length;
     for (let i = last; i >= 0 && i > last - most && this.now - times[i] < linger; i--) {
       const row = order[i], fade = 1 - (this.now - times[i]) / linger;
-      const from = this.mission.asvAt(fixes.by[row], times[i]);
       const auv = this.mission.auvAt(fixes.auv[row], times[i]);
-      const [x1, y1] = this.at(from.x, from.y), [x2, y2] = this.at(auv.x, auv.y);
-      context.save();
-      context.globalAlpha = fade;
-      this.stroke(context, colours.mf, x1, y1, x2, y2, 2, [1, 4]);
-      context.restore();
+      if (!this.mission.passive) this.wayDown(context, this.mission.asvAt(fixes.by[row], times[i]), auv, fade);
       this.ring(context, auv.x, auv.y, 14 / this.view.scale, colours.mf, { width: 2.5, alpha: fade });
     }
   }

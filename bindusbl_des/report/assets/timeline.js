@@ -12,7 +12,8 @@ class Timeline {
     this.choices();
     this.listen();
     playback.onChange(() => this.sheet.paint());
-    byId("timeline-legend").textContent = "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, half as high where no ASV was in HF range. "
+    byId("timeline-legend").textContent = mission.passive ? "ASV lanes: a tick is a ping. AUV lanes: dots are pings arriving (filled: decoded, and a fix; open: lost; red ✕: collided). "
+      + "The upright line is the time of the playback; drag to move in time." : "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, half as high where no ASV was in HF range. "
       + "ASV lanes: dots above are pings arriving, in the colour of their AUV (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts. The upright line is the time of the playback; drag to move in time.";
     bindusbl.plots.timeline = mission.pings.at.length + mission.broadcasts.at.length;
   }
@@ -81,8 +82,14 @@ class Timeline {
   pings(context, start, end) {
     const { pings, fates, hf, soundSpeed } = this.mission, late = 2 * hf.range / soundSpeed;
     for (let i = above(pings.at, start - late); i < pings.at.length && pings.at[i] < end; i++) {
-      const fate = fates[pings.fate[i]], y = pings.auv[i] * this.height, x = this.x(pings.at[i]), middle = y + this.height / 2;
+      const fate = fates[pings.fate[i]], y = this.mission.laneOf(i) * this.height, x = this.x(pings.at[i]), middle = y + this.height / 2;
       const width = Math.max(this.x(pings.at[i] + this.mission.pingLength) - x, 2);
+      if (this.mission.passive) {
+        context.fillStyle = colours.hf;
+        if (this.mission.isFirst(i)) context.fillRect(x, y + 2, width, this.height - 4);
+        for (const row of this.mission.receptionsOf[i]) this.arrival(context, row);
+        continue;
+      }
       const colour = fate === "collided" ? colours.collided : seriesColour(pings.auv[i]);
       const unheard = fate === "out_of_hf"; // half as high: nobody was there to hear it
       context.fillStyle = colour;
@@ -95,9 +102,9 @@ class Timeline {
     }
   }
   arrival(context, row) {
-    const { receptions, outcomes, auvs } = this.mission, outcome = outcomes[receptions.outcome[row]];
+    const { receptions, outcomes } = this.mission, outcome = outcomes[receptions.outcome[row]];
     if (outcome === "in_flight") return;
-    const x = this.x(receptions.at[row]), y = (auvs.length + receptions.asv[row]) * this.height + this.height * 0.28;
+    const x = this.x(receptions.at[row]), y = this.mission.hearingLane(row) * this.height + this.height * 0.28;
     if (outcome === "collided") this.cross(context, x, y);
     else this.dot(context, x, y, seriesColour(this.mission.pings.auv[this.mission.receptions.ping[row]]), outcome === "heard");
   }
