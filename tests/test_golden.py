@@ -24,6 +24,7 @@ MISSIONS = {
         "duration_s": 5.0,
         "protocol": {"downlink": "direct_reply", "schedule": "round_robin", "ranging": "twtt"},
     },
+    "passive": {"duration_s": 1.0, "protocol": {"ranging": "passive"}},
 }
 BASE = {
     "survey": {"side_m": 60.0},

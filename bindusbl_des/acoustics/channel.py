@@ -89,7 +89,7 @@ def channel_named(name: str) -> OwnChannel | None:
 
 
 def contention_of(scenario: Scenario) -> float:
-    """Return what AUVs that share the uplink add to the loss of each ping: none where none pings."""
+    """Return what AUVs that share the uplink add to the loss of a ping: none where none pings."""
     if scenario.protocol.is_passive:
         return 0.0
     return contention_loss(scenario.auvs.count, scenario.acoustics.loss.contention_per_auv)

@@ -99,7 +99,7 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
 def _passive(rounds: "Rounds") -> Iterator[str]:
     """Yield the round in which every ASV pings once."""
     length = rounds.length(rounds.most, 0)
-    yield "passive: the ASVs ping in turn, a slot each; AUVs fix themselves, however many there are."
+    yield "passive: the ASVs ping in turn, a slot each; AUVs, however many, fix themselves."
     yield f"{'ASVs':>14}{'round s':>12}{'rounds/s':>12}{'fixes/s in range of all':>26}"
     yield f"{rounds.most:>14}{length:>12.3f}{1 / length:>12.3f}{rounds.most / length:>26.3f}"
 

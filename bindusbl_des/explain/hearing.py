@@ -1,6 +1,6 @@
 """The way up: why an AUV pings when it does, and what each ASV makes of its ping.
 
-With passive ranging it is the way down: an ASV pings, and AUVs make something of it (:mod:`.itself`).
+With passive ranging it is the way down: an ASV pings, AUVs make something of it (:mod:`.itself`).
 """
 
 import math

@@ -22,7 +22,7 @@ FATES = {
 
 
 def own_chain(result: "Result", fix: Any) -> Chain:
-    """Return the chain of a fix that an AUV made itself: the ping, its own hearing, its estimate."""
+    """Return the chain of a fix that an AUV made itself: the ping, what it heard, its estimate."""
     ping = row_of(result, "pings", "ping", int(fix.ping))
     heard = [step for step in receptions(result, ping) if step.who == fix.auv]
     steps = [*_sending(result, ping), *heard, _fixing(fix), arriving(result, fix)]
@@ -65,8 +65,8 @@ def _sending(result: "Result", ping: Any) -> Iterator[Step]:
         ping.sent_at_s,
         ping.asv,
         f"pings at x {ping.x_m:.1f}, y {ping.y_m:.1f} m",
-        f"slot {ping.slot} is its own, from {slot.start:.4f} to {slot.end:.4f} s, with room for the "
-        "longest way to anybody in range",
+        f"slot {ping.slot} is its own, from {slot.start:.4f} to {slot.end:.4f} s, with room for "
+        "the longest way to anybody in range",
         {
             "slot": ping.slot, "slot_started_at_s": slot.start, "slot_ended_at_s": slot.end,
             "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m,

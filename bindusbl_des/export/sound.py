@@ -87,7 +87,7 @@ def _shown(
 
 
 def _vehicles(result: "Result") -> Any:
-    """Return a function that says where a vehicle is at an instant, between two rows of `tracks`."""
+    """Return a function that says where a vehicle is at an instant, between rows of `tracks`."""
     tracks = result.tables["tracks"]
     lines = {
         str(name): track[["time_s", "x_m", "y_m", "z_m"]].to_numpy().T

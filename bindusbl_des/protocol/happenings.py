@@ -239,6 +239,31 @@ class Happenings:
             self._tell("delivery", float(fix["delivered_at_s"]), row)
 
 
+class Watched:
+    """A network whose happenings one can wait for, from a part of one's own."""
+
+    env: simpy.Environment
+    watching: Happenings
+
+    def happening(self, kind: str, **which: Any) -> simpy.Event:
+        """Return the event of the next happening of a kind, at its exact instant.
+
+        Its value is that :class:`Happening`, which says of what kinds there are.
+        `which` are values that columns of its row must have: ``happening("delivery", auv=1)``.
+
+        Raises:
+            ValueError: for a kind or column that there is not, or a value that it never has.
+        """
+        return self.watching.next(kind, which, self.env.now)
+
+    def happenings(self, *kinds: str, **which: Any) -> Watch:
+        """Return all happenings of some kinds from now on, one after the other by its `next()`.
+
+        For who needs each: of two at one instant :meth:`happening` tells the first alone.
+        """
+        return self.watching.watch(kinds, which, self.env.now)
+
+
 def _row_of(event: type, row: Row, **told: Any) -> Any:
     """Return a row of a buffer as its event's class, but for what is `told` of it."""
     for field in fields(event):

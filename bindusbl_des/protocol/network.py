@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
-from typing import Any
 
 import simpy
 from numpy.random import Generator as RandomStream
@@ -17,7 +16,7 @@ from .chart import Chart
 from .conflicts import Array, hearing, survey
 from .downlink import MfDownlink
 from .fix_queue import FixBatch, FixQueue, ReplyQueue
-from .happenings import Happenings, Watch
+from .happenings import Happenings, Watched
 from .own.ranging import OwnRanging
 from .ranging import OneWay, TwoWay
 from .schedules import Groups, Schedule, View
@@ -42,7 +41,7 @@ Downlink = Callable[["Network", Turn, float], Steps]
 
 
 @dataclass
-class Network:
+class Network(Watched):
     """What the protocol runs on: slots and bands, who decides what, and what the fleet knows.
 
     `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0.
@@ -70,24 +69,6 @@ class Network:
 
     def __post_init__(self) -> None:
         self.watching = Happenings(self.env, self.record, self.uplink, self.downlink)
-
-    def happening(self, kind: str, **which: Any) -> simpy.Event:
-        """Return the event of the next happening of a kind, at its exact instant.
-
-        Its value is that :class:`.happenings.Happening`, which says of what kinds there are.
-        `which` are values that columns of its row must have: ``happening("delivery", auv=1)``.
-
-        Raises:
-            ValueError: for a kind or column that there is not, or a value that it never has.
-        """
-        return self.watching.next(kind, which, self.env.now)
-
-    def happenings(self, *kinds: str, **which: Any) -> Watch:
-        """Return all happenings of some kinds from now on, one after the other by its `next()`.
-
-        For who needs each: of two at one instant :meth:`happening` tells the first alone.
-        """
-        return self.watching.watch(kinds, which, self.env.now)
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""

@@ -132,7 +132,7 @@ def _kept_pings(mission: Recording) -> NDArray[np.bool_]:
 
 
 def _pings(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[str, Any]:
-    """Pack the pings that are kept; with passive ranging a row for each AUV, with the ASV's name."""
+    """Pack the pings that are kept; with passive ranging a row for each AUV, with its ASV."""
     pings = mission.pings
     return {
         "id": packer.add(pings["ping"][kept]),

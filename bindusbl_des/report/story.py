@@ -198,7 +198,9 @@ def _collisions(mission: Recording) -> list[str]:
         return []
     schedule = mission.scenario.protocol.schedule
     if mission.scenario.protocol.is_passive:
-        return [f"<b>Collisions:</b> {counted(collided, 'reception')} overlapped another at an AUV."]
+        return [
+            f"<b>Collisions:</b> {counted(collided, 'reception')} overlapped another at an AUV."
+        ]
     return [
         f"<b>Collisions:</b> {counted(collided, 'ping')} overlapped another at an ASV and were "
         f"decoded by none, under the schedule {escape(schedule)}."

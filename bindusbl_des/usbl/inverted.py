@@ -6,8 +6,6 @@ Fischell and Schmidt, "One-way travel-time inverted ultra-short baseline localiz
 autonomous underwater vehicles", ICRA 2017.
 """
 
-import numpy as np
-
 from ..core.compiled import compiled
 from .instrument import Instrument, Vector, locate
 

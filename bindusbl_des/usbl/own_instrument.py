@@ -52,8 +52,8 @@ class Instrument(Protocol):
 
 @dataclass(frozen=True)
 class OwnInstrument:
-    """An instrument of somebody's own, which every ASV carries (with passive ranging every AUV): each
-    of its answers is checked.
+    """An instrument of somebody's own, which every ASV carries, or with passive ranging every AUV:
+    each of its answers is checked.
     """
 
     name: str
@@ -114,7 +114,11 @@ def sounding_of(ping: Row, heard: Rows, poses: Array, random: np.random.Generato
 
 
 def mirrored(
-    instrument: OwnInstrument, ping: Row, it: Row, pose: Sequence[float], random: np.random.Generator
+    instrument: OwnInstrument,
+    ping: Row,
+    it: Row,
+    pose: Sequence[float],
+    random: np.random.Generator,
 ) -> tuple[Array, Array]:
     """Return a fix (3,), m, of an AUV that hears an ASV's ping, and its covariance (3, 3), m2.
 

@@ -65,6 +65,7 @@ def apart(one: Any, other: Any, *columns: str) -> float:
         {"downlink": "direct_reply"},
         {"ranging": "twtt", "downlink": "pipelined_group"},
         {"ranging": "twtt", "downlink": "direct_reply"},
+        {"ranging": "passive"},
     ],
     ids=lambda it: "_".join(map(str, it.values())),
 )
@@ -283,3 +284,21 @@ def test_who_waits_changes_nothing_of_a_program_that_steers_by_fixes(
     delivered = (alone.tables["fixes"].outcome == "delivered").sum()
     assert delivered == sum(it.kind == "delivery" for it in told) > 20
     assert alone.auvs.distance_m.min() > 5.0
+
+
+def test_sound_meets_auvs_where_they_are_when_it_arrives() -> None:
+    """An outside program moves all vehicles: each way is as long as sound needed for it."""
+    mission = exact(protocol={"ranging": "passive"})
+    source = Circling(4, mission.asvs.count)
+    tables = Mission(mission, 1, poses=source, pose_step_s=0.02).result().tables
+    found = tables["receptions"].merge(tables["pings"][["ping", "sent_at_s"]], on="ping")
+    found = found[found.outcome != "in_flight"]
+    ends = [
+        [source.pose(kind, n, t)[:3] for n, t in zip(number(found[kind[:3]]), at, strict=True)]
+        for kind, at in (("auvs", found.arrived_at_s), ("asvs", found.sent_at_s))
+    ]
+    ways = np.linalg.norm(np.subtract(*ends), axis=1)
+    assert len(found) > 100
+    took = (found.arrived_at_s - found.sent_at_s).to_numpy()
+    assert took == pytest.approx(ways / SOUND, abs=2e-8)
+    assert found.slant_range_m.to_numpy() == pytest.approx(ways, abs=3e-5)

@@ -30,7 +30,7 @@ ASTRAY = np.dtype(("f8", (3,)))
 
 
 class Beacons:
-    """ASVs that ping, and AUVs that hear them: sound spreads at a finite speed, overlapping arrivals
+    """ASVs that ping, and AUVs that hear them: sound spreads at a finite speed, arrivals that overlap
     destroy each other.
 
     A reception is decided (what becomes of it, and the fix that its AUV makes of it) not before it
@@ -118,16 +118,18 @@ class Beacons:
             arrive(row, travel, pings.rows, receptions.rows, losses, *self._law)
 
     def decide(self, time: float) -> None:
-        """Decide all receptions that have ended by an instant (s), and what AUVs measure of them."""
+        """Decide all receptions that have ended by an instant (s), and what AUVs make of them."""
         self.amend(time)
         fixes, made = self._record.fixes, self._record.fixes.count
         if self._undecided < self._record.receptions.count:
             self._auvs.reach(time)
             while (dry := self._settle(time)) != NONE:
                 self._refill(dry)
-        for fix in fixes.array[made : fixes.count]:
-            self._record.rounds[fix["round"]].fixes += 1
-            if self._instrument is not None:
+        rows = fixes.array[made : fixes.count]
+        for number, count in zip(*np.unique(rows["round"], return_counts=True), strict=True):
+            self._record.rounds[number].fixes += int(count)
+        if self._instrument is not None:
+            for fix in rows:
                 self._measure(self._instrument, fix)
 
     def _settle(self, time: float) -> int:
@@ -137,8 +139,8 @@ class Beacons:
         room = fixes.room_for(receptions.count - self._undecided)
         fixes.count, self._undecided, dry = settle(
             time, self._undecided, pings.rows, receptions.rows, self.band.duration,
-            self._astray.rows, room, fixes.count, noise.shelf, noise.taken, noise.blocks,
-            *self._auvs.motion, *self._measuring,
+            self._astray.rows.view(np.float64), room, fixes.count,
+            noise.shelf, noise.taken, noise.blocks, *self._auvs.motion, *self._measuring,
         )  # fmt: skip
         return dry
 

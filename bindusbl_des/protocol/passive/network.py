@@ -1,7 +1,7 @@
 """The network of a mission with passive ranging: nobody schedules AUVs, and nobody answers them."""
 
 import math
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
@@ -13,7 +13,7 @@ from ...records.events import Round
 from ...records.recorder import Recorder
 from ...vehicles.fleet import Fleet
 from ..deliveries import Deliveries
-from ..happenings import Happenings
+from ..happenings import Happenings, Watched
 from ..own.steps import moment
 from ..slots import Slots
 from .beacons import Beacons
@@ -40,17 +40,17 @@ class OwnFixes(Deliveries):
         """
         if not self._auvs.foreseen:
             for row in receptions:
-                self._at(float(self._receptions.array[row]["arrived_at_s"]), self._near, row)
+                instant = float(self._receptions.array[row]["arrived_at_s"])
+                self._at(instant, partial(self._near, row))
 
     def _near(self, row: int) -> None:
         """Wait for the end of a ping that is nearly there."""
         self._beacons.amend(self._env.now)
         ends = float(self._receptions.array[row]["arrived_at_s"]) + self._beacons.band.duration
-        self._at(ends, self.settle, ends)
+        self._at(ends, partial(self.settle, ends))
 
-    def _at(self, instant: float, verb: "partial[None]", *arguments: float) -> None:
-        event = self._env.timeout(max(instant - self._env.now, 0.0))
-        event.callbacks.append(lambda _: verb(*arguments))
+    def _at(self, instant: float, verb: Callable[[], None]) -> None:
+        moment(self._env, instant).callbacks.append(lambda _: verb())
 
     def settle(self, time: float) -> None:
         """Let AUVs have all fixes that they have made by an instant (s)."""
@@ -59,7 +59,7 @@ class OwnFixes(Deliveries):
 
 
 @dataclass
-class PassiveNetwork:
+class PassiveNetwork(Watched):
     """What passive ranging runs on: the slots and the band, and who waits for what happens."""
 
     env: simpy.Environment

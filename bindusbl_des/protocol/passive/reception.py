@@ -34,8 +34,8 @@ def settle(
 
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
-    called again.  `astray` (pings, 3), m, is how far off each ping's ASV believed to be, in units of
-    the GNSS noise.  Where the `array` is None, an instrument of somebody's own measures later.
+    called again.  `astray` (pings, 3) is how far off each ping's ASV believed to be, in units of the
+    GNSS noise.  Where the `array` is None, an instrument of somebody's own measures later.
     """
     noise, auvs = Noise(shelf, taken, blocks), Motion(auv_table, auv_first, auv_step)
     for row in _ended(receptions, first, time, duration):
@@ -121,8 +121,8 @@ def _meets(it: Row, others: Rows, duration: float) -> bool:
 
 @compiled
 def _begin_own(row: Row, ping: Row, it: Row, number: int, duration: float) -> None:
-    """Write the row of a fix that an AUV makes of a reception: it holds as the ping arrives, and the
-    AUV has it as soon as that is decoded.
+    """Write the row of a fix that an AUV makes of a reception: it holds as the ping arrives, and is
+    had as soon as that is decoded.
     """
     begin(row, ping, number)
     row.auv, row.valid_at_s = it.auv, it.arrived_at_s
