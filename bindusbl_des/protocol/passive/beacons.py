@@ -30,7 +30,7 @@ ASTRAY = np.dtype(("f8", (3,)))
 
 
 class Beacons:
-    """ASVs that ping, and AUVs that hear them: sound spreads at a finite speed, arrivals that overlap
+    """ASVs ping, and AUVs hear them: sound spreads at a finite speed, overlapping arrivals
     destroy each other.
 
     A reception is decided (what becomes of it, and the fix that its AUV makes of it) not before it

@@ -34,8 +34,8 @@ def settle(
 
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
-    called again.  `astray` (pings, 3) is how far off each ping's ASV believed to be, in units of the
-    GNSS noise.  Where the `array` is None, an instrument of somebody's own measures later.
+    called again.  `astray` (pings, 3) is how far off each ASV believed to be as it pinged, in units
+    of GNSS noise.  Where the `array` is None, an instrument of somebody's own measures later.
     """
     noise, auvs = Noise(shelf, taken, blocks), Motion(auv_table, auv_first, auv_step)
     for row in _ended(receptions, first, time, duration):
