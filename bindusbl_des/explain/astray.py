@@ -33,20 +33,24 @@ def wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, float]]:
 def _of_vessels(
     result: "Result", fix: Any, has: set[str]
 ) -> Iterator[tuple[str, dict[str, float]]]:
-    """Yield what is wrong with the ASVs that have measured a fix."""
+    """Yield what is wrong with the ASVs that have measured a fix, or the AUV that has itself."""
     world, streams = result.scenario, Streams(result.seed)
-    names = fix.asvs.split()
+    passive, names = world.protocol.is_passive, fix.asvs.split()
     asvs = [int(name.removeprefix("ASV")) for name in names]
     if "misalignment" in has:
-        turns = np.degrees(misalignments(world, streams))[asvs]
-        told = ", ".join(f"{name} {turn:+.2f}" for name, turn in zip(names, turns, strict=True))
+        carriers = [fix.auv] if passive else names
+        turns = np.degrees(misalignments(world, streams))[[int(it[3:]) for it in carriers]]
+        told = ", ".join(f"{it} {turn:+.2f}" for it, turn in zip(carriers, turns, strict=True))
         facts = {
-            f"{name}_misalignment_deg": float(it) for name, it in zip(names, turns, strict=True)
+            f"{it}_misalignment_deg": float(turn) for it, turn in zip(carriers, turns, strict=True)
         }
         yield f"headings misaligned (deg): {told}", facts
     if "gnss" in has:
         met = rows_where(result.tables["receptions"], ping=fix.ping)
-        arrived = [float(rows_where(met, asv=name).arrived_at_s.iloc[0]) for name in names]
+        arrived = [
+            fix.pinged_at_s if passive else float(rows_where(met, asv=name).arrived_at_s.iloc[0])
+            for name in names
+        ]
         slow = slow_gnss(world, streams)
         off = [slow[asv, int(time / CONTROL_S)] for asv, time in zip(asvs, arrived, strict=True)]
         told = ", ".join(f"{n} {x:+.2f} {y:+.2f}" for n, (x, y) in zip(names, off, strict=True))
@@ -71,8 +75,9 @@ def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, di
     ping = rows_where(result.tables["pings"], ping=fix.ping).iloc[0]
     if "clock" in has and ping.get("call") is None:
         offset, drift = clocks(world, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
-        late = offset + drift * fix.pinged_at_s
-        longer = late * world.environment.fleets_sound_speed
+        passive = world.protocol.is_passive  # it says when it hears, not when it pings
+        late = offset + drift * (fix.valid_at_s if passive else fix.pinged_at_s)
+        longer = late * world.environment.fleets_sound_speed * (-1 if passive else 1)
         told = (
             f"the clock of {fix.auv} is {1e3 * late:+.3f} ms late: ranges {longer:+.2f} m too long"
         )

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
+from .astray import wrong
 from .chain import Chain, Part, Step
 from .correcting import arriving
 from .hearing import receptions
@@ -25,7 +26,7 @@ def own_chain(result: "Result", fix: Any) -> Chain:
     """Return the chain of a fix that an AUV made itself: the ping, what it heard, its estimate."""
     ping = row_of(result, "pings", "ping", int(fix.ping))
     heard = [step for step in receptions(result, ping) if step.who == fix.auv]
-    steps = [*_sending(result, ping), *heard, _fixing(fix), arriving(result, fix)]
+    steps = [*_sending(result, ping), *heard, _fixing(result, fix), arriving(result, fix)]
     parts = (
         Part("way down: the ping's front reaches the AUV", fix.valid_at_s - fix.pinged_at_s),
         Part("the ping's own length, until it is decoded", fix.delivered_at_s - fix.valid_at_s),
@@ -42,7 +43,7 @@ def shared_chain(result: "Result", ping: Any) -> Chain:
     fixes = rows_where(result.tables["fixes"], ping=ping.ping)
     for number in fixes.fix:
         fix = row_of(result, "fixes", "fix", number)
-        steps += [_fixing(fix), arriving(result, fix)]
+        steps += [_fixing(result, fix), arriving(result, fix)]
     outcome, told = _shared(result, ping, fixes)
     return Chain(ping.ping, None, None, outcome, told, _in_order(steps), (), ping.asv)
 
@@ -74,17 +75,18 @@ def _sending(result: "Result", ping: Any) -> Iterator[Step]:
     )  # fmt: skip
 
 
-def _fixing(fix: Any) -> Step:
+def _fixing(result: "Result", fix: Any) -> Step:
     """Return the step at which an AUV makes a fix of what it has heard."""
+    told, facts = wrong(result, fix)
     return Step(
         fix.delivered_at_s,
         f"Fix {fix.fix}",
         f"is made by {fix.auv} itself, of where it was as the ping arrived: x {fix.x_m:.2f} +- "
         f"{fix.sd_x_m:.2f}, y {fix.y_m:.2f} +- {fix.sd_y_m:.2f} m",
         f"the offset by its own array, AHRS and clock, taken from where {fix.asvs} was; "
-        f"{fix.error_m:.2f} m off the truth",
+        + "; ".join([f"{fix.error_m:.2f} m off the truth", *told]),
         {"fix": fix.fix, "asvs": [fix.asvs], "x_m": fix.x_m, "y_m": fix.y_m,
-         "error_m": fix.error_m},
+         "error_m": fix.error_m, **facts},
     )  # fmt: skip
 
 

@@ -152,7 +152,7 @@ def _passive(
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
         channel_named(hf.channel) or loss_of(scenario),
-        instrument_named(scenario.usbl.model) or usbl_of(scenario),
+        instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         record,
     )
@@ -161,7 +161,9 @@ def _passive(
 
 
 def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:
-    """Return the USBL instrument that every ASV carries, with what is wrong all the time."""
+    """Return the USBL instrument that every ASV carries, or with passive ranging every AUV, and
+    what is wrong all the time.
+    """
     usbl, lasting = usbl_of(scenario), lasting_errors(scenario, streams)
     return usbl if lasting is None else Astray(usbl, lasting)
 

@@ -31,9 +31,10 @@ class Kind(NamedTuple):
 def kinds(scenario: Scenario) -> list[Kind]:
     """Return the kinds of lasting errors that fixes of a scenario have, in the order of J."""
     usbl, asvs = scenario.usbl, scenario.asvs.count
+    arrays = 1 if scenario.protocol.is_passive else asvs  # that a fix may be of: else one's own
     clock = scenario.navigation.clock_offset_sd_s, scenario.navigation.clock_drift_sd
     found = [
-        Kind("misalignment", (math.radians(usbl.misalignment_sd_deg),), asvs),
+        Kind("misalignment", (math.radians(usbl.misalignment_sd_deg),), arrays),
         Kind("gnss", (usbl.gnss_correlated_sd_m,) * 2, asvs, usbl.gnss_time_constant_s),
         Kind("sound_speed", (abs(sound_speed_error(scenario)),), 1),
         Kind("clock", (0.0, 0.0) if scenario.protocol.ranging == "twtt" else clock, 1),
@@ -61,11 +62,14 @@ def sound_speed_error(scenario: Scenario) -> float:
 
 
 def misalignments(scenario: Scenario, streams: Streams) -> Array:
-    """Return the constant error of each ASV's heading (rad), (m,)."""
-    sd, count = math.radians(scenario.usbl.misalignment_sd_deg), scenario.asvs.count
+    """Return the constant error of the heading of each ASV (rad), (m,); with passive ranging of
+    each AUV (n,), which carries the array.
+    """
+    carriers = scenario.auvs if scenario.protocol.is_passive else scenario.asvs
+    sd, count = math.radians(scenario.usbl.misalignment_sd_deg), carriers.count
     if sd == 0.0:
         return np.zeros(count)
-    drawn = [streams.of(Purpose.MISALIGNMENT, asv).standard_normal() for asv in range(count)]
+    drawn = [streams.of(Purpose.MISALIGNMENT, it).standard_normal() for it in range(count)]
     return np.asarray(sd * np.array(drawn))
 
 

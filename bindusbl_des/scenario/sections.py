@@ -292,7 +292,7 @@ class Navigation(Part):
         0.0,
         "s",
         "standard deviation of how late an AUV's clock is at the start, drawn for each AUV and "
-        "seed (owtt_sync)",
+        "seed (owtt_sync, passive)",
         ge=0,
         le=1,
     )

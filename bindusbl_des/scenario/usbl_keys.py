@@ -1,4 +1,7 @@
-"""The keys of the USBL: what ASVs measure with, and all that is wrong with it."""
+"""The keys of the USBL: what ASVs measure with, and all that is wrong with it.
+
+With passive ranging AUVs measure with it.
+"""
 
 from typing import Literal
 
@@ -21,7 +24,8 @@ class Usbl(Part):
     misalignment_sd_deg: Real = key(
         0.0,
         "deg",
-        "standard deviation of a constant heading error, drawn for each ASV and seed",
+        "standard deviation of a constant heading error, drawn for each ASV (passive: AUV) and "
+        "seed",
         ge=0,
         le=45,
     )
@@ -32,7 +36,7 @@ class Usbl(Part):
         300.0, "s", "time constant of that error (Gauss-Markov)", ge=1, le=1e6
     )
     outlier_share: Real = key(
-        0.0, "1", "share of the measurements of single ASVs that are outliers", ge=0, le=0.5
+        0.0, "1", "share of the measurements of single arrays that are outliers", ge=0, le=0.5
     )
     outlier_sd_m: Real = key(
         10.0, "m", "standard deviation per horizontal axis of what outliers are off", gt=0, le=1e4

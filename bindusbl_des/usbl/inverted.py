@@ -1,32 +1,132 @@
 """What an AUV measures of an ASV's ping with its own array: where it is itself (inverted USBL).
 
 Everything is that of :mod:`.instrument` seen from the other end: the array and the AHRS are the
-AUV's, the source is the ASV.  Synchronised clocks make the travel time a range.  Source: Rypkema,
-Fischell and Schmidt, "One-way travel-time inverted ultra-short baseline localization for low-cost
-autonomous underwater vehicles", ICRA 2017.
+AUV's, the source is the ASV.  Synchronised clocks make the travel time a range.  With the source as
+the origin a fix is the mirror image of a fix of the source, and so is its covariance.  Source:
+Rypkema, Fischell and Schmidt, "One-way travel-time inverted ultra-short baseline localization for
+low-cost autonomous underwater vehicles", ICRA 2017.
 """
 
+from math import hypot
+from typing import NamedTuple
+
+import numpy as np
+
 from ..core.compiled import compiled
-from .instrument import Instrument, Vector, locate
+from ..records.rows import NONE, Row
+from ..vehicles.motion import Floats
+from .array import rotation
+from .effects import CLOCK, EFFECTS, GNSS, MISALIGNMENT, SOUND_SPEED, across, kept, lengthen
+from .fusion import product
+from .instrument import Instrument, clocked, locate, placed, sighted
+from .systematic import Systematic, astray, jump
+from .two_way import Sighting
+
+
+class Hearing(NamedTuple):
+    """A ping and its reception at an AUV: where that is as it arrives (3,), m, and heads (rad), and
+    the noise of the measurement, standard normal numbers (NOISE_WIDTH or more).
+
+    The three of GNSS make the error of what the AUV takes the ASV's place for.
+    """
+
+    ping: Row
+    reception: Row
+    place: Floats
+    yaw: float
+    noise: Floats
 
 
 @compiled
-def locate_itself(
-    source: Vector,
-    place: Vector,
-    yaw: float,
-    travel_time: float,
-    noise: Vector,
-    instrument: Instrument,
-) -> tuple[Vector, Vector]:
-    """Measure one ping: return a fix (3,), m, of the receiver, and its covariance (3, 3), m2.
+def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats]:
+    """Return the fix (3,), m, of an AUV where a ping has reached it, and its covariance (3, 3), m2.
 
-    `source` is where the ping was sent, `place` and `yaw` (rad) where the array is when it arrives
-    (survey frame, m), and where the fix holds.  `noise` are NOISE_WIDTH standard normal numbers, of
-    which the last three make the error of what the receiver takes the source's place for (GNSS).
-
-    The fix is that place less the offset measured.  With the source as the origin it is the mirror
-    image of a fix of the source, and a covariance is that of its mirror image.
+    It is the ASV's place less the offset measured.
     """
-    image, covariance = locate(-place, -source, yaw, travel_time, noise, instrument)
+    image, covariance = locate(
+        -own.place, -_source(own), own.yaw, own.reception.travel_time_s, own.noise, instrument
+    )
     return -image, covariance
+
+
+@compiled
+def located_astray(
+    own: Hearing, instrument: Instrument, lasting: Systematic
+) -> tuple[Floats, Floats, Floats]:
+    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, and J (3, k): the array is
+    turned in the AUV by its misalignment, its clock is late, and the ASV is slowly astray.
+
+    The covariance contains the errors that last (:mod:`.systematic`).
+    """
+    ping, it, levels = own.ping, own.reception, instrument.levels
+    unit, believed = sighted(-own.place, -_source(own), own.yaw, own.noise, instrument)
+    turn, turned = rotation(0.0, 0.0, lasting.misalignments[it.auv]), np.zeros(3)
+    for i in range(3):
+        for j in range(3):
+            turned[i] += turn[i, j] * unit[j]
+    late, later = lasting.clocks[it.auv]
+    took = it.travel_time_s - late - later * it.arrived_at_s
+    path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
+    origin = -_source(own) - astray(it.asv, ping.sent_at_s, lasting)
+    seen = Sighting(origin, turned, product(turn, believed), path)
+    image, covariance = placed(
+        origin, turned, seen.believed, path, levels.range_sd_m, own.noise, instrument
+    )
+    ahead = image - origin - levels.gnss_sd_m * own.noise[9:12]
+    effects = _effects(seen, ahead, instrument)
+    sds = _deviations(it.arrived_at_s, lasting.levels)
+    for k in range(GNSS, EFFECTS):
+        for i in range(3):
+            for j in range(3):
+                covariance[i, j] += sds[k] ** 2 * effects[i, k] * effects[j, k]
+    fix = -image
+    jump(fix, own.noise, lasting.levels)
+    return fix, covariance, _columns(effects, it, lasting)
+
+
+@compiled
+def _source(own: Hearing) -> Floats:
+    return np.array((own.ping.x_m, own.ping.y_m, own.ping.z_m))
+
+
+@compiled
+def _effects(seen: Sighting, ahead: Floats, instrument: Instrument) -> Floats:
+    """Return the effects (4, EFFECTS) on a fix that is the ASV's place less the offset `ahead`.
+
+    A clock that is late takes the way for shorter than it was.
+    """
+    effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
+    farther[SOUND_SPEED], farther[CLOCK] = seen.path, -instrument.levels.sound_speed_m_per_s
+    lengthen(effects, seen.unit, farther, kept(ahead, seen.path))
+    for k in (MISALIGNMENT, SOUND_SPEED, CLOCK):
+        for i in range(3):
+            effects[i, k] = -effects[i, k]
+    return effects
+
+
+@compiled
+def _deviations(time: float, levels: Row) -> Floats:
+    """Return the standard deviations (EFFECTS,) of all that lasts, at an instant (s)."""
+    sds = np.zeros(EFFECTS)
+    sds[:CLOCK] = levels.sd
+    sds[GNSS + 2 : SOUND_SPEED] = 0.0  # nobody has called
+    sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * time)
+    return sds
+
+
+@compiled
+def _columns(effects: Floats, it: Row, lasting: Systematic) -> Floats:
+    """Return the effects in the columns of J, (3, k); the misalignment is the AUV's own."""
+    levels, out = lasting.levels, np.zeros((3, lasting.variances.size))
+    for i in range(3):
+        if levels.misalignment_at != NONE:
+            out[i, levels.misalignment_at] = effects[i, MISALIGNMENT]
+        if levels.gnss_at != NONE:
+            for axis in range(2):
+                out[i, levels.gnss_at + 2 * it.asv + axis] = effects[i, GNSS + axis]
+        if levels.sound_speed_at != NONE:
+            out[i, levels.sound_speed_at] = effects[i, SOUND_SPEED]
+        if levels.clock_at != NONE:
+            out[i, levels.clock_at] = effects[i, CLOCK]
+            out[i, levels.clock_at + 1] = it.arrived_at_s * effects[i, CLOCK]
+    return out

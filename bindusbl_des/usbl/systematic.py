@@ -220,7 +220,7 @@ def _by_other(
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
     effects[3] = 0.0  # the length of the call's way is given
-    _jump(fix, noise, lasting.levels)
+    jump(fix, noise, lasting.levels)
     return Part(fix, seen.unit, spread, effects, changes(effects, ahead), call_way)
 
 
@@ -248,12 +248,12 @@ def _by_whole_way(
     limit(farther, sds, baseline, seen.path)
     lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
     effects[3, SOUND_SPEED] -= seen.path
-    _jump(fix, noise, lasting.levels)
+    jump(fix, noise, lasting.levels)
     return Part(fix, seen.unit, spread, effects, changes(effects, ahead), seen.path - own.reach)
 
 
 @compiled
-def _jump(fix: Floats, noise: Floats, levels: Row) -> None:
+def jump(fix: Floats, noise: Floats, levels: Row) -> None:
     """Make an outlier of a fix (3,), m, if its noise says so; no covariance knows of that."""
     if levels.outlier_sd_m > 0.0 and noise[NOISE_WIDTH + 1] < levels.outliers_below:
         for axis in range(2):

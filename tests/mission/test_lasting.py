@@ -125,7 +125,7 @@ def test_a_further_vehicle_leaves_what_others_have() -> None:
         assert not np.array_equal(draw(few, Streams(7)), draw(few, Streams(8)))
 
 
-@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt", "passive"])
 def test_who_looks_changes_nothing(ranging: str) -> None:
     """With all that lasts, a mission that was stopped at odd instants is the mission."""
     world = paper_case(

@@ -19,14 +19,15 @@ from ...records.rows import NONE, Row
 from ...usbl.instrument import NOISE_WIDTH, Usbl
 from ...usbl.measurement import note
 from ...usbl.own_instrument import OwnInstrument, mirrored
+from ...usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats, places
-from ..uplink import NO_LOSS
+from ..uplink import NO_LOSS, NOTHING_LASTS
 from .radiation import arrive, radiate
 from .reception import settle
 
-# How far off an ASV believes to be as it pings, in units of its GNSS noise: x, y, z
-ASTRAY = np.dtype(("f8", (3,)))
+# How far off an ASV believes to be as it pings, in standard deviations: x, y, z
+GNSS_NOISE = np.dtype(("f8", (3,)))
 
 
 class Beacons:
@@ -43,7 +44,7 @@ class Beacons:
         asvs: Fleet,
         band: Band,
         channel: LossTerms | OwnChannel,
-        instrument: Usbl | OwnInstrument,
+        instrument: Usbl | Astray | OwnInstrument,
         streams: Streams,
         record: Recorder,
     ) -> None:
@@ -53,14 +54,18 @@ class Beacons:
         self._channel = channel if isinstance(channel, OwnChannel) else None
         loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
+        self._lasting: Systematic | None = None
+        outliers = 0
+        if isinstance(instrument, Astray):
+            (instrument, self._lasting), outliers = instrument, OUTLIER_WIDTH
         self._measuring: tuple[Any, ...] = (None, None, None)
         if isinstance(instrument, Usbl):
             self._measuring = instrument.array, instrument.metric, instrument.levels
         self._law = (*loss, *band)
-        self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1)
+        self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
         self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
-        self._astray = EventBuffer(ASTRAY)
+        self._gnss_noise = EventBuffer(GNSS_NOISE)
         self._losses: dict[int, Floats] = {}  # of pings, where somebody's own channel says them
         self._undecided = 0  # receptions before this one are decided
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
@@ -69,18 +74,18 @@ class Beacons:
 
     def send(self, round_number: int, slot: int, asv: int, time: float) -> range:
         """Let an ASV ping now, at `time` (s); return its receptions."""
-        pings, receptions, astray = self._record.pings, self._record.receptions, self._astray
+        pings, receptions, noise = self._record.pings, self._record.receptions, self._gnss_noise
         ping, first = pings.count, receptions.count
         self._auvs.reach(time)
         self._asvs.reach(time)
         losses = self._asked(ping, time)
-        astray.room_for(1)[ping] = self._gnss(asv).standard_normal(3)
+        noise.room_for(1)[ping] = self._gnss(asv).standard_normal(3)
         receptions.count = radiate(
             asv, round_number, slot, time, self._auvs.foreseen, pings.room_for(1), ping,
             receptions.room_for(len(self._auvs)), first, self._record.everything, losses,
             *self._law, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
-        pings.count = astray.count = ping + 1
+        pings.count = noise.count = ping + 1
         rows = range(first, receptions.count)
         if not self._auvs.foreseen:
             for row in rows:
@@ -137,10 +142,13 @@ class Beacons:
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         noise = self._noise
         room = fixes.room_for(receptions.count - self._undecided)
+        lasting: tuple[Any, ...] = NOTHING_LASTS
+        if self._lasting is not None:
+            lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
         fixes.count, self._undecided, dry = settle(
             time, self._undecided, pings.rows, receptions.rows, self.band.duration,
-            self._astray.rows.view(np.float64), room, fixes.count,
-            noise.shelf, noise.taken, noise.blocks, *self._auvs.motion, *self._measuring,
+            self._gnss_noise.rows.view(np.float64), room, fixes.count,
+            noise.shelf, noise.taken, noise.blocks, *self._auvs.motion, *self._measuring, *lasting,
         )  # fmt: skip
         return dry
 

@@ -13,8 +13,9 @@ from ...core.compiled import compiled, entry
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import NONE, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, Instrument
-from ...usbl.inverted import locate_itself
+from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
+from ...usbl.systematic import Systematic, noise_of
 from ...vehicles.motion import Floats, Ints, Motion, where
 from ..reception import Noise, begin, by_luck
 
@@ -25,17 +26,20 @@ PASSED = 1.05
 
 @entry
 def settle(
-    time: float, first: int, pings: Rows, receptions: Rows, duration: float, astray: Floats,
+    time: float, first: int, pings: Rows, receptions: Rows, duration: float, gnss_noise: Floats,
     fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     array: Floats | None, metric: Floats, levels: Rows,
+    known: Rows | None, variances: Floats, misalignments: Floats, gnss: Floats, clocks: Floats,
+    levers: Floats, left: Floats,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all receptions from the row `first` on that have ended by an instant (s), as they did.
 
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
-    called again.  `astray` (pings, 3) is how far off each ASV believed to be as it pinged, in units
-    of GNSS noise.  Where the `array` is None, an instrument of somebody's own measures later.
+    called again.  `gnss_noise` (pings, 3) is how far off each ASV believed to be as it pinged, in
+    standard deviations.  Where the `array` is None, an instrument of somebody's own measures later.
+    Where errors last, what follows is as of :func:`..reception.settle`.
     """
     noise, auvs = Noise(shelf, taken, blocks), Motion(auv_table, auv_first, auv_step)
     for row in _ended(receptions, first, time, duration):
@@ -47,15 +51,25 @@ def settle(
         it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, duration)
         if it.outcome != HEARD:
             continue
-        ping = pings[it.ping]
+        ping, line = pings[it.ping], fixes[fix]
         ping.heard_by += 1
-        _begin_own(fixes[fix], ping, it, row, duration)
-        fixes[fix].fix = fix
+        line.fix = fix
+        _begin_own(line, ping, it, row, duration)
         if array is not None:
-            measuring = drawn[:NOISE_WIDTH].copy()
-            measuring[9:12] = astray[it.ping]  # one error of the ASV for all that hear it
             instrument = Instrument(array, metric, levels[0])
-            _measure(fixes[fix], ping, it, measuring, auvs, instrument)
+            x, y, z, yaw = where(auvs, it.auv, it.arrived_at_s)
+            measuring = drawn.copy()
+            measuring[9:12] = gnss_noise[it.ping]  # one error of the ASV for all that hear it
+            own = Hearing(ping, it, np.array((x, y, z)), yaw, measuring)
+            if known is not None:
+                lasting = Systematic(known[0], variances, misalignments, gnss, clocks)
+                place, covariance, lever = located_astray(own, instrument, lasting)
+                levers[fix] = lever[:2]
+                left[fix] = noise_of(covariance, lever, variances)
+            else:
+                place, covariance = located_itself(own, instrument)
+            note(line, ping, place, covariance)
+            line.error_m = hypot(place[0] - x, place[1] - y)
         fix += 1
     while first < len(receptions) and receptions[first].outcome != IN_FLIGHT:
         first += 1
@@ -127,15 +141,3 @@ def _begin_own(row: Row, ping: Row, it: Row, number: int, duration: float) -> No
     begin(row, ping, number)
     row.auv, row.valid_at_s = it.auv, it.arrived_at_s
     row.arrives_at_s = it.arrived_at_s + duration
-
-
-@compiled
-def _measure(
-    row: Row, ping: Row, it: Row, noise: Floats, auvs: Motion, instrument: Instrument
-) -> None:
-    """Write to the row of its fix what an AUV measures of a ping."""
-    x, y, z, yaw = where(auvs, it.auv, it.arrived_at_s)
-    source, place = np.array((ping.x_m, ping.y_m, ping.z_m)), np.array((x, y, z))
-    estimate, covariance = locate_itself(source, place, yaw, it.travel_time_s, noise, instrument)
-    note(row, ping, estimate, covariance)
-    row.error_m = hypot(estimate[0] - x, estimate[1] - y)
