@@ -10,7 +10,7 @@ from ..core.streams import Streams
 from ..mission.closed_loop import slow_gnss
 from ..mission.lasting import clocks, kinds, misalignments, sound_speed_error
 from ..vehicles.currents import CONTROL_S
-from .numbers import rows_where
+from .numbers import row_of, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -72,7 +72,7 @@ def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, di
         told += f"{world.environment.fleets_sound_speed:g}, not at "
         told += f"{world.environment.sound_speed_m_per_s:g} m/s"
         yield told, {"sound_speed_error": share}
-    ping = rows_where(result.tables["pings"], ping=fix.ping).iloc[0]
+    ping = row_of(result, "pings", "ping", int(fix.ping))
     if "clock" in has and ping.get("call") is None:
         offset, drift = clocks(world, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
         passive = world.protocol.is_passive  # it says when it hears, not when it pings
