@@ -16,7 +16,17 @@ from ..core.compiled import compiled
 from ..records.rows import NONE, Row
 from ..vehicles.motion import Floats
 from .array import rotation
-from .effects import CLOCK, EFFECTS, GNSS, MISALIGNMENT, SOUND_SPEED, across, kept, lengthen
+from .effects import (
+    CLOCK,
+    EFFECTS,
+    GNSS,
+    MISALIGNMENT,
+    SOUND_SPEED,
+    across,
+    changes,
+    kept,
+    lengthen,
+)
 from .fusion import product
 from .instrument import Instrument, clocked, locate, placed, sighted
 from .systematic import Systematic, astray, jump
@@ -53,8 +63,8 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
 def located_astray(
     own: Hearing, instrument: Instrument, lasting: Systematic
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, and J (3, k): the array is
-    turned in the AUV by its misalignment, its clock is late, and the ASV is slowly astray.
+    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, and J with its changes (3, 3k):
+    the array is turned in the AUV by its misalignment, its clock is late, the ASV is slowly astray.
 
     The covariance contains the errors that last (:mod:`.systematic`).
     """
@@ -73,7 +83,7 @@ def located_astray(
         origin, turned, seen.believed, path, levels.range_sd_m, own.noise, instrument
     )
     ahead = image - origin - levels.gnss_sd_m * own.noise[9:12]
-    effects = _effects(seen, ahead, instrument)
+    effects, moved = _effects(seen, ahead, instrument)
     sds = _deviations(it.arrived_at_s, lasting.levels)
     for k in range(GNSS, EFFECTS):
         for i in range(3):
@@ -81,7 +91,7 @@ def located_astray(
                 covariance[i, j] += sds[k] ** 2 * effects[i, k] * effects[j, k]
     fix = -image
     jump(fix, own.noise, lasting.levels)
-    return fix, covariance, _columns(effects, it, lasting)
+    return fix, covariance, _columns(effects, moved, it, lasting)
 
 
 @compiled
@@ -90,18 +100,20 @@ def _source(own: Hearing) -> Floats:
 
 
 @compiled
-def _effects(seen: Sighting, ahead: Floats, instrument: Instrument) -> Floats:
-    """Return the effects (4, EFFECTS) on a fix that is the ASV's place less the offset `ahead`.
+def _effects(seen: Sighting, ahead: Floats, instrument: Instrument) -> tuple[Floats, Floats]:
+    """Return the effects (4, EFFECTS) on a fix that is the ASV's place less the offset `ahead`, and
+    how they change per m that the AUV is farther along x and along y (2, 4, EFFECTS).
 
     A clock that is late takes the way for shorter than it was.
     """
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, -instrument.levels.sound_speed_m_per_s
     lengthen(effects, seen.unit, farther, kept(ahead, seen.path))
+    moved = changes(effects, ahead)  # of the mirror image, whose AUV moves the other way
     for k in (MISALIGNMENT, SOUND_SPEED, CLOCK):
         for i in range(3):
             effects[i, k] = -effects[i, k]
-    return effects
+    return effects, moved
 
 
 @compiled
@@ -115,9 +127,21 @@ def _deviations(time: float, levels: Row) -> Floats:
 
 
 @compiled
-def _columns(effects: Floats, it: Row, lasting: Systematic) -> Floats:
-    """Return the effects in the columns of J, (3, k); the misalignment is the AUV's own."""
-    levels, out = lasting.levels, np.zeros((3, lasting.variances.size))
+def _columns(effects: Floats, moved: Floats, it: Row, lasting: Systematic) -> Floats:
+    """Return effects in the columns of J, and how these change along x and along y, (3, 3 k)."""
+    count = lasting.variances.size
+    out = np.zeros((3, 3 * count))
+    _spread_out(effects, out[:, :count], it, lasting.levels)
+    for axis in range(2):
+        _spread_out(
+            moved[axis], out[:, (1 + axis) * count : (2 + axis) * count], it, lasting.levels
+        )
+    return out
+
+
+@compiled
+def _spread_out(effects: Floats, out: Floats, it: Row, levels: Row) -> None:
+    """Write effects (4, EFFECTS) to their columns of J (3, k); misalignment is the AUV's own."""
     for i in range(3):
         if levels.misalignment_at != NONE:
             out[i, levels.misalignment_at] = effects[i, MISALIGNMENT]
@@ -129,4 +153,3 @@ def _columns(effects: Floats, it: Row, lasting: Systematic) -> Floats:
         if levels.clock_at != NONE:
             out[i, levels.clock_at] = effects[i, CLOCK]
             out[i, levels.clock_at + 1] = it.arrived_at_s * effects[i, CLOCK]
-    return out

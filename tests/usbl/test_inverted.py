@@ -62,7 +62,7 @@ def test_a_fix_of_oneself_is_the_mirror_image_of_a_fix_of_the_source(
 def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     """J c is how a fix moves with c, by differences; and the covariance contains it."""
     world = scenario(**merged(LASTING[name], {**PASSIVE, "usbl": QUIET_USBL}))
-    lasting = lasting_errors(world, Streams(3), told=True)
+    lasting = lasting_errors(world, Streams(3))
     assert lasting is not None
     c0 = 1500.0 if name != "sound_speed" else 1530.0
     usbl = instrument(
@@ -79,7 +79,9 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
         "sound_speed": lambda: np.array([1.0 - 1500.0 / 1530.0]),
         "clock": lambda: lasting.clocks[0],
     }[name]()
-    columns = levers[:, : len(truth)] if name != "gnss" else levers[:, :2]
+    count, step = len(lasting.variances), 1e-3
+    moved = levers[:, count:].reshape(3, 2, count)
+    columns, levers = levers[:, : len(truth)], levers[:, :count]
     size = np.linalg.norm(error)
     assert size > 0.05
     # but for the second order of a turn by 8 deg, and a plane wave taken for a sphere
@@ -87,6 +89,13 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     spread = levers @ np.diag(lasting.variances) @ levers.T
     if name != "misalignment":  # which stands in the covariance of the direction
         assert covariance == pytest.approx(spread, abs=1e-6 + 1e-3 * np.abs(spread).max())
+    for axis in range(2):
+        aside = np.array((-4.0, 9.0, 15.0)) + step * np.eye(3)[axis]
+        there = heard((30.0, -20.0, 0.0), aside, 0.7, np.zeros(20))
+        other = located_astray(there, parts, lasting._replace(levels=lasting.levels[0]))[2]
+        found = (other[:2, :count] - levers[:2]) / step
+        largest = np.abs(moved[:2]).max()
+        assert found == pytest.approx(moved[:2, axis], abs=0.2 * largest + 1e-6)
 
 
 def held(seed: int, **changes: Any) -> tuple[Scenario, Result]:
