@@ -73,7 +73,7 @@ def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, di
         told += f"{world.environment.sound_speed_m_per_s:g} m/s"
         yield told, {"sound_speed_error": share}
     ping = row_of(result, "pings", "ping", int(fix.ping))
-    if "clock" in has and ping.get("call") is None:
+    if "clock" in has and not isinstance(ping.get("call"), str):
         offset, drift = clocks(world, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
         passive = world.protocol.is_passive  # it says when it hears, not when it pings
         late = offset + drift * (fix.valid_at_s if passive else fix.pinged_at_s)

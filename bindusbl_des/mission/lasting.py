@@ -10,11 +10,9 @@ from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..records.rows import NONE
 from ..scenario.scenario import Scenario
+from ..scenario.usbl_keys import MOST_TOLD
 from ..usbl.systematic import SYSTEMATIC, Systematic
 from .closed_loop import Array, slow_gnss
-
-# The ASVs whose own errors a filter may be told of: three states of each AUV for each of them
-MOST_ASVS = 16
 
 
 class Kind(NamedTuple):
@@ -46,13 +44,13 @@ def told_of(scenario: Scenario) -> list[Kind]:
     """Return the kinds of lasting errors that navigators are told of, to estimate them.
 
     They are none of filters that do not weigh, nor of those that somebody leaves `untold`; and
-    beyond MOST_ASVS none of each vessel, which would be too many states.
+    with more than MOST_TOLD ASVs none of each of these, which would be too many states.
     """
     chosen = scenario.navigation.filter
     if not scenario.navigation.weighs or is_plugin(scenario.usbl.model):
         return []
     untold = chosen.settings.get("untold", ())
-    return [it for it in kinds(scenario) if it.name not in untold and it.times <= MOST_ASVS]
+    return [it for it in kinds(scenario) if it.name not in untold and it.times <= MOST_TOLD]
 
 
 def sound_speed_error(scenario: Scenario) -> float:

@@ -10,6 +10,7 @@ from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.key_types import Renamed
 from ..scenario.scenario import Scenario
 from ..scenario.sections import Formation
+from ..scenario.usbl_keys import MOST_TOLD
 from .idle_keys import idle_keys
 
 # Vehicles of which the same is to be said are named up to so many.
@@ -38,7 +39,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
     """
     return [
         Caution(*found)
-        for look in (_former_words, _formation, _route, _tracks, _frames, _ticks, _samples)
+        for look in (_former_words, _formation, _told, _route, _tracks, _frames, _ticks, _samples)
         for found in look(scenario)
     ] + [Caution(*found) for found in idle_keys(scenario)]
 
@@ -73,6 +74,21 @@ def _formation(scenario: Scenario) -> Iterator[Problem]:
             f"({edge:g} m from the centre); set it to have them elsewhere",
             ("asvs.formation.clearance_m", "acoustics.hf.range_m", "survey.side_m"),
         )
+
+
+def _told(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which errors of ASVs a filter takes for noise, because these are too many."""
+    usbl, count = scenario.usbl, scenario.asvs.count
+    if scenario.navigation.filter != "kalman" or count <= MOST_TOLD:
+        return
+    for name in ("misalignment_sd_deg", "gnss_correlated_sd_m"):
+        if getattr(usbl, name) > 0.0:
+            yield Problem(
+                f"usbl.{name}",
+                f"counts as noise of each fix: a filter is told of each ASV's own errors with up to "
+                f"{MOST_TOLD} ASVs, not with {count}, and will be too sure",
+                ("asvs.count", "navigation.filter"),
+            )
 
 
 def _route(scenario: Scenario) -> Iterator[Problem]:

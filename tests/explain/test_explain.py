@@ -457,3 +457,29 @@ def test_without_events_there_is_nothing_to_tell() -> None:
     run = simulate(scenario(duration_s=3.0))
     with pytest.raises(LookupError, match=r"the run has no ping 99; it has 0\.\.\d"):
         explain_ping(run, 99)
+
+
+def test_what_was_wrong_all_the_time_is_told_with_the_fix() -> None:
+    """Who was turned and astray, and by how much: that is what the fix is off."""
+    result = simulate(
+        around((0.0, 0.0), usbl={**QUIET_USBL, "misalignment_sd_deg": 3.0}), 4
+    )  # fmt: skip
+    made = step(chain_of_fix(result, 0), "Fix 0")
+    turn = made.facts["ASV0_misalignment_deg"]
+    assert made.facts["error_m"] == pytest.approx(20.0 * abs(np.radians(turn)), rel=0.01)
+    assert f"headings misaligned (deg): ASV0 {turn:+.2f}" in made.why
+    everything = {
+        "usbl": {**QUIET_USBL, "gnss_correlated_sd_m": 1.0, "array": "cross5"},
+        "environment": {"assumed_sound_speed_m_per_s": 1470.0},
+        "navigation": {**QUIET_NAVIGATION, "clock_offset_sd_s": 1e-3},
+    }
+    made = step(chain_of_fix(simulate(around((0.0, 0.0), **everything), 4), 0), "Fix 0")
+    slant = np.hypot(20.0, 10.0)
+    longer = slant * (1470.0 / 1500.0 - 1.0) + made.facts["clock_late_s"] * 1470.0
+    off = np.array(
+        [made.facts["ASV0_gnss_x_m"] + longer * 20.0 / slant, made.facts["ASV0_gnss_y_m"]]
+    )
+    assert made.facts["error_m"] == pytest.approx(np.hypot(*off), abs=0.02)
+    assert (
+        "ranges 2.04 % too short: sound is assumed to travel at 1470, not at 1500 m/s" in made.why
+    )
