@@ -79,14 +79,14 @@ def _formation(scenario: Scenario) -> Iterator[Problem]:
 def _told(scenario: Scenario) -> Iterator[Problem]:
     """Yield which errors of ASVs a filter takes for noise, because these are too many."""
     usbl, count = scenario.usbl, scenario.asvs.count
-    if scenario.navigation.filter != "kalman" or count <= MOST_TOLD:
+    if not scenario.navigation.weighs or count <= MOST_TOLD:
         return
     for name in ("misalignment_sd_deg", "gnss_correlated_sd_m"):
         if getattr(usbl, name) > 0.0:
             yield Problem(
                 f"usbl.{name}",
-                f"counts as noise of each fix: a filter is told of each ASV's own errors with up to "
-                f"{MOST_TOLD} ASVs, not with {count}, and will be too sure",
+                f"counts as noise of each fix, so that the filter will be too sure: it is told of "
+                f"each ASV's own errors with up to {MOST_TOLD} ASVs, not with {count}",
                 ("asvs.count", "navigation.filter"),
             )
 
