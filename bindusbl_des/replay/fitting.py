@@ -12,7 +12,7 @@ import numpy as np
 
 from .log import Log
 from .navigating import Prepared, filter_log, prepared, smooth_log
-from .noise import START_SD, Noise
+from .noise import Noise
 
 # A velocity bias is taken to be at most some such share of the speed (one standard deviation).
 BIAS_SHARE = 0.1
@@ -52,14 +52,14 @@ def fit(log: Log) -> Fit:
 def _guess(log: Log) -> Noise:
     """Return noise to begin with: of metres, and of a hundredth of the way."""
     speed = log.distance / float(log.times[-1])
-    return Noise(
+    guess = Noise(
         range_sd=2.0,
         outlier_share=0.1,
         outlier_sd=20.0,
         random_walk=0.1 * speed,
         bias_sd=BIAS_SHARE * speed,
-        start_sd=START_SD if log.start_found else 0.0,
     )
+    return guess.with_start_found() if log.start_found else guess
 
 
 def _likeliest(log: Prepared, guess: Noise, has_ranges: bool) -> Noise:

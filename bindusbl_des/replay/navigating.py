@@ -8,7 +8,7 @@ from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, Smoothed, smooth
 from ..records.rows import Rows
 from .log import Array, Log
-from .noise import HEADING_SD, Noise
+from .noise import Noise
 from .sighting import SEEN, SIGHT, follow, look
 
 # Sights are looked at anew from where they have put the vehicle until that moves by less (m).
@@ -35,12 +35,10 @@ class Prepared(NamedTuple):
 
     odometry: Odometry
     sights: Rows
-    heading_sd: float
 
 
 def prepared(log: Log) -> Prepared:
     """Return a log that is placed, its sights in the order in which they hold."""
-    heading_sd = HEADING_SD if log.start_found else 0.0
     times = np.unique(np.concatenate((log.times, log.ranges.times, log.fixes.times)))
     ranges = _blank(len(log.ranges.times))
     beacons = log.beacons.places[log.ranges.beacons]
@@ -57,7 +55,7 @@ def prepared(log: Log) -> Prepared:
     fixes["axis_x"], fixes["axis_y"] = axes[:, 0, 0], axes[:, 1, 0]
     sights = np.concatenate((ranges, fixes))
     order = np.argsort(sights["node"], kind="stable")
-    return Prepared(log.odometry(times), sights[order].view(np.recarray), heading_sd)
+    return Prepared(log.odometry(times), sights[order].view(np.recarray))
 
 
 def _blank(count: int) -> Any:
@@ -70,11 +68,11 @@ def filter_log(log: Prepared, noise: Noise) -> Track:
     """Return where the vehicle would have taken itself for, sight by sight, as an extended Kalman
     filter has it.
     """
-    count, own = len(log.odometry.times), noise.first(log.heading_sd)
+    count, own = len(log.odometry.times), noise.first()
     seen = np.zeros(len(log.sights), dtype=SEEN).view(np.recarray)
     places, covariances = np.empty((count, 2)), np.empty((count, 3))
     flat: tuple[Any, ...] = (
-        *own, *log.odometry, log.sights, *noise.mixture, *noise.growth(log.heading_sd),
+        *own, *log.odometry, log.sights, *noise.mixture, *noise.growth(),
         seen, places, covariances,
     )  # fmt: skip
     follow(*flat)
@@ -87,7 +85,7 @@ def smooth_log(log: Prepared, noise: Noise, begin: Track) -> tuple[Track, Smooth
     Sights are looked at from `begin`, and from where that leads, until nothing changes: the most
     likely track.
     """
-    first, growth = noise.first(log.heading_sd), noise.growth(log.heading_sd)
+    first, growth = noise.first(), noise.growth()
     places = begin.places
     for _ in range(MOST_LOOKS):
         sights, seen = _looked_at(log, noise, places)
@@ -102,7 +100,7 @@ def smooth_log(log: Prepared, noise: Noise, begin: Track) -> tuple[Track, Smooth
 
 def _looked_at(log: Prepared, noise: Noise, places: Array) -> tuple[Sights, Rows]:
     """Return sights made linear at places (n, 2), m, and what is thought of each there."""
-    most, states = 2 * len(log.sights), len(noise.first(log.heading_sd).state)
+    most, states = 2 * len(log.sights), len(noise.first().state)
     nodes, rows = np.zeros(most, dtype=np.int64), np.zeros((most, states))
     values, variances = np.zeros(most), np.zeros(most)
     seen = np.zeros(len(log.sights), dtype=SEEN).view(np.recarray)

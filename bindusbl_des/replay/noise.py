@@ -1,7 +1,7 @@
 """The noise by which a log is navigated, as a scenario says it."""
 
-from dataclasses import dataclass
-from math import hypot, inf
+from dataclasses import dataclass, replace
+from math import hypot, inf, radians
 
 import numpy as np
 
@@ -19,8 +19,9 @@ class Noise:
     """What is unsure in a log: of ranges (m), a share of outliers and their further error (m), dead
     reckoning's random walk (m/sqrt(s)) and velocity bias (m/s, ahead and to the side of y).
 
-    `bias_sd` is what a bias may be beyond the one given (m/s).  A sight that not even an outlier's
-    variance explains is refused: its normalised square is above `gate`; 0: none is.
+    `bias_sd` is what a bias may be beyond the one given (m/s); the scale of the way is off by
+    `scale_sd`, its heading by `heading_sd` (rad), both constant.  A sight that not even the
+    variance of an outlier explains is refused: its normalised square is above `gate`; 0: none is.
     """
 
     range_sd: float
@@ -32,6 +33,13 @@ class Noise:
     gate: float = 0.0
     start_sd: float = 0.0
     in_body: bool = True
+    scale_sd: float = 0.0
+    heading_sd: float = 0.0
+
+    def with_start_found(self) -> "Noise":
+        """Return noise that leaves a start that was found free to move."""
+        start_sd, heading_sd = max(self.start_sd, START_SD), max(self.heading_sd, HEADING_SD)
+        return replace(self, start_sd=start_sd, heading_sd=heading_sd)
 
     @property
     def mixture(self) -> tuple[float, float, float, float]:
@@ -39,14 +47,14 @@ class Noise:
         parts = map(float, (self.range_sd, self.outlier_share, self.outlier_sd, self.gate))
         return tuple(parts)  # type: ignore[return-value]
 
-    def first(self, heading_sd: float) -> Belief:
-        """Return what is believed at the start, its heading with a standard deviation (rad)."""
+    def first(self) -> Belief:
+        """Return what is believed at the start."""
         ahead, aside = (hypot(bias, self.bias_sd) for bias in self.bias)
-        return first_belief(self.start_sd, (ahead, aside), 0.0, (0.0, heading_sd))
+        return first_belief(self.start_sd, (ahead, aside), 0.0, (self.scale_sd, self.heading_sd))
 
-    def growth(self, heading_sd: float) -> Growth:
+    def growth(self) -> Growth:
         """Return how beliefs become less sure; states 6 and 7 stretch and turn the way."""
-        sds, lasting = np.array((0.0, heading_sd)), np.full(2, inf)
+        sds, lasting = np.array((self.scale_sd, self.heading_sd)), np.full(2, inf)
         return Growth(float(self.random_walk) ** 2, 0.0, self.in_body, STATES, 0, sds, lasting)
 
 
@@ -57,11 +65,13 @@ def noise_of(scenario: Scenario) -> Noise:
     return Noise(
         range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1),
         usbl.outlier_share,
-        usbl.outlier_sd_m,
+        usbl.outlier_sd_m if usbl.outlier_share > 0.0 else 0.0,
         navigation.random_walk_m_per_sqrt_s,
         navigation.velocity_bias_m_per_s,
         navigation.velocity_bias_sd_m_per_s,
         navigation.nis_gate or 0.0,
         navigation.initial_position_sd_m,
         navigation.bias_frame == "body",
+        navigation.scale_factor_sd,
+        radians(navigation.heading_sd_deg),
     )

@@ -1,13 +1,13 @@
 """A log through our navigators, and what came out, in numbers."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from .fitting import fit
 from .log import Array, BadLog, Log
 from .navigating import Track, filter_log, prepared, smooth_log
-from .noise import START_SD, Noise
+from .noise import Noise
 from .reference import Reference, robust_optimum
 from .start import Start, find_start
 
@@ -36,7 +36,7 @@ def replay(log: Log, noise: Noise | None = None) -> Replay:
     placed, start = placed_log(log)
     chosen = fit(placed).noise if noise is None else noise
     if placed.start_found:
-        chosen = replace(chosen, start_sd=max(chosen.start_sd, START_SD))
+        chosen = chosen.with_start_found()
     if placed.has_ranges and chosen.range_sd <= 0.0:
         raise BadLog(f"{log.name}: usbl.travel_time_sd_s must be above 0 to weigh ranges")
     known = prepared(placed)

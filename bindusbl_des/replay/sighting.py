@@ -17,6 +17,7 @@ import numpy as np
 from ..core.compiled import compiled, entry, inlined
 from ..navigation.belief import Belief, Growth, carry
 from ..navigation.smoothing import absorb
+from ..navigation.weighing import MOST_REFUSED
 from ..records.rows import Row, Rows
 from ..vehicles.expected_drift import Told
 from ..vehicles.motion import Floats, Ints
@@ -171,9 +172,13 @@ def _take(
     aim, other = aimed(sight, x, y, noise.sd), across(sight, x, y)
     nis, wide_nis, inlier, density = _judged(aim, other, own.covariance, is_fix, noise)
     seen.off_m, seen.nis, seen.inlier, seen.density = aim.off, nis, inlier, density
-    seen.taken = noise.gate <= 0.0 or wide_nis <= noise.gate
+    moment = own.moment[0]
+    is_far = noise.gate > 0.0 and wide_nis > noise.gate
+    seen.taken = not is_far or moment.refused >= MOST_REFUSED  # then it is the belief that is wrong
     if not seen.taken:
+        moment.refused += 1
         return
+    moment.refused = 0
     row[0], row[1] = aim.x, aim.y
     absorb(own, row, aim.off, mixed(aim.variance, inlier, noise), gain)
     if is_fix:

@@ -1,5 +1,6 @@
 """What navigators make of logs whose truth is known, and of two runs at sea whose truth is not."""
 
+import json
 import re
 import shlex
 from dataclasses import replace
@@ -230,6 +231,34 @@ def test_both_runs_at_sea_replay_from_the_line_of_the_readme() -> None:
     assert len(rows) == 2
     for row in rows:
         assert "| " + " | ".join(row.split()) + " |" in page
+
+
+def test_the_noise_of_one_run_is_not_that_of_the_other(tmp_path: Path) -> None:
+    """Each run with the noise found in the other: the figures of the page on validation."""
+    pytest.importorskip("gtsam", reason="the runs ship with gtsam, the extra `replay`")
+    rows = []
+    for name, other in (("goats_15", "goats_16"), ("goats_16", "goats_15")):
+        noise = str(tmp_path / f"{other}.yaml")
+        run("fit", other, "--out", noise)
+        rows.append(json.loads(run("replay", name, "--noise", noise, "--json"))["logs"][0])
+    page = " ".join((ROOT / "docs" / "validation.md").read_text().split())
+    for told, column in (
+        ("the filter is {:.2f} and {:.2f} m", "filter_to_reference_m"),
+        ("the smoother {:.2f} and {:.2f} m", "smoother_to_reference_m"),
+        ("NIS is {:.2f} and {:.2f}", "filter_nis"),
+    ):
+        assert told.format(*(row[column] for row in rows)) in page
+
+
+def test_a_wrong_belief_is_given_up() -> None:
+    """A filter too sure of a wrong start takes in the sixth range that its gate would refuse."""
+    log, _ = made_up(Sea(share=0.0), count=200)
+    off = replace(log, places=log.places + 60.0)
+    told = replace(TOLD, outlier_share=0.0, outlier_sd=0.0, gate=9.2, start_sd=5.0)
+    track = filter_log(prepared(off), told)
+    taken = np.flatnonzero(track.seen["taken"])
+    assert taken[0] == 5
+    assert track.seen["taken"][100:].mean() > 0.5
 
 
 def test_the_runs_at_sea_are_what_they_are_said_to_be() -> None:
