@@ -34,8 +34,8 @@ class Believed(NamedTuple):
 
 
 class Known(NamedTuple):
-    """Fixes (n,), in the order of delivery, what they have of m common errors (n, 2, 3 m), and what
-    is left of their covariances without those (n, 3), m2, as :class:`.navigators.Fixes` has them.
+    """Fixes (n,), what they have of m common errors (n, 2, 3 m), and what is left of their
+    covariances without those (n, 3), m2, as :class:`.navigators.Fixes` has them.
     """
 
     rows: Rows
@@ -97,74 +97,76 @@ class Smoother:
 
     def _worked_out(self, auv: int, odometry: Odometry) -> Believed:
         known = self._of(auv)
+        sights = self._as_sights(auv, known)
+        valid, delivered = known.rows["valid_at_s"], known.rows["delivered_at_s"]
         times, count = odometry.times, len(odometry.times)
         found = Believed(np.empty((count, 2)), np.empty((count, 3)))
-        begin, is_open = self._first, np.ones(len(known.rows), dtype=bool)
-        for first, end, told in self._groups(times, known.rows["delivered_at_s"]):
-            valid = known.rows["valid_at_s"]
+        begin, is_open = self._first, np.ones(len(valid), dtype=bool)
+        for first, end in self._groups(times, delivered):
+            told = delivered <= times[first] + self._lag
             # nothing that comes later is about an earlier instant than this
-            settled = min(float(times[first]), float(np.min(valid[told:], initial=inf)))
-            sure = is_open & (np.arange(len(valid)) < told) & (valid <= settled)
-            begin = filtered(begin, *self._sighted(auv, begin, known, sure), self._growth)
-            is_open &= ~sure
-            pending = is_open & (np.arange(len(valid)) < told)
-            nodes, sights = self._sighted(auv, begin, known, pending, times[first:end])
-            states, spreads = smooth(begin, nodes, sights, self._growth)
-            own = np.searchsorted(nodes.times, times[first:end])
-            found.places[first:end] = odometry.position[first:end] - states[own, :2]
-            spread = spreads[own]
-            found.covariances[first:end] = np.column_stack(
-                (spread[:, 0, 0], spread[:, 1, 1], spread[:, 0, 1])
-            )
+            settled = min(float(times[first]), float(np.min(valid[~told], initial=inf)))
+            sure = is_open & told & (valid <= settled)
+            if sure.any():
+                begin = filtered(
+                    begin, *self._between(auv, begin, valid, sights, sure), self._growth
+                )
+                is_open &= ~sure
+            nodes, own = self._between(auv, begin, valid, sights, is_open & told, times[first:end])
+            states, spreads = smooth(begin, nodes, own, self._growth)
+            at = np.searchsorted(nodes.times, times[first:end])
+            found.places[first:end] = odometry.position[first:end] - states[at, :2]
+            found.covariances[first:end] = spreads[at][:, (0, 1, 0), (0, 1, 1)]
         return found
 
     def _of(self, auv: int) -> Known:
-        """Return the fixes of one AUV, in the order of delivery."""
+        """Return the fixes of one AUV, in the order in which they hold."""
         if len(self._told) > 1:  # put together once, not for each AUV
             self._told = [Known(*map(np.concatenate, zip(*self._told, strict=True)))]
         if not self._told:
             return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)), np.zeros((0, 3)))
         [told] = self._told
         own = np.flatnonzero(told.rows["auv"] == auv)
-        order = own[np.argsort(told.rows["delivered_at_s"][own], kind="stable")]
-        return told.of(order)
+        return told.of(own[np.argsort(told.rows["valid_at_s"][own], kind="stable")])
 
-    def _groups(self, times: Array, delivered: Array) -> Iterator[tuple[int, int, int]]:
+    def _groups(self, times: Array, delivered: Array) -> Iterator[tuple[int, int]]:
         """Yield instants that know the same fixes, so many at most as memory bears: the first of
-        them, and the first that is none; and how many fixes they know.
+        them, and the first that is none.
         """
-        known = np.searchsorted(delivered, times + self._lag, side="right")
-        changes = np.unique(known, return_index=True)[1]
-        firsts = np.union1d(changes, np.arange(0, len(times), MOST_INSTANTS))
-        ends = np.append(firsts[1:], len(times))
-        for first, end in zip(firsts.tolist(), ends.tolist(), strict=True):
-            yield first, end, int(known[first])
+        known = np.searchsorted(np.sort(delivered), times + self._lag, side="right")
+        changes = np.flatnonzero(np.diff(known, prepend=-1))
+        firsts = np.union1d(changes, np.arange(0, len(times), MOST_INSTANTS)).tolist()
+        yield from zip(firsts, [*firsts[1:], len(times)], strict=True)
 
-    def _sighted(
-        self, auv: int, begin: Belief, known: Known, which: NDArray[np.bool_], times: Array = NONE
+    def _between(
+        self,
+        auv: int,
+        begin: Belief,
+        valid: Array,
+        sights: Sights,
+        which: NDArray[np.bool_],
+        times: Array = NONE,
     ) -> tuple[Odometry, Sights]:
-        """Return the odometry at some instants, at those of some fixes, and at the steps between,
-        and the fixes as sights.
+        """Return the odometry at some instants, at those of some fixes, and at the steps on the way
+        to them from a belief; and the sights of these fixes.
         """
-        order = np.flatnonzero(which)[np.argsort(known.rows["valid_at_s"][which], kind="stable")]
-        fixes = known.rows[order]
-        instants = np.unique(np.concatenate((times, fixes["valid_at_s"])))
+        instants = np.unique(np.concatenate((times, valid[which])))
         nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
-        at = np.searchsorted(nodes.times, fixes["valid_at_s"])
-        then = Odometry(*(column[at] for column in nodes))
-        return nodes, self._as_sights(auv, known.of(order), then, at)
+        own = np.repeat(which, 2)
+        at = np.repeat(np.searchsorted(nodes.times, valid[which]), 2)
+        return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
 
-    def _as_sights(self, auv: int, known: Known, then: Odometry, nodes: Ints) -> Sights:
-        """Return fixes as sights, with the odometry of when they hold: each along x, and along y
-        what its noise has not in common with that along x.
+    def _as_sights(self, auv: int, known: Known) -> Sights:
+        """Return fixes as two sights each, by the fixes' numbers: what they say along x, and of what
+        they say along y that whose noise has nothing in common with it.
         """
-        rows = known.rows
-        places, states = np.column_stack((rows["x_m"], rows["y_m"])), len(self._first.state)
-        count = known.common.shape[2] // 3
+        rows, states = known.rows, len(self._first.state)
+        then = self._reckoning.sample(auv, rows["valid_at_s"])[1]
+        places = np.column_stack((rows["x_m"], rows["y_m"]))
         xx, yy, xy = rows["sd_x_m"] ** 2, rows["sd_y_m"] ** 2, rows["cov_xy_m2"]
         slopes = np.zeros((len(rows), 2, states))
         slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
-        if count:  # as they are where the filter had put the AUV
+        if count := known.common.shape[2] // 3:  # as they are where the filter had put the AUV
             xx, yy, xy = known.left.T
             own, along_x, along_y = np.split(known.common, 3, axis=2)
             ahead, aside = (self._filter.estimate(auv, then) - places).T[:, :, None, None]
@@ -174,8 +176,8 @@ class Smoother:
         off = then.position - places
         values = np.column_stack((off[:, 0], off[:, 1] - share * off[:, 0]))
         variances = np.column_stack((xx, np.maximum(yy - share * xy, 0.0)))
-        rising = np.repeat(nodes, 2)
-        return Sights(rising, slopes.reshape(-1, states), values.ravel(), variances.ravel())
+        numbers = np.repeat(np.arange(len(rows)), 2)
+        return Sights(numbers, slopes.reshape(-1, states), values.ravel(), variances.ravel())
 
     def _stepped(self, begin: Belief, instants: Array) -> Array:
         """Return instants (s) with those between at which a belief must be stepped on."""
