@@ -157,8 +157,8 @@ class Smoother:
         return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
 
     def _as_sights(self, auv: int, known: Known) -> Sights:
-        """Return fixes as two sights each, by the fixes' numbers: what they say along x, and of what
-        they say along y that whose noise has nothing in common with it.
+        """Return fixes as two sights each, by the fixes' numbers: what they say along x, and what
+        they say along y less what its noise has in common with that along x.
         """
         rows, states = known.rows, len(self._first.state)
         then = self._reckoning.sample(auv, rows["valid_at_s"])[1]

@@ -14,7 +14,7 @@ from .page import filled, number, table
 from .recording import Floats, Recording
 
 if TYPE_CHECKING:
-    from ..scenario.sections import Navigation
+    from ..scenario.navigation_keys import Navigation
 
 LEVELS = (0.50, 0.95, 0.99)
 

@@ -11,7 +11,7 @@ from ..navigation.dead_reckoning import drift_rms
 from .recording import FATES, Recording
 
 if TYPE_CHECKING:
-    from ..scenario.sections import Navigation
+    from ..scenario.navigation_keys import Navigation
 
 # An AUV starves when dead reckoning alone would have drifted this far (m) since its last fix ...
 TOLERATED_DRIFT_M = 1.0

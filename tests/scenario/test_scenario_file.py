@@ -55,7 +55,7 @@ auvs:
   route: {kind: hold, positions_m: [[1, 2]]}
 asvs: {count: 4, formation: {positions_m: [[0, 0]]}}
 acoustics: {hf: {range_m: 0x10}, hf: {ping_s: 1}}
-protocol: {ranging: passive}
+protocol: {ranging: echo}
 usbl: [1]
 """
     with pytest.raises(ScenarioError) as caught:
@@ -222,9 +222,9 @@ def test_an_option_mends_the_file() -> None:
             "auvs.count: YAML syntax: [ or { is not closed, or a comma is missing",
         ),
         (
-            "protocol.ranging=passive",
-            "protocol.ranging: 'passive' is no ranging (one of owtt_sync, twtt, or your own as "
-            "module:object)",
+            "protocol.ranging=echo",
+            "protocol.ranging: 'echo' is no ranging (one of owtt_sync, twtt, passive, or your own "
+            "as module:object)",
         ),
         (
             "asvs.count=4",
