@@ -174,6 +174,23 @@ def test_a_mission_of_ours_replayed_is_that_mission(tmp_path: Path) -> None:
     assert np.sqrt(told[0]) == pytest.approx(last.estimate_sd_x_m, rel=0.1)
 
 
+def test_our_exports_are_one_log(tmp_path: Path) -> None:
+    """MCAP and CSV of the same mission: the same odometry and fixes, and so the same track."""
+    pytest.importorskip("mcap", reason="the extra `replay`")
+    pytest.importorskip("foxglove", reason="the extra `mcap`")
+    from bindusbl_des.export.mcap_file import write_mcap
+
+    result = simulate(scenario(duration_s=20, survey={"side_m": 60.0}), seed=3)
+    write_csv(result.arrow, tmp_path / "csv")
+    write_mcap(result, tmp_path / "mission.mcap")
+    tracks = []
+    for name in ("csv", "mission.mcap"):
+        log = read_log(str(tmp_path / name), "AUV2")
+        assert len(log.fixes.times) > 5
+        tracks.append(filter_log(prepared(log), TOLD).places)
+    assert tracks[0] == pytest.approx(tracks[1], abs=1e-9)
+
+
 def run(*words: str) -> str:
     """Return what a command prints."""
     outcome = CliRunner().invoke(main, words)
