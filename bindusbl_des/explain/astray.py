@@ -8,7 +8,8 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..core.streams import Streams
 from ..mission.closed_loop import slow_gnss
-from ..mission.lasting import clocks, kinds, misalignments, sound_speed_error
+from ..mission.lasting import clocks, misalignments
+from ..scenario.lasting_kinds import kinds, sound_speed_error
 from ..vehicles.currents import CONTROL_S
 from .numbers import row_of, rows_where
 

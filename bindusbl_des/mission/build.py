@@ -22,6 +22,7 @@ from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
 from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
+from ..scenario.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
@@ -33,7 +34,7 @@ from ..vehicles.pose_source import PoseSource
 from ..vehicles.poses import Poses
 from .closed_loop import Water, afterwards_s
 from .courses import chart_of
-from .lasting import lasting_errors, told_of
+from .lasting import lasting_errors
 from .launch import launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .own_errors import wrong_reckoning

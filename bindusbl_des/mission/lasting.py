@@ -1,62 +1,17 @@
-"""Errors of instruments and clocks that last through a mission, and what is told of them."""
+"""Errors of instruments and clocks that last through a mission, drawn once for each vehicle."""
 
 import math
 from statistics import NormalDist
-from typing import NamedTuple
 
 import numpy as np
 
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..records.rows import NONE
+from ..scenario.lasting_kinds import kinds, told_of
 from ..scenario.scenario import Scenario
-from ..scenario.usbl_keys import MOST_TOLD
 from ..usbl.systematic import SYSTEMATIC, Systematic
 from .closed_loop import Array, slow_gnss
-
-
-class Kind(NamedTuple):
-    """Errors of one kind that last: the standard deviations (rad, m, 1, s and s/s) of those of one
-    vessel, how many times these are there, and their time constant (s).
-    """
-
-    name: str
-    sds: tuple[float, ...]
-    times: int
-    time_constant_s: float = math.inf
-
-
-def kinds(scenario: Scenario) -> list[Kind]:
-    """Return the kinds of lasting errors that fixes of a scenario have, in the order of J."""
-    usbl, asvs = scenario.usbl, scenario.asvs.count
-    arrays = 1 if scenario.protocol.is_passive else asvs  # that a fix may be of: else one's own
-    clock = scenario.navigation.clock_offset_sd_s, scenario.navigation.clock_drift_sd
-    found = [
-        Kind("misalignment", (math.radians(usbl.misalignment_sd_deg),), arrays),
-        Kind("gnss", (usbl.gnss_correlated_sd_m,) * 2, asvs, usbl.gnss_time_constant_s),
-        Kind("sound_speed", (abs(sound_speed_error(scenario)),), 1),
-        Kind("clock", (0.0, 0.0) if scenario.protocol.ranging == "twtt" else clock, 1),
-    ]
-    return [kind for kind in found if any(kind.sds)]
-
-
-def told_of(scenario: Scenario) -> list[Kind]:
-    """Return the kinds of lasting errors that navigators are told of, to estimate them.
-
-    They are none of filters that do not weigh, nor of those that somebody leaves `untold`; and
-    with more than MOST_TOLD ASVs none of each of these, which would be too many states.
-    """
-    chosen = scenario.navigation.filter
-    if not scenario.navigation.weighs or is_plugin(scenario.usbl.model):
-        return []
-    untold = chosen.settings.get("untold", ())
-    return [it for it in kinds(scenario) if it.name not in untold and it.times <= MOST_TOLD]
-
-
-def sound_speed_error(scenario: Scenario) -> float:
-    """Return the share of a range by which it is measured too long, by the sound speed assumed."""
-    water = scenario.environment
-    return 1.0 - water.sound_speed_m_per_s / water.fleets_sound_speed
 
 
 def misalignments(scenario: Scenario, streams: Streams) -> Array:

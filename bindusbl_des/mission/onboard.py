@@ -15,11 +15,11 @@ from ..navigation.weighing import WEIGHED
 from ..records.recorder import Levers
 from ..records.rows import LEARNT
 from ..scenario.families import NAVIGATOR
+from ..scenario.lasting_kinds import told_of
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.reckoning import Wrong
-from .lasting import told_of
 
 Array = NDArray[np.float64]
 

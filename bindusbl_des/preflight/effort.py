@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
+from ..navigation.belief import STATES
+from ..navigation.navigators import REMEMBERED
+from ..scenario.lasting_kinds import told_of
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..usbl.instrument import NOISE_WIDTH
@@ -88,6 +91,7 @@ AUV_S, AUV_BYTES = 1e-3, 10_000
 GRAPH_EDGE_BYTES = 600  # of one graph at a time
 SAMPLE_BYTES, IMU_SAMPLE_BYTES = 130, 48  # of one AUV at a time
 ROW_BYTES = 8 * (NOISE_WIDTH + 1)
+STATES_S, STATES_BYTES = 18e-9, 24  # of a pair of states of a belief, whose room doubles
 CALL_S, CALLED_S = 60e-6, 2e-6  # of each ping, of each ASV that may call it (twtt)
 
 
@@ -175,8 +179,13 @@ def effort(scenario: Scenario) -> Effort:
     if scenario.protocol.ranging == "twtt":
         seconds += counts["pings"] * (CALL_S + scenario.asvs.count * CALLED_S)
     held = {name: n * COSTS[name][1] for name, n in counts.items()}
+    told = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
+    pairs = told * (told + 2 * STATES)  # of states, beyond those of any belief
+    seconds += counts["fixes"] * pairs * STATES_S
+    held["fixes"] += counts["fixes"] * pairs * STATES_BYTES
     rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * scenario.asvs.count)))
-    held["process"], held["auvs"] = PROCESS_BYTES, auvs * AUV_BYTES
+    held["process"] = PROCESS_BYTES
+    held["auvs"] = auvs * (AUV_BYTES + REMEMBERED * pairs * STATES_BYTES)
     held["edges"] += counts["edges"] / max(counts["rounds"], 1.0) * GRAPH_EDGE_BYTES
     held["noises"] += counts["noises"] * rows * ROW_BYTES
     held["samples"] += duration * record.metrics_hz * SAMPLE_BYTES

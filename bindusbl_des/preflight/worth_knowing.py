@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.key_types import Renamed
+from ..scenario.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.scenario import Scenario
 from ..scenario.sections import Formation
-from ..scenario.usbl_keys import MOST_TOLD
 from .idle_keys import idle_keys
 
 # Vehicles of which the same is to be said are named up to so many.
@@ -78,15 +78,15 @@ def _formation(scenario: Scenario) -> Iterator[Problem]:
 
 def _told(scenario: Scenario) -> Iterator[Problem]:
     """Yield which errors of ASVs a filter takes for noise, because these are too many."""
-    usbl, count = scenario.usbl, scenario.asvs.count
-    if not scenario.navigation.weighs or count <= MOST_TOLD:
+    if not scenario.navigation.weighs:
         return
-    for name in ("misalignment_sd_deg", "gnss_correlated_sd_m"):
-        if getattr(usbl, name) > 0.0:
+    keys = {"misalignment": "misalignment_sd_deg", "gnss": "gnss_correlated_sd_m"}
+    for kind in kinds(scenario):
+        if kind.times > MOST_TOLD:
             yield Problem(
-                f"usbl.{name}",
+                f"usbl.{keys[kind.name]}",
                 f"counts as noise of each fix, so that the filter will be too sure: it is told of "
-                f"each ASV's own errors with up to {MOST_TOLD} ASVs, not with {count}",
+                f"each ASV's own errors with up to {MOST_TOLD} ASVs, not with {kind.times}",
                 ("asvs.count", "navigation.filter"),
             )
 

@@ -8,9 +8,6 @@ from typing import Literal
 from .key_types import PAPER, THESIS, Part, Real, key
 from .part_choice import SET, PartChoice
 
-# The ASVs whose own errors a filter is told of: they are three states for each of them
-MOST_TOLD = 16
-
 
 class Usbl(Part):
     """The hydrophone array and the errors of what it measures."""

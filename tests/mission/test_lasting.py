@@ -11,8 +11,10 @@ from worlds import QUIET_USBL, merged, paper_case, scenario, still
 from bindusbl_des import Mission, Result, cautions, simulate
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
-from bindusbl_des.mission.lasting import clocks, misalignments, told_of
+from bindusbl_des.mission.lasting import clocks, misalignments
 from bindusbl_des.protocol.slots import slots_of
+from bindusbl_des.scenario.lasting_kinds import told_of
+from bindusbl_des.scenario.planned import asv_stations
 from bindusbl_des.vehicles.currents import CONTROL_S
 
 EVERYTHING = {
@@ -179,7 +181,7 @@ def bounds(runs: int = 100) -> tuple[float, float]:
 
 def test_who_is_told_of_all_that_lasts_knows_how_sure_it_is() -> None:
     """NEES with everything wrong at once."""
-    (low, high), found = bounds(), squares(TOGETHER)
+    (low, high), found = bounds(50), squares(TOGETHER, 50)
     assert ((low < found) & (found < high)).all(), found
 
 
@@ -221,3 +223,35 @@ def test_of_many_asvs_a_filter_is_told_nothing_each_has_by_itself() -> None:
     fewer = scenario(**merged(EVERYTHING, {"asvs": {"count": 16}}))
     assert [kind.name for kind in told_of(fewer)][:2] == ["misalignment", "gnss"]
     assert not {found.key for found in cautions(fewer)} & keys
+
+
+def test_a_vessel_keeps_its_station_by_where_gnss_says_it_is() -> None:
+    """An ASV with dynamics is off its station by as much as its GNSS, the other way."""
+    slow = {"gnss_correlated_sd_m": 3.0, "gnss_time_constant_s": 1e5}
+    world = scenario(
+        duration_s=150.0, auvs={"count": 1}, asvs={"count": 2, "vehicle": "otter"}, usbl=slow
+    )
+    tracks, astray = simulate(world, 5).tables["tracks"], slow_gnss(world, Streams(5))
+    stations = asv_stations(world)
+    for asv in range(2):
+        last = tracks[tracks.vehicle == f"ASV{asv}"].iloc[-1]
+        off = np.array([last.x_m, last.y_m]) - stations[asv]
+        assert off == pytest.approx(-astray[asv, -1], abs=1.0)
+        assert np.hypot(*off) > 1.0
+
+
+class Drifting:
+    """An outside program that lets both ASVs drift along x."""
+
+    def advance_to(self, time: float) -> dict[str, Any]:
+        return {"asvs": np.array([[0.1 * time, 30.0 * k, 0.0, 0.3] for k in range(2)])}
+
+
+def test_what_lasts_is_that_of_vessels_that_others_move() -> None:
+    """Poses of an outside program are true; headings and GNSS are wrong all the same."""
+    world = scenario(**merged(EVERYTHING, {"duration_s": 60.0, "asvs": {"count": 2}}))
+    result = Mission(world, 3, poses=Drifting()).result()
+    plain = Mission(scenario(duration_s=60.0, asvs={"count": 2}), 3, poses=Drifting()).result()
+    assert result.auvs.fixes_delivered.sum() > 20
+    assert result.auvs.fix_error_rms_m.mean() > 1.5 * plain.auvs.fix_error_rms_m.mean()
+    assert result.auvs.nees.mean() < 6.0
