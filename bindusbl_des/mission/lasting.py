@@ -12,18 +12,20 @@ from ..scenario.lasting_kinds import kinds, told_of
 from ..scenario.scenario import Scenario
 from ..usbl.systematic import SYSTEMATIC, Systematic
 from .closed_loop import Array, slow_gnss
+from .own_errors import headings
 
 
 def misalignments(scenario: Scenario, streams: Streams) -> Array:
     """Return the constant error of the heading of each ASV (rad), (m,); with passive ranging of
-    each AUV (n,), which carries the array.
+    each AUV (n,), which carries the array and turns what it measures by its own compass.
     """
-    carriers = scenario.auvs if scenario.protocol.is_passive else scenario.asvs
-    sd, count = math.radians(scenario.usbl.misalignment_sd_deg), carriers.count
+    passive = scenario.protocol.is_passive
+    turned = headings(scenario, streams) if passive else np.zeros(scenario.asvs.count)
+    sd = math.radians(scenario.usbl.misalignment_sd_deg)
     if sd == 0.0:
-        return np.zeros(count)
-    drawn = [streams.of(Purpose.MISALIGNMENT, it).standard_normal() for it in range(count)]
-    return np.asarray(sd * np.array(drawn))
+        return turned
+    drawn = [streams.of(Purpose.MISALIGNMENT, it).standard_normal() for it in range(len(turned))]
+    return np.asarray(turned + sd * np.array(drawn))
 
 
 def clocks(scenario: Scenario, streams: Streams) -> Array:

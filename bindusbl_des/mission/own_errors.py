@@ -56,13 +56,18 @@ def _velocity_biases(scenario: Scenario, streams: Streams) -> Array:
 def _skews(scenario: Scenario, streams: Streams) -> Rows:
     """Return what the AUVs' logs and compasses make of their ways (n,), or nothing (0,)."""
     navigation, count = scenario.navigation, scenario.auvs.count
-    scale, turned = navigation.scale_factor_sd, math.radians(navigation.heading_sd_deg)
-    if scale == turned == 0.0:
+    scale = navigation.scale_factor_sd
+    if scale == navigation.heading_sd_deg == 0.0:
         return NO_SKEW
     return skews_of(
-        _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0],
-        _drawn(streams, Purpose.HEADING, count, turned)[:, 0],
+        _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0], headings(scenario, streams)
     )
+
+
+def headings(scenario: Scenario, streams: Streams) -> Array:
+    """Return the constant error of each AUV's heading (rad), (n,)."""
+    sd = math.radians(scenario.navigation.heading_sd_deg)
+    return _drawn(streams, Purpose.HEADING, scenario.auvs.count, sd)[:, 0]
 
 
 def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Array:

@@ -27,12 +27,20 @@ def kinds(scenario: Scenario) -> list[Kind]:
     arrays = 1 if scenario.protocol.is_passive else asvs  # that a fix may be of: else one's own
     clock = scenario.navigation.clock_offset_sd_s, scenario.navigation.clock_drift_sd
     found = [
-        Kind("misalignment", (math.radians(usbl.misalignment_sd_deg),), arrays),
+        Kind("misalignment", (misalignment_sd(scenario),), arrays),
         Kind("gnss", (usbl.gnss_correlated_sd_m,) * 2, asvs, usbl.gnss_time_constant_s),
         Kind("sound_speed", (abs(sound_speed_error(scenario)),), 1),
         Kind("clock", (0.0, 0.0) if scenario.protocol.ranging == "twtt" else clock, 1),
     ]
     return [kind for kind in found if any(kind.sds)]
+
+
+def misalignment_sd(scenario: Scenario) -> float:
+    """Return the standard deviation (rad) of the constant error by which directions are turned:
+    that of the array, with passive ranging also of the AUV's compass.
+    """
+    compass = scenario.navigation.heading_sd_deg if scenario.protocol.is_passive else 0.0
+    return math.radians(math.hypot(scenario.usbl.misalignment_sd_deg, compass))
 
 
 def told_of(scenario: Scenario) -> list[Kind]:

@@ -22,10 +22,12 @@ from bindusbl_des.vehicles.currents import CONTROL_S
 PASSIVE = {"protocol": {"ranging": "passive"}}
 LASTING: dict[str, dict[str, Any]] = {
     "misalignment": {"usbl": {"misalignment_sd_deg": 3.0}},
+    "heading": {"navigation": {"heading_sd_deg": 2.0}},
     "gnss": {"usbl": {"gnss_correlated_sd_m": 0.8}},
     "sound_speed": {"environment": {"assumed_sound_speed_m_per_s": 1530.0}},
     "clock": {"navigation": {"clock_offset_sd_s": 5e-4, "clock_drift_sd": 1e-5}},
 }
+LASTING_TURNS = LASTING["misalignment"], LASTING["heading"]
 COORDINATE = st.floats(-80.0, 80.0)
 
 
@@ -75,6 +77,7 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     error = np.array(fix) - own.place
     truth = {
         "misalignment": lambda: lasting.misalignments[:1],
+        "heading": lambda: lasting.misalignments[:1],
         "gnss": lambda: lasting.gnss[0, int(own.ping["sent_at_s"] / CONTROL_S)],
         "sound_speed": lambda: np.array([1.0 - 1500.0 / 1530.0]),
         "clock": lambda: lasting.clocks[0],
@@ -87,7 +90,7 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     # but for the second order of a turn by 8 deg, and a plane wave taken for a sphere
     assert columns @ truth == pytest.approx(error, abs=0.1 * size)
     spread = levers @ np.diag(lasting.variances) @ levers.T
-    if name != "misalignment":  # which stands in the covariance of the direction
+    if name not in ("misalignment", "heading"):  # which stands in the covariance of the direction
         assert covariance == pytest.approx(spread, abs=1e-6 + 1e-3 * np.abs(spread).max())
     for axis in range(2):
         aside = np.array((-4.0, 9.0, 15.0)) + step * np.eye(3)[axis]
@@ -105,9 +108,12 @@ def held(seed: int, **changes: Any) -> tuple[Scenario, Result]:
     return world, simulate(world, seed)
 
 
-def test_misalignments_are_the_auvs() -> None:
-    """Each AUV takes the ASV for turned by its own error, and itself for turned about the ASV."""
-    world, result = held(4, **LASTING["misalignment"])
+@pytest.mark.parametrize(
+    "changes", [LASTING["misalignment"], LASTING["heading"], merged(*LASTING_TURNS)]
+)
+def test_misalignments_and_compasses_are_the_auvs(changes: dict[str, Any]) -> None:
+    """Each AUV takes the ASV for turned by its own errors, and itself for turned about the ASV."""
+    world, result = held(4, **changes)
     fixes = result.tables["fixes"]
     for auv, turn in enumerate(misalignments(world, Streams(4))):
         own = fixes[fixes.auv == f"AUV{auv}"]
