@@ -144,8 +144,9 @@ def test_experiment_files_are_valid_and_say_what_they_make(path: Path) -> None:
 
 
 def test_every_experiment_file_is_run() -> None:
-    """The catalogue and the folder hold the same experiments."""
-    assert {entry.name for entry in catalogue.CATALOGUE} == {path.stem for path in EXPERIMENTS}
+    """The catalogue and the folder hold the same experiments, but for what is not the paper's."""
+    ours = {"navigators"}
+    assert {entry.name for entry in catalogue.CATALOGUE} | ours == {it.stem for it in EXPERIMENTS}
 
 
 def test_the_sweep_has_5760_missions() -> None:
