@@ -88,6 +88,13 @@ def first_belief(
     return Belief(np.zeros(1, dtype=MOMENT), np.zeros(sd.size), np.diag(sd**2))
 
 
+def begun_at(first: Belief, place: tuple[float, float]) -> Belief:
+    """Return what is believed at first of a way that begins where dead reckoning is then (m)."""
+    moment = first.moment.copy()
+    moment["x_m"], moment["y_m"] = place
+    return first._replace(moment=moment)
+
+
 @inlined
 def one(many: Belief, k: int) -> Belief:
     """Return one belief of many, in its place."""

@@ -18,7 +18,7 @@ from ..records.rows import Rows
 from ..vehicles.expected_drift import Told, expected_error, learn, way_since
 from ..vehicles.motion import Floats, Ints, Motion
 from ..vehicles.reckoning import Wrong
-from .belief import Belief, Growth, carry, expected, next_stop, note, one, step_on
+from .belief import Belief, Growth, begun_at, carry, expected, next_stop, note, one, step_on
 from .dead_reckoning import DeadReckoning, Odometry, Reckoned, reckoned
 from .held import Beliefs, copies, covariances, positions
 from .weighing import WEIGHED, Said, take
@@ -108,13 +108,18 @@ class LinearNavigator:
         since when, `learnt` (n,), :data:`.rows.LEARNT`.
         """
         count = len(corrections)
-        self._held = Beliefs(copies(first, count))
+        start = copies(first, count)
+        if growth.stretched > 0:
+            for auv in range(count):
+                note(start, auv, begun_at(first, reckoning.at(auv, 0.0)))
+        self._held = Beliefs(start)
         past = np.zeros((count, REMEMBERED), dtype=PAST)
         past["place"] = np.arange(REMEMBERED)
         # as compiled equations take them
         self._going_on: tuple[Any, ...] = (*growth, *reckoning.flat)
         self._memory: tuple[Any, ...] = (
-            corrections, learnt, *rule, *copies(first, count), *copies(first, count, REMEMBERED),
+            corrections, learnt, *rule, *[part.copy() for part in start],
+            *copies(first, count, REMEMBERED),
             past, np.zeros(count, dtype=np.int64), *self._going_on,
         )  # fmt: skip
         #: What each fix contains of the last states: nothing, but for whoever sets it.

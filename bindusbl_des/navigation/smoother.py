@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..records.rows import FIX, Rows
 from ..vehicles.motion import Ints
-from .belief import NONE, Belief, Growth
+from .belief import NONE, Belief, Growth, begun_at
 from .dead_reckoning import DeadReckoning, Odometry
 from .navigators import LinearNavigator
 from .smoothing import Sights, filtered, smooth
@@ -101,7 +101,8 @@ class Smoother:
         valid, delivered = known.rows["valid_at_s"], known.rows["delivered_at_s"]
         times, count = odometry.times, len(odometry.times)
         found = Believed(np.empty((count, 2)), np.empty((count, 3)))
-        begin, is_open = self._first, np.ones(len(valid), dtype=bool)
+        begin = begun_at(self._first, self._reckoning.at(auv, 0.0))
+        is_open = np.ones(len(valid), dtype=bool)
         for first, end in self._groups(times, delivered):
             told = delivered <= times[first] + self._lag
             # nothing that comes later is about an earlier instant than this

@@ -24,11 +24,32 @@ ROUTES = ("lawnmower", "hold", "waypoints", "track")
 RANGINGS = ("owtt_sync", "twtt", "passive")
 
 
+# Errors that a filter may be left ignorant of
+Untold = Literal[
+    "misalignment", "gnss", "sound_speed", "clock",
+    "velocity_bias", "scale_factor", "heading", "initial_position",
+]  # fmt: skip
+
+
 class Kalman(Settings):
     """The settings of the filter `kalman`."""
 
-    untold: tuple[Literal["misalignment", "gnss", "sound_speed", "clock"], ...] = key(
-        (), "", "errors of instruments and clocks that the filter is not told of"
+    untold: tuple[Untold, ...] = key(
+        (), "", "errors of instruments, clocks and AUVs' own sensors that the filter is not told of"
+    )
+    random_walk_m_per_sqrt_s: Real | None = key(
+        None, "m/sqrt(s)", "process noise of the position; null = the scenario's", ge=0, le=1e3
+    )
+    velocity_bias_sd_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "prior of the constant velocity bias along each axis; null = the scenario's, "
+        "hypot(|velocity_bias_m_per_s|, velocity_bias_sd_m_per_s)",
+        ge=0,
+        le=20,
+    )
+    initial_position_sd_m: Real | None = key(
+        None, "m", "prior of the start along each axis; null = the scenario's", ge=0, le=1e5
     )
 
 

@@ -1,0 +1,194 @@
+"""Whether a Kalman navigator knows how far off it is, and whether fixes are worth taking in."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+from worlds import merged, paper_case, scenario
+
+from bindusbl_des import Scenario, load_scenario, simulate
+
+# Each option alone
+OPTIONS: dict[str, dict[str, Any]] = {
+    "nothing": {},
+    "start": {"initial_position_sd_m": 2.0},
+    "world": {"bias_frame": "world"},
+    "wandering": {"velocity_bias_time_constant_s": 60.0},
+    "wandering_in_the_world": {"velocity_bias_time_constant_s": 60.0, "bias_frame": "world"},
+    "scale_factor": {"scale_factor_sd": 0.03},
+    "heading": {"heading_sd_deg": 3.0},
+}
+ALL = {
+    **OPTIONS["start"], **OPTIONS["wandering"], **OPTIONS["scale_factor"], **OPTIONS["heading"]
+}  # fmt: skip
+# An inertial system whose bias would not hide what else is wrong
+GOOD = {"velocity_bias_sd_m_per_s": 0.002, "random_walk_m_per_sqrt_s": 0.005}
+
+
+def drawn(until: float, *navigation: dict[str, Any], **changes: Any) -> Scenario:
+    """Return the recovery mission with a bias that is drawn, and a Kalman navigator."""
+    told = {"filter": "kalman", "velocity_bias_m_per_s": [0.0, 0.0]}
+    told |= {"velocity_bias_sd_m_per_s": 0.06}
+    for further in navigation:
+        told |= further
+    base = {
+        "duration_s": until + 0.1,
+        "navigation": told,
+        "acoustics": {"loss": {"combine": "off"}},
+        "record": {"detail": "full", "tracks_hz": 1 / until},
+    }
+    return paper_case(changes.pop("asvs", 3), **merged(base, changes))
+
+
+def nees(tested: Scenario, runs: int) -> np.ndarray:
+    """Return the mean e' P^-1 e of each AUV at the end, over seeds."""
+    found = []
+    for seed in range(runs):
+        rows = simulate(tested, seed).tables["tracks"]
+        rows = rows[(rows.time_s > 0.0) & rows.vehicle.str.startswith("AUV")]
+        x, y = rows.estimate_x_m - rows.x_m, rows.estimate_y_m - rows.y_m
+        xx, yy, xy = rows.estimate_sd_x_m**2, rows.estimate_sd_y_m**2, rows.estimate_cov_xy_m2
+        found.append((yy * x**2 - 2 * xy * x * y + xx * y**2) / (xx * yy - xy**2))
+    return np.asarray(np.mean(found, axis=0))
+
+
+def bounds(runs: int) -> tuple[float, float]:
+    """Return where the mean of that over seeds lies with 99.9 % (two numbers, chi-squared)."""
+    low, high = stats.chi2.ppf((0.0005, 0.9995), 2 * runs) / runs
+    return float(low), float(high)
+
+
+def check(tested: Scenario, runs: int) -> None:
+    low, high = bounds(runs)
+    means = nees(tested, runs)
+    assert ((low < means) & (means < high)).all(), means
+
+
+def test_errors_are_as_large_as_covariances_say() -> None:
+    """With everything wrong at once, and told of: NEES at 200 s over 100 seeds."""
+    check(drawn(200.0, ALL), 100)
+
+
+@pytest.mark.parametrize("untold", ["heading", "velocity_bias"])
+def test_what_is_not_told_shows(untold: str) -> None:
+    """Left ignorant of one of them, a filter is far too sure."""
+    ignorant = {"filter": {"model": "kalman", "untold": [untold]}}
+    kind = {"heading": "heading", "velocity_bias": "wandering"}[untold]
+    assert nees(drawn(200.0, GOOD, OPTIONS[kind], ignorant), 30).max() > 4.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("system", [{}, GOOD], ids=["paper", "good"])
+@pytest.mark.parametrize("option", OPTIONS)
+@pytest.mark.parametrize("asvs", [1, 3])
+def test_each_option_alone_is_known(asvs: int, option: str, system: dict[str, Any]) -> None:
+    """NEES within its 99.9 % bounds over 200 seeds, with one ASV and long gaps as well."""
+    for instant in (95.0, 285.0):
+        check(drawn(instant, system, OPTIONS[option], asvs=asvs), 200)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("feedback", ["truth", "estimate"])
+@pytest.mark.parametrize("asvs", [1, 3])
+def test_all_options_together_are_known(asvs: int, feedback: str) -> None:
+    """The same with all at once, also of who steers by the estimates."""
+    auvs = {"vehicle": "bluerov2", "feedback": feedback}
+    check(drawn(200.0, ALL, asvs=asvs, auvs=auvs), 100)
+    check(drawn(200.0, {**ALL, "velocity_bias_m_per_s": [0.03, -0.02]}, asvs=asvs), 200)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("untold", ["heading", "scale_factor", "velocity_bias", "initial_position"])
+def test_each_that_is_not_told_shows(untold: str) -> None:
+    """Outside the bounds over 200 seeds."""
+    kind = {"velocity_bias": "wandering", "initial_position": "start"}.get(untold, untold)
+    ignorant = {"filter": {"model": "kalman", "untold": [untold]}}
+    assert nees(drawn(95.0, GOOD, OPTIONS[kind], ignorant), 200).max() > bounds(200)[1]
+
+
+def test_settings_tune_what_the_filter_believes() -> None:
+    """A prior, a start and a process noise of one's own are what it reports where no fix comes."""
+    told = {"initial_position_sd_m": 3.0, "velocity_bias_sd_m_per_s": 0.0}
+    filter_ = {"model": "kalman", "random_walk_m_per_sqrt_s": 0.5, **told}
+    deaf = {"hf": {"range_m": 0.1}, "mf": {"range_m": 0.1}}
+    tested = drawn(100.0, {"filter": filter_}, acoustics=deaf)
+    rows = simulate(tested, 0).tables["tracks"]
+    last = rows[(rows.time_s == 100.0) & (rows.vehicle == "AUV0")].iloc[0]
+    assert last.estimate_sd_x_m == pytest.approx(math.sqrt(9.0 + 25.0), rel=1e-9)
+
+
+def harm(tested: Scenario, runs: int) -> list[str]:
+    """Return the AUVs that fixes make worse than none: mean over seeds, beyond noise and 2 %."""
+    alone, benefit = [], []
+    for seed in range(runs):
+        auvs = simulate(tested, seed).auvs
+        alone.append(auvs.imu_error_m)
+        benefit.append(auvs.fix_benefit_m)
+    mean, error = np.mean(benefit, axis=0), np.std(benefit, axis=0, ddof=1) / math.sqrt(runs)
+    worse = mean < -0.02 * np.mean(alone, axis=0) - 3.0 * error
+    return [f"AUV{auv} {mean[auv]:.3f} m" for auv in np.flatnonzero(worse)]
+
+
+SHIPPED = sorted((Path(__file__).parents[2] / "scenarios").glob("*.yaml"))
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(it, marks=[] if it.stem == "failure_140m" else pytest.mark.slow, id=it.stem)
+     for it in SHIPPED],
+)  # fmt: skip
+def test_fixes_harm_nobody_in_what_ships(path: Path) -> None:
+    tested = load_scenario(
+        path, overrides=["navigation.filter=kalman", "record.detail=summary", "record.metrics_hz=2"]
+    )
+    assert harm(tested, 10) == []
+
+
+def anything(number: int) -> Scenario:
+    """Return a random mission: who, where, how far heard, and how wrong everything is."""
+    rng = np.random.default_rng(number)
+
+    def some(value: float) -> float:
+        return float(value * rng.uniform() * (rng.uniform() < 0.5))
+
+    side = float(rng.uniform(60.0, 300.0))
+    return scenario(
+        duration_s=float(rng.uniform(60.0, 200.0)),
+        survey={"side_m": side, "depth_m": float(rng.uniform(2.0, 30.0))},
+        auvs={"count": int(rng.integers(1, 5)), "speed_m_per_s": float(rng.uniform(0.3, 2.0))},
+        asvs={"count": int(rng.integers(1, 5)),
+              "formation": {"radius_m": float(rng.uniform(0.1, 0.6)) * side}},
+        acoustics={"hf": {"range_m": float(rng.uniform(0.3, 2.0)) * side},
+                   "mf": {"range_m": float(rng.uniform(1.0, 3.0)) * side}},
+        protocol={"ranging": str(rng.choice(["owtt_sync", "twtt"]))},
+        usbl={"heading_sd_deg": float(rng.uniform(0.2, 4.0)),
+              "misalignment_sd_deg": some(3.0), "gnss_correlated_sd_m": some(2.0)},
+        navigation={
+            "velocity_bias_m_per_s": [some(0.1), some(0.1)],
+            "velocity_bias_sd_m_per_s": some(0.1),
+            "velocity_bias_time_constant_s": float(rng.uniform(20.0, 600.0)),
+            "random_walk_m_per_sqrt_s": float(10 ** rng.uniform(-3.0, -1.0)),
+            "initial_position_sd_m": some(3.0),
+            "scale_factor_sd": some(0.03),
+            "heading_sd_deg": some(4.0),
+            "bias_frame": str(rng.choice(["body", "world"])),
+        },
+        record={"detail": "summary", "metrics_hz": 2.0},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        range(4),
+        *(pytest.param(range(n, n + 20), marks=pytest.mark.slow) for n in range(0, 200, 20)),
+    ],
+    ids=str,
+)
+def test_fixes_harm_nobody_at_random(numbers: range) -> None:
+    """A filter that is told of what is wrong is never better off without fixes."""
+    found = {number: worse for number in numbers if (worse := harm(anything(number), 8))}
+    assert found == {}
