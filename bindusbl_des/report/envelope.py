@@ -30,7 +30,9 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     initial position that are drawn for the mission (`velocity_bias_sd_m_per_s`,
     `initial_position_sd_m`) do not grow and shrink like that: each is one unknown number per axis,
     and moves the estimate by its own drift, less what fixes took away of that; sd^2 times the
-    square of that way is its variance, sd^2 t^2 and sd^2 before the first fix.  The bound is
+    square of that way is its variance, sd^2 t^2 and sd^2 before the first fix.  So do a scale
+    factor and a heading, of which the drift is the way travelled, and that turned by a quarter; a
+    bias that wanders is taken for a constant one, which carries an AUV farther.  The bound is
     |mean| + 3 sqrt(largest eigenvalue).  Unsteady currents and late corrections of the heading are
     left out.  Another filter than `fixed_gain` says itself how sure it is: there the bound is three
     sigma of that.
@@ -105,13 +107,35 @@ def _gone(mission: "Recording", auv: int) -> Floats:
 def _unknown(mission: "Recording", auv: int) -> list[tuple[float, Floats]]:
     """Return the sd of each number drawn for the mission, and the drift (n, 2) that 1 of it makes.
 
-    The initial position (m) along x and y, and the velocity bias (m/s) along its two axes.
+    The initial position (m) along x and y, the velocity bias (m/s) along its two axes, the scale
+    factor and the heading (rad).
     """
     navigation, still = mission.scenario.navigation, np.zeros((len(mission.times), 2))
     bias, start = navigation.velocity_bias_sd_m_per_s, navigation.initial_position_sd_m
     axes = ((1.0, 0.0), (0.0, 1.0))
     found = [(start, still + np.array(axis)) for axis in axes if start]
-    return found + [(bias, _summed(mission, _bias_rate(mission, auv, it))) for it in axes if bias]
+    found += [(bias, _summed(mission, _bias_rate(mission, auv, it))) for it in axes if bias]
+    scale, turned = navigation.scale_factor_sd, math.radians(navigation.heading_sd_deg)
+    if scale or turned:
+        way = _way(mission, auv)
+        found += [(scale, way), (turned, np.column_stack((-way[:, 1], way[:, 0])))]
+    return found
+
+
+def _way(mission: "Recording", auv: int) -> Floats:
+    """Return the way (m) from the start (n, 2) of which log and compass tell, as it is."""
+    truth = np.column_stack([mission.truth[name][auv] for name in ("x_m", "y_m")])
+    way = truth - truth[0]
+    if mission.scenario.navigation.velocity == "through_water":
+        way -= _summed(mission, np.tile(_current(mission), (len(mission.times), 1)))
+    return np.asarray(way)
+
+
+def _current(mission: "Recording") -> Floats:
+    """Return the steady current (m/s) along x and y."""
+    water = mission.scenario.environment
+    towards = math.radians(water.current_direction_deg)
+    return water.current_m_per_s * np.array([math.cos(towards), math.sin(towards)])
 
 
 def _mean_drift(mission: "Recording", auv: int) -> Floats:
@@ -119,9 +143,7 @@ def _mean_drift(mission: "Recording", auv: int) -> Floats:
     scenario = mission.scenario
     rate = _bias_rate(mission, auv, scenario.navigation.velocity_bias_m_per_s)
     if scenario.navigation.velocity == "through_water":
-        water = scenario.environment
-        towards = math.radians(water.current_direction_deg)
-        rate = rate - water.current_m_per_s * np.array([math.cos(towards), math.sin(towards)])
+        rate = rate - _current(mission)
     return _summed(mission, rate)
 
 

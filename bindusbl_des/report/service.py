@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..navigation.dead_reckoning import drift_rms
+from ..navigation.dead_reckoning import drift_rms, wandering_rms
 from .recording import FATES, Recording
 
 if TYPE_CHECKING:
-    from ..scenario.navigation_keys import Navigation
+    from ..scenario.scenario import Scenario
 
 # An AUV starves when dead reckoning alone would have drifted this far (m) since its last fix ...
 TOLERATED_DRIFT_M = 1.0
@@ -80,10 +80,10 @@ def patience(mission: Recording) -> Patience:
     """Return after how long without a fix an AUV counts as starved."""
     starts, duration = mission.rounds["started_at_s"], mission.scenario.duration_s
     length = float(np.median(np.diff(starts))) if len(starts) > 1 else duration
-    navigation = mission.scenario.navigation
-    later = _patience(navigation, duration, length, 0.0)
-    first = _patience(navigation, duration, length, navigation.initial_position_sd_m)
-    if _drift(navigation, duration, 0.0) <= TOLERATED_DRIFT_M:
+    scenario = mission.scenario
+    later = _patience(scenario, length, 0.0)
+    first = _patience(scenario, length, scenario.navigation.initial_position_sd_m)
+    if _drift(scenario, duration, 0.0) <= TOLERATED_DRIFT_M:
         reason = f"{MANY_ROUNDS:g} rounds, since dead reckoning alone drifts by less than"
     elif later > TOLERATED_ROUNDS * length:
         reason = "the time in which dead reckoning alone drifts by"
@@ -92,27 +92,35 @@ def patience(mission: Recording) -> Patience:
     return Patience(min(first, later), later, f"{reason} {TOLERATED_DRIFT_M:g} m")
 
 
-def _patience(navigation: "Navigation", duration: float, length: float, initial_sd: float) -> float:
+def _patience(scenario: "Scenario", length: float, initial_sd: float) -> float:
     """Return the time (s) in which the error reaches what is tolerated, or rounds' lengths (s)."""
-    if _drift(navigation, duration, initial_sd) <= TOLERATED_DRIFT_M:
+    if _drift(scenario, scenario.duration_s, initial_sd) <= TOLERATED_DRIFT_M:
         return MANY_ROUNDS * length
-    low, high = 0.0, duration
+    low, high = 0.0, scenario.duration_s
     for _ in range(50):
         middle = (low + high) / 2
-        drifted = _drift(navigation, middle, initial_sd) >= TOLERATED_DRIFT_M
+        drifted = _drift(scenario, middle, initial_sd) >= TOLERATED_DRIFT_M
         low, high = (low, middle) if drifted else (middle, high)
     return max(high, TOLERATED_ROUNDS * length)
 
 
-def _drift(navigation: "Navigation", time: float, initial_sd: float) -> float:
-    """Return the RMS (m) of the error after so long (s) without a fix.
+def _drift(scenario: "Scenario", time: float, initial_sd: float) -> float:
+    """Return the RMS (m) of the error after so long (s) without a fix, on a straight way.
 
     Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias adds
-    2 sd^2 t^2, and the error of the position at first 2 sd^2.
+    2 sd^2 t^2 (less if it wanders), the error of the position at first 2 sd^2, and a scale factor
+    and a heading add their variances times the square of the way.
     """
+    navigation = scenario.navigation
     walk, bias = navigation.random_walk_m_per_sqrt_s, navigation.velocity_bias_m_per_s
-    drawn = math.hypot(navigation.velocity_bias_sd_m_per_s * time, initial_sd)
-    return math.hypot(drift_rms(time, bias, walk), math.sqrt(2) * drawn)
+    lasts = navigation.velocity_bias_time_constant_s or math.inf
+    wandered = wandering_rms(time, navigation.velocity_bias_sd_m_per_s, lasts)
+    skew = math.hypot(navigation.scale_factor_sd, math.radians(navigation.heading_sd_deg))
+    return math.hypot(
+        drift_rms(time, bias, walk),
+        math.sqrt(2) * math.hypot(wandered, initial_sd),
+        skew * scenario.auvs.speed_m_per_s * time,
+    )
 
 
 def service(mission: Recording, auv: int, wait: Patience) -> Service:

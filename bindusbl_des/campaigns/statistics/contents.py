@@ -26,6 +26,8 @@ def in_intervals(plan: Plan, points: Iterable[int]) -> str:
     said = "Intervals are over seeds: noise, losses and the random walk of dead reckoning"
     if any(part["initial_position_sd_m"] for part in parts):
         said += ", errors of the start"
+    if any(part.get(key) for part in parts for key in ("scale_factor_sd", "heading_sd_deg")):
+        said += ", scale factors and headings of AUVs"
     if all(fixed):
         return (
             f"{said}. The velocity bias is the same for every AUV and seed ({SD} is 0), so the "
