@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..navigation.belief import Belief, begun_at
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, Smoothed, smooth
 from ..records.rows import Rows
@@ -35,6 +36,11 @@ class Prepared(NamedTuple):
 
     odometry: Odometry
     sights: Rows
+
+    def first(self, noise: Noise) -> Belief:
+        """Return what is believed at the first instant."""
+        x, y = self.odometry.position[0].tolist()
+        return begun_at(noise.first(), (x, y))
 
 
 def prepared(log: Log) -> Prepared:
@@ -68,7 +74,7 @@ def filter_log(log: Prepared, noise: Noise) -> Track:
     """Return where the vehicle would have taken itself for, sight by sight, as an extended Kalman
     filter has it.
     """
-    count, own = len(log.odometry.times), noise.first()
+    count, own = len(log.odometry.times), log.first(noise)
     seen = np.zeros(len(log.sights), dtype=SEEN).view(np.recarray)
     places, covariances = np.empty((count, 2)), np.empty((count, 3))
     flat: tuple[Any, ...] = (
@@ -85,7 +91,7 @@ def smooth_log(log: Prepared, noise: Noise, begin: Track) -> tuple[Track, Smooth
     Sights are looked at from `begin`, and from where that leads, until nothing changes: the most
     likely track.
     """
-    first, growth = noise.first(), noise.growth()
+    first, growth = log.first(noise), noise.growth()
     places = begin.places
     for _ in range(MOST_LOOKS):
         sights, seen = _looked_at(log, noise, places)

@@ -267,6 +267,18 @@ def test_the_noise_of_one_run_is_not_that_of_the_other(tmp_path: Path) -> None:
         assert told.format(*(row[column] for row in rows)) in page
 
 
+def test_where_the_origin_lies_changes_nothing() -> None:
+    """A heading that is unsure turns the way about its start, not about the frame's origin."""
+    log, _ = made_up(SEA, count=100)
+    away = np.array([4000.0, -3000.0])
+    beacons = log.beacons._replace(places=log.beacons.places + np.append(away, 0.0))
+    moved = replace(log, places=log.places + away, beacons=beacons)
+    told = TOLD.with_start_found()
+    tracks = [filter_log(prepared(it), told) for it in (log, moved)]
+    assert tracks[1].places - away == pytest.approx(tracks[0].places, abs=1e-6)
+    assert np.sqrt(tracks[0].covariances[0, :2].max()) < 1.01 * told.start_sd
+
+
 def test_a_wrong_belief_is_given_up() -> None:
     """A filter too sure of a wrong start takes in the sixth range that its gate would refuse."""
     log, _ = made_up(Sea(share=0.0), count=200)
