@@ -205,3 +205,29 @@ def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
         squares[1] += off[:2] @ np.linalg.solve(left, off[:2])
     # chi-squared of 2 degrees of freedom at 3.3 sd, and 3 % for terms of third order
     assert squares / count == pytest.approx(2.0, abs=3.3 * math.sqrt(4 / count) + 0.06)
+
+
+@pytest.mark.parametrize(("count", "factor"), [(2, 0.75), (3, 2 / 3)])
+def test_fixes_that_are_alike_are_worth_less(count: int, factor: float) -> None:
+    """Of fixes whose errors are correlated by a half, K leave (1 + (K - 1) / 2) / K of a variance."""
+    half = math.sqrt(0.5) * np.eye(3)
+    spread = fused([np.zeros(3)] * count, [half @ half] * count, [half] * count)[1]
+    assert np.diag(spread) == pytest.approx([factor] * 3)
+
+
+def test_measurements_that_contradict_each_other_make_no_sure_fix() -> None:
+    """An outlier among three: nobody knows which, but the fix does not pass for a good one."""
+    noise = np.random.default_rng(1).standard_normal((3, NOISE_WIDTH + 4))
+    noise[:, NOISE_WIDTH + 1] = (0.0, -9.0, 0.0)  # the second is one
+    noise[1, NOISE_WIDTH + 2 :] = (0.6, -0.8)
+    nobody = Sea(noise=noise).measured()
+    possible = Sea(noise=noise, outliers=(-math.inf, 25.0)).measured()
+    for one, other in zip(nobody, possible, strict=True):
+        assert np.array_equal(one, other)  # as long as they agree
+    for heard in ((0, 1), (0, 1, 2)):
+        fix, covariance, _ = Sea(noise=noise, outliers=(-3.0, 25.0), heard=heard).measured()
+        without = Sea(noise=noise, heard=heard).measured()[1]
+        off = (fix - SOURCE)[:2]
+        assert off @ np.linalg.solve(without[:2, :2], off) > 50.0
+        assert (np.diag(covariance) > 20.0 * np.diag(without)).all()
+        assert off @ np.linalg.solve(covariance[:2, :2], off) < 20.0
