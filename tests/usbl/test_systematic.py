@@ -209,7 +209,7 @@ def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(("count", "factor"), [(2, 0.75), (3, 2 / 3)])
 def test_fixes_that_are_alike_are_worth_less(count: int, factor: float) -> None:
-    """Where errors of K fixes are correlated by a half, (1 + (K - 1) / 2) / K of a variance is left."""
+    """Errors of K fixes correlated by a half leave (1 + (K - 1) / 2) / K of a variance."""
     half = math.sqrt(0.5) * np.eye(3)
     spread = fused([np.zeros(3)] * count, [half @ half] * count, [half] * count)[1]
     assert np.diag(spread) == pytest.approx([factor] * 3)
