@@ -88,11 +88,6 @@ RULES = (
         "AUVs that hold still head along +x, so that both frames are one",
     ),
     Idle(
-        {"auvs.route.kind": ("hold",), "navigation.velocity": ("over_ground",)},
-        ("navigation.scale_factor_sd",),
-        "the AUVs lie still",
-    ),
-    Idle(
         {"navigation.velocity_bias_sd_m_per_s": (0.0,)},
         ("navigation.velocity_bias_time_constant_s",),
         "no velocity bias is drawn, the constant one does not wander",
