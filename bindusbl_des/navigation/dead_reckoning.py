@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..core.compiled import compiled, entry, inlined
 from ..records.rows import Rows
 from ..vehicles.expected_drift import Told
-from ..vehicles.motion import Ints, Motion, headed, where
+from ..vehicles.motion import Ints, Motion, headed, places
 from ..vehicles.reckoning import Wrong, by_compass, error, follow
 
 Array = NDArray[np.float64]
@@ -119,6 +119,8 @@ class DeadReckoning:
         The walks hold at the samples of the IMUs, which keep their velocity between them; two
         samples or more.
         """
+        if wrong.skews.size:
+            wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
         # as compiled equations take them
         self.flat: tuple[Any, ...] = (*motion, *wrong)
@@ -153,12 +155,11 @@ def _reckon(
     """
     motion, wrong = known.motion, known.wrong
     x, y, z, yaw, cosine, sine = headed(motion, auv, time)
-    cosine, sine = by_compass(cosine, sine, wrong, auv)
     begin_x = begin_y = 0.0
     if wrong.skews.size > 0:
-        begin_x, begin_y, _, _ = where(motion, auv, 0.0)
-    way = x - begin_x, y - begin_y
-    ahead, aside = error(time, (cosine, sine), way, wrong, auv)
+        cosine, sine = by_compass(cosine, sine, wrong, auv)
+        begin_x, begin_y = wrong.skews[auv].begin_x, wrong.skews[auv].begin_y
+    ahead, aside = error(time, (cosine, sine), (x - begin_x, y - begin_y), wrong, auv)
     return x, y, z, yaw, x + ahead, y + aside, cosine, sine
 
 

@@ -22,8 +22,12 @@ Floats = NDArray[np.float64]
 
 # What a vehicle's log and compass make of a way: they add `along` of it, and `across` of it turned
 # by a quarter to starboard; they stretch it by a factor and turn it (rad, and its cosine and sine).
+# It begins at a place (m) that is known when the vehicles are.
 SKEW = np.dtype(
-    [(name, "f8") for name in ("along", "across", "factor", "turned", "cosine", "sine")]
+    [
+        (name, "f8")
+        for name in ("along", "across", "factor", "turned", "cosine", "sine", "begin_x", "begin_y")
+    ]
 )
 NO_SKEW = np.zeros(0, dtype=SKEW)
 
@@ -83,13 +87,6 @@ def by_compass(ahead: float, aside: float, wrong: Wrong, vehicle: int) -> tuple[
 
 
 @inlined
-def bias_at(time: float, wrong: Wrong) -> int:
-    """Return which of the biases is held at an instant (s)."""
-    held: int = min(int(time / wrong.held_s), wrong.biases.shape[1] - 1)
-    return held
-
-
-@inlined
 def error(
     time: float, heading: tuple[float, float], way: tuple[float, float], wrong: Wrong, vehicle: int
 ) -> tuple[float, float]:
@@ -98,20 +95,24 @@ def error(
     `heading` are the integrals of its cosine and sine (s) by its compass, `way` is the true one
     from the start (m).
     """
-    walk, held = wrong.walks[vehicle], bias_at(time, wrong)
-    whole = min(int(time * wrong.rate), walk.shape[0] - 2)
+    walks, biases, held = wrong.walks, wrong.biases, 0  # no views: they are counted, and cost time
+    whole = min(int(time * wrong.rate), walks.shape[1] - 2)
     share = time * wrong.rate - whole
-    x = walk[whole, 0] + share * (walk[whole + 1, 0] - walk[whole, 0])
-    y = walk[whole, 1] + share * (walk[whole + 1, 1] - walk[whole, 1])
-    ahead, aside = heading if wrong.in_body else (time, 0.0)
-    forward, starboard = wrong.biases[vehicle, held, 0], wrong.biases[vehicle, held, 1]
-    x += ahead * forward - aside * starboard
-    y += aside * forward + ahead * starboard
-    if wrong.biases.shape[1] > 1:
+    x, y = walks[vehicle, whole, 0], walks[vehicle, whole, 1]
+    x += share * (walks[vehicle, whole + 1, 0] - x)
+    y += share * (walks[vehicle, whole + 1, 1] - y)
+    if biases.shape[1] > 1:
+        held = min(int(time / wrong.held_s), biases.shape[1] - 1)
         x += wrong.offsets[vehicle, held, 0]
         y += wrong.offsets[vehicle, held, 1]
-    added_x, added_y = skewed(way[0], way[1], wrong, vehicle)
-    return x + added_x, y + added_y
+    ahead, aside = heading if wrong.in_body else (time, 0.0)
+    forward, starboard = biases[vehicle, held, 0], biases[vehicle, held, 1]
+    x += ahead * forward - aside * starboard
+    y += aside * forward + ahead * starboard
+    if wrong.skews.size > 0:
+        added_x, added_y = skewed(way[0], way[1], wrong, vehicle)
+        x, y = x + added_x, y + added_y
+    return x, y
 
 
 @compiled
