@@ -10,7 +10,7 @@ from ..navigation.dead_reckoning import random_walk
 from ..records.rows import Rows
 from ..scenario.scenario import Scenario
 from ..vehicles.currents import CONTROL_S, gauss_markov
-from ..vehicles.reckoning import NO_SKEW, Wrong, skews_of
+from ..vehicles.reckoning import Wrong, skews_of
 from .closed_loop import Water, control_intervals
 
 Array = NDArray[np.float64]
@@ -54,11 +54,8 @@ def _velocity_biases(scenario: Scenario, streams: Streams) -> Array:
 
 
 def _skews(scenario: Scenario, streams: Streams) -> Rows:
-    """Return what the AUVs' logs and compasses make of their ways (n,), or nothing (0,)."""
-    navigation, count = scenario.navigation, scenario.auvs.count
-    scale = navigation.scale_factor_sd
-    if scale == navigation.heading_sd_deg == 0.0:
-        return NO_SKEW
+    """Return what the AUVs' logs and compasses make of their ways (n,)."""
+    scale, count = scenario.navigation.scale_factor_sd, scenario.auvs.count
     return skews_of(
         _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0], headings(scenario, streams)
     )
@@ -96,7 +93,7 @@ def _walks(scenario: Scenario, streams: Streams, water: Water, skews: Rows) -> A
     if navigation.velocity == "through_water":
         moved = water.carried(np.arange(count + 1) / rate)
         lost -= moved
-        for auv, skew in enumerate(skews):
-            along, across = skew["along"], skew["across"]
+        for auv in np.flatnonzero((skews["along"] != 0.0) | (skews["across"] != 0.0)).tolist():
+            along, across = skews[auv]["along"], skews[auv]["across"]
             lost[auv] -= moved @ np.array([[along, across], [-across, along]])
     return lost

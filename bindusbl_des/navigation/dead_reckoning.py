@@ -119,8 +119,7 @@ class DeadReckoning:
         The walks hold at the samples of the IMUs, which keep their velocity between them; two
         samples or more.
         """
-        if wrong.skews.size:
-            wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
+        wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
         # as compiled equations take them
         self.flat: tuple[Any, ...] = (*motion, *wrong)
@@ -155,11 +154,9 @@ def _reckon(
     """
     motion, wrong = known.motion, known.wrong
     x, y, z, yaw, cosine, sine = headed(motion, auv, time)
-    begin_x = begin_y = 0.0
-    if wrong.skews.size > 0:
-        cosine, sine = by_compass(cosine, sine, wrong, auv)
-        begin_x, begin_y = wrong.skews[auv].begin_x, wrong.skews[auv].begin_y
-    ahead, aside = error(time, (cosine, sine), (x - begin_x, y - begin_y), wrong, auv)
+    cosine, sine = by_compass(cosine, sine, wrong, auv)
+    way = x - wrong.skews[auv].begin_x, y - wrong.skews[auv].begin_y
+    ahead, aside = error(time, (cosine, sine), way, wrong, auv)
     return x, y, z, yaw, x + ahead, y + aside, cosine, sine
 
 

@@ -29,7 +29,6 @@ SKEW = np.dtype(
         for name in ("along", "across", "factor", "turned", "cosine", "sine", "begin_x", "begin_y")
     ]
 )
-NO_SKEW = np.zeros(0, dtype=SKEW)
 
 
 class Wrong(NamedTuple):
@@ -38,7 +37,7 @@ class Wrong(NamedTuple):
     `walks` (n, samples, 2) m along x and y at the instants k / `rate` (Hz), straight in between.
     `biases` (n, k, 2) m/s of velocity, ahead and to starboard if `in_body`, else along x and y,
     each held for `held_s` (s); `offsets` (n, k, 2), m, as above, as far as the way is known.
-    `skews` (n,), SKEW, or none.
+    `skews` (n,), SKEW.
     """
 
     walks: Floats
@@ -50,10 +49,9 @@ class Wrong(NamedTuple):
     skews: Rows
 
 
-def steady(
-    walks: Floats, rate: float, bias: ArrayLike, in_body: bool, skews: Rows = NO_SKEW
-) -> Wrong:
+def steady(walks: Floats, rate: float, bias: ArrayLike, in_body: bool) -> Wrong:
     """Return how wrong dead reckoning is whose bias, (2,) or (n, 2), m/s, never changes."""
+    skews = skews_of(np.zeros(len(walks)), np.zeros(len(walks)))
     biases = np.array(np.broadcast_to(bias, (len(walks), 2)), dtype=np.float64)[:, np.newaxis]
     return Wrong(walks, rate, biases, np.zeros(biases.shape), inf, in_body, skews)
 
@@ -71,8 +69,6 @@ def skews_of(scales: Floats, turned: Floats) -> Rows:
 @inlined
 def skewed(x: float, y: float, wrong: Wrong, vehicle: int) -> tuple[float, float]:
     """Return what a vehicle's log and compass add to a way (m) or velocity (m/s)."""
-    if wrong.skews.size == 0:
-        return 0.0, 0.0
     skew = wrong.skews[vehicle]
     return skew.along * x - skew.across * y, skew.across * x + skew.along * y
 
@@ -80,8 +76,6 @@ def skewed(x: float, y: float, wrong: Wrong, vehicle: int) -> tuple[float, float
 @inlined
 def by_compass(ahead: float, aside: float, wrong: Wrong, vehicle: int) -> tuple[float, float]:
     """Return integrals of the cosine and sine of the heading (s) by the compass."""
-    if wrong.skews.size == 0:
-        return ahead, aside
     skew = wrong.skews[vehicle]
     return skew.cosine * ahead - skew.sine * aside, skew.sine * ahead + skew.cosine * aside
 
@@ -109,10 +103,8 @@ def error(
     forward, starboard = biases[vehicle, held, 0], biases[vehicle, held, 1]
     x += ahead * forward - aside * starboard
     y += aside * forward + ahead * starboard
-    if wrong.skews.size > 0:
-        added_x, added_y = skewed(way[0], way[1], wrong, vehicle)
-        x, y = x + added_x, y + added_y
-    return x, y
+    added_x, added_y = skewed(way[0], way[1], wrong, vehicle)
+    return x + added_x, y + added_y
 
 
 @compiled

@@ -120,9 +120,7 @@ def read_log(
     a BlueROV2 by 0.02 m at most.
     """
     missed, wrong = 1.0 if drift.through_water else 0.0, drift.wrong
-    yaw, factor = spot.yaw, 1.0
-    if wrong.skews.size > 0:
-        yaw, factor = yaw + wrong.skews[vehicle].turned, wrong.skews[vehicle].factor
+    yaw, factor = spot.yaw + wrong.skews[vehicle].turned, wrong.skews[vehicle].factor
     turn = yaw if wrong.in_body else 0.0
     c_turn, s_turn = cos(turn), sin(turn)
     north, east = spot.north - missed * current[0], spot.east - missed * current[1]

@@ -112,8 +112,7 @@ def _feel(state: Floats, wrong: Wrong, vehicle: int, felt: Floats) -> None:
     """Write the state of a vehicle with the heading that its compass tells to `felt`."""
     for k in range(state.size):
         felt[k] = state[k]
-    if wrong.skews.size > 0:
-        felt[heading_place(state)] += wrong.skews[vehicle].turned
+    felt[heading_place(state)] += wrong.skews[vehicle].turned
 
 
 @inlined
@@ -236,7 +235,7 @@ def fly(
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
     Vehicles are the first axis of `states`, `vessels`, `bounds`, `walks` (samples, 2), `biases` and
-    `offsets` (intervals or 1, 2), `skews` (or none), `noise` (intervals or 1, 2), `corrections`
+    `offsets` (intervals or 1, 2), `skews`, `noise` (intervals or 1, 2), `corrections`
     (2,), `learnt`, `logs` (boundaries, COLUMNS), `active` and `saturated` (intervals,). Of
     `currents` (any, 2) the last row holds. Returns -1, or the vehicle lost, with `lost` holding how
     it fares and when (s).
