@@ -206,7 +206,7 @@ def test_who_is_not_told_is_too_sure(kind: str) -> None:
 def test_an_unknown_word_of_what_is_untold_is_told() -> None:
     """Where, and which there are."""
     with pytest.raises(ValueError, match=r"navigation.filter.untold.*misalignment"):
-        scenario(navigation={"filter": {"model": "kalman", "untold": ["heading"]}})
+        scenario(navigation={"filter": {"model": "kalman", "untold": ["compass"]}})
 
 
 def test_of_many_asvs_a_filter_is_told_nothing_each_has_by_itself() -> None:
