@@ -20,7 +20,7 @@ from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
 from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
-from ..scenario.lasting_kinds import misalignment_sd, told_of
+from ..scenario.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
@@ -180,7 +180,6 @@ def usbl_of(scenario: Scenario) -> Usbl:
         usbl.gnss_sd_m,
         scenario.environment.fleets_sound_speed,
         scenario.environment.sound_speed_m_per_s,
-        misalignment_sd(scenario),
     )
 
 

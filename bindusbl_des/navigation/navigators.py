@@ -19,9 +19,10 @@ from ..vehicles.expected_drift import Told, expected_error, learn, way_since
 from ..vehicles.motion import Floats, Ints, Motion
 from ..vehicles.reckoning import Wrong
 from .belief import Belief, Growth, begun_at, carry, expected, next_stop, note, one, step_on
+from .common_errors import Expected, Said, said_of
 from .dead_reckoning import DeadReckoning, Odometry, Reckoned, reckoned
 from .held import Beliefs, copies, covariances, positions
-from .weighing import WEIGHED, Said, take
+from .weighing import WEIGHED, take
 
 Array = NDArray[np.float64]
 
@@ -75,9 +76,9 @@ class Memory(NamedTuple):
 
 class Fixes(NamedTuple):
     """Fixes (n,), and what each contains of the m last states, errors that they have in common,
-    beside the true position: `common` (n or more, 2, 3 m), m per unit, as it is there, and its
-    derivatives along x and along y.  If there are any, the fix's noise is what is `left` of its
-    covariance without them, xx, yy, xy (n or more, 3), m2.
+    beside the true position: `common` (n or more, 2, 4 m), as of :class:`.recorder.Levers`.  If
+    there are any, the fix's noise is what is `left` of its covariance without them, xx, yy, xy
+    (n or more, 3), m2.
     """
 
     rows: Rows
@@ -131,6 +132,13 @@ class LinearNavigator:
         parts: tuple[Any, ...] = (*self._held.flat, self._held.count, *self._memory)
         _correct(fixes, due, self.common.of, self.common.left, *parts)
         self._held.count += len(due)
+
+    def latest(self, auv: int) -> tuple[Array, Array]:
+        """Return the states (k,) that an AUV believes in after its last fix, and their covariance
+        (k, k).
+        """
+        _, _, states, covariances = self._held.of(auv)
+        return states[-1], covariances[-1]
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
@@ -236,18 +244,20 @@ def _take_in(
 @compiled
 def _said(fixes: Fixes, number: int, belief: Belief, told: Told) -> Said:
     """Return what a fix says to an AUV that believes in a position already."""
-    fix, count = fixes.rows[number], fixes.common.shape[2] // 3
+    fix, count = fixes.rows[number], fixes.common.shape[2] // 4
     if count == 0:
         noise = fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2
         return Said(fix.x_m, fix.y_m, noise, fixes.common[number])
-    left, common = fixes.left[number], fixes.common[number, :, :count].copy()
-    ahead = told.x - belief.state[0] - fix.x_m
-    aside = told.y - belief.state[1] - fix.y_m
+    state, spread, left = belief.state, belief.covariance, fixes.left[number]
+    begin = state.size - count
+    variances, together = np.empty(count), np.empty((2, count))
     for k in range(count):
-        for axis in range(2):
-            common[axis, k] += ahead * fixes.common[number, axis, count + k]
-            common[axis, k] += aside * fixes.common[number, axis, 2 * count + k]
-    return Said(fix.x_m, fix.y_m, (left[0], left[1], left[2]), common)
+        variances[k] = spread[begin + k, begin + k]
+        for axis in range(2):  # of the place, which is less what dead reckoning errs by
+            together[axis, k] = -spread[axis, begin + k]
+    own = Expected(told.x - state[0], told.y - state[1], state[begin:], variances, together)
+    noise = left[0], left[1], left[2]
+    return said_of(fix.x_m, fix.y_m, noise, fixes.common[number], own)
 
 
 @compiled

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..records.rows import FIX, Rows
 from ..vehicles.motion import Ints
 from .belief import NONE, Belief, Growth, begun_at
+from .common_errors import said_of_all
 from .dead_reckoning import DeadReckoning, Odometry
 from .navigators import LinearNavigator
 from .smoothing import Sights, filtered, smooth
@@ -34,7 +35,7 @@ class Believed(NamedTuple):
 
 
 class Known(NamedTuple):
-    """Fixes (n,), what they have of m common errors (n, 2, 3 m), and what is left of their
+    """Fixes (n,), what they have of m common errors (n, 2, 4 m), and what is left of their
     covariances without those (n, 3), m2, as :class:`.navigators.Fixes` has them.
     """
 
@@ -167,11 +168,14 @@ class Smoother:
         xx, yy, xy = rows["sd_x_m"] ** 2, rows["sd_y_m"] ** 2, rows["cov_xy_m2"]
         slopes = np.zeros((len(rows), 2, states))
         slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
-        if count := known.common.shape[2] // 3:  # as they are where the filter had put the AUV
-            xx, yy, xy = known.left.T
-            own, along_x, along_y = np.split(known.common, 3, axis=2)
-            ahead, aside = (self._filter.estimate(auv, then) - places).T[:, :, None, None]
-            slopes[:, :, states - count :] -= own + ahead * along_x + aside * along_y
+        if count := known.common.shape[2] // 4:  # expanded about what the filter has believed
+            noise, levers = known.left, np.ascontiguousarray(known.common)
+            believed, (errors, spread) = self._filter.estimate(auv, then), self._filter.latest(auv)
+            places, noise, common = said_of_all(
+                places, noise, levers, believed, errors[-count:], np.diag(spread)[-count:].copy()
+            )
+            xx, yy, xy = noise.T
+            slopes[:, :, states - count :] -= common
         share = np.divide(xy, xx, out=np.zeros(len(xx)), where=xx > 0.0)
         slopes[:, 1] -= share[:, None] * slopes[:, 0]
         off = then.position - places

@@ -1,7 +1,6 @@
 """How a fix changes a belief: what it says of the error, and how much of that is taken in."""
 
 from math import hypot, nan
-from typing import NamedTuple
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from ..core.compiled import compiled
 from ..vehicles.expected_drift import Told
 from ..vehicles.motion import Floats
 from .belief import Belief
+from .common_errors import Noise, Said
 
 # A gain that is worked out anew for each fix from the covariances.
 WEIGHED = -1.0
@@ -18,19 +18,6 @@ MOST_REFUSED = 5
 
 # An AUV is sure in a direction when det P is below this share of the square of tr P.
 SURE = 1e-12
-
-Noise = tuple[float, float, float]
-
-
-class Said(NamedTuple):
-    """What a fix says: the true position (m), but for `noise` (covariance xx, yy, xy, m2) and for
-    `common` (2, n), m per unit, times the last n states.
-    """
-
-    x: float
-    y: float
-    noise: Noise
-    common: Floats
 
 
 @compiled

@@ -11,7 +11,7 @@ from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Instrument
 from ..usbl.measurement import measured, note
-from ..usbl.systematic import Systematic, measured_astray, noise_of
+from ..usbl.systematic import Systematic, measured_astray
 from ..usbl.two_way import Heard
 from ..vehicles.motion import Floats, Ints, Motion
 from .calling import drowned
@@ -82,9 +82,9 @@ def settle(
     ASV is used up, these: it must be refilled and the function called again.  `strayed` (n,) is how
     far each AUV may have gone between a call and its answer (variance along its course, m2); None
     where nobody calls.  Where the `array` is None, an instrument of somebody's own measures later.
-    Where errors last (`known` and what follows, :class:`.systematic.Systematic`; else None), each
-    fix's dependence on them is written to `levers` (fixes, 2, k), and the covariance that does not
-    come from them, xx, yy, xy, to `left` (fixes, 3), m2.
+    Where errors last (`known` and what follows, :class:`.systematic.Systematic`; else None), how
+    each fix depends on them is written to `levers` (fixes, 2, 4 k), and the covariance that does
+    not come from them, xx, yy, xy, to `left` (fixes, 3), m2.
     """
     air, noise = Air(pings, receptions, calls, duration), Noise(shelf, taken, blocks)
     asvs = Motion(asv_table, asv_first, asv_step)
@@ -102,11 +102,10 @@ def settle(
                 instrument = Instrument(array, metric, levels[0])
                 if known is not None:
                     lasting = Systematic(known[0], variances, misalignments, gnss, clocks)
-                    place, covariance, lever = measured_astray(
+                    place, covariance, lever, left[fix] = measured_astray(
                         heard, asvs, instrument, strayed, lasting
                     )
                     levers[fix] = lever[:2]
-                    left[fix] = noise_of(covariance, lever, variances)
                 else:
                     place, covariance = measured(heard, asvs, instrument, strayed)
                 note(row, pings[ping], place, covariance)

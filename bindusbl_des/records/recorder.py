@@ -42,13 +42,13 @@ class EventBuffer:
 class Levers:
     """How fixes, row by row, depend on k errors that outlast them, where such errors are told.
 
-    J along x and y, with its derivatives along x and along y behind it (n, 2, 3 k), and the
-    covariance xx, yy, xy (n, 3), m2, that is not due to them.
+    J along x and y, with its derivatives along x, along y and by each error behind it (n, 2, 4 k),
+    and the covariance xx, yy, xy (n, 3), m2, that is not due to them.
     """
 
     def __init__(self, columns: int) -> None:
         """Have J of k columns."""
-        self.of, self.left = np.empty((0, 2, 3 * columns)), np.empty((0, 3))
+        self.of, self.left = np.empty((0, 2, 4 * columns)), np.empty((0, 3))
 
     def room_for(self, rows: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return both with room for so many rows."""

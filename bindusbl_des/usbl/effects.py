@@ -100,3 +100,9 @@ def changes(effects: Floats, ahead: Floats) -> Floats:
                 out[axis, 0, k] += grown * effects[0, k]
                 out[axis, 1, k] += grown * effects[1, k]
     return out
+
+
+@compiled
+def bent(ahead: Floats) -> Floats:
+    """Return the second derivative (4,) of a fix by what turns its offset (3,), m, about z."""
+    return np.array((-ahead[0], -ahead[1], 0.0, 0.0))

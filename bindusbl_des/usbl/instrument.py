@@ -23,7 +23,7 @@ NOISE_WIDTH = 12
 # What all measurements of an instrument share: the sound speed that it computes with and the true
 # one (m/s), the noise of one element by itself and with what its clock's steps add (s), that of a
 # travel time (s), the step (s), the noise of a range by one way (m), of GNSS along each axis (m),
-# and of roll, pitch and heading (rad), and how unsure these angles are, with what lasts (rad).
+# and of roll, pitch and heading (rad).
 LEVELS = np.dtype(
     [
         ("sound_speed_m_per_s", "f8"),
@@ -35,7 +35,6 @@ LEVELS = np.dtype(
         ("range_sd_m", "f8"),
         ("gnss_sd_m", "f8"),
         ("attitude_sd_rad", "f8", (3,)),
-        ("unsure_attitude_sd_rad", "f8", (3,)),
     ]
 )
 
@@ -210,9 +209,8 @@ def placed(
     ahead, levels = reach * unit, instrument.levels
     direction_sd = levels.sound_speed_m_per_s * levels.stepped_element_sd_s
     covariance = fix_covariance(
-        ahead, believed, instrument.metric, direction_sd, ranging_sd,
-        levels.unsure_attitude_sd_rad, 0.0,
-    )  # fmt: skip
+        ahead, believed, instrument.metric, direction_sd, ranging_sd, levels.attitude_sd_rad, 0.0
+    )
     shrinkage = debias(ahead, covariance, ranging_sd)
     fix = np.empty(3)
     for k in range(3):
@@ -258,7 +256,7 @@ class Usbl:
     """A USBL instrument: its array and the noise of everything it measures (SI, radians).
 
     Ranges and directions are computed with `sound_speed`; the true one is `true_sound_speed`, None
-    if they are the same.  A constant `misalignment_sd` of the heading only makes fixes less sure.
+    if they are the same.
     """
 
     array: Vector
@@ -269,12 +267,11 @@ class Usbl:
     gnss_sd: float
     sound_speed: float
     true_sound_speed: float | None = None
-    misalignment_sd: float = 0.0
     metric: Vector = field(init=False, repr=False)
     levels: Rows = field(init=False, repr=False)  # (1,)
 
     def __post_init__(self) -> None:
-        levels, (roll, pitch, heading) = np.zeros(1, dtype=LEVELS), self.attitude_sd
+        levels = np.zeros(1, dtype=LEVELS)
         levels[0] = (
             self.sound_speed,
             self.sound_speed if self.true_sound_speed is None else self.true_sound_speed,
@@ -285,7 +282,6 @@ class Usbl:
             range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1),
             self.gnss_sd,
             self.attitude_sd,
-            (roll, pitch, math.hypot(heading, self.misalignment_sd)),
         )
         object.__setattr__(self, "levels", levels)  # derived once, then frozen
         object.__setattr__(self, "metric", scatter(self.array))

@@ -23,13 +23,14 @@ from .effects import (
     MISALIGNMENT,
     SOUND_SPEED,
     across,
+    bent,
     changes,
     kept,
     lengthen,
 )
 from .fusion import product
 from .instrument import Instrument, clocked, locate, placed, sighted
-from .systematic import Systematic, astray, jump
+from .systematic import Systematic, add, add_own, astray, jump, noise_of
 from .two_way import Sighting
 
 
@@ -62,11 +63,10 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
 @compiled
 def located_astray(
     own: Hearing, instrument: Instrument, lasting: Systematic
-) -> tuple[Floats, Floats, Floats]:
-    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, and J with its changes (3, 3k):
-    the array is turned in the AUV by its misalignment, its clock is late, the ASV is slowly astray.
-
-    The covariance contains the errors that last (:mod:`.systematic`).
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes (3, 4 k),
+    and what is left, as of :func:`.systematic.measured_astray`: the array is turned in the AUV by
+    its misalignment, its clock is late, the ASV is slowly astray.
     """
     ping, it, levels = own.ping, own.reception, instrument.levels
     unit, believed = sighted(-own.place, -_source(own), own.yaw, own.noise, instrument)
@@ -85,13 +85,15 @@ def located_astray(
     ahead = image - origin - levels.gnss_sd_m * own.noise[9:12]
     effects, moved = _effects(seen, ahead, instrument)
     sds = _deviations(it.arrived_at_s, lasting.levels)
-    for k in range(GNSS, EFFECTS):
-        for i in range(3):
-            for j in range(3):
-                covariance[i, j] += sds[k] ** 2 * effects[i, k] * effects[j, k]
+    bend = -bent(ahead)
+    add_own(covariance, effects, bend, sds)
+    for k in range(SOUND_SPEED, EFFECTS):
+        add(covariance, effects[:, k], sds[k] ** 2)
     fix = -image
     jump(fix, own.noise, lasting.levels)
-    return fix, covariance, _columns(effects, moved, it, lasting)
+    levers, count = _columns(effects, moved, bend, it, lasting), lasting.variances.size
+    told = np.concatenate((levers[:, 3 * count :], levers[:, :count]), axis=1)
+    return fix, covariance, levers, noise_of(covariance, told, lasting.variances)
 
 
 @compiled
@@ -127,15 +129,19 @@ def _deviations(time: float, levels: Row) -> Floats:
 
 
 @compiled
-def _columns(effects: Floats, moved: Floats, it: Row, lasting: Systematic) -> Floats:
-    """Return effects in the columns of J, and how these change along x and along y, (3, 3 k)."""
+def _columns(effects: Floats, moved: Floats, bend: Floats, it: Row, lasting: Systematic) -> Floats:
+    """Return effects in the columns of J, and how these change along x, along y, and with what they
+    belong to, (3, 4 k).
+    """
     count = lasting.variances.size
-    out = np.zeros((3, 3 * count))
+    out = np.zeros((3, 4 * count))
     _spread_out(effects, out[:, :count], it, lasting.levels)
     for axis in range(2):
         _spread_out(
             moved[axis], out[:, (1 + axis) * count : (2 + axis) * count], it, lasting.levels
         )
+    if lasting.levels.misalignment_at != NONE:
+        out[:, 3 * count + lasting.levels.misalignment_at] = bend[:3]
     return out
 
 

@@ -26,6 +26,7 @@ from .effects import (
     MISALIGNMENT,
     SOUND_SPEED,
     across,
+    bent,
     changes,
     kept,
     lengthen,
@@ -87,8 +88,8 @@ class Astray(NamedTuple):
 class Part(NamedTuple):
     """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,); the
     covariance (4, 4), m2, of it and of (less) the length of the call's way, with no error that
-    lasts but the misalignment; its effects (4, EFFECTS), their changes along x and y
-    (2, 4, EFFECTS), and that length (m), 0 without a call.
+    lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS), the `bend` (4,)
+    that a misalignment (rad) squared makes half of, and that length (m), 0 without a call.
     """
 
     fix: Floats
@@ -96,17 +97,19 @@ class Part(NamedTuple):
     covariance: Floats
     effects: Floats
     changes: Floats
+    bend: Floats
     call_way: float
 
 
 @compiled
 def measured_astray(
     heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats | None, lasting: Systematic
-) -> tuple[Floats, Floats, Floats]:
-    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, and J (3, 3 k).
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k), and what is left of
+    the covariance without the errors that J is of, xx, yy, xy (3,), m2.
 
-    The covariance contains the errors that last; `strayed` as of :func:`.reception.settle`.  Behind
-    the columns of J at the fix are their derivatives along x, then along y.
+    `strayed` as of :func:`.reception.settle`.  Behind the columns of J at the fix are their
+    derivatives along x, along y, and by what they belong to.
     """
     first, sds = first_to_locate(heard), _deviations(heard, lasting.levels)
     begun = _by_first(heard, first, asvs, instrument, strayed, sds, lasting)
@@ -119,8 +122,7 @@ def measured_astray(
         if row != first:
             part = _by_other(heard, row, begun.call_way, asvs, instrument, lasting)
             fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
-            _add(own, part.effects, GNSS, sds)
-            _add(own, part.effects, GNSS + 1, sds)
+            add_own(own, part.effects, part.bend, sds)
             fused = fuse_shared(state, spread, fix, own, beside)
             off = _columns(part, heard, row, lasting)[:3]
             if begun.call_way > 0.0:  # its error is in every other range
@@ -135,18 +137,25 @@ def measured_astray(
                     levers[i] += fused.gain[i, j] * off[j]
             state, spread, squares = fused.estimate, fused.covariance, squares + fused.square
     doubt = _doubt(squares, 3.0 * (heard.rows.size - 1), lasting.levels)
-    return state[:3].copy(), doubt * spread[:3, :3], levers[:3].copy()
+    count, covariance = lasting.variances.size, doubt * spread[:3, :3]
+    left = noise_of(covariance, levers[:3, 3 * count :], lasting.variances)
+    _move(levers, state)
+    return state[:3].copy(), covariance, levers[:3, : 4 * count].copy(), left
 
 
 @compiled
-def noise_of(covariance: Floats, levers: Floats, variances: Floats) -> tuple[float, float, float]:
-    """Return what is left of a covariance, xx, yy, xy (m2), without what J (3, k...) is of."""
-    xx, yy, xy = covariance[0, 0], covariance[1, 1], covariance[0, 1]
-    for k in range(variances.size):
-        xx -= variances[k] * levers[0, k] ** 2
-        yy -= variances[k] * levers[1, k] ** 2
-        xy -= variances[k] * levers[0, k] * levers[1, k]
-    return max(xx, 0.0), max(yy, 0.0), xy
+def noise_of(covariance: Floats, levers: Floats, variances: Floats) -> Floats:
+    """Return what is left of a covariance, xx, yy, xy (3,), m2, without errors of some `variances`
+    (k,); `levers` (3, 2 k) are what it holds of their squares, then of themselves.
+    """
+    out, count = np.array((covariance[0, 0], covariance[1, 1], covariance[0, 1])), variances.size
+    for k in range(2 * count):
+        variance = variances[k - count] if k >= count else 0.75 * variances[k] ** 2
+        out[0] -= variance * levers[0, k] ** 2
+        out[1] -= variance * levers[1, k] ** 2
+        out[2] -= variance * levers[0, k] * levers[1, k]
+    out[:2] = np.maximum(out[:2], 0.0)
+    return out
 
 
 @compiled
@@ -221,7 +230,7 @@ def _by_other(
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
     effects[3] = 0.0  # the length of the call's way is given
     jump(fix, noise, lasting.levels)
-    return Part(fix, seen.unit, spread, effects, changes(effects, ahead), call_way)
+    return Part(fix, seen.unit, spread, effects, changes(effects, ahead), bent(ahead), call_way)
 
 
 @compiled
@@ -249,7 +258,9 @@ def _by_whole_way(
     lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
     effects[3, SOUND_SPEED] -= seen.path
     jump(fix, noise, lasting.levels)
-    return Part(fix, seen.unit, spread, effects, changes(effects, ahead), seen.path - own.reach)
+    return Part(
+        fix, seen.unit, spread, effects, changes(effects, ahead), bent(ahead), seen.path - own.reach
+    )
 
 
 @compiled
@@ -265,8 +276,9 @@ def _begun(part: Part, sds: Floats) -> Floats:
     """Return the covariance (UNKNOWNS, UNKNOWNS) of what is fused, after the first measurement."""
     out = np.zeros((UNKNOWNS, UNKNOWNS))
     out[:4, :4] = part.covariance
-    for k in range(GNSS, EFFECTS):
-        _add(out[:4, :4], part.effects, k, sds)
+    add_own(out[:4, :4], part.effects, part.bend, sds)
+    for k in range(CALLER, EFFECTS):
+        add(out[:4, :4], part.effects[:, k], sds[k] ** 2)
     for k in range(SOUND_SPEED, EFFECTS):
         for i in range(4):
             out[i, k - 1] = out[k - 1, i] = -sds[k] * part.effects[i, k]
@@ -275,11 +287,22 @@ def _begun(part: Part, sds: Floats) -> Floats:
 
 
 @compiled
-def _add(covariance: Floats, effects: Floats, k: int, sds: Floats) -> None:
-    """Add what an error makes to a covariance (n, n), m2, in its place."""
+def add_own(covariance: Floats, effects: Floats, bend: Floats, sds: Floats) -> None:
+    """Add what the misalignment and the GNSS of who measures make to a covariance (n, n), m2.
+
+    A misalignment turns the offset on a circle: its square has a mean, too, E x^4 / 4 = 3 sd^4 / 4.
+    """
+    for k in range(MISALIGNMENT, GNSS + 2):
+        add(covariance, effects[:, k], sds[k] ** 2)
+    add(covariance, bend, 0.75 * sds[MISALIGNMENT] ** 4)
+
+
+@compiled
+def add(covariance: Floats, effect: Floats, variance: float) -> None:
+    """Add what an error of some variance makes to a covariance (n, n), m2, in its place."""
     for i in range(len(covariance)):
         for j in range(len(covariance)):
-            covariance[i, j] += sds[k] ** 2 * effects[i, k] * effects[j, k]
+            covariance[i, j] += variance * effect[i] * effect[j]
 
 
 @compiled
@@ -296,14 +319,29 @@ def _beside(part: Part, sds: Floats) -> Floats:
 
 @compiled
 def _columns(part: Part, heard: Heard, row: int, lasting: Systematic) -> Floats:
-    """Return effects in the columns of J, and how these change along x and along y, (4, 3 k)."""
+    """Return effects in the columns of J, (4, 5 k): as they would be at the origin, how they change
+    along x, along y, and with what they belong to, and as they are.
+    """
     count = lasting.variances.size
-    out = np.zeros((4, 3 * count))
+    out = np.zeros((4, 5 * count))
     _spread_out(part.effects, out[:, :count], heard, row, lasting.levels)
     for axis in range(2):
         moved = out[:, (1 + axis) * count : (2 + axis) * count]
         _spread_out(part.changes[axis], moved, heard, row, lasting.levels)
+    if lasting.levels.misalignment_at != NONE:
+        asv = heard.receptions[row].asv
+        out[:, 3 * count + lasting.levels.misalignment_at + asv] = part.bend
+    out[:, 4 * count :] = out[:, :count]
+    _move(out, -part.fix)  # each from its own fix to where all can be added up
     return out
+
+
+@compiled
+def _move(levers: Floats, way: Floats) -> None:
+    """Move the place at which J (n, 5 k) holds by a `way` (m)."""
+    count = levers.shape[1] // 5
+    for axis in range(2):
+        levers[:, :count] += way[axis] * levers[:, (1 + axis) * count : (2 + axis) * count]
 
 
 @compiled

@@ -33,7 +33,7 @@ def test_an_error_that_fixes_share_is_weighed_as_one(lasts: float, order: list[i
         first_belief(start, (0.0, 0.0), 0.0, [shared]),
     )
     navigator.common = Levers(1)
-    navigator.common.of = np.concatenate((common, np.zeros((4, 2, 2))), axis=2)
+    navigator.common.of = np.concatenate((common, np.zeros((4, 2, 3))), axis=2)
     navigator.common.left = np.tile((sd**2, sd**2, 0.0), (4, 1))
     fixes = fixes_at(pinged.tolist(), [50.0] * 4, places, sd)
     for row in order:

@@ -73,7 +73,8 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
     )  # fmt: skip
     parts = Instrument(usbl.array, usbl.metric, usbl.levels[0])
     own = heard((30.0, -20.0, 0.0), (-4.0, 9.0, 15.0), 0.7, np.zeros(20))
-    fix, covariance, levers = located_astray(own, parts, lasting._replace(levels=lasting.levels[0]))
+    told = lasting._replace(levels=lasting.levels[0])
+    fix, covariance, levers, left = located_astray(own, parts, told)
     error = np.array(fix) - own.place
     truth = {
         "misalignment": lambda: lasting.misalignments[:1],
@@ -83,19 +84,21 @@ def test_effects_are_what_lasting_errors_make_of_a_fix(name: str) -> None:
         "clock": lambda: lasting.clocks[0],
     }[name]()
     count, step = len(lasting.variances), 1e-3
-    moved = levers[:, count:].reshape(3, 2, count)
+    moved = levers[:, count : 3 * count].reshape(3, 2, count)
+    bend = levers[:, 3 * count :]
     columns, levers = levers[:, : len(truth)], levers[:, :count]
     size = np.linalg.norm(error)
     assert size > 0.05
     # but for the second order of a turn by 8 deg, and a plane wave taken for a sphere
     assert columns @ truth == pytest.approx(error, abs=0.1 * size)
     spread = levers @ np.diag(lasting.variances) @ levers.T
-    if name not in ("misalignment", "heading"):  # which stands in the covariance of the direction
-        assert covariance == pytest.approx(spread, abs=1e-6 + 1e-3 * np.abs(spread).max())
+    spread += bend @ np.diag(0.75 * lasting.variances**2) @ bend.T
+    assert covariance == pytest.approx(spread, abs=1e-6 + 1e-3 * np.abs(spread).max())
+    assert left == pytest.approx(np.zeros(3), abs=1e-6 + 1e-3 * np.abs(spread).max())
     for axis in range(2):
         aside = np.array((-4.0, 9.0, 15.0)) + step * np.eye(3)[axis]
         there = heard((30.0, -20.0, 0.0), aside, 0.7, np.zeros(20))
-        other = located_astray(there, parts, lasting._replace(levels=lasting.levels[0]))[2]
+        other = located_astray(there, parts, told)[2]
         found = (other[:2, :count] - levers[:2]) / step
         largest = np.abs(moved[:2]).max()
         assert found == pytest.approx(moved[:2, axis], abs=0.2 * largest + 1e-6)

@@ -15,7 +15,7 @@ from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.fusion import fuse_shared
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument, Usbl
-from bindusbl_des.usbl.systematic import SYSTEMATIC, Systematic, measured_astray, noise_of
+from bindusbl_des.usbl.systematic import SYSTEMATIC, Systematic, measured_astray
 from bindusbl_des.usbl.two_way import Heard
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import Place, moored
@@ -45,7 +45,7 @@ class Sea:
     source: Array = field(default_factory=lambda: SOURCE)
 
     def measured(self) -> tuple[Array, Array, Array]:
-        """Return fix (3,), covariance (3, 3), and J with its derivatives (3, 36)."""
+        """Return fix (3,), covariance (3, 3), and J with its derivatives (3, 48)."""
         travel = np.linalg.norm(self.source - STATIONS, axis=1) / SOUND
         ping, receptions = blank(PING, 1), blank(RECEPTION, 3)
         ping["auv"], ping["sent_at_s"] = 0, PINGED
@@ -62,7 +62,6 @@ class Sea:
             ARRAYS[self.array], *((0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0) if self.quiet else
             (2.6e-7, 6.7e-6, 0.0, (0.003, 0.003, 0.015), 0.02)),
             sound_speed=SOUND / (1.0 - self.wrong[9]), true_sound_speed=SOUND,
-            misalignment_sd=float(self.sds[0]),
         )  # fmt: skip
         levels = np.zeros(1, dtype=SYSTEMATIC)
         levels["sd"] = [*self.sds[[0, 3, 4, 3, 4]], self.sds[9]]
@@ -196,12 +195,13 @@ def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
             rng.standard_normal((3, NOISE_WIDTH + 4)),
         )
         sea = Sea(wrong, noise, told, source=anywhere(rng, way), **way)
-        fix, covariance, lever = sea.measured()
-        lever = lever[:, :COLUMNS]
-        off, (xx, yy, xy) = fix - sea.source, noise_of(covariance, lever, told**2)
+        fix, covariance, lever, (xx, yy, xy) = sea.measured()
+        off = fix - sea.source
         left = np.array([[xx, xy], [xy, yy]])
         squares[0] += off[:2] @ np.linalg.solve(covariance[:2, :2], off[:2])
-        off = off - lever @ wrong
+        there, along_x, along_y, bend = np.split(lever, 4, axis=1)
+        there = there - off[0] * along_x - off[1] * along_y  # J of the place, not of the fix
+        off = off - there @ wrong - bend @ wrong**2 / 2
         squares[1] += off[:2] @ np.linalg.solve(left, off[:2])
     # chi-squared of 2 degrees of freedom at 3.3 sd, and 3 % for terms of third order
     assert squares / count == pytest.approx(2.0, abs=3.3 * math.sqrt(4 / count) + 0.06)
@@ -225,7 +225,7 @@ def test_measurements_that_contradict_each_other_make_no_sure_fix() -> None:
     for one, other in zip(nobody, possible, strict=True):
         assert np.array_equal(one, other)  # as long as they agree
     for heard in ((0, 1), (0, 1, 2)):
-        fix, covariance, _ = Sea(noise=noise, outliers=(-3.0, 25.0), heard=heard).measured()
+        fix, covariance, _, _ = Sea(noise=noise, outliers=(-3.0, 25.0), heard=heard).measured()
         without = Sea(noise=noise, heard=heard).measured()[1]
         off = (fix - SOURCE)[:2]
         assert off @ np.linalg.solve(without[:2, :2], off) > 50.0

@@ -15,7 +15,7 @@ from ...records.rows import NONE, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, Instrument
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
-from ...usbl.systematic import Systematic, noise_of
+from ...usbl.systematic import Systematic
 from ...vehicles.motion import Floats, Ints, Motion, where
 from ..reception import Noise, begin, by_luck
 
@@ -63,9 +63,8 @@ def settle(
             own = Hearing(ping, it, np.array((x, y, z)), yaw, measuring)
             if known is not None:
                 lasting = Systematic(known[0], variances, misalignments, gnss, clocks)
-                place, covariance, lever = located_astray(own, instrument, lasting)
+                place, covariance, lever, left[fix] = located_astray(own, instrument, lasting)
                 levers[fix] = lever[:2]
-                left[fix] = noise_of(covariance, lever, variances)
             else:
                 place, covariance = located_itself(own, instrument)
             note(line, ping, place, covariance)

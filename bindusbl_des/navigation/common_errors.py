@@ -1,0 +1,115 @@
+"""What a fix says to an AUV that believes something of its place, and of what is wrong with fixes.
+
+    z = p + J(p) c + B c^2 / 2 + noise
+
+is a fix of a place p, with errors c that it has in common with others; B c^2 is a turned offset on
+its circle.  It is expanded about what is believed of both, with the means of
+its second order.  Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to
+Tracking and Navigation, 2001, sec. 10.3 (second-order extended Kalman filter).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiled import compiled, entry
+from ..vehicles.motion import Floats
+
+Noise = tuple[float, float, float]
+
+
+class Said(NamedTuple):
+    """What a fix says: the true position (m), but for `noise` (covariance xx, yy, xy, m2) and for
+    `common` (2, n), m per unit, times the last n states.
+    """
+
+    x: float
+    y: float
+    noise: Noise
+    common: Floats
+
+
+class Expected(NamedTuple):
+    """What is believed: a place (m), n errors (n,) and their variances (n,), and the covariance of
+    the place and the errors (2, n).
+    """
+
+    x: float
+    y: float
+    errors: Floats
+    variances: Floats
+    together: Floats
+
+
+@compiled
+def said_of(x: float, y: float, noise: Noise, levers: Floats, own: Expected) -> Said:
+    """Return what a fix at (x, y), m, says to who expects something.
+
+    `noise` is its own; `levers` (2, 4 n) are J there, its derivatives along x and along y, and B.
+    """
+    n = own.errors.size
+    place, fix = np.array((own.x, own.y)), np.array((x, y))
+    first, second, slope = place.copy(), np.zeros(2), np.eye(2)
+    left = np.array(((noise[0], noise[2]), (noise[2], noise[1])))
+    for k in range(n):
+        error, variance = own.errors[k], own.variances[k]
+        for i in range(2):
+            bend, moved = levers[i, 3 * n + k], 0.0
+            for j in range(2):
+                change = levers[i, (1 + j) * n + k]
+                moved += change * (place[j] - fix[j])
+                slope[i, j] += change * error
+                second[i] += change * own.together[j, k]
+            first[i] += (levers[i, k] + moved) * error + bend * error**2 / 2
+            second[i] += bend * variance / 2
+            for j in range(2):
+                left[i, j] += bend * levers[j, 3 * n + k] * variance**2 / 2
+    determinant = slope[0, 0] * slope[1, 1] - slope[0, 1] * slope[1, 0]
+    back = np.array(((slope[1, 1], -slope[0, 1]), (-slope[1, 0], slope[0, 0]))) / determinant
+    common, told = np.zeros((2, n)), place.copy()
+    for i in range(2):
+        for j in range(2):
+            told[i] += back[i, j] * (fix[j] - first[j] - second[j])
+            for k in range(n):  # J where the fix is expected
+                lever = levers[j, k]
+                for m in range(2):
+                    lever += levers[j, (1 + m) * n + k] * (first[m] - fix[m])
+                common[i, k] += back[i, j] * lever
+    for k in range(n):
+        for i in range(2):
+            told[i] += common[i, k] * own.errors[k]
+    xx, yy, xy = _turned(left, back)
+    return Said(told[0], told[1], (xx, yy, xy), common)
+
+
+@compiled
+def _turned(spread: Floats, by: Floats) -> Noise:
+    """Return A P A^T as xx, yy, xy, for a covariance P (2, 2) and A (2, 2)."""
+    out = np.zeros((2, 2))
+    for i in range(2):
+        for j in range(2):
+            for k in range(2):
+                for m in range(2):
+                    out[i, j] += by[i, k] * spread[k, m] * by[j, m]
+    return out[0, 0], out[1, 1], (out[0, 1] + out[1, 0]) / 2
+
+
+@entry
+def said_of_all(
+    places: Floats, noise: Floats, levers: Floats, believed: Floats, errors: Floats,
+    variances: Floats,
+) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    """Return the positions (n, 2), m, noise xx, yy, xy (n, 3), m2, and dependence (n, 2, m) of
+    fixes on m errors that are believed, of an AUV that took itself to be at `believed` (n, 2), m.
+    """
+    count = len(places)
+    told, left = np.empty((count, 2)), np.empty((count, 3))
+    common, together = np.empty((count, 2, errors.size)), np.zeros((2, errors.size))
+    for k in range(count):
+        own = Expected(believed[k, 0], believed[k, 1], errors, variances, together)
+        its = noise[k, 0], noise[k, 1], noise[k, 2]
+        said = said_of(places[k, 0], places[k, 1], its, levers[k], own)
+        told[k, 0], told[k, 1] = said.x, said.y
+        left[k, 0], left[k, 1], left[k, 2] = said.noise
+        common[k] = said.common
+    return told, left, common
