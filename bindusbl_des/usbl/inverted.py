@@ -30,7 +30,8 @@ from .effects import (
 )
 from .fusion import product
 from .instrument import Instrument, clocked, locate, placed, sighted
-from .systematic import Systematic, add, add_own, astray, jump, noise_of
+from .levers import add, add_own, noise_of
+from .systematic import Systematic, astray, jump
 from .two_way import Sighting
 
 

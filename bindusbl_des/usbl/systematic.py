@@ -34,6 +34,7 @@ from .effects import (
 )
 from .fusion import fuse_shared, product
 from .instrument import NOISE_WIDTH, Instrument, Usbl, placed
+from .levers import add, add_own, move, noise_of, spread_out
 from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, way_to_caller
 
 # What is known: standard deviations along these columns but for the clock, that of its offset (s)
@@ -139,23 +140,8 @@ def measured_astray(
     doubt = _doubt(squares, 3.0 * (heard.rows.size - 1), lasting.levels)
     count, covariance = lasting.variances.size, doubt * spread[:3, :3]
     left = noise_of(covariance, levers[:3, 3 * count :], lasting.variances)
-    _move(levers, state)
+    move(levers, state)
     return state[:3].copy(), covariance, levers[:3, : 4 * count].copy(), left
-
-
-@compiled
-def noise_of(covariance: Floats, levers: Floats, variances: Floats) -> Floats:
-    """Return what is left of a covariance, xx, yy, xy (3,), m2, without errors of some `variances`
-    (k,); `levers` (3, 2 k) are what it holds of their squares, then of themselves.
-    """
-    out, count = np.array((covariance[0, 0], covariance[1, 1], covariance[0, 1])), variances.size
-    for k in range(2 * count):
-        variance = variances[k - count] if k >= count else 0.75 * variances[k] ** 2
-        out[0] -= variance * levers[0, k] ** 2
-        out[1] -= variance * levers[1, k] ** 2
-        out[2] -= variance * levers[0, k] * levers[1, k]
-    out[:2] = np.maximum(out[:2], 0.0)
-    return out
 
 
 @compiled
@@ -287,25 +273,6 @@ def _begun(part: Part, sds: Floats) -> Floats:
 
 
 @compiled
-def add_own(covariance: Floats, effects: Floats, bend: Floats, sds: Floats) -> None:
-    """Add what the misalignment and the GNSS of who measures make to a covariance (n, n), m2.
-
-    A misalignment turns the offset on a circle: its square has a mean, too, E x^4 / 4 = 3 sd^4 / 4.
-    """
-    for k in range(MISALIGNMENT, GNSS + 2):
-        add(covariance, effects[:, k], sds[k] ** 2)
-    add(covariance, bend, 0.75 * sds[MISALIGNMENT] ** 4)
-
-
-@compiled
-def add(covariance: Floats, effect: Floats, variance: float) -> None:
-    """Add what an error of some variance makes to a covariance (n, n), m2, in its place."""
-    for i in range(len(covariance)):
-        for j in range(len(covariance)):
-            covariance[i, j] += variance * effect[i] * effect[j]
-
-
-@compiled
 def _beside(part: Part, sds: Floats) -> Floats:
     """Return how a fix depends (3, UNKNOWNS - 3) on what is fused beside the place."""
     out = np.zeros((3, UNKNOWNS - 3))
@@ -324,42 +291,16 @@ def _columns(part: Part, heard: Heard, row: int, lasting: Systematic) -> Floats:
     """
     count = lasting.variances.size
     out = np.zeros((4, 5 * count))
-    _spread_out(part.effects, out[:, :count], heard, row, lasting.levels)
+    spread_out(part.effects, out[:, :count], heard, row, lasting.levels)
     for axis in range(2):
         moved = out[:, (1 + axis) * count : (2 + axis) * count]
-        _spread_out(part.changes[axis], moved, heard, row, lasting.levels)
+        spread_out(part.changes[axis], moved, heard, row, lasting.levels)
     if lasting.levels.misalignment_at != NONE:
         asv = heard.receptions[row].asv
         out[:, 3 * count + lasting.levels.misalignment_at + asv] = part.bend
     out[:, 4 * count :] = out[:, :count]
-    _move(out, -part.fix)  # each from its own fix to where all can be added up
+    move(out, -part.fix)  # each from its own fix to where all can be added up
     return out
-
-
-@compiled
-def _move(levers: Floats, way: Floats) -> None:
-    """Move the place at which J (n, 5 k) holds by a `way` (m)."""
-    count = levers.shape[1] // 5
-    for axis in range(2):
-        levers[:, :count] += way[axis] * levers[:, (1 + axis) * count : (2 + axis) * count]
-
-
-@compiled
-def _spread_out(effects: Floats, out: Floats, heard: Heard, row: int, levels: Row) -> None:
-    """Write effects (4, EFFECTS) to their columns of J (4, k)."""
-    ping, asv = heard.ping, heard.receptions[row].asv
-    if levels.misalignment_at != NONE:
-        out[:, levels.misalignment_at + asv] = effects[:, MISALIGNMENT]
-    if levels.gnss_at != NONE:
-        for axis in range(2):
-            out[:, levels.gnss_at + 2 * asv + axis] += effects[:, GNSS + axis]
-            if ping.called_by != NONE:
-                out[:, levels.gnss_at + 2 * ping.called_by + axis] += effects[:, CALLER + axis]
-    if levels.sound_speed_at != NONE:
-        out[:, levels.sound_speed_at] = effects[:, SOUND_SPEED]
-    if levels.clock_at != NONE and not _called(heard):
-        out[:, levels.clock_at] = effects[:, CLOCK]
-        out[:, levels.clock_at + 1] = ping.sent_at_s * effects[:, CLOCK]
 
 
 @compiled

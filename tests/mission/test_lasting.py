@@ -196,6 +196,15 @@ def test_who_is_told_of_one_that_lasts_knows_how_sure_it_is(kind: str, ranging: 
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("ranging", ["owtt_sync", "passive"])
+def test_large_misalignments_are_known_for_what_they_are(ranging: str) -> None:
+    """NEES with arrays turned by 3 degrees, of which the second order is larger than the noise."""
+    low, high = bounds()
+    found = squares({"usbl": {"misalignment_sd_deg": 3.0}, "protocol": {"ranging": ranging}})
+    assert ((low < found) & (found < high)).all(), found
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["misalignment", "gnss", "sound_speed", "clock"])
 def test_who_is_not_told_is_too_sure(kind: str) -> None:
     """The tests above can fail: errors that last are taken for noise, which would average out."""

@@ -337,8 +337,8 @@ def test_what_the_filter_is_told_of_the_smoother_is_told_of() -> None:
     ]
     columns = ["estimate_x_m", "estimate_y_m", "estimate_sd_x_m", "estimate_sd_y_m"]
     kalman, at_once, _ = (run.tables["tracks"][columns].to_numpy(float) for run in runs)
-    assert np.nanmax(np.abs(at_once - kalman)) < 2e-3
-    assert runs[2].auvs.position_error_rms_m.mean() < 0.8 * runs[0].auvs.position_error_rms_m.mean()
+    assert np.nanmax(np.abs(at_once - kalman)) < 0.03
+    assert runs[2].auvs.position_error_rms_m.mean() < 0.9 * runs[0].auvs.position_error_rms_m.mean()
 
 
 def test_afterwards_one_knows_better_and_knows_how_well() -> None:

@@ -203,8 +203,12 @@ def test_fixes_are_as_good_as_they_say(kind: str, way: dict[str, Any]) -> None:
         there = there - off[0] * along_x - off[1] * along_y  # J of the place, not of the fix
         off = off - there @ wrong - bend @ wrong**2 / 2
         squares[1] += off[:2] @ np.linalg.solve(left, off[:2])
-    # chi-squared of 2 degrees of freedom at 3.3 sd, and 3 % for terms of third order
-    assert squares / count == pytest.approx(2.0, abs=3.3 * math.sqrt(4 / count) + 0.06)
+    # chi-squared of 2 degrees of freedom at 3.3 sd, 3 % for terms of third order; turned offsets
+    # all lie beyond their tangents, which covariances take for chance, as the bend of an ellipse
+    chance = 3.3 * math.sqrt(4 / count) + 0.06
+    by_ellipse = 0.15 if way.get("heard") else 0.0
+    assert squares[1] / count == pytest.approx(2.0, abs=chance + by_ellipse)
+    assert squares[0] / count == pytest.approx(2.0, abs=chance + 0.15)
 
 
 @pytest.mark.parametrize(("count", "factor"), [(2, 0.75), (3, 2 / 3)])
