@@ -145,7 +145,7 @@ def test_what_is_in_the_air_is_what_the_tables_say(name: str) -> None:
     for instant in np.arange(0.0, DURATION_S - 1.0, 0.031):
         mission.advance(instant)
         pings = mission.pings_under_way()
-        assert [tuple(ping) for ping in pings] == sounding(result, instant)
+        assert [(it.ping, it.auv, it.sent_at_s) for it in pings] == sounding(result, instant)
         together = max(together, len(pings))
         ends = broadcasts.sent_at_s + broadcasts.airtime_s
         expected = broadcasts[(broadcasts.sent_at_s <= instant) & (instant < ends)]

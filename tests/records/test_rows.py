@@ -31,8 +31,8 @@ def test_numbers_are_whole_where_they_count_or_name_something() -> None:
     """Vehicles, outcomes and counts; instants and places are not."""
     whole = {name for name in PING.names if PING[name].kind == "i"}
     assert whole == {
-        "ping", "round", "slot", "auv", "in_range_of", "heard_by", "called_by", "call", "first",
-        "end", "calls",
+        "ping", "round", "slot", "auv", "asv", "in_range_of", "heard_by", "called_by", "call",
+        "first", "end", "calls",
     }  # fmt: skip
     assert {name for name in FIX.names if FIX[name].kind == "i"} == {
         "fix", "ping", "round", "auv", "broadcast_by", "outcome", "first", "end",
