@@ -56,8 +56,9 @@ def nees(tested: Scenario, runs: int) -> np.ndarray:
 
 
 def bounds(runs: int) -> tuple[float, float]:
-    """Return where the mean of that over seeds lies with 99.9 % (two numbers, chi-squared)."""
-    low, high = stats.chi2.ppf((0.0005, 0.9995), 2 * runs) / runs
+    """Return where the means of that over seeds of all three AUVs lie with 99.9 % (chi-squared)."""
+    out = 0.0005 / 3
+    low, high = stats.chi2.ppf((out, 1 - out), 2 * runs) / runs
     return float(low), float(high)
 
 
