@@ -37,6 +37,8 @@ UNSEEN = (
     ("auvs.route.turns", "auvs.vehicle", "bluerov2"),
     ("auvs.route.turns", "auvs.feedback", "estimate"),
     ("protocol.positions", "asvs.count", 1),
+    ("protocol.positions", "auvs.vehicle", "bluerov2"),
+    ("protocol.positions", "auvs.feedback", "estimate"),
     ("acoustics.loss.cap", "protocol.ranging", "passive"),
 )
 
