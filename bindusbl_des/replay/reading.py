@@ -8,6 +8,7 @@ from .log import Array, BadLog, Beacons, Fixes, Log, Ranges
 from .pyfg import NOMINAL_SPEED, read_pyfg, shipped
 from .tables import Table, csv_tables, mcap_tables
 
+SHIPPED = ("goats_15", "goats_16")
 GTSAM = (
     "the recorded runs goats_15 and goats_16 ship with the package gtsam, which is not installed "
     "here; install it with: python -m pip install 'bindusbl-des[replay]'"
@@ -32,11 +33,14 @@ def read_log(name: str, vehicle: str | None = None, speed: float = NOMINAL_SPEED
         return _log_of(path, mcap_tables(path), vehicle)
     if not path.suffix and not path.exists():
         found = shipped(name)
-        if found is None and name.startswith("goats_1"):
+        if found is None and name in SHIPPED:
             raise BadLog(f"{name}: {GTSAM}")
         path = found or path
     if not path.exists():
-        raise BadLog(f"{name}: there is no such log; name a .pyfg or .mcap file, a folder of CSV")
+        raise BadLog(
+            f"{name}: there is no such log; name a .pyfg or .mcap file, a folder of CSV files, or "
+            + " or ".join(SHIPPED)
+        )
     if path.suffix != ".pyfg":
         raise BadLog(f"{name}: a log is a .pyfg or .mcap file, or a folder of CSV files")
     return read_pyfg(path, speed)
