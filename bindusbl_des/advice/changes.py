@@ -11,7 +11,7 @@ from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
-from ..scenario.sections import Formation
+from ..scenario.sections.vehicles import Formation
 from .stations import Ways
 
 if TYPE_CHECKING:

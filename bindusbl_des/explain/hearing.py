@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..results.result import Result
-    from ..scenario.sections import Uplink
+    from ..scenario.sections.acoustics import Uplink
 
     Place = NDArray[np.float64] | tuple[float, float, float]
 

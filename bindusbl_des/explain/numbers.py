@@ -9,7 +9,7 @@ from ..core.plugins import is_plugin
 
 if TYPE_CHECKING:
     from ..results.result import Result
-    from ..scenario.sections import Uplink
+    from ..scenario.sections.acoustics import Uplink
 
 # A distance this near to a limit (m) is told with all its digits.
 MOST_DIGITS = 6

@@ -15,7 +15,9 @@ from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
 from ..scenario.planned import asv_stations, planned_tour, route_of, tracks_of
 from ..scenario.scenario import Scenario
-from ..scenario.sections import Auvs, Environment, Survey
+from ..scenario.sections.environment import Environment
+from ..scenario.sections.survey import Survey
+from ..scenario.sections.vehicles import Auvs
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import together
 from ..vehicles.poses import PosedVehicle, Poses

@@ -13,7 +13,7 @@ from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.families import SCHEDULES
 from ..scenario.key_types import Part
 from ..scenario.scenario import Scenario
-from ..scenario.usbl_keys import Usbl
+from ..scenario.sections.usbl import Usbl
 from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
 
 UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)

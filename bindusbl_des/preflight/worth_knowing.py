@@ -10,7 +10,7 @@ from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.key_types import Renamed
 from ..scenario.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.scenario import Scenario
-from ..scenario.sections import Formation
+from ..scenario.sections.vehicles import Formation
 from .idle_keys import idle_keys
 
 # Vehicles of which the same is to be said are named up to so many.

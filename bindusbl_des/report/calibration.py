@@ -14,7 +14,7 @@ from .page import filled, number, table
 from .recording import Floats, Recording
 
 if TYPE_CHECKING:
-    from ..scenario.navigation_keys import Navigation
+    from ..scenario.sections.navigation import Navigation
 
 LEVELS = (0.50, 0.95, 0.99)
 

@@ -9,7 +9,8 @@ from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean
 from .families import parts_of
 from .part_settings import shipped_mistakes
-from .sections import Formation, ScenarioKeys
+from .scenario_keys import ScenarioKeys
+from .sections.vehicles import Formation
 
 FRAMED_SCHEDULES = ("round_robin", "random")
 

@@ -12,7 +12,7 @@ from ..core.plugins import Family, PluginError, allow, is_plugin
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes
-from .sections import ScenarioKeys
+from .scenario_keys import ScenarioKeys
 from .vehicle_choice import AsvVehicle, AuvVehicle
 
 SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")

@@ -1,6 +1,6 @@
 """Every key of a scenario file: its type, unit, default, range, meaning and source.
 
-The rows come from the models in :mod:`.scenario.sections`, so that what `params` prints,
+The rows come from the models in :mod:`.scenario_keys`, so that what `params` prints,
 what messages say and what is checked cannot differ.
 """
 
@@ -14,7 +14,7 @@ from ..core.plugins import Family
 from ..core.wording import plain
 from .families import FAMILIES
 from .key_types import Part
-from .sections import ScenarioKeys
+from .scenario_keys import ScenarioKeys
 from .vehicle_choice import VehicleChoice
 
 if TYPE_CHECKING:

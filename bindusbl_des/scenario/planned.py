@@ -13,10 +13,10 @@ from ..geometry.paths import Path
 from ..geometry.routes import Strip, lawnmower, waypoint_path
 from ..geometry.turns import there_and_back
 from .families import PLACEMENT, ROUTE
-from .own_sections import OwnPlacement, OwnRoute
 from .part_choice import PartChoice
-from .route_keys import Hold, Lawnmower, Track, Waypoints
 from .scenario import Scenario
+from .sections.own import OwnPlacement, OwnRoute
+from .sections.routes import Hold, Lawnmower, Track, Waypoints
 
 if TYPE_CHECKING:
     from ..vehicles.tracks import Track as RecordedTrack

@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from ..core.wording import plain, shortened
 from .consistency import problems
-from .sections import ScenarioKeys
+from .scenario_keys import ScenarioKeys
 
 
 class Scenario(ScenarioKeys):

@@ -2,8 +2,8 @@
 
 from typing import Literal
 
-from .key_types import PAPER, Part, Point, Real, key
-from .part_choice import SET, PartChoice
+from ..key_types import PAPER, Part, Point, Real, key
+from ..part_choice import SET, PartChoice
 
 
 class Navigation(Part):

@@ -4,9 +4,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Tag
 
-from .key_types import OURS, PAPER, Part, Point, Real, Text, key
-from .own_sections import OwnRoute, is_own
-from .part_choice import PartChoice
+from ..key_types import OURS, PAPER, Part, Point, Real, Text, key
+from ..part_choice import PartChoice
+from .own import OwnRoute, is_own
 
 
 class Planned(Part):

@@ -5,8 +5,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, model_serializer, model_validator
 
-from ..core.plugins import is_plugin
-from .part_choice import PartChoice
+from ...core.plugins import is_plugin
+from ..part_choice import PartChoice
 
 
 class OwnSection(BaseModel):

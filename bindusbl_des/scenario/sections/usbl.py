@@ -5,8 +5,8 @@ With passive ranging AUVs measure with it.
 
 from typing import Literal
 
-from .key_types import PAPER, THESIS, Part, Real, key
-from .part_choice import SET, PartChoice
+from ..key_types import PAPER, THESIS, Part, Real, key
+from ..part_choice import SET, PartChoice
 
 
 class Usbl(Part):

@@ -1,0 +1,44 @@
+"""A mission as its planner describes it: frozen, validated, units in the key names.
+
+A :class:`Scenario` is plain data.  It knows nothing of files, clocks or random numbers: the same
+scenario run with the same seed is the same mission.
+"""
+
+from typing import Literal
+
+from pydantic import Field
+
+from .key_types import LONGEST_NAME, PAPER, Part, Real, Text, key
+from .sections.acoustics import Acoustics
+from .sections.environment import Environment
+from .sections.navigation import Navigation
+from .sections.protocol import Protocol
+from .sections.survey import Survey
+from .sections.usbl import Usbl
+from .sections.vehicles import Asvs, Auvs
+
+
+class Record(Part):
+    """What is kept of a mission."""
+
+    tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", ge=1e-6, le=1e3)
+    metrics_hz: Real = key(
+        30.0, "Hz", "rate at which time means are sampled", PAPER, ge=1e-6, le=1e3
+    )
+    detail: Literal["full", "summary"] = key("full", "", "every event, or the metrics only")
+
+
+class ScenarioKeys(Part):
+    """All keys of a scenario, each within its range; :class:`.Scenario` has them agree."""
+
+    name: Text = Field(min_length=1, max_length=LONGEST_NAME, description="name of the scenario")
+    duration_s: Real = key(300.0, "s", "length of the mission", PAPER, ge=0.001, le=1e7)
+    survey: Survey = Field(default=Survey(), description="the survey area")
+    auvs: Auvs = Field(default=Auvs(), description="underwater vehicles")
+    asvs: Asvs = Field(default=Asvs(), description="surface vessels")
+    environment: Environment = Field(default=Environment(), description="the water")
+    acoustics: Acoustics = Field(default=Acoustics(), description="acoustic bands")
+    protocol: Protocol = Field(default=Protocol(), description="medium access")
+    usbl: Usbl = Field(default=Usbl(), description="USBL measurement")
+    navigation: Navigation = Field(default=Navigation(), description="AUV navigation")
+    record: Record = Field(default=Record(), description="what is recorded")

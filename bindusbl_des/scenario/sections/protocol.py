@@ -1,0 +1,61 @@
+"""The keys of the protocol: who pings when, who answers how, and what the clock is."""
+
+from typing import Annotated, Literal
+
+from ..key_types import PAPER, Part, Real, formerly, key
+from ..part_choice import SET, PartChoice
+
+
+class Protocol(Part):
+    """Who pings when, who answers how, and what the clock is."""
+
+    schedule: PartChoice = key("spatial_reuse", "", "which AUVs ping in which slot" + SET, PAPER)
+    downlink: PartChoice = key("sequential", "", "when fixes are broadcast" + SET, PAPER)
+    broadcaster: PartChoice = key("rotate", "", "which ASV broadcasts a round's fixes" + SET)
+    ranging: PartChoice = key(
+        "owtt_sync",
+        "",
+        "one-way (synchronised clocks) or two-way travel times of AUVs' pings, or AUVs that fix "
+        "themselves by ASVs' pings (passive; the array and AHRS of usbl are theirs)" + SET,
+    )
+    positions: Annotated[
+        Literal["truth", "last_fix", "carried_forward"], formerly(estimate="last_fix")
+    ] = key(
+        "truth",
+        "",
+        "the AUV positions that the colouring knows: true ones, the last fix of each, or that fix "
+        "carried on by planned course and speed",
+        PAPER,
+    )
+    tick_rate_hz: Real | None = key(
+        None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", ge=0.001, le=1e6
+    )
+    frame_s: Real = key(
+        1.0,
+        "s",
+        "frame of one AUV (round_robin, random)",
+        "sec:baseline (1 fix/s)",
+        ge=0.001,
+        le=1e6,
+    )
+    turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt)", ge=0, le=60)
+    reply_at: Literal["ping_front", "ping_end"] = key(
+        "ping_end",
+        "",
+        "when a direct reply sets out: as the ping's front arrives, or once it is decoded",
+    )
+
+    @property
+    def is_passive(self) -> bool:
+        """Whether ASVs ping and AUVs fix themselves."""
+        return self.ranging == "passive"
+
+    @property
+    def pinging(self) -> str:
+        """Which vehicles ping: "auv" or "asv", and so the column that names them."""
+        return "asv" if self.is_passive else "auv"
+
+    @property
+    def listening(self) -> str:
+        """Which vehicles hear pings: "auv" or "asv", and so the column that names them."""
+        return "auv" if self.is_passive else "asv"

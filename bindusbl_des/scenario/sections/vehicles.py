@@ -1,0 +1,77 @@
+"""The keys of both fleets: how many, what they are, where they go and keep station."""
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from ..key_types import PAPER, Part, Point, Real, Whole, key
+from ..part_choice import PartChoice
+from ..vehicle_choice import AsvVehicle, AuvVehicle
+from .own import OwnPlacement, is_own
+from .routes import Lawnmower, Route
+
+
+class Auvs(Part):
+    """The underwater vehicles: how many, what they are, where they go."""
+
+    count: Whole = key(3, "1", "number of AUVs", PAPER, ge=1, le=100_000)
+    vehicle: AuvVehicle = key(
+        "kinematic", "", "vehicle model, or {model: ..., coefficient: value, ...}"
+    )
+    speed_m_per_s: Real = key(
+        0.627,
+        "m/s",
+        "speed along the route",
+        "tab:case_study (182-192 m in 300 s)",
+        ge=0.001,
+        le=20,
+    )
+    turning_radius_m: Real = key(
+        5.0, "m", "smallest turning radius (kinematic only)", ge=0.001, le=1e4
+    )
+    join_angle_deg: Real = key(
+        20.0, "deg", "angle at which an AUV that has turned about joins a line again", ge=0.1, le=45
+    )
+    route: Route = Field(default=Lawnmower(), description="where the AUVs go")
+    feedback: Literal["truth", "estimate"] = key(
+        "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
+    )
+
+
+class Formation(Part):
+    """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
+
+    model: Literal["ring", "positions"] | None = key(
+        None, "", "placement; null = positions where positions_m is given, else ring"
+    )
+    angle_deg: Real = key(
+        0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
+    )
+    clearance_m: Real = key(
+        0.0, "m", "clearance Delta_b: R_f = hf.range_m + clearance_m", PAPER, ge=0, le=1e6
+    )
+    radius_m: Real | None = key(
+        None, "m", "formation radius R_f itself; null = range plus clearance", ge=0, le=1e6
+    )
+    positions_m: tuple[Point, ...] | None = key(None, "m", "one [x, y] per ASV instead of an N-gon")
+
+    @property
+    def choice(self) -> PartChoice:
+        """The placement as a part of the mission."""
+        return PartChoice("ring" if self.positions_m is None else "positions")
+
+
+Placement = Annotated[
+    Annotated[Formation, Tag("shipped")] | Annotated[OwnPlacement, Tag("own")],
+    Discriminator(lambda placement: "own" if is_own(placement, "model") else "shipped"),
+]
+
+
+class Asvs(Part):
+    """The surface vessels that carry the USBL arrays."""
+
+    count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
+    vehicle: AsvVehicle = key(
+        "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
+    )
+    formation: Placement = Field(default=Formation(), description="where the ASVs keep station")
