@@ -14,7 +14,7 @@ from .commands.console import BAD_INPUT
 from .commands.doctor import doctor
 from .commands.ending import ended_in_order
 from .commands.exports import export
-from .commands.files import init, params, schema, validate
+from .commands.files import init, params, presets, schema, validate
 from .commands.missions import explain, run
 from .commands.options import handed_on, quiet_option, shared_options
 from .commands.planning import coverage, timing
@@ -137,6 +137,7 @@ for _command in (
     schema,
     init,
     params,
+    presets,
     timing,
     coverage,
     report,

@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the ground to the faces; a room imports only from itself and from those before it.
 ROOMS = [
-    *("core", "geometry", "records", "vehicles", "scenario"),
+    *("core", "geometry", "records", "vehicles", "presets", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
     *("explain", "report", "figures", "export", "replay", "campaigns", "advice", "benchmark"),
     "reproduction",

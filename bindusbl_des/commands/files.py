@@ -1,9 +1,9 @@
-"""Commands about scenario files: validate, schema, init, params."""
+"""Commands about scenario files: validate, schema, init, and params and presets to put in."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,6 +15,7 @@ from .options import json_option, set_option, shipped_or_file
 STARTERS = ("starter", "paper", "still", "large")
 
 if TYPE_CHECKING:
+    from ..presets.preset import Preset
     from ..scenario.files.mistakes import Mistake
     from ..scenario.keys import Key
 
@@ -185,3 +186,41 @@ def _paragraph(row: "Key") -> str:
     only = f"; only {row.condition}" if row.only else ""
     source = f" [{row.source}]" if row.source else ""
     return f"{row.key}: {row.default}{unit}  ({allowed})\n    {row.meaning}{only}{source}"
+
+
+@click.command()
+@click.argument("word", metavar="[KIND|NAME]", default="")
+@json_option("the figures")
+def presets(word: str, as_json: bool) -> None:
+    """List the modems, USBLs and inertial systems that a scenario can name, with their sources.
+
+    KIND is modem, usbl or inertial.  Each figure is tagged: [M] the maker's own page, [S] the
+    source code of a driver or simulator, [2] second hand, [calc] worked out from other figures.
+    """
+    from ..presets.catalogue import selected
+
+    try:
+        found = list(selected(word))
+    except ValueError as error:
+        refuse(str(error))
+    if as_json:
+        print_json([_plain(kind, it) for kind, it in found])
+    else:
+        say("\n\n".join("\n".join(_told(kind, it)) for kind, it in found) or f"{word}: none yet")
+
+
+def _plain(kind: str, it: "Preset") -> dict[str, Any]:
+    figures = {name: asdict(figure) for name, figure in it.figures.items()}
+    return {"kind": kind, "name": it.name, "title": it.title, "figures": figures}
+
+
+def _told(kind: str, it: "Preset") -> Iterator[str]:
+    """Yield a head line, and one for each figure."""
+    from ..core.wording import plain
+
+    shown = {name: f"{plain(fig.value)} {fig.unit}".strip() for name, fig in it.figures.items()}
+    yield f"{it.name}  ({kind}: {it.title})"
+    widths = max(map(len, shown)), max(map(len, shown.values()))
+    for name, figure in it.figures.items():
+        unitless = shown[name].removesuffix(" 1")
+        yield f"    {name:<{widths[0]}}  {unitless:<{widths[1]}}  [{figure.tag}] {figure.source}"

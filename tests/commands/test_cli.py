@@ -29,7 +29,7 @@ from bindusbl_des.scenario.scenario import Scenario
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 COMMANDS = (
     "run", "sweep", "resume", "status", "merge", "compare", "validate", "schema", "init", "params",
-    "timing", "coverage", "plot", "explain", "export", "doctor",
+    "presets", "timing", "coverage", "plot", "explain", "export", "doctor",
 )  # fmt: skip
 HEAVY = {
     "matplotlib", "networkx", "numba", "numpy", "pandas", "pyarrow", "pydantic", "simpy", "yaml",

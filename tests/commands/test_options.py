@@ -49,6 +49,7 @@ def test_every_command_has_what_it_can_have(name: str) -> None:
         ("validate", "f.yaml"),
         ("schema",),
         ("params", "heading"),
+        ("presets", "modem"),
         ("timing", "f.yaml"),
         ("coverage", "f.yaml"),
         ("run", "f.yaml", "--no-advice", "--out", "o", "--force"),

@@ -1,0 +1,43 @@
+"""All presets by kind and name."""
+
+from collections.abc import Iterator
+
+from ..core.wording import did_you_mean
+from .inertials import INERTIALS
+from .modems import MODEMS
+from .preset import Preset
+from .usbls import USBLS
+
+CATALOGUE = {"modem": MODEMS, "usbl": USBLS, "inertial": INERTIALS}
+
+
+def preset(kind: str, name: str) -> Preset:
+    """Return a preset of a kind by its name.
+
+    Raises:
+        ValueError: when there is none of that name, with the nearest one or all there are.
+    """
+    known = {it.name: it for it in CATALOGUE[kind]}
+    if name not in known:
+        listed = f"; there are {', '.join(known) or 'none yet'}"
+        raise ValueError(f"no {kind} preset is named {name!r}{did_you_mean(name, known) or listed}")
+    return known[name]
+
+
+def selected(word: str) -> Iterator[tuple[str, Preset]]:
+    """Yield the presets of a kind, or of a name, or all for "", each with its kind.
+
+    Raises:
+        ValueError: when nothing is named so.
+    """
+    found = [
+        (kind, it)
+        for kind, presets in CATALOGUE.items()
+        for it in presets
+        if word in ("", kind, it.name)
+    ]
+    if not found and word not in CATALOGUE:
+        names = [*CATALOGUE, *(it.name for presets in CATALOGUE.values() for it in presets)]
+        hint = did_you_mean(word, names) or "; `bindusbl-des presets` lists all"
+        raise ValueError(f"no preset, and no kind of presets, is named {word!r}{hint}")
+    yield from found

@@ -1,0 +1,150 @@
+"""Acoustic modems: how long a message takes, how far it carries, how much it holds, what it costs.
+
+Figures are named as the keys of `acoustics.mf` and `acoustics.hf`, and as the settings of the
+channel `sonar`.  Powers are electrical.  Where a sheet states a band, `frequency_khz` is its middle
+and `bandwidth_khz` its width.
+"""
+
+from .preset import Figure, Preset
+
+DESERT = (
+    "github.com/signetlabdei/DESERT_Underwater, dbs/evologics_LUT/txduration_s2c_LUT.csv; how it "
+    "was recorded is not stated there"
+)
+RESELLERS = "figures of the data sheet as repeated by others"
+AS_SIMULATED = "as set by others who simulate it"
+OF_THE_BAND = "of the band that is stated"
+SEATRAC = "Blueprint Subsea's figures as repeated by others"
+SONARDYNE_WIDEBAND = "Sonardyne, 6G Wideband 2"
+SONARDYNE_MODEM = (
+    "https://www.sonardyne.com/products-knowledge-base/what-data-rates-should-i-expect-from-modem-6"
+)
+WATER_LINKED = "https://waterlinked.com/underwater-communication"
+WHOI = "http://acomms.whoi.edu/micro-modem"
+AHOI = "ahoi modem (TUHH), as set in its simulation"
+UWAVE = "UC&NL, uWAVE underwater acoustic modem specifications (github.com/ucnl/ucnl.github.io)"
+NANOMODEM = (
+    "https://research.ncl.ac.uk/usmart/newsevents/october2018v3modemsreadyforfieldtesting.html"
+)
+
+MODEMS = (
+    Preset(
+        "s2c_instant",
+        "EvoLogics S2C, instant messages",
+        {
+            "airtimes": Figure("s2c", "", "S", DESERT),
+            "payload_bytes": Figure(64, "B", "S", f"{DESERT}: it ends at 64 B"),
+        },
+    ),
+    Preset(
+        "s2cr_18_34",
+        "EvoLogics S2CR 18/34",
+        {
+            "range_m": Figure(3500.0, "m", "2", RESELLERS),
+            "bit_rate_bps": Figure(13900.0, "bit/s", "2", RESELLERS),
+            "transmit_w": Figure(35.0, "W", "2", f"{RESELLERS}; 2.8 W where 1,000 m are enough"),
+            "source_level_db": Figure(184.0, "dB re 1 uPa at 1 m", "2", AS_SIMULATED),
+            "frequency_khz": Figure(26.0, "kHz", "2", AS_SIMULATED),
+            "bandwidth_khz": Figure(8.0, "kHz", "2", AS_SIMULATED),
+        },
+    ),
+    Preset(
+        "s2cr_48_78",
+        "EvoLogics S2CR 48/78",
+        {
+            "range_m": Figure(1000.0, "m", "2", RESELLERS),
+            "transmit_w": Figure(
+                60.0, "W", "2", f"{RESELLERS}; at full source level, 5 W at least"
+            ),
+            "receive_w": Figure(1.1, "W", "2", RESELLERS),
+            "source_level_db": Figure(184.0, "dB re 1 uPa at 1 m", "2", RESELLERS),
+            "frequency_khz": Figure(63.0, "kHz", "calc", f"middle {OF_THE_BAND}, 48-78 kHz"),
+            "bandwidth_khz": Figure(30.0, "kHz", "calc", f"width {OF_THE_BAND}, 48-78 kHz"),
+        },
+    ),
+    Preset(
+        "seatrac",
+        "Blueprint Subsea SeaTrac X150, X110, X010",
+        {
+            "range_m": Figure(1000.0, "m", "2", SEATRAC),
+            "bit_rate_bps": Figure(100.0, "bit/s", "2", SEATRAC),
+            "payload_bytes": Figure(30, "B", "2", SEATRAC),
+            "frequency_khz": Figure(28.0, "kHz", "calc", f"middle {OF_THE_BAND}, 24-32 kHz"),
+            "bandwidth_khz": Figure(8.0, "kHz", "calc", f"width {OF_THE_BAND}, 24-32 kHz"),
+        },
+    ),
+    Preset(
+        "sonardyne_wideband2",
+        "Sonardyne 6G, Wideband 2 navigation",
+        {
+            "ping_s": Figure(0.008, "s", "M", f"{SONARDYNE_WIDEBAND}: 8 or 16 ms"),
+            "frequency_khz": Figure(25.5, "kHz", "calc", f"middle {OF_THE_BAND}, 19-32 kHz"),
+            "bandwidth_khz": Figure(13.0, "kHz", "calc", f"width {OF_THE_BAND}, 19-32 kHz"),
+        },
+    ),
+    Preset(
+        "sonardyne_modem6",
+        "Sonardyne Modem 6, telemetry scheme TS3",
+        {"bit_rate_bps": Figure(900.0, "bit/s", "M", SONARDYNE_MODEM)},
+    ),
+    Preset(
+        "m64",
+        "Water Linked Modem M64",
+        {
+            "range_m": Figure(200.0, "m", "M", WATER_LINKED),
+            "bit_rate_bps": Figure(64.0, "bit/s", "M", WATER_LINKED),
+            "overhead": Figure(1.0, "1", "M", f"{WATER_LINKED}: its 64 bit/s are the user's"),
+            "payload_bytes": Figure(8, "B", "M", f"{WATER_LINKED}: packages of 64 bits"),
+        },
+    ),
+    Preset(
+        "micromodem_psk6",
+        "WHOI Micromodem, PSK rate 6",
+        {
+            "bit_rate_bps": Figure(490.0, "bit/s", "M", WHOI),
+            "overhead": Figure(1.0, "1", "M", f"{WHOI}: its burst rate counts the user's bytes"),
+            "payload_bytes": Figure(192, "B", "M", f"{WHOI}: 6 frames of 32 B"),
+            "transmit_w": Figure(50.0, "W", "M", WHOI),
+            "receive_w": Figure(0.158, "W", "M", WHOI),
+        },
+    ),
+    Preset(
+        "uwave",
+        "UC&NL uWAVE",
+        {
+            "range_m": Figure(1000.0, "m", "M", UWAVE),
+            "bit_rate_bps": Figure(78.0, "bit/s", "M", UWAVE),
+            "overhead": Figure(1.0, "1", "M", f"{UWAVE}: its 78 bit/s are of the payload"),
+            "transmit_w": Figure(6.0, "W", "M", UWAVE),
+            "receive_w": Figure(0.33, "W", "M", UWAVE),
+            "frequency_khz": Figure(20.0, "kHz", "calc", f"middle {OF_THE_BAND}, 10-30 kHz"),
+            "bandwidth_khz": Figure(20.0, "kHz", "calc", f"width {OF_THE_BAND}, 10-30 kHz"),
+        },
+    ),
+    Preset(
+        "nanomodem_v3",
+        "Newcastle University Nanomodem V3",
+        {
+            "range_m": Figure(2000.0, "m", "M", f"{NANOMODEM}: more than 2 km"),
+            "bit_rate_bps": Figure(640.0, "bit/s", "M", NANOMODEM),
+            "overhead": Figure(1.382, "1", "calc", "640 bit/s of which 463 are throughput"),
+            "payload_bytes": Figure(64, "B", "M", NANOMODEM),
+            "transmit_w": Figure(1.5, "W", "calc", "300 mA at 5 V at most"),
+            "receive_w": Figure(0.025, "W", "calc", "5 mA at 5 V"),
+            "idle_w": Figure(0.0125, "W", "calc", "listening: 2.5 mA at 5 V"),
+            "source_level_db": Figure(168.0, "dB re 1 uPa at 1 m", "M", NANOMODEM),
+            "frequency_khz": Figure(28.0, "kHz", "calc", f"middle {OF_THE_BAND}, 24-32 kHz"),
+            "bandwidth_khz": Figure(8.0, "kHz", "calc", f"width {OF_THE_BAND}, 24-32 kHz"),
+        },
+    ),
+    Preset(
+        "ahoi",
+        "ahoi modem (TUHH)",
+        {
+            "bit_rate_bps": Figure(195.3, "bit/s", "S", AHOI),
+            "source_level_db": Figure(156.0, "dB re 1 uPa at 1 m", "S", AHOI),
+            "frequency_khz": Figure(50.0, "kHz", "S", AHOI),
+            "bandwidth_khz": Figure(25.0, "kHz", "S", AHOI),
+        },
+    ),
+)

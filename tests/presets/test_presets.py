@@ -1,0 +1,104 @@
+"""Presets: every number has a unit, a tag and a source; tables are read as they are printed."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from bindusbl_des.cli import main
+from bindusbl_des.presets.airtimes import SHIPPED, airtime_table
+from bindusbl_des.presets.catalogue import CATALOGUE, preset, selected
+from bindusbl_des.presets.preset import TAGS, Preset
+
+ALL = [it for presets in CATALOGUE.values() for it in presets]
+
+
+@pytest.mark.parametrize("it", ALL, ids=lambda it: it.name)
+def test_every_figure_has_a_unit_a_tag_and_a_source(it: Preset) -> None:
+    assert it.figures
+    assert it.name.isidentifier()
+    for name, figure in it.figures.items():
+        assert figure.tag in TAGS, name
+        assert len(figure.source) > 10, name
+        assert figure.unit or isinstance(figure.value, str), name
+
+
+def test_no_two_presets_have_one_name() -> None:
+    names = [it.name for it in ALL]
+    assert len({*names, *CATALOGUE}) == len(names) + len(CATALOGUE)
+
+
+def test_all_airtimes_of_the_s2c_come_out_to_the_last_digit() -> None:
+    """64 payloads; DESERT Underwater's own extremes are 0.172102 and 0.860338 s."""
+    table = airtime_table("s2c")
+    with SHIPPED["s2c"].open() as stream:
+        printed = [row["airtime_s"] for row in csv.DictReader(stream)]
+    assert [f"{table.airtime(size):.6f}" for size in range(1, 65)] == printed
+    assert (table.airtime(1), table.airtime(56), table.airtime(64)) == (
+        0.172102,
+        0.770201,
+        0.860338,
+    )
+    assert table.most_bytes == 64
+
+
+def test_a_delay_that_was_not_measured_is_that_of_the_next_payload_which_was() -> None:
+    table = airtime_table("s2c")
+    assert {table.delay(size) for size in range(1, 21)} == {0.088179}
+    assert table.delay(21) == 0.088342
+
+
+def test_a_table_of_ones_own(tmp_path: Path) -> None:
+    own = tmp_path / "mine.csv"
+    own.write_text("payload_bytes,airtime_s,processing_delay_mean_s\n1,0.5,\n2,0.75,0.1\n3,1,\n")
+    table = airtime_table(str(own))
+    assert table.airtimes_s == (0.5, 0.75, 1.0)
+    assert table.delays_s == (0.1, 0.1, 0.1)
+    own.write_text("payload_bytes,airtime_s\n1,0.25\n")
+    assert airtime_table(str(own)).delays_s == (0.0,)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("bytes,airtime_s\n1,0.5\n", "1: a line of a table of airtimes that has no columns"),
+        ("payload_bytes,airtime_s\n1,0.5\n3,0.6\n", "3: .* is for '3' bytes; 2 is next"),
+        ("payload_bytes,airtime_s\n1,soon\n", "2: .* has the airtime_s 'soon', which is no time"),
+        ("payload_bytes,airtime_s\n1,-1\n", "2: .* '-1', which is no time"),
+        ("payload_bytes,airtime_s\n", "2: .* is the first of the table, and there is none"),
+    ],
+)
+def test_wrong_tables_are_told_with_their_line(tmp_path: Path, text: str, told: str) -> None:
+    own = tmp_path / "mine.csv"
+    own.write_text(text)
+    with pytest.raises(ValueError, match=told):
+        airtime_table(str(own))
+
+
+def test_a_table_that_is_not_there() -> None:
+    with pytest.raises(ValueError, match=r"none\.csv: No such file.* or one of s2c"):
+        airtime_table("none.csv")
+
+
+def test_names_that_are_nearly_right() -> None:
+    with pytest.raises(ValueError, match="did you mean 's2c_instant'"):
+        preset("modem", "s2c_instnt")
+    with pytest.raises(ValueError, match="named 'modm'; did you mean 'modem'"):
+        list(selected("modm"))
+
+
+def test_the_command_lists_number_unit_tag_and_source() -> None:
+    told = CliRunner().invoke(main, ["presets", "micromodem_psk6"])
+    assert told.exit_code == 0
+    assert "transmit_w     50 W       [M] http://acomms.whoi.edu/micro-modem" in told.output
+    found = json.loads(CliRunner().invoke(main, ["presets", "modem", "--json"]).output)
+    assert {it["name"] for it in found} == {it.name for it in CATALOGUE["modem"]}
+    figure = next(it for it in found if it["name"] == "s2cr_48_78")["figures"]["receive_w"]
+    assert (figure["value"], figure["unit"], figure["tag"]) == (1.1, "W", "2")
+    wrong = CliRunner().invoke(main, ["presets", "modm"])
+    assert (wrong.exit_code, wrong.output) == (
+        2,
+        "no preset, and no kind of presets, is named 'modm'; did you mean 'modem'?\n",
+    )
