@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.kept_tracks import portable
+from ..core.kept_files import portable
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
 from .statistics.comparison_table import sentence, unserved

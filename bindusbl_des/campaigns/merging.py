@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from ..core.durable import sync
-from ..core.kept_tracks import keep, portable
+from ..core.kept_files import keep, portable
 from .campaign import Campaign, load_campaign
-from .refusals import check_tracks
+from .refusals import check_files
 from .storage.folder import RECORD, CampaignError, is_locked, write_json, write_scenario
 from .storage.joining import merge_parts
 
@@ -33,7 +33,7 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
                 f"{_difference(first.record, other.record)}"
             )
     for campaign in campaigns:
-        check_tracks(campaign)
+        check_files(campaign)
         if is_locked(campaign.folder):
             raise CampaignError(f"{campaign.folder}: is still running; merge it when it has ended")
     if folder.exists() or folder.is_symlink():
@@ -53,7 +53,7 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
 def _joined(campaigns: Sequence[Campaign], folder: Path) -> Campaign:
     """Write the missions of several shards into a folder that is there and empty."""
     first = campaigns[0]
-    keep(first.plan.tracks.values(), folder)
+    keep(first.plan.files, folder)
     merge_parts([campaign.folder for campaign in campaigns], folder)
     for campaign in campaigns:
         if (campaign.folder / "failures").is_dir():

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from ..core.kept_tracks import FOLDER as TRACKS
-from ..core.kept_tracks import check_kept
+from ..core.kept_files import check_kept
 from ..core.plugin_sources import source_of
 from ..results.result import scenario_sha256
 from .campaign import Campaign
@@ -32,7 +31,7 @@ def check_new(folder: Path, plan: Plan) -> None:
 
 
 def check_unchanged(campaign: Campaign) -> None:
-    """Refuse to continue what would mix two models, scenarios, tracks or parts of one's own.
+    """Refuse to continue what would mix two models, scenarios, files or parts of one's own.
 
     Raises:
         CampaignError: showing what differs.
@@ -44,7 +43,7 @@ def check_unchanged(campaign: Campaign) -> None:
             f"{model_version()}; their missions cannot be mixed. Sweep anew into another folder, "
             f"or install bindusbl-des {record['model_version'].partition('/')[0]}"
         )
-    check_tracks(campaign)
+    check_files(campaign)
     for name, told in record["own_parts"].items():
         if now.own_parts.get(name) != told:
             raise CampaignError(_changed_part(folder, name))
@@ -57,13 +56,14 @@ def check_unchanged(campaign: Campaign) -> None:
         )
 
 
-def check_tracks(campaign: Campaign) -> None:
-    """Refuse a campaign whose copies of tracks are not what they were.
+def check_files(campaign: Campaign) -> None:
+    """Refuse a campaign whose copies of files are not what they were.
 
     Raises:
         CampaignError: naming the file.
     """
-    names = [f"{TRACKS}/{Path(file).name}" for file in campaign.plan.tracks.values()]
+    files = map(Path, campaign.plan.files.values())
+    names = [f"{file.parent.name}/{file.name}" for file in files]
     try:
         check_kept(names, campaign.folder)
     except ValueError as error:

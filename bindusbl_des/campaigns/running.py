@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..core.ctrl_c import answered, end_now, say
 from ..core.durable import sync
-from ..core.kept_tracks import keep, portable
+from ..core.kept_files import keep, portable
 from ..core.plugins import allow
 from ..core.wording import described
 from ..results.result import PACKAGES, scenario_sha256
@@ -132,7 +132,7 @@ def _swept(plan: Plan, folder: Path, shard: Shard | None, settings: Settings) ->
     with locked(folder):
         check_new(folder, plan)
         check_no_links(folder)
-        keep(plan.tracks.values(), folder)
+        keep(plan.files, folder)
         record = first_record(plan, shard)
         write_scenario(folder, portable(plan.experiment.given))
         return _run(Campaign(folder, plan, record), settings)

@@ -12,7 +12,7 @@ from foxglove import Channel, Context
 from foxglove.mcap import MCAPWriteOptions
 
 from ..core.durable import draft_of
-from ..core.kept_tracks import portable
+from ..core.kept_files import portable
 from ..results.result import scenario_sha256
 from .certainty import certainty
 from .frames import transforms

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..core.kept_tracks import portable
+from ..core.kept_files import portable
 from ..core.wording import plain
 from .packing import Packer
 from .page import assembled, asset, filled, number, table

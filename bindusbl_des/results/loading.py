@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import pyarrow as pa
 
-from ..core.kept_tracks import placed
+from ..core.kept_files import placed
 from ..core.plain_json import read_json
 from ..preflight.worth_knowing import Caution
 from ..scenario.scenario import Scenario

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pyarrow as pa
 
 from ..core.durable import write_text
-from ..core.kept_tracks import keep, portable
+from ..core.kept_files import copies_of, keep, portable
 from ..preflight.worth_knowing import Caution, cautions
 from ..scenario.scenario import Scenario
 from .effects import Advice
@@ -163,9 +163,9 @@ class Result:
             # Opened here, since Arrow takes no names that are not UTF-8.
             with open(folder / f"{name}.parquet", "wb") as file:
                 write_parquet(table, name, file, origin)
-        route = self.scenario.auvs.route
-        if route.kind == "track":
-            keep(filter(os.path.isfile, route.files), folder)
+        copies = copies_of(self.scenario.model_dump(mode="json"))
+        if copies:
+            keep({name: file for name, file in copies.items() if os.path.isfile(file)}, folder)
             scenario_text = None  # which names them where they were
         # JSON is YAML, but for its escapes of characters beyond U+FFFF.
         text = scenario_text or json.dumps(run["scenario"], indent=2, ensure_ascii=False)
@@ -180,7 +180,7 @@ class Result:
 def scenario_sha256(scenario: Scenario) -> str:
     """Return the fingerprint of a scenario: equal scenarios, equal fingerprints.
 
-    Track files count by their contents and names, wherever they lie.
+    Files that it names count by their contents and names, wherever they lie.
     """
     data = portable(scenario.model_dump(mode="json"))
     canonical = json.dumps(data, sort_keys=True, separators=(",", ":"))

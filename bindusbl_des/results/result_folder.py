@@ -9,8 +9,7 @@ from typing import Any
 
 from ..core.durable import DRAFT
 from ..core.durable_folder import folder_draft
-from ..core.kept_tracks import FOLDER as TRACKS
-from ..core.kept_tracks import KEPT
+from ..core.kept_files import FOLDERS, KEPT
 from .effects import Advice, as_data
 from .tables import TABLES
 
@@ -73,8 +72,8 @@ def _foreign(folder: Path) -> Iterator[str]:
             continue
         if path.name == FIGURES and path.is_dir():
             yield from (f"{FIGURES}/{it.name}" for it in path.iterdir() if not _is(it, DRAWN))
-        elif path.name == TRACKS and path.is_dir():
-            names = [f"{TRACKS}/{it.name}" for it in path.iterdir()]
+        elif path.name in FOLDERS and path.is_dir():
+            names = [f"{path.name}/{it.name}" for it in path.iterdir()]
             yield from (name for name in names if not KEPT.fullmatch(name))
         elif not _is(path, ours):
             yield path.name

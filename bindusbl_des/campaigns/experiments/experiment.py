@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from ...core.kept_tracks import KEPT, kept_name, portable, renamed, renamed_point
+from ...core.kept_files import KEPT, kept_name, portable, renamed, renamed_point
 from ...core.plugins import name_of
 from ...scenario.files.mistakes import Mistake
 from ...scenario.files.overrides import put
@@ -53,7 +53,7 @@ class Experiment:
         return tuple(dict.fromkeys(key for point in self.points for key in point))
 
     def record(self) -> dict[str, Any]:
-        """Return the experiment as plain data, for `campaign.json`; tracks as in its folder."""
+        """Return the experiment as plain data, for `campaign.json`; files as in its folder."""
         return {
             "name": self.name,
             "scenario_as_given": portable(self.given),
@@ -67,17 +67,17 @@ class Experiment:
     def from_record(
         cls, record: Mapping[str, Any], base: Mapping[str, Any], folder: Path
     ) -> "Experiment":
-        """Return the experiment that `record` described; its tracks lie in a folder.
+        """Return the experiment that `record` described; its files lie in a folder.
 
         `base` is its whole base scenario: a default that has changed since is as it was then.
 
         Raises:
-            ValueError: when a track has a name that `record` does not give.
+            ValueError: when a file has a name that `record` does not give.
         """
 
-        def within(name: str) -> str:
+        def within(name: str, _: str) -> str:
             if not KEPT.fullmatch(name):
-                raise ValueError(f"{name!r} is no track of this folder")
+                raise ValueError(f"{name!r} is no file of this folder")
             return str((folder / name).absolute())
 
         return cls(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.kept_tracks import FILES, kept_name, portable, renamed_point
+from ...core.kept_files import copies_of, kept_name, portable, renamed_point
 from ...core.plugin_sources import source_sha256
 from ...core.plugins import Family, is_plugin
 from ...scenario.families import parts_of
@@ -35,7 +35,7 @@ class Mission:
 class PlannedPoint:
     """One point: its scenario as JSON text, all varied keys as they are in it, those it sets.
 
-    Track files are named as in the campaign's folder.
+    Files are named as in the campaign's folder.
     """
 
     scenario: str
@@ -49,8 +49,8 @@ class Plan:
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
         self.model_version = model_version()
-        #: The track files of all points, each under the name of its copy in the folder.
-        self.tracks: dict[str, str] = {}
+        #: The files that all points name, each under the name of its copy in the folder.
+        self.files: dict[str, str] = {}
         #: The fingerprints of the files of somebody's own parts, by ``module:object``.
         self.own_parts: dict[str, str] = {}
         varied = experiment.varied()
@@ -65,8 +65,7 @@ class Plan:
                     if str(name) not in self.own_parts:
                         self.own_parts[str(name)] = source_sha256(name)
             scenario = mission.model_dump(mode="json")
-            for file in scenario["auvs"]["route"].get(FILES[-1], ()):
-                self.tracks[kept_name(file)] = file
+            self.files |= copies_of(scenario)
             scenario = portable(scenario)
             values = {key: _value(scenario, key) for key in varied}
             sets = renamed_point(point, kept_name)

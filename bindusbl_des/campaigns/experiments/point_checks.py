@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ...core.kept_tracks import names_tracks, renamed_point
+from ...core.kept_files import names_files, renamed_point
 from ...core.plugins import is_plugin, refusal
 from ...preflight.idle_keys import idle_keys
 from ...scenario.families import FAMILIES, load_plugins, named
@@ -32,14 +32,14 @@ def check_points(
     places: Places,
     allow_plugins: bool = False,
 ) -> Points:
-    """Return the points with track files made absolute; what is wrong goes to the document."""
+    """Return the points with files made absolute; what is wrong goes to the document."""
     given = base.model_dump(mode="json", exclude_unset=True)
     settled: Points = []
     seen: dict[str, int] = {}
     wrong = 0
     looked_at: set[Path] = set()
     for number, (point, where) in enumerate(zip(points, places, strict=True)):
-        point = renamed_point(point, lambda name: str((source.folder / name).resolve()))
+        point = renamed_point(point, lambda name, _: str((source.folder / name).resolve()))
         settled.append(point)
         scenario = None if DETAIL in point else _valid(given, point, allow_plugins)
         if scenario is None:
@@ -91,7 +91,7 @@ def _valid(
         scenario = laid_over(given, point)
     except ValueError:
         return None
-    if any(map(names_tracks, point)) or (allow_plugins and any(load_plugins(scenario))):
+    if any(map(names_files, point)) or (allow_plugins and any(load_plugins(scenario))):
         return None
     return scenario
 

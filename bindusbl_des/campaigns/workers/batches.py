@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from ...core.kept_tracks import FILES, check_kept, placed
+from ...core.kept_files import check_kept, named_files, placed
 from ...core.plugin_sources import source_sha256
 from ...core.plugins import allow
 from ...mission.simulation import simulate
@@ -120,19 +120,18 @@ def rows_of(folder: Path, part: str) -> list[Row]:
 
 
 @lru_cache(maxsize=16)
-def _scenario(text: str, folder: Path) -> tuple[Scenario, tuple[str, ...]]:
-    """Return a scenario with its tracks in a folder, and their names there."""
+def _scenario(text: str, folder: Path) -> tuple[Scenario, list[str]]:
+    """Return a scenario with its files in a folder, and their names there."""
     data = json.loads(text)
-    names = tuple(data["auvs"]["route"].get(FILES[-1], ()))
-    return Scenario.model_validate(placed(data, folder)), names
+    return Scenario.model_validate(placed(data, folder)), named_files(data)
 
 
 def _run(batch: Batch, mission: Mission) -> Ran:
     began = time.perf_counter()
     try:
         folder = Path(batch.folder)
-        scenario, tracks = _scenario(batch.points[mission.point].scenario, folder)
-        check_kept(tracks, folder)
+        scenario, files = _scenario(batch.points[mission.point].scenario, folder)
+        check_kept(files, folder)
         _check_parts(batch.own_parts)
         result = simulate(scenario, mission.seed)
     except Exception as error:  # what goes wrong in one mission is told, and the others go on

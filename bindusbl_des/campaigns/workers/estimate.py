@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
-from ...core.kept_tracks import keep
+from ...core.kept_files import keep
 from ...scenario.families import without_plugins
 from ..experiments.plan import Plan
 from .batches import Batch, run_batch
@@ -38,7 +38,7 @@ def estimated(plan: Plan, missions: int, workers: int | None) -> Estimate:
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        keep(plan.tracks.values(), folder)
+        keep(plan.files, folder)
         compile_kernels(plan, folder)
         began = perf_counter()
         run_batch(_plain(batch_of(plan, folder, (0,), 0.0)))

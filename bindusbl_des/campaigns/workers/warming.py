@@ -5,7 +5,7 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
-from ...core.kept_tracks import placed
+from ...core.kept_files import placed
 from ...mission.simulation import simulate
 from ...scenario.families import without_plugins
 from ...scenario.scenario import Scenario
@@ -28,7 +28,7 @@ def compile_kernels(plan: Plan, folder: Path) -> None:
 def warm(scenario: str, folder: Path) -> None:
     """Run the beginning of a mission, unless one with its vehicles was run in this process.
 
-    Its track files lie in a folder.
+    Its files lie in a folder.
     """
     data = placed(json.loads(scenario), folder)
     vehicles = str([data["auvs"]["vehicle"], data["asvs"]["vehicle"]])

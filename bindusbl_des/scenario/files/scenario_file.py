@@ -14,6 +14,7 @@ from ..families import load_plugins
 from ..scenario import Scenario
 from .explanations import ROUTE, Finding, guessed_kind
 from .mistakes import Mistake, Place, ScenarioError
+from .named_files import place_files
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
 from .shipped import located
@@ -25,7 +26,7 @@ LARGEST_FILE = 1_000_000
 
 
 class Source(NamedTuple):
-    """Where a scenario stands: its text, what messages call it, where its tracks are sought.
+    """Where a scenario stands: its text, what messages call it, where its files are sought.
 
     `overrides` are laid over it, each as ``dotted.key=value``.
     """
@@ -56,8 +57,8 @@ def load_scenario(
 ) -> Scenario:
     """Read a scenario file, or the scenario of that name that ships, such as ``quickstart``.
 
-    `overrides` are laid over it, each as ``dotted.key=value``.  Track files are sought beside the
-    scenario file.  Plug-ins that it names (``module:object``) are code of its author's: with
+    `overrides` are laid over it, each as ``dotted.key=value``.  Files that it names are sought
+    beside it.  Plug-ins that it names (``module:object``) are code of its author's: with
     `allow_plugins` they are loaded and checked, without it nothing is, and `simulate` refuses.
 
     Raises:
@@ -121,7 +122,7 @@ def parse_scenario(
 ) -> Scenario:
     """Read a scenario from a text; `name` stands for the file in messages.
 
-    Track files are sought in `folder`.
+    Files that it names are sought in `folder`.
 
     Raises:
         ScenarioError: listing every mistake.
@@ -171,7 +172,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     A contradiction that involves a key set aside is not noted: it may vanish with the mistake.
     """
     data = copy.deepcopy(document.data)
-    for path, message in _place_tracks(data, folder):
+    for path, message in place_files(data, folder):
         document.mistakes.append(Mistake.at(_place(document, path), dotted(path), message))
     while True:
         try:
@@ -256,21 +257,6 @@ def _overlap(path: Path, other: Path) -> bool:
     return words[:shared] == other[:shared]
 
 
-def _place_tracks(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
-    """Make the track files of a route absolute in the data; yield what is wrong with them."""
-    auvs = data.get("auvs")
-    route = auvs.get("route") if isinstance(auvs, dict) else None
-    files: Any = route.get("files") if isinstance(route, dict) else None
-    if not isinstance(files, list):
-        return
-    for number, file in enumerate(files):
-        if isinstance(file, str) and "\0" not in file:
-            files[number] = str((folder / file).resolve())
-            problem = _track_problem(files[number])
-            if problem:
-                yield (*ROUTE, "files", number), problem
-
-
 def _misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
     """Yield which tracks begin after the mission's end, or have ended before its start."""
     route, behind = scenario.auvs.route, ("duration_s", "auvs.route.time_offset_s")
@@ -284,15 +270,3 @@ def _misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
         return  # which has been told already
     for number, message in misplaced(tracks, route.time_offset_s, scenario.duration_s):
         yield Problem(f"auvs.route.files.{number}", message, behind)
-
-
-def _track_problem(file: str) -> str:
-    if not FilePath(file).is_file():
-        return f"no such file: {file}; tracks are sought beside the scenario file"
-    from ...vehicles.tracks import read_track  # brings numpy, which other routes do not need
-
-    try:
-        read_track(file)
-    except ValueError as error:
-        return str(error)
-    return ""

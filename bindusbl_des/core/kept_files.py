@@ -1,0 +1,166 @@
+"""Files that a scenario names, known by what is in them, so that it means the same anywhere.
+
+In memory a scenario names its files by their absolute paths.  Whatever is written or fingerprinted
+names them ``<folder>/<name>-<hash of the contents>.<ending>`` instead, such as
+``tracks/auv0-0123456789abcdef.csv``, and a folder of results takes along copies of that name.
+"""
+
+import hashlib
+import os
+import re
+import stat
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from .durable import draft_of, sync
+
+Way = tuple[str, ...]
+
+# Where a scenario names files, and the folder that keeps their copies.
+FILES: Mapping[Way, str] = {
+    ("auvs", "route", "files"): "tracks",
+    ("survey", "area"): "charts",
+}
+FOLDERS = frozenset(FILES.values())
+
+# What names that hold a hash look like.
+KEPT = re.compile(rf"({'|'.join(sorted(FOLDERS))})/[\w.-]{{0,60}}-[0-9a-f]{{16}}(\.\w{{1,8}})?")
+
+# A file's new name, from its own and that of the folder which keeps its copy.
+Change = Callable[[str, str], str]
+
+
+def kept_name(file: str, folder: str) -> str:
+    """Return the name of a file's copy below a folder such as `tracks`, which tells its contents.
+
+    A file that cannot be read keeps its own name, which is that of a copy if it is one.
+    """
+    path = Path(file)
+    try:
+        found = os.stat(path)
+        if not stat.S_ISREG(found.st_mode):
+            return f"{folder}/{path.name}"
+        told = _sha256(file, found.st_mtime_ns, found.st_size)[:16]
+    except OSError:
+        return f"{folder}/{path.name}"
+    stem = re.sub(r"[^\w.-]", "_", path.stem).removesuffix(f"-{told}")
+    ending = path.suffix if re.fullmatch(r"\.\w{1,8}", path.suffix) else ""
+    return f"{folder}/{stem[:60]}-{told}{ending}"
+
+
+@lru_cache(maxsize=4096)
+def _sha256(file: str, _changed_at: int, _size: int) -> str:
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+
+
+def portable(data: Any) -> Any:
+    """Return the data of a scenario, its files named by their contents."""
+    return renamed(data, kept_name)
+
+
+def placed(data: Any, folder: str | Path) -> Any:
+    """Return the data of a scenario, the names of its files made absolute in a folder."""
+    return renamed(data, lambda name, _: str((Path(folder) / name).resolve()))
+
+
+def named_files(data: Any) -> list[str]:
+    """Return the files that the data of a scenario names, as they are written there."""
+    found: list[str] = []
+
+    def note(name: str, _: str) -> str:
+        found.append(name)
+        return name
+
+    renamed(data, note)
+    return found
+
+
+def copies_of(data: Any) -> dict[str, str]:
+    """Return the files that the data of a scenario names, each by the name of its copy."""
+    found: dict[str, str] = {}
+
+    def note(name: str, folder: str) -> str:
+        found[kept_name(name, folder)] = name
+        return name
+
+    renamed(data, note)
+    return found
+
+
+def renamed(data: Any, change: Change) -> Any:
+    """Return the data of a scenario in which its files have other names."""
+    for way, folder in FILES.items():
+        data = _renamed(data, change, way, folder)
+    return data
+
+
+def renamed_point(point: Mapping[str, Any], change: Change) -> dict[str, Any]:
+    """Return dotted keys and their values, in which files have other names."""
+    changed = dict(point)
+    for key in point:
+        for way, folder in FILES.items():
+            below = _below(key, way)
+            if below is not None:
+                changed[key] = _renamed(changed[key], change, below, folder)
+    return changed
+
+
+def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
+    """Return data in which files have other names; `below` is the way to them."""
+    if not below:
+        items = data if isinstance(data, list | tuple) else [data]
+        usable = [isinstance(it, str) and "\0" not in it for it in items]
+        names = [change(it, folder) if good else it for it, good in zip(items, usable, strict=True)]
+        return names if isinstance(data, list | tuple) else names[0]
+    if isinstance(data, Mapping) and below[0] in data:
+        return {**data, below[0]: _renamed(data[below[0]], change, below[1:], folder)}
+    return data
+
+
+def names_files(key: str) -> bool:
+    """Tell whether a dotted key holds, or may hold, names of files.
+
+    >>> [names_files(key) for key in ("auvs.route", "auvs.route.files.0", "auvs.count")]
+    [True, True, False]
+    """
+    return any(_below(key, way) is not None for way in FILES)
+
+
+@lru_cache(maxsize=1024)
+def _below(key: str, way: Way) -> Way | None:
+    """Return the rest of a way from what a dotted key holds, None where the key is not on it."""
+    parts = tuple(key.split("."))
+    return way[len(parts) :] if parts[: len(way)] == way[: len(parts)] else None
+
+
+def keep(copies: Mapping[str, str], folder: Path) -> None:
+    """Copy files into a folder, each under the name of its contents, which is its key.
+
+    Raises:
+        ValueError: when a file is changed meanwhile.
+        OSError: when one cannot be read or written.
+    """
+    for name, file in copies.items():
+        contents = Path(file).read_bytes()
+        if hashlib.sha256(contents).hexdigest()[:16] not in name:
+            raise ValueError(f"{file}: was changed while it was copied; run it again")
+        (folder / name).parent.mkdir(exist_ok=True)
+        with draft_of(folder / name) as draft:
+            draft.write_bytes(contents)
+        sync(folder)
+
+
+def check_kept(names: list[str], folder: Path) -> None:
+    """Refuse copies in a folder that are no longer what their names say.
+
+    Raises:
+        ValueError: naming the file.
+    """
+    for name in names:
+        file = folder / name
+        if not file.is_file():
+            raise ValueError(f"{file}: is missing; put the file back as it was")
+        if kept_name(str(file), Path(name).parent.name) != name:
+            raise ValueError(f"{file}: has been changed since; put the file back as it was")

@@ -1,0 +1,55 @@
+"""Files that a scenario names: sought beside it, and what is wrong with one is told at its key."""
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from ...core.kept_files import FILES, Way
+from .plain_yaml import Path
+
+
+def place_files(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
+    """Make the names of files absolute in the data of a scenario; yield what is wrong with them."""
+    for way in FILES:
+        section = _section(data, way)
+        if section is None or way[-1] not in section:
+            continue
+        given = section[way[-1]]
+        listed = isinstance(given, list)
+        names = given if listed else [given]
+        for number, name in enumerate(names):
+            if isinstance(name, str) and "\0" not in name:
+                names[number] = str((folder / name).resolve())
+                problem = _problem(names[number], way)
+                if problem:
+                    yield ((*way, number) if listed else way), problem
+        section[way[-1]] = names if listed else names[0]
+
+
+def _section(data: Any, way: Way) -> dict[str, Any] | None:
+    """Return the mapping in which a way ends, None where there is none."""
+    for name in way[:-1]:
+        data = data.get(name) if isinstance(data, dict) else None
+    return data if isinstance(data, dict) else None
+
+
+def _problem(file: str, way: Way) -> str:
+    if not FilePath(file).is_file():
+        return f"no such file: {file}; files are sought beside the scenario file"
+    read = READERS.get(way)
+    try:
+        if read is not None:
+            read(file)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def _track(file: str) -> None:
+    from ...vehicles.tracks import read_track  # brings numpy, which other routes do not need
+
+    read_track(file)
+
+
+# How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
+READERS: Mapping[Way, Callable[[str], object]] = {("auvs", "route", "files"): _track}
