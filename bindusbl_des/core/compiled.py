@@ -12,7 +12,7 @@ to optimise what it has been linked into once, not twice, another tenth.
 
 import hashlib
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -21,6 +21,7 @@ import numba
 from numba.core import event
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.types import unliteral
 
 from .code_cache import CodeCache, trouble
 
@@ -130,6 +131,11 @@ def entry(function: Function) -> Function:
 class _Whole(JITCodeLibrary):
     """Code that Python enters: optimised when all its parts are in it."""
 
+    def finalize(self) -> None:
+        """Link every part that is called, and that those call, once."""
+        self._linking_libraries = list(_with_parts(self._linking_libraries))
+        super().finalize()  # type: ignore[no-untyped-call]
+
     def _optimize_final_module(self) -> None:
         codegen: Any = self._codegen
         passes, builder = codegen._module_pass_manager()
@@ -137,17 +143,26 @@ class _Whole(JITCodeLibrary):
 
 
 class _Part(JITCodeLibrary):
-    """Code for others to be linked with, neither optimised nor machine code itself."""
+    """Code for others to be linked with: not optimised, no machine code, without what it calls."""
 
     def _optimize_functions(self, ll_module: Any) -> None:
         ll_module.data_layout = self._codegen._data_layout
 
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
+    def finalize(self) -> None:
         self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
         self._finalized = True
+
+
+def _with_parts(libraries: Iterable[JITCodeLibrary]) -> dict[JITCodeLibrary, None]:
+    """Return libraries and all that their parts call, directly or not."""
+    found: dict[JITCodeLibrary, None] = {}
+    due = list(libraries)
+    while due:
+        library = due.pop(0)
+        if library not in found:
+            found[library] = None
+            due += library._linking_libraries if isinstance(library, _Part) else ()
+    return found
 
 
 class _Compiler(Compiler):
@@ -187,7 +202,14 @@ def _part(
         dispatcher.targetctx.insert_user_function(found_by, made.fndesc, [made.library])
         dispatcher.overloads[tuple(made.signature.args)] = made
 
+    template_of = dispatcher.get_call_template
+
+    def template_of_any(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
+        general = [unliteral(it) for it in args]  # type: ignore[no-untyped-call]
+        return template_of(general, kws)  # one for all constants, not one for each
+
     dispatcher.add_overload = add_overload
+    dispatcher.get_call_template = template_of_any
     dispatcher._compile_for_args = lambda *_: from_python()
     result: Callable[..., object] = dispatcher
     return result

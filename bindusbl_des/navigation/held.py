@@ -62,8 +62,8 @@ def _blank(beliefs: Belief) -> Belief:
 
 
 @entry
-def positions(
-    auv: int, times: Floats, position: Floats, headings: Floats,
+def believed(
+    auv: int, sure: bool, times: Floats, position: Floats, headings: Floats,
     since: Floats, moment: Rows, state: Floats, covariance: Floats,
     walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
     time_constants: Floats, longest: float,
@@ -72,16 +72,17 @@ def positions(
 ) -> Floats:  # fmt: skip
     """Return the positions (n, 2), m, that an AUV believed in at instants (n,), s, that rise.
 
-    Beliefs (k,) are held from the instants `since` (k,), s, on, the first from before all `times`;
-    times, position and headings as in :class:`.dead_reckoning.Odometry`.
+    Or how `sure` it was of them: covariances xx, yy, xy (n, 3), m2.  Beliefs (k,) are held from the
+    instants `since` (k,), s, on, the first from before all `times`; times, position and headings as
+    in :class:`.dead_reckoning.Odometry`.
     """
     growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
     wrong = Wrong(walks, rate, biases, offsets, held_s, biases_in_body, skews)
     reckoning = Reckoned(Motion(table, first, step), wrong)
     beliefs = Belief(moment, state, covariance)
-    scratch, out = _blank(beliefs), np.empty((times.size, 2))
-    own, last, stop = one(scratch, 0), -1, -inf
-    drift = expected(own, growth)
+    scratch, ahead, out = _blank(beliefs), _blank(beliefs), np.empty((times.size, 2 + sure))
+    own, then, last, stop = one(scratch, 0), one(ahead, 0), -1, -inf
+    spread, drift = then.covariance, expected(own, growth)
     for n in range(times.size):
         fresh = last < 0
         last = max(last, 0)
@@ -93,39 +94,11 @@ def positions(
             stop = step_on(own, auv, times[n], growth, reckoning)
             drift = expected(own, growth)
         told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        x, y = expected_error(drift, way_since(drift, told, in_body))
-        out[n, 0], out[n, 1] = told.x - x, told.y - y
-    return out
-
-
-@entry
-def covariances(
-    auv: int, times: Floats, position: Floats, headings: Floats,
-    since: Floats, moment: Rows, state: Floats, covariance: Floats,
-    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
-    time_constants: Floats, longest: float,
-    table: Floats, first: Ints, step: float, walks: Floats, rate: float, biases: Floats,
-    offsets: Floats, held_s: float, biases_in_body: bool, skews: Rows,
-) -> Floats:  # fmt: skip
-    """Return the covariances xx, yy, xy (n, 3), m2, of what :func:`positions` returns."""
-    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
-    wrong = Wrong(walks, rate, biases, offsets, held_s, biases_in_body, skews)
-    reckoning = Reckoned(Motion(table, first, step), wrong)
-    beliefs = Belief(moment, state, covariance)
-    scratch, ahead, out = _blank(beliefs), _blank(beliefs), np.empty((times.size, 3))
-    own, then, last, stop = one(scratch, 0), one(ahead, 0), -1, -inf
-    spread = then.covariance
-    for n in range(times.size):
-        fresh = last < 0
-        last = max(last, 0)
-        while last + 1 < since.size and since[last + 1] <= times[n]:
-            last, fresh = last + 1, True
-        if fresh:
-            note(scratch, 0, one(beliefs, last))
-        if fresh or stop < times[n]:
-            stop = step_on(own, auv, times[n], growth, reckoning)
-        note(ahead, 0, own)
-        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        carry(then, told, growth)
-        out[n, 0], out[n, 1], out[n, 2] = spread[0, 0], spread[1, 1], spread[0, 1]
+        if sure:
+            note(ahead, 0, own)
+            carry(then, told, growth)
+            out[n, 0], out[n, 1], out[n, 2] = spread[0, 0], spread[1, 1], spread[0, 1]
+        else:
+            x, y = expected_error(drift, way_since(drift, told, in_body))
+            out[n, 0], out[n, 1] = told.x - x, told.y - y
     return out

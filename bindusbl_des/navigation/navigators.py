@@ -14,20 +14,21 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry
 from ..records.recorder import Levers
-from ..records.rows import Rows
+from ..records.rows import Row, Rows
 from ..vehicles.expected_drift import Told, expected_error, learn, way_since
 from ..vehicles.motion import Floats, Ints, Motion
 from ..vehicles.reckoning import Wrong
 from .belief import Belief, Growth, begun_at, carry, expected, next_stop, note, one, step_on
 from .common_errors import Expected, Said, said_of
 from .dead_reckoning import DeadReckoning, Odometry, Reckoned, reckoned
-from .held import Beliefs, copies, covariances, positions
+from .held import Beliefs, believed, copies
 from .weighing import WEIGHED, take
 
 Array = NDArray[np.float64]
 
 # Fixes of which each errs by itself
 NOTHING = Levers(0)
+NO_ERRORS = np.empty((2, 0))
 
 # Fixes that a late one may be earlier than, and still be put in its place.
 REMEMBERED = 16
@@ -74,18 +75,6 @@ class Memory(NamedTuple):
     known: Ints
 
 
-class Fixes(NamedTuple):
-    """Fixes (n,), and what each contains of the m last states, errors that they have in common,
-    beside the true position: `common` (n or more, 2, 4 m), as of :class:`.recorder.Levers`.  If
-    there are any, the fix's noise is what is `left` of its covariance without them, xx, yy, xy
-    (n or more, 3), m2.
-    """
-
-    rows: Rows
-    common: Floats
-    left: Floats
-
-
 class LinearNavigator:
     """Navigators that believe in a drift of their dead reckoning, and correct it by one rule.
 
@@ -130,7 +119,8 @@ class LinearNavigator:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
         self._held.make_room(len(due))
         parts: tuple[Any, ...] = (*self._held.flat, self._held.count, *self._memory)
-        _correct(fixes, due, self.common.of, self.common.left, *parts)
+        common = (self.common.of, self.common.left) if self.common.columns else (None, None)
+        _correct(fixes, due, *common, *parts)
         self._held.count += len(due)
 
     def latest(self, auv: int) -> tuple[Array, Array]:
@@ -142,12 +132,12 @@ class LinearNavigator:
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
-        return positions(auv, *odometry, *self._known_of(auv))
+        return believed(auv, False, *odometry, *self._known_of(auv))
 
     def covariance(self, auv: int, odometry: Odometry) -> Array:
         """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
         own = Odometry(*(np.array(column, order="C") for column in odometry))
-        return covariances(auv, *own, *self._known_of(auv))
+        return believed(auv, True, *own, *self._known_of(auv))
 
     def _known_of(self, auv: int) -> tuple[Any, ...]:
         """Return what an AUV has believed, and how it goes on, as compiled equations take it."""
@@ -156,7 +146,7 @@ class LinearNavigator:
 
 @entry
 def _correct(
-    rows: Rows, due: Ints, common: Floats, left: Floats, holders: Ints, since: Floats,
+    rows: Rows, due: Ints, common: Floats | None, left: Floats | None, holders: Ints, since: Floats,
     held_moment: Rows, held_state: Floats, held_covariance: Floats, count: int,
     corrections: Floats, learnt: Rows, gain: float, at_ping: bool, gate: float,
     moment: Rows, state: Floats, covariance: Floats,
@@ -168,8 +158,12 @@ def _correct(
 ) -> None:  # fmt: skip
     """Take in the fixes `due`; note what is believed then in the rows of `held` from
     `count` on, and for autopilots.
+
+    Each fix contains of the m last states, errors that fixes have in common, beside the true
+    position `common` (n or more, 2, 4 m), as of :class:`.recorder.Levers`; its noise is what is
+    `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are none.
     """
-    rule, fixes = Rule(gain, at_ping, gate), Fixes(rows, common, left)
+    rule = Rule(gain, at_ping, gate)
     growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
     before = Belief(past_moment, past_state, past_covariance)
     memory = Memory(Belief(moment, state, covariance), before, past, known)
@@ -182,7 +176,7 @@ def _correct(
         auv, now = fix.auv, fix.delivered_at_s
         latest, told = one(memory.latest, auv), reckoned(auv, now, reckoning)
         was_x, was_y = _error_at(told, auv, latest, growth, reckoning, scratch)
-        taken = _take_in(fixes, due[number], rule, growth, memory, reckoning)
+        taken = _take_in(rows, common, left, due[number], rule, growth, memory, reckoning)
         now_x, now_y = _error_at(told, auv, latest, growth, reckoning, scratch)
         moved = hypot(now_x - was_x, now_y - was_y)
         fix.correction_m = moved if taken else nan
@@ -207,13 +201,19 @@ def _error_at(
 
 @compiled
 def _take_in(
-    fixes: Fixes, row: int, rule: Rule, growth: Growth, memory: Memory, reckoning: Reckoned
+    rows: Rows,
+    common: Floats | None,
+    left: Floats | None,
+    row: int,
+    rule: Rule,
+    growth: Growth,
+    memory: Memory,
+    reckoning: Reckoned,
 ) -> bool:
     """Put a fix in its place among those of its AUV, and weigh anew those that come after it.
 
     Note its innovation and normalised square; tell whether the gate let it pass.
     """
-    rows = fixes.rows
     auv = rows[row].auv
     latest, past = one(memory.latest, auv), memory.past[auv]
     earlier = memory.before
@@ -233,22 +233,21 @@ def _take_in(
         step_on(latest, auv, time, growth, reckoning)
         told = reckoned(auv, time, reckoning)
         carry(latest, told, growth)
-        off, weight, is_taken = take(
-            latest, _said(fixes, number, latest, told), told, rule.gain, rule.gate
-        )
+        said = _said(fix, number, common, left, latest, told)
+        off, weight, is_taken = take(latest, said, told, rule.gain, rule.gate)
         if number == row:
             fix.innovation_m, fix.nis, taken = off, weight, is_taken
     return taken
 
 
 @compiled
-def _said(fixes: Fixes, number: int, belief: Belief, told: Told) -> Said:
+def _said(
+    fix: Row, number: int, common: Floats | None, left: Floats | None, belief: Belief, told: Told
+) -> Said:
     """Return what a fix says to an AUV that believes in a position already."""
-    fix, count = fixes.rows[number], fixes.common.shape[2] // 4
-    if count == 0:
-        noise = fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2
-        return Said(fix.x_m, fix.y_m, noise, fixes.common[number])
-    state, spread, left = belief.state, belief.covariance, fixes.left[number]
+    if common is None or left is None:
+        return Said(fix.x_m, fix.y_m, (fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2), NO_ERRORS)
+    state, spread, count = belief.state, belief.covariance, common.shape[2] // 4
     begin = state.size - count
     variances, together = np.empty(count), np.empty((2, count))
     for k in range(count):
@@ -256,8 +255,8 @@ def _said(fixes: Fixes, number: int, belief: Belief, told: Told) -> Said:
         for axis in range(2):  # of the place, which is less what dead reckoning errs by
             together[axis, k] = -spread[axis, begin + k]
     own = Expected(told.x - state[0], told.y - state[1], state[begin:], variances, together)
-    noise = left[0], left[1], left[2]
-    return said_of(fix.x_m, fix.y_m, noise, fixes.common[number], own)
+    noise = left[number, 0], left[number, 1], left[number, 2]
+    return said_of(fix.x_m, fix.y_m, noise, common[number], own)
 
 
 @compiled

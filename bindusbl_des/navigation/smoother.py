@@ -76,7 +76,7 @@ class Smoother:
         refused = np.isnan(fixes["correction_m"][due]) & ~np.isnan(fixes["innovation_m"][due])
         kept, common = due[~refused], self._filter.common
         told = Known(np.array(fixes[kept]), np.zeros((len(kept), 2, 0)), np.zeros((len(kept), 3)))
-        if common.of.shape[2]:
+        if common.columns:
             told = told._replace(common=common.of[kept], left=common.left[kept])
         self._told.append(told)
         self._latest = None

@@ -16,6 +16,7 @@ Ints = NDArray[np.int64]
 Words = NDArray[np.uint64]
 Groups = tuple[tuple[int, ...], ...]
 
+BYTE, EIGHT = np.uint64(255), np.uint64(8)
 BITS = np.array([number.bit_count() for number in range(256)], dtype=np.int64)
 
 
@@ -103,8 +104,11 @@ def _count_neighbours(heard: Hearing, hearers: Words, bits: Ints, degrees: Ints)
             if heard[auv, asv]:
                 for word in range(met.size):
                     met[word] |= hearers[asv, word]
-        for byte in met.view(np.uint8):
-            degrees[auv] += bits[byte]
+        for word in range(met.size):
+            rest = met[word]
+            while rest != 0:
+                degrees[auv] += bits[rest & BYTE]
+                rest >>= EIGHT
         degrees[auv] -= degrees[auv] > 0  # itself
 
 

@@ -48,6 +48,7 @@ class Levers:
 
     def __init__(self, columns: int) -> None:
         """Have J of k columns."""
+        self.columns = columns
         self.of, self.left = np.empty((0, 2, 4 * columns)), np.empty((0, 3))
 
     def room_for(self, rows: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -100,9 +100,9 @@ def tangents(unit: Vector) -> tuple[Vector, Vector]:
     """
     level = math.sqrt(unit[0] ** 2 + unit[1] ** 2)
     if level > 1e-9:
-        first = np.array([-unit[1] / level, unit[0] / level, 0.0])
+        first = np.array((-unit[1] / level, unit[0] / level, 0.0))
     else:
-        first = np.array([0.0, 1.0, 0.0])
+        first = np.array((0.0, 1.0, 0.0))
     second = np.empty(3)
     second[0] = unit[1] * first[2] - unit[2] * first[1]
     second[1] = unit[2] * first[0] - unit[0] * first[2]
@@ -130,7 +130,7 @@ def direction(array: Vector, differences: Vector, sound_speed: float, metric: Ve
         plane[axis] *= sound_speed / (count * metric[axis, axis])
     length = math.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
     if length < 1e-9:  # a source within the array has no direction; any will do
-        return np.array([0.0, 0.0, 1.0])
+        return np.array((0.0, 0.0, 1.0))
     unit = plane / length
     for _ in range(REFINEMENTS):
         east, down = tangents(unit)

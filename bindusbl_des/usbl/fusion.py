@@ -133,7 +133,9 @@ def _pseudo_inverse(matrix: Vector) -> Vector:
     Computations, 4th ed., section 8.5 (cyclic Jacobi).
     """
     size = len(matrix)
-    values, vectors = matrix.copy(), np.eye(size)
+    values, vectors = matrix.copy(), np.zeros((size, size))
+    for k in range(size):
+        vectors[k, k] = 1.0
     for _ in range(MOST_SWEEPS):
         turned = False
         for p in range(size - 1):

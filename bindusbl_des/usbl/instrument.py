@@ -93,7 +93,7 @@ def fix_covariance(
     """
     reach = math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2)
     if reach < SHORTEST_RANGE:  # no direction; any will do
-        offset, reach = np.array([0.0, 0.0, SHORTEST_RANGE]), SHORTEST_RANGE
+        offset, reach = np.array((0.0, 0.0, SHORTEST_RANGE)), SHORTEST_RANGE
     unit = offset / reach
     east, down = tangents(unit)
     a = b = d = 0.0
