@@ -12,7 +12,7 @@ to optimise what it has been linked into once, not twice, another tenth.
 
 import hashlib
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -133,8 +133,14 @@ class _Whole(JITCodeLibrary):
 
     def finalize(self) -> None:
         """Link every part that is called, and that those call, once."""
-        self._linking_libraries = list(_with_parts(self._linking_libraries))
+        self._linking_libraries = _with_parts(self._linking_libraries)
         super().finalize()  # type: ignore[no-untyped-call]
+
+    def _verify_declare_only_symbols(self) -> None:
+        """Refuse code in which something is missing, which would be jumped to all the same."""
+        for function in self._final_module.functions:
+            if function.is_declaration and function.name.startswith("_ZN"):
+                raise AssertionError(f"{function.name} is missing in {self.name}")
 
     def _optimize_final_module(self) -> None:
         codegen: Any = self._codegen
@@ -153,16 +159,22 @@ class _Part(JITCodeLibrary):
         self._finalized = True
 
 
-def _with_parts(libraries: Iterable[JITCodeLibrary]) -> dict[JITCodeLibrary, None]:
-    """Return libraries and all that their parts call, directly or not."""
+def _with_parts(libraries: Sequence[Any]) -> list[JITCodeLibrary]:
+    """Return libraries and all that their parts call, directly or not, callers first.
+
+    LLVM links only what is wanted by then.
+    """
     found: dict[JITCodeLibrary, None] = {}
-    due = list(libraries)
-    while due:
-        library = due.pop(0)
+
+    def add(library: JITCodeLibrary) -> None:
         if library not in found:
+            for called in library._linking_libraries if isinstance(library, _Part) else ():
+                add(called)
             found[library] = None
-            due += library._linking_libraries if isinstance(library, _Part) else ()
-    return found
+
+    for library in reversed(libraries):
+        add(library)
+    return list(reversed(found))
 
 
 class _Compiler(Compiler):

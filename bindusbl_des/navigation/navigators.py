@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 
 # Fixes of which each errs by itself
 NOTHING = Levers(0)
-NO_ERRORS = np.empty((2, 0))
 
 # Fixes that a late one may be earlier than, and still be put in its place.
 REMEMBERED = 16
@@ -245,8 +244,10 @@ def _said(
     fix: Row, number: int, common: Floats | None, left: Floats | None, belief: Belief, told: Told
 ) -> Said:
     """Return what a fix says to an AUV that believes in a position already."""
-    if common is None or left is None:
-        return Said(fix.x_m, fix.y_m, (fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2), NO_ERRORS)
+    if common is None:
+        noise = fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2
+        return Said(fix.x_m, fix.y_m, noise, np.empty((2, 0)))
+    assert left is not None  # as `common`
     state, spread, count = belief.state, belief.covariance, common.shape[2] // 4
     begin = state.size - count
     variances, together = np.empty(count), np.empty((2, count))
