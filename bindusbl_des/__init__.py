@@ -10,10 +10,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .acoustics.absorption import absorption
     from .acoustics.channel import Signals
     from .acoustics.loss import range_loss
     from .acoustics.travel_time import travel_time
-    from .acoustics.water import absorption, sound_speed
+    from .acoustics.water import sound_speed
     from .advice.advising import advise
     from .campaigns.campaign import Campaign, load_campaign
     from .campaigns.compare import compare
@@ -43,7 +44,7 @@ _HOMES = {
     "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
-    "absorption": "acoustics.water",
+    "absorption": "acoustics.absorption",
     "airtime": "protocol.slots",
     "cautions": "preflight.worth_knowing",
     "covered_area": "geometry.coverage",

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq  # type: ignore[import-untyped,unused-ignore]
 
+from bindusbl_des.acoustics.absorption import (
+    absorption,
+    absorption_ainslie_mccolm,
+    absorption_thorp,
+)
 from bindusbl_des.acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
 from bindusbl_des.acoustics.travel_time import travel_time, travel_time_constant_velocity
-from bindusbl_des.acoustics.water import (
-    absorption,
-    absorption_thorp,
-    sound_speed,
-    sound_speed_medwin,
-)
+from bindusbl_des.acoustics.water import sound_speed, sound_speed_medwin
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 C = 1500.0  # m/s, the paper's sound speed
@@ -79,20 +79,23 @@ def test_sound_speed_profile() -> None:
 
 
 @pytest.mark.parametrize(
-    ("frequency", "thorp", "francois_garrison"),
+    ("frequency", "thorp", "francois_garrison", "ainslie_mccolm"),
     [
-        (10.0, 1.18702994, 0.98388274),
-        (18.0, 3.42418468, 2.78537698),
-        (25.0, 6.10480510, 5.01375259),
-        (50.0, 17.46712268, 15.39286650),
-        (100.0, 34.06866276, 33.60682080),
-        (150.0, 43.51854022, 45.23169642),
+        (10.0, 1.18702994, 0.98388274, 1.00860434),
+        (18.0, 3.42418468, 2.78537698, 2.84829040),
+        (25.0, 6.10480510, 5.01375259, 5.12294415),
+        (50.0, 17.46712268, 15.39286650, 15.70837013),
+        (100.0, 34.06866276, 33.60682080, 34.31142453),
+        (150.0, 43.51854022, 45.23169642, 46.33851705),
     ],
 )
-def test_absorption_table(frequency: float, thorp: float, francois_garrison: float) -> None:
+def test_absorption_table(
+    frequency: float, thorp: float, francois_garrison: float, ainslie_mccolm: float
+) -> None:
     """Water takes the tabulated share of sounds from 10 to 150 kHz."""
     assert absorption_thorp(frequency) == pytest.approx(thorp, abs=1e-8)
     assert absorption(frequency) == pytest.approx(francois_garrison, abs=1e-8)
+    assert absorption_ainslie_mccolm(frequency) == pytest.approx(ainslie_mccolm, abs=1e-8)
 
 
 def test_absorption_checks() -> None:
@@ -108,7 +111,7 @@ def test_absorption_checks() -> None:
 def test_absorption_spectrum() -> None:
     """A whole spectrum is absorbed as its lines are one by one, higher lines always more."""
     lines = np.linspace(1.0, 200.0, 50)
-    for law in (absorption, absorption_thorp):
+    for law in (absorption, absorption_ainslie_mccolm, absorption_thorp):
         spectrum = law(lines)
         assert spectrum == pytest.approx([law(float(line)) for line in lines], rel=1e-14)
         assert np.all(np.diff(spectrum) > 0.0)
@@ -324,7 +327,7 @@ def test_impossible_water_is_refused() -> None:
             law(np.array([4.0, math.nan]), 35.0, 5.0)
     with pytest.raises(ValueError, match=r"pH .* met nan"):
         absorption(25.0, ph=math.nan)
-    for absorb in (absorption, absorption_thorp):
+    for absorb in (absorption, absorption_ainslie_mccolm, absorption_thorp):
         with pytest.raises(ValueError, match=r"frequency .* positive .* met 0.0; give kilohertz"):
             absorb(0.0)
 
