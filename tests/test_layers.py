@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the ground to the faces; a room imports only from itself and from those before it.
 ROOMS = [
-    *("core", "geometry", "records", "vehicles", "presets", "scenario"),
+    *("core", "geometry", "sea", "records", "vehicles", "presets", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
     *("explain", "report", "figures", "export", "replay", "campaigns", "advice", "benchmark"),
     "reproduction",
@@ -30,6 +30,7 @@ HOMES = {
     "matplotlib": "figures reproduction replay",
     "pandas": "results campaigns reproduction",
     "foxglove": "export",
+    "gsw": "sea.teos10",
     "gtsam": "replay.reference",
     "mcap": "replay.tables",
 }

@@ -79,6 +79,8 @@ OTHERS: dict[str, list[Any]] = {
     "environment.current_direction_deg": [70.0],
     "environment.sound_speed_m_per_s": [1480.0],
     "environment.assumed_sound_speed_m_per_s": [1490.0],
+    "environment.temperature_c": [8.0],
+    "environment.salinity_psu": [20.0],
     "acoustics.hf.range_m": [14.0, 45.0],
     "acoustics.mf.range_m": [9.0, 30.0],
     "acoustics.loss.cap": [0.02],
@@ -101,7 +103,7 @@ OTHERS: dict[str, list[Any]] = {
 UNSEEN = (
     "name", "environment.origin.lat_deg", "environment.origin.lon_deg", "auvs.route.positions_m",
     "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
-    "asvs.formation.positions_m", "asvs.formation.model",
+    "asvs.formation.positions_m", "asvs.formation.model", "environment.ctd",
 )  # fmt: skip
 
 # Besides each choice: values that turn something off.

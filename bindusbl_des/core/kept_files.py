@@ -22,6 +22,7 @@ Way = tuple[str, ...]
 FILES: Mapping[Way, str] = {
     ("auvs", "route", "files"): "tracks",
     ("survey", "area"): "charts",
+    ("environment", "ctd"): "casts",
 }
 FOLDERS = frozenset(FILES.values())
 

@@ -12,6 +12,7 @@ from ..acoustics.loss import COMBINERS, LOSS_LAWS, range_loss
 from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
+from ..scenario.water import sound_speed_of
 from .chain import Step
 from .numbers import compared, out_of_range, place, row_of, rows_where
 
@@ -235,7 +236,7 @@ def _overlapping(result: "Result", reception: Any) -> str:
 
 def _calls_beside(result: "Result", reception: Any) -> list[tuple[str, float]]:
     """Return the calls that overlap a ping at its ASV, and when they began to be heard there."""
-    pings, speed = result.tables["pings"], result.scenario.environment.sound_speed_m_per_s
+    pings, speed = result.tables["pings"], sound_speed_of(result.scenario)
     if "called_by" not in pings:
         return []
     hf = result.scenario.acoustics.hf

@@ -22,6 +22,7 @@ from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
 from ..scenario.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
+from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
@@ -87,7 +88,7 @@ def _network(
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = slots_of(scenario), scenario.protocol
-    sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
+    sound_speed, hf = sound_speed_of(scenario), scenario.acoustics.hf
     uplink = Uplink(
         auvs,
         asvs,
@@ -145,7 +146,7 @@ def _passive(
     streams: Streams,
 ) -> PassiveNetwork:
     """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
-    hf, sound_speed = scenario.acoustics.hf, scenario.environment.sound_speed_m_per_s
+    hf, sound_speed = scenario.acoustics.hf, sound_speed_of(scenario)
     beacons = Beacons(
         auvs,
         asvs,
@@ -178,8 +179,8 @@ def usbl_of(scenario: Scenario) -> Usbl:
         usbl.quantum_s,
         (float(roll), float(pitch), float(heading)),
         usbl.gnss_sd_m,
-        scenario.environment.fleets_sound_speed,
-        scenario.environment.sound_speed_m_per_s,
+        assumed_sound_speed_of(scenario),
+        sound_speed_of(scenario),
     )
 
 

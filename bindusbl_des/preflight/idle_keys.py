@@ -81,7 +81,15 @@ RULES = (
     ),
     Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
-    Idle({"auvs.route.kind": ("track",)}, ("survey.depth_m",), "the tracks say how deep they are"),
+    Idle(
+        {
+            "auvs.route.kind": ("track",),
+            "environment.temperature_c": (None,),
+            "environment.ctd": (None,),
+        },
+        ("survey.depth_m",),
+        "the tracks say how deep they are",
+    ),
     Idle(
         {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
         ("navigation.bias_frame",),
@@ -163,6 +171,16 @@ RULES = (
         {"auvs.count": (1,), "protocol.ranging": ("owtt_sync",)},
         ("protocol.positions",),
         "there is no other AUV",
+    ),
+    Idle(
+        {"environment.temperature_c": (None,)},
+        ("environment.salinity_psu",),
+        "only with a temperature does the speed of sound follow from it",
+    ),
+    Idle(
+        {"environment.temperature_c": (None,), "environment.ctd": (None,)},
+        ("environment.sound_speed_law",),
+        "the speed of sound is given",
     ),
     Idle(
         {"environment.current_m_per_s": (0.0,)},

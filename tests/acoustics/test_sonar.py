@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import special, stats  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.acoustics.absorption import absorption_thorp
 from bindusbl_des.acoustics.sonar.ambient import ambient_noise_db, power_sum_db
-from bindusbl_des.acoustics.sonar.budget import Water, link_budget, transmission_loss_db
+from bindusbl_des.acoustics.sonar.budget import link_budget, transmission_loss_db
 from bindusbl_des.acoustics.sonar.decoding import (
     Message,
     chance_decoded,
@@ -26,6 +25,8 @@ from bindusbl_des.acoustics.sonar.detection import DETECTORS, detected
 from bindusbl_des.acoustics.sonar.frames import bit_error, frame_error
 from bindusbl_des.acoustics.sonar.probability import normal_cdf, poisson_at_least
 from bindusbl_des.scenario.channel_settings import Sonar
+from bindusbl_des.sea.absorption import absorption_thorp
+from bindusbl_des.sea.water import Water
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CHECKS = json.loads((REFERENCE / "physics_checks.json").read_text())

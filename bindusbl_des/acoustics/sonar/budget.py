@@ -1,30 +1,19 @@
 """The sonar equation: SNR = SL - TL - NL - 10 lg B + DI, over slant range."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...scenario.channel_settings import Sonar
-from ..absorption import absorption, absorption_ainslie_mccolm, absorption_thorp
+from ...sea.absorption import absorption, absorption_ainslie_mccolm, absorption_thorp
+from ...sea.water import USUAL_WATER, Water
 from .ambient import ambient_noise_db, power_sum_db
 
 Floats = NDArray[np.float64]
 
 # Levels of sources are those at 1 m: nobody is heard from nearer than that.
 REFERENCE_M = 1.0
-
-
-class Water(NamedTuple):
-    """The water that absorbs: temperature (degC), salinity (psu), depth (m)."""
-
-    temperature_c: float = 10.0
-    salinity_psu: float = 35.0
-    depth_m: float = 10.0
-
-
-USUAL_WATER = Water()
 
 
 def absorption_of(sonar: Sonar, water: Water) -> float:

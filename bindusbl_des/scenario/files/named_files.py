@@ -51,5 +51,14 @@ def _track(file: str) -> None:
     read_track(file)
 
 
+def _cast(file: str) -> None:
+    from ...sea.cast import read_cast
+
+    read_cast(file)
+
+
 # How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
-READERS: Mapping[Way, Callable[[str], object]] = {("auvs", "route", "files"): _track}
+READERS: Mapping[Way, Callable[[str], object]] = {
+    ("auvs", "route", "files"): _track,
+    ("environment", "ctd"): _cast,
+}

@@ -1,6 +1,6 @@
 """Sea water: how fast sound travels in it."""
 
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,25 @@ Value = TypeVar("Value", float, Floats)
 COLDEST_C = -10.0
 
 
-def sound_speed(temperature_c: Value, salinity_psu: float, depth_m: Value | float) -> Value:
+class Water(NamedTuple):
+    """The water that a sound is in: temperature (degC), salinity (psu) and depth (m)."""
+
+    temperature_c: float = 10.0
+    salinity_psu: float = 35.0
+    depth_m: float = 10.0
+
+
+# That of a sea of which nothing is known
+USUAL_WATER = Water()
+
+
+def sound_speed(temperature_c: Value, salinity_psu: Value | float, depth_m: Value | float) -> Value:
     """Return how fast sound travels in sea water (m/s), after Mackenzie (1981).
 
     Temperature in degC, salinity in psu, depth in m below the surface; temperature may be an array
-    (a profile), depth then an array of the same shape.  Fitted for 2-30 degC, 25-40 psu, 0-8000 m
-    with a standard error of 0.07 m/s; outside that it extrapolates.  Raises ValueError for values
-    that no water has.  Source: K. V. Mackenzie, J. Acoust. Soc. Am. 70, 807 (1981).
+    (a profile), the others then arrays of the same shape.  Fitted for 2-30 degC, 25-40 psu and
+    0-8000 m with a standard error of 0.07 m/s; outside that it extrapolates.  Raises ValueError for
+    values that no water has.  Source: K. V. Mackenzie, J. Acoust. Soc. Am. 70, 807 (1981).
 
     >>> round(sound_speed(25.0, 35.0, 1000.0), 3)
     1550.744
@@ -32,7 +44,9 @@ def sound_speed(temperature_c: Value, salinity_psu: float, depth_m: Value | floa
     return surface - 1.025e-2 * warm * salt + deep
 
 
-def sound_speed_medwin(temperature_c: Value, salinity_psu: float, depth_m: Value | float) -> Value:
+def sound_speed_medwin(
+    temperature_c: Value, salinity_psu: Value | float, depth_m: Value | float
+) -> Value:
     """Return how fast sound travels in shallow sea or lake water (m/s), after Medwin (1975).
 
     Arguments and errors as in :func:`sound_speed`; fitted for 0-35 degC, 0-45 psu, 0-1000 m.
@@ -47,7 +61,7 @@ def sound_speed_medwin(temperature_c: Value, salinity_psu: float, depth_m: Value
     return surface + (1.34 - 0.010 * warm) * salt + 0.016 * depth_m
 
 
-def check_water(temperature_c: Value, salinity_psu: float, depth_m: Value | float) -> None:
+def check_water(temperature_c: Value, salinity_psu: Value | float, depth_m: Value | float) -> None:
     """Raise ValueError for a temperature, salinity or depth that no water has."""
     check("temperature (degC)", temperature_c, COLDEST_C, "give degrees Celsius")
     check("salinity (psu)", salinity_psu, 0.0, "fresh water has 0, the ocean about 35")
