@@ -3,7 +3,8 @@
 import numpy as np
 import simpy
 
-from ..acoustics.channel import channel_named, contention_of
+from ..acoustics.channel import contention_of
+from ..acoustics.channels import channel_named
 from ..acoustics.loss import COMBINERS, LOSS_LAWS, LossTerms
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
@@ -20,6 +21,7 @@ from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
 from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
+from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
@@ -88,12 +90,13 @@ def _network(
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = slots_of(scenario), scenario.protocol
-    sound_speed, hf = sound_speed_of(scenario), scenario.acoustics.hf
+    sound_speed = sound_speed_of(scenario)
+    hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
     uplink = Uplink(
         auvs,
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
-        channel_named(hf.channel) or loss_of(scenario),
+        channel_named(CHANNEL, hf.channel) or loss_of(scenario),
         instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
@@ -105,9 +108,11 @@ def _network(
         asvs,
         navigator,
         record,
-        mf_range=scenario.acoustics.mf.range_m,
+        mf_range=mf.range_m,
         sound_speed=sound_speed,
         clock=slots.clock,
+        channel=channel_named(MF_CHANNEL, mf.channel),
+        streams=streams,
     )
     queue = (
         ReplyQueue(env, uplink, downlink, record, reply_delay_of(scenario))
@@ -151,7 +156,7 @@ def _passive(
         auvs,
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
-        channel_named(hf.channel) or loss_of(scenario),
+        channel_named(CHANNEL, hf.channel) or loss_of(scenario),
         instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         record,

@@ -4,8 +4,25 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from .key_types import Real, key
+from .key_types import Real, Text, key
 from .part_settings import Settings
+
+
+class Curve(Settings):
+    """The settings of the channel `curve`."""
+
+    file: Text = key(
+        ...,
+        "",
+        "CSV with columns range_m (slant) and delivery_ratio; relative to the scenario file",
+    )
+    interference_m: Real | None = key(
+        None,
+        "m",
+        "how far signals drown others that they overlap; null = to the last range of the file",
+        ge=0,
+        le=1e6,
+    )
 
 
 class Sonar(Settings):
@@ -50,6 +67,20 @@ class Sonar(Settings):
     )
     shadowing_sd_db: Real = key(
         3.0, "dB", "standard deviation of the SNR (log-normal shadowing)", ge=0, le=40
+    )
+    interference_db: Real = key(
+        10.0,
+        "dB",
+        "how far below the SNR that half of all signals are decoded at others still drown them",
+        ge=0,
+        le=120,
+    )
+    capture_db: Real | None = key(
+        None,
+        "dB",
+        "ratio to the noise and all that overlaps it from which a signal survives; null = never",
+        ge=-30,
+        le=60,
     )
     timing: Literal["constant", "envelope", "carrier"] = key(
         "envelope",
