@@ -69,6 +69,9 @@ ROUTES: dict[str, Data] = {
     "track": {"kind": "track", "files": [str(TRACKS / f"auv{auv}.csv") for auv in range(3)]},
 }
 
+# What a curve is of, where one is chosen
+CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
+
 # Values for keys whose default cannot just be made a little larger.
 OTHERS: dict[str, list[Any]] = {
     "auvs.route.end_margin_m": [2.0, 11.0],
@@ -152,7 +155,7 @@ def put(data: Data, key: str, value: Any) -> Data:
     part = out
     for name in sections:
         part = part.setdefault(name, {})
-    part[last] = value
+    part[last] = {"model": "curve", "file": CURVE} if value == "curve" else value
     return out
 
 
@@ -164,7 +167,7 @@ def value_of(data: Data, key: str) -> Any:
         return None
     for name in key.split("."):
         value = value.get(name) if isinstance(value, dict) else None
-    return value
+    return value["model"] if isinstance(value, dict) and "file" in value else value
 
 
 def columns_that_differ(one: Data, other: Data) -> set[str] | None:

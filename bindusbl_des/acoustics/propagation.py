@@ -178,7 +178,7 @@ def _reach(
 def _silence(receptions: Rows, outcome: int) -> None:
     """Let nothing arrive of a ping whose call had an outcome other than to be heard."""
     for line in receptions:
-        line.arrived_at_s = nan
+        line.arrived_at_s = line.snr_db = nan
         if line.outcome == IN_FLIGHT:
             line.outcome = outcome
 

@@ -4,13 +4,13 @@ import numpy as np
 import simpy
 
 from ..acoustics.channel import contention_of
-from ..acoustics.channels import channel_named
+from ..acoustics.channels import hf_channel, mf_channel
 from ..acoustics.loss import COMBINERS, LOSS_LAWS, LossTerms
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
 from ..protocol.broadcasters import broadcaster_named
-from ..protocol.downlink import MfDownlink
+from ..protocol.downlink import FrameBand, MfDownlink
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.network import Network
 from ..protocol.passive.beacons import Beacons
@@ -21,7 +21,6 @@ from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
 from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
-from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
@@ -96,7 +95,7 @@ def _network(
         auvs,
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
-        channel_named(CHANNEL, hf.channel) or loss_of(scenario),
+        hf_channel(scenario) or loss_of(scenario),
         instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
@@ -108,10 +107,8 @@ def _network(
         asvs,
         navigator,
         record,
-        mf_range=mf.range_m,
-        sound_speed=sound_speed,
+        band=FrameBand(mf.range_m, sound_speed, mf_channel(scenario)),
         clock=slots.clock,
-        channel=channel_named(MF_CHANNEL, mf.channel),
         streams=streams,
     )
     queue = (
@@ -156,7 +153,7 @@ def _passive(
         auvs,
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
-        channel_named(CHANNEL, hf.channel) or loss_of(scenario),
+        hf_channel(scenario) or loss_of(scenario),
         instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         record,

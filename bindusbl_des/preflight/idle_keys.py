@@ -19,8 +19,9 @@ from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoic
 UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
 WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
 BROADCASTS = (
-    "acoustics.mf.range_m", "acoustics.mf.bit_rate_bps", "acoustics.mf.overhead",
-    "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "protocol.broadcaster",
+    "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
+    "acoustics.mf.overhead", "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes",
+    "protocol.broadcaster",
 )  # fmt: skip
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"
@@ -139,6 +140,16 @@ RULES = (
         {"acoustics.hf.channel": OWN},
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
         "how likely signals are lost only the plug-in says",
+    ),
+    Idle(
+        {"acoustics.hf.channel": ("curve", "sonar")},
+        tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
+        "the law of the disc's loss; curve and sonar say themselves how likely signals are lost",
+    ),
+    Idle(
+        {"acoustics.mf.channel": ("curve",)},
+        ("acoustics.mf.range_m",),
+        "the curve says how far frames are decoded",
     ),
     Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
     Idle(

@@ -2,10 +2,12 @@
 
 import math
 from functools import cache, partial
+from typing import NamedTuple
 
 import simpy
 
 from ..acoustics.channel import AskedChannel, between
+from ..acoustics.channels import FrameChannel
 from ..acoustics.propagation import arrivals
 from ..acoustics.travel_time import travel_time
 from ..core.clock import Clock
@@ -23,6 +25,16 @@ from .deliveries import Deliveries
 NEARLY_THERE = 0.98
 
 
+class FrameBand(NamedTuple):
+    """What holds for all frames: AUVs within a horizontal `reach` (m) decode them, or as often as
+    the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
+    """
+
+    reach: float
+    sound_speed: float
+    channel: FrameChannel | None
+
+
 class MfDownlink(Deliveries):
     """The MF downlink: a fix is delivered when its frame has reached the AUV, or never."""
 
@@ -34,18 +46,16 @@ class MfDownlink(Deliveries):
         navigator: Navigator,
         record: Recorder,
         *,
-        mf_range: float,
-        sound_speed: float,
+        band: FrameBand,
         clock: Clock,
-        channel: AskedChannel | None,
         streams: Streams,
     ) -> None:
-        """Put a band together; of no `channel` that is asked, AUVs within range decode a frame."""
         super().__init__(env, auvs, navigator, record)
-        self._channel, self._range = channel, mf_range
+        self._channel, self._range, sound_speed = band.channel, band.reach, band.sound_speed
         self._luck = cache(partial(streams.of, Purpose.FRAME))
         self._asvs, self._clock, self._sound_speed = asvs, clock, sound_speed
-        self._limits = mf_range if channel is None else math.inf, sound_speed, clock.rate
+        limit = math.inf if band.channel else band.reach  # who is asked has no limit
+        self._limits = limit, sound_speed, clock.rate
 
     def send(self, rows: range, asv: int, time: float, airtime: float) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
@@ -57,7 +67,8 @@ class MfDownlink(Deliveries):
         self._asvs.reach(time)
         foreseen = self._auvs.foreseen and self._asvs.foreseen
         if self._channel is not None:
-            self._decode(self._channel, self._fixes.array[rows.start : rows.stop], asv, time)
+            frame = self._fixes.array[rows.start : rows.stop]
+            self._decode(self._channel(len(rows)), frame, asv, time)
         last = arrivals(
             self._fixes.array, rows.start, rows.stop, asv, time, airtime, foreseen,
             *self._limits, *self._auvs.motion, *self._asvs.motion,

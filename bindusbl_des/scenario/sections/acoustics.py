@@ -19,7 +19,7 @@ class Uplink(Part):
     channel: PartChoice = key(
         "disc",
         "",
-        "which signals are decoded: those within range but for acoustics.loss, or by a curve" + SET,
+        "which signals are decoded: within range but for acoustics.loss, by a curve, by SNR" + SET,
     )
 
 
@@ -28,7 +28,7 @@ class Downlink(Part):
 
     range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, ge=0.1, le=1e6)
     channel: PartChoice = key(
-        "disc", "", "which AUVs decode a frame: all within range, or by a curve" + SET
+        "disc", "", "which AUVs decode a frame: all within range, by a curve, or by SNR" + SET
     )
     bit_rate_bps: Real = key(2000.0, "bit/s", "bit rate R_DL", PAPER, ge=1, le=1e9)
     overhead: Real = key(2.0, "1", "protocol overhead factor Lambda", PAPER, ge=1, le=100)
