@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from functools import cache
+from operator import attrgetter
 
 from ..core.plugins import Family, is_plugin
 from ..scenario.channel_settings import Curve, Sonar
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
+from ..scenario.water import water_of
 from .channel import AskedChannel, own_channel
 from .curve import curve_channel
 from .sonar.budget import link_budget
@@ -26,7 +28,7 @@ def hf_channel(scenario: Scenario) -> AskedChannel | None:
         ValueError: when the file of a curve is none.
     """
     hf = scenario.acoustics.hf
-    return _channel(CHANNEL, hf.channel, Message(hf.ping_s), hf.range_m)
+    return _channel(scenario, CHANNEL, Message(hf.ping_s), hf.range_m)
 
 
 def mf_channel(scenario: Scenario) -> FrameChannel | None:
@@ -39,7 +41,7 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
     def channel_of(fixes: int) -> AskedChannel:
         bits = 8 * (mf.header_bytes + fixes * mf.fix_bytes)
         message = Message(mf.overhead * bits / mf.bit_rate_bps, bits)
-        channel = _channel(MF_CHANNEL, mf.channel, message, mf.range_m)
+        channel = _channel(scenario, MF_CHANNEL, message, mf.range_m)
         assert channel is not None
         return channel
 
@@ -47,7 +49,10 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
     return channel_of
 
 
-def _channel(family: Family, choice: str, message: Message, range_m: float) -> AskedChannel | None:
+def _channel(
+    scenario: Scenario, family: Family, message: Message, range_m: float
+) -> AskedChannel | None:
+    choice: str = attrgetter(family.key)(scenario)
     if is_plugin(choice):
         return own_channel(family, choice)
     if choice == "disc":
@@ -56,4 +61,4 @@ def _channel(family: Family, choice: str, message: Message, range_m: float) -> A
     if isinstance(settings, Curve):
         return curve_channel(settings)
     assert isinstance(settings, Sonar)
-    return sonar_channel(settings, link_budget(settings), message, range_m)
+    return sonar_channel(settings, link_budget(settings, water_of(scenario)), message, range_m)

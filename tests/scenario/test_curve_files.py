@@ -48,6 +48,13 @@ def test_a_curve_needs_its_file(tmp_path: Path) -> None:
         load_scenario(tmp_path / "m.yaml")
 
 
+def test_pings_have_no_bits(tmp_path: Path) -> None:
+    lines = "name: m\nacoustics: {hf: {channel: {model: sonar, decoding: bpsk}}}\n"
+    (tmp_path / "m.yaml").write_text(lines)
+    with pytest.raises(ScenarioError, match=r"decoding: bpsk decodes the bits of frames"):
+        load_scenario(tmp_path / "m.yaml")
+
+
 def test_shipped_curves_can_be_read() -> None:
     """Those of two modems lie beside the scenarios."""
     folder = Path(__file__).parents[2] / "scenarios"
