@@ -21,7 +21,8 @@ ROOMS = [
 HOMES = {
     "simpy": "protocol mission",
     "networkx": "protocol.conflicts protocol.schedules",
-    "pyarrow": "results mission.event_tables campaigns export replay",
+    "pelagic": "acoustics.rays.tracing",
+    "pyarrow": "acoustics.rays.reading results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands manual",
     "numba": "core.compiled core.code_cache",

@@ -36,13 +36,32 @@ def mean_speed(profile: Profile, depth_m: float) -> float:
     >>> round(mean_speed(warm_above, 20.0), 3)
     1497.448
     """
-    depths, speeds = _down_to(*profile, depth_m)
-    if depths.size < 2:
-        return float(speeds[0])
-    rise = np.diff(speeds) / speeds[:-1]
-    # the integral of 1 / c over a layer of linear c; log1p(x) / x is 1 for x = 0
+    if not 0.0 <= depth_m < np.inf:
+        refuse("depth (m)", depth_m, "be finite and not below 0", "count metres downwards")
+    if depth_m == 0.0:
+        return float(profile.at(0.0))
+    return float(depth_m / cumulated_slowness(profile, depth_m))
+
+
+def cumulated_slowness(profile: Profile, depth_m: ArrayLike) -> Floats:
+    """Return how long (s) sound takes straight down from the surface to depths (m): 1 / c, summed.
+
+    Exact for speeds that are linear between the profile's depths.
+    """
+    depths = np.asarray(depth_m, dtype=float)
+    tops = np.unique(np.concatenate(([0.0], profile.depths_m)))
+    speeds = profile.at(tops)
+    whole = np.cumsum(np.concatenate(([0.0], _layer_s(np.diff(tops), speeds[:-1], speeds[1:]))))
+    layer = np.clip(np.searchsorted(tops, depths, side="right") - 1, 0, None)
+    return whole[layer] + _layer_s(depths - tops[layer], speeds[layer], profile.at(depths))
+
+
+def _layer_s(thickness_m: Floats, above: Floats, below: Floats) -> Floats:
+    """Return how long (s) sound takes through layers (m) of linear speed (m/s)."""
+    rise = (below - above) / above
+    # log1p(x) / x, which is 1 for x = 0
     shorter = np.divide(np.log1p(rise), rise, out=np.ones_like(rise), where=rise != 0.0)
-    return float(depth_m / np.sum(np.diff(depths) / speeds[:-1] * shorter))
+    return np.asarray(thickness_m / above * shorter)
 
 
 def mean_over(depths_m: Floats, values: Floats, depth_m: float) -> float:
