@@ -71,7 +71,7 @@ def test_without_a_gradient_rays_are_straight() -> None:
     """Times are distance over speed within 1 us, and losses those of spherical spreading."""
     grid = Grid(np.geomspace(5.0, 1000.0, 12), np.array([1.0]), np.linspace(1.0, 60.0, 5))
     table = traced(uniform_profile(1500.0), grid, 80.0)
-    away, one, other = drawn(1000)
+    away, _, other = drawn(1000)
     slant = np.hypot(away, other - 1.0)
     assert np.abs(table.travel_time_s(away, 1.0, other) - slant / 1500.0).max() < 1e-6
     assert np.abs(table.loss_db(away, 1.0, other) - 20.0 * np.log10(slant)).max() < 1e-3
@@ -168,7 +168,7 @@ HEAD = "range_m,source_depth_m,receiver_depth_m,travel_time_s,loss_db\n"
     [
         (
             "range_m,loss_db\n1,2\n",
-            "column source_depth_m, receiver_depth_m, travel_time_s missing",
+            "source_depth_m, receiver_depth_m, travel_time_s missing",
         ),
         ("", "cannot be read as a table"),
         (HEAD + "10,1,5,0.007,20\n", "needs at least two values of range_m"),
@@ -191,3 +191,19 @@ def test_wrong_tables_are_refused(tmp_path: Path, text: str, problem: str) -> No
     assert str(told.value).startswith(str(file))
     with pytest.raises(ValueError, match="cannot be read"):
         read_table(tmp_path / "no.parquet", LINEAR)
+
+
+def test_pygenray_finds_the_same_times() -> None:
+    """In a summer sea with a thermocline BELLHOP's times are pygenray's within 0.1 ms."""
+    file = Path(__file__).parents[1] / "reference" / "pygenray_rays.csv"
+    rays = np.genfromtxt(file, delimiter=",", names=True)
+    assert len(rays) >= 20
+    summer = Profile(np.array([0.0, 8.0, 25.0, 60.0]), np.array([1525.0, 1524.0, 1492.0, 1490.0]))
+    for source in np.unique(rays["source_depth_m"]):
+        of_it = rays[rays["source_depth_m"] == source]
+        ranges, depths = np.unique(of_it["range_m"]), np.unique(of_it["receiver_depth_m"])
+        table = traced(summer, Grid(ranges, np.array([source]), depths), 95.0)
+        places = of_it["range_m"], source, of_it["receiver_depth_m"]
+        off = table.travel_time_s(*places) - of_it["travel_time_s"]
+        assert np.abs(off).max() < TENTH_OF_MS
+        assert np.abs(table.excess_time_s(*places)).max() > 5.0 * np.abs(off).max()

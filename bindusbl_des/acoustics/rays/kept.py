@@ -35,8 +35,8 @@ def kept_table(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
     table = traced(profile, grid, bottom_m)
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with draft_of(path) as draft, draft.open("wb") as file:
-            np.savez_compressed(file, longer_s=table.longer_s, beyond_db=table.beyond_db)
+        with draft_of(path) as draft, draft.open("wb") as new:
+            np.savez_compressed(new, longer_s=table.longer_s, beyond_db=table.beyond_db)
     return table
 
 
