@@ -111,13 +111,13 @@ def test_echoes_that_are_told_apart_change_nothing() -> None:
 
 
 def test_blended_directions_stray() -> None:
-    """From 300 m the surface echo pulls pings: hardly where they add up, far where they cancel."""
-    away = np.linspace(300.0, 900.0, 20_000)
+    """From 150 m on the surface echo pulls pings: hardly where they add up, far where they cancel."""
+    away = np.linspace(150.0, 3000.0, 20_000)
     found = echoes(SHALLOW, 25.0, away, 1.0, 10.0, 1)
     elevation = 9.0 / np.hypot(away, 9.0)
     blend = blended(found, elevation, 10.0)
     astray = np.degrees(np.abs(np.arcsin(np.clip(blend.from_above, -1, 1)) - np.arcsin(elevation)))
-    strong, weak = blend.amplitude > 1.5, blend.amplitude < 0.3
+    strong, weak = blend.amplitude > 1.5, blend.amplitude < 0.5
     assert strong.any()
     assert weak.any()
     assert astray[strong].max() < 0.5
