@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from .acoustics.channel import Signals
     from .acoustics.loss import range_loss
     from .acoustics.travel_time import travel_time
-    from .acoustics.water import absorption, sound_speed
     from .advice.advising import advise
     from .campaigns.campaign import Campaign, load_campaign
     from .campaigns.compare import compare
@@ -32,6 +31,8 @@ if TYPE_CHECKING:
     from .scenario.files.scenario_file import ScenarioError, load_scenario
     from .scenario.own_plans import PlanView, WayView
     from .scenario.scenario import Scenario
+    from .sea.absorption import absorption
+    from .sea.water import sound_speed
     from .usbl.fusion import fuse
     from .usbl.own_instrument import Sounding
 
@@ -43,7 +44,7 @@ _HOMES = {
     "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
-    "absorption": "acoustics.water",
+    "absorption": "sea.absorption",
     "airtime": "protocol.slots",
     "cautions": "preflight.worth_knowing",
     "covered_area": "geometry.coverage",
@@ -60,7 +61,7 @@ _HOMES = {
     "Scenario": "scenario.scenario",
     "ScenarioError": "scenario.files.scenario_file",
     "simulate": "mission.simulation",
-    "sound_speed": "acoustics.water",
+    "sound_speed": "sea.water",
     "travel_time": "acoustics.travel_time",
     "uplink_slot": "protocol.slots",
     "PlanView": "scenario.own_plans",

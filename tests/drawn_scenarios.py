@@ -153,6 +153,11 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         rows = [f"{first + t!r},{x},{-x / 2},5" for t, x in zip((0, 1, 7.5, 40), ways, strict=True)]
         file.write_text("\n".join(["time_s,x_m,y_m,depth_m", *rows]))
         route["files"] = [str(file)] * few
+    if data.get("environment", {}).get("ctd") is not None:
+        file = folder / "cast.csv"
+        deepest = draw.choice((40.0, 300.0, 12e3))
+        file.write_text(f"depth_m,sound_speed_m_per_s\n0,1510\n9,1490\n{deepest},1480\n")
+        data["environment"]["ctd"] = str(file)
     formation = data.get("asvs", {}).get("formation", {})
     if formation.get("positions_m") is not None:
         count = min(counts["asvs"], 200)
@@ -175,6 +180,16 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
     origin = water.get("origin") or {}
     if len(origin) != 2 or None in origin.values():
         water.pop("origin", None)
+    if water.get("ctd") is not None:
+        water.pop("temperature_c", None)
+    if water.get("ctd") is not None or water.get("temperature_c") is not None:
+        water.pop("sound_speed_m_per_s", None)
+    if "origin" not in water:
+        water.pop("sound_speed_law", None)
+    usbl = data.get("usbl", {})
+    for name in ("tdoa_sd_s", "quantum_s"):
+        if name in usbl and draw.random() < 0.7:
+            usbl[name] = min(usbl[name], 1e-5)
     dynamic = auvs.get("vehicle", "kinematic") != "kinematic"
     if dynamic and auvs.get("route", {}).get("kind") in ("hold", "track"):
         del auvs["vehicle"]

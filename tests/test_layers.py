@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the ground to the faces; a room imports only from itself and from those before it.
 ROOMS = [
-    *("core", "geometry", "records", "vehicles", "presets", "scenario"),
+    *("core", "geometry", "sea", "records", "vehicles", "presets", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
     *("explain", "report", "figures", "export", "replay", "campaigns", "advice", "benchmark"),
     "reproduction",
@@ -21,7 +21,8 @@ ROOMS = [
 HOMES = {
     "simpy": "protocol mission",
     "networkx": "protocol.conflicts protocol.schedules",
-    "pyarrow": "results mission.event_tables campaigns export replay",
+    "pelagic": "acoustics.rays.tracing",
+    "pyarrow": "acoustics.rays.reading results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands manual",
     "numba": "core.compiled core.code_cache",
@@ -30,6 +31,7 @@ HOMES = {
     "matplotlib": "figures reproduction replay",
     "pandas": "results campaigns reproduction",
     "foxglove": "export",
+    "gsw": "sea.teos10",
     "gtsam": "replay.reference",
     "mcap": "replay.tables",
 }

@@ -69,6 +69,9 @@ ROUTES: dict[str, Data] = {
     "track": {"kind": "track", "files": [str(TRACKS / f"auv{auv}.csv") for auv in range(3)]},
 }
 
+# What a curve is of, where one is chosen
+CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
+
 # Values for keys whose default cannot just be made a little larger.
 OTHERS: dict[str, list[Any]] = {
     "auvs.route.end_margin_m": [2.0, 11.0],
@@ -79,6 +82,8 @@ OTHERS: dict[str, list[Any]] = {
     "environment.current_direction_deg": [70.0],
     "environment.sound_speed_m_per_s": [1480.0],
     "environment.assumed_sound_speed_m_per_s": [1490.0],
+    "environment.temperature_c": [8.0],
+    "environment.salinity_psu": [20.0],
     "acoustics.hf.range_m": [14.0, 45.0],
     "acoustics.mf.range_m": [9.0, 30.0],
     "acoustics.loss.cap": [0.02],
@@ -101,7 +106,7 @@ OTHERS: dict[str, list[Any]] = {
 UNSEEN = (
     "name", "environment.origin.lat_deg", "environment.origin.lon_deg", "auvs.route.positions_m",
     "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
-    "asvs.formation.positions_m", "asvs.formation.model",
+    "asvs.formation.positions_m", "asvs.formation.model", "environment.ctd",
 )  # fmt: skip
 
 # Besides each choice: values that turn something off.
@@ -150,7 +155,7 @@ def put(data: Data, key: str, value: Any) -> Data:
     part = out
     for name in sections:
         part = part.setdefault(name, {})
-    part[last] = value
+    part[last] = {"model": "curve", "file": CURVE} if value == "curve" else value
     return out
 
 
@@ -162,7 +167,7 @@ def value_of(data: Data, key: str) -> Any:
         return None
     for name in key.split("."):
         value = value.get(name) if isinstance(value, dict) else None
-    return value
+    return value["model"] if isinstance(value, dict) and "file" in value else value
 
 
 def columns_that_differ(one: Data, other: Data) -> set[str] | None:

@@ -58,18 +58,18 @@ def ns3_home() -> Path:
     raise PeerMissing(MISSING)
 
 
-def compiled_driver(folder: Path) -> Path:
-    """Compile the driver against the installed ns-3; return the program.
+def compiled_driver(folder: Path, source: Path = SOURCE) -> Path:
+    """Compile a driver against the installed ns-3; return the program.
 
     Raises:
         PeerMissing: without ns-3 or g++, with what to do.
     """
-    home, program = ns3_home(), folder / "ns3_uan"
+    home, program = ns3_home(), folder / source.stem
     libraries = home / "lib64"
     versions = sorted(libraries.glob("libns3*-uan.so"))
     prefix = versions[-1].name.removeprefix("lib").removesuffix("uan.so")
     words = [
-        "g++", "-O3", "-march=native", "-std=c++20", f"-I{home / 'include'}", str(SOURCE),
+        "g++", "-O3", "-march=native", "-std=c++20", f"-I{home / 'include'}", str(source),
         "-o", str(program), f"-L{libraries}", f"-Wl,-rpath,{libraries}",
         *(f"-l{prefix}{library}" for library in LIBRARIES),
     ]  # fmt: skip

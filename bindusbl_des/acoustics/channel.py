@@ -1,35 +1,72 @@
-"""Channels: whether a signal on the HF band is decoded where nothing overlaps it.
+"""Channels: whether a signal is decoded where nothing overlaps it, and what it drowns.
 
-The one that ships, `disc`, is compiled: nothing beyond a reach, and within it the loss of
-:mod:`.loss`.  One's own answers for all signals that begin at one instant.
+The default, `disc`, is compiled: nothing beyond a reach, and within it the loss of :mod:`.loss`.
+All others are asked, in numpy, for all signals that begin at one instant.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from math import inf, nan
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.plugins import PluginError, asked, shown
-from ..scenario.families import CHANNEL
+from ..core.plugins import Family, PluginError, asked, shown
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from .loss import contention_loss
 
 Array = NDArray[np.float64]
+Prospects = NDArray[np.void]
+Value = TypeVar("Value", float, Array)
 
-# No channel but the disc is asked
-DISC: Array = np.empty((0, 0))
+# What becomes of a signal on its way: the probability that it is lost if nothing overlaps it; its
+# SNR (dB), NaN where the channel knows of none; and how strong a sound it is where it overlaps
+# others, its intensity in units of the noise: 0 is too weak to matter, 1 where no levels are known.
+PROSPECT = np.dtype([("loss", "f8"), ("snr_db", "f8"), ("sound", "f8")])
+
+# The disc is compiled, and not asked
+DISC: Prospects = np.empty((0, 0), PROSPECT)
+
+# Signals that are decoded more seldom are out of range.
+SELDOM = 1e-6
+
+
+class Receiver(NamedTuple):
+    """What decides at a receiver, and what its levels are counted from.
+
+    A signal is destroyed by others that overlap it unless its intensity is `capture` times that of
+    noise and all of them together; infinite: by any.  What has an SNR varies from signal to signal
+    by `shadowing_sd_db`.  Levels are in dB: `noise_db` that of the noise in the band, re 1 uPa, and
+    `threshold_db` the SNR at which a signal is as often lost as decoded; NaN where they are none.
+    """
+
+    capture: float = inf
+    shadowing_sd_db: float = 0.0
+    noise_db: float = nan
+    threshold_db: float = nan
+
+    def levels(self, snr_db: Value) -> dict[str, Value]:
+        """Return what is told of signals that have an SNR (dB): that, their level and margin."""
+        level, margin = snr_db + self.noise_db, snr_db - self.threshold_db
+        return {"snr_db": snr_db, "level_db": level, "margin_db": margin}
+
+
+PLAIN = Receiver()
+
+# Adds up three axes: quicker than `sum` for the few signals of a slot
+AXES = np.ones(3)
 
 
 @dataclass(frozen=True)
 class Signals:
     """Signals that begin at an instant (s) between n AUVs and m ASVs: pings, or calls for them.
 
-    Of the ping of an ASV (passive ranging) those of all ASVs are asked for, and its own taken.
+    Of the ping of an ASV (passive ranging) those of all ASVs are asked for, and its own taken; of a
+    frame on the MF band those of the one ASV that sends it.
 
     `auvs` (n, 3) and `asvs` (m, 3) are true places (m), `ranges` (n, m) the slant ranges (m) of
-    that instant; `reach` (m) is the protocol's HF range, and `calling` tells whether the sound goes
+    that instant; `reach` (m) is the protocol's range, and `calling` tells whether the sound goes
     down, from ASVs to AUVs.
     """
 
@@ -41,8 +78,15 @@ class Signals:
     calling: bool
 
 
+def between(time: float, auvs: Array, asvs: Array, reach: float, calling: bool) -> Signals:
+    """Return the signals of an instant (s) between places of AUVs (n, 3) and of ASVs (m, 3), m."""
+    apart = auvs[:, None] - asvs
+    ranges = np.sqrt((apart * apart) @ AXES)
+    return Signals(time, auvs, asvs, ranges, reach, calling)
+
+
 class Channel(Protocol):
-    """How likely signals are decoded."""
+    """How likely signals are decoded: what one's own channel answers."""
 
     def __call__(self, signals: Signals, /) -> Array:
         """Return the probability (n, m) that each is decoded if nothing overlaps it.
@@ -51,41 +95,61 @@ class Channel(Protocol):
         """
 
 
+class AskedChannel(Protocol):
+    """A channel that is asked for the signals of an instant: any but the disc."""
+
+    @property
+    def receiver(self) -> Receiver:
+        """What decides at its receivers."""
+
+    @property
+    def audible_m(self) -> float | None:
+        """How far (m) a signal drowns others; None: as far as it may be decoded."""
+
+    def prospects(self, signals: Signals) -> Prospects:
+        """Return what becomes of each signal (n, m), :data:`PROSPECT`."""
+
+
 @dataclass(frozen=True)
 class OwnChannel:
     """A channel of somebody's own: each of its answers is checked."""
 
+    key: str
     name: str
     chances: Channel
+    receiver: Receiver = PLAIN
+    audible_m: float | None = None
 
-    def losses(self, signals: Signals) -> Array:
-        """Return the probability (n, m) that each signal is lost.
+    def prospects(self, signals: Signals) -> Prospects:
+        """Return what becomes of each signal: who is not heard drowns nobody.
 
         Raises:
             PluginError: when it raises anything, or what it returns are no probabilities.
         """
         when = f" at {signals.time:g} s"
-        answer = asked(CHANNEL.key, self.name, self.chances, signals, when=when)
-        found = asked(CHANNEL.key, self.name, np.asarray, answer, when=when)
+        answer = asked(self.key, self.name, self.chances, signals, when=when)
+        found = asked(self.key, self.name, np.asarray, answer, when=when)
         wanted = signals.ranges.shape
         plain = found.dtype.kind in "fiub" and found.shape == wanted
         if not plain or not ((found >= 0.0) & (found <= 1.0)).all():
-            said = shown(CHANNEL.key, self.name, answer, when)
+            said = shown(self.key, self.name, answer, when)
             raise PluginError(
-                CHANNEL.key,
+                self.key,
                 f"{self.name!r} returned {said}{when}; it must be an array of probabilities in "
                 f"[0, 1], {wanted[0]} AUVs by {wanted[1]} ASVs",
             )
-        return 1.0 - found.astype(np.float64)
+        told = np.empty(wanted, PROSPECT)
+        told["loss"], told["snr_db"], told["sound"] = 1.0 - found.astype(np.float64), nan, found > 0
+        return told
 
 
-def channel_named(name: str) -> OwnChannel | None:
-    """Return a channel by its name in the scenario; None for the compiled disc.
+def own_channel(family: Family, choice: str) -> OwnChannel:
+    """Return a channel of somebody's own.
 
     Raises:
-        PluginError: when one's own is not allowed, or cannot be loaded or called.
+        PluginError: when it is not allowed, or cannot be loaded or called.
     """
-    return None if name in CHANNEL.siblings else OwnChannel(name, own_part(CHANNEL, name))
+    return OwnChannel(family.key, choice, own_part(family, choice))
 
 
 def contention_of(scenario: Scenario) -> float:

@@ -27,22 +27,24 @@ def amend(
     asvs, under_way = Motion(asv_table, asv_first, asv_step), len(pings)
     for number in range(first, len(pings)):
         ping = pings[number]
-        latest, longest = _travel(ping, receptions[ping.first : ping.end], asvs, sound_speed)
+        latest, last, longest = _travel(ping, receptions[ping.first : ping.end], asvs, sound_speed)
         if ping.sent_at_s + latest > time:
             under_way = min(under_way, number)
         ping.longest_s = max(longest, pings[number - 1].longest_s if number else 0.0)
         if isfinite(ping.passed_at_s):
-            ping.passed_at_s = ping.sent_at_s + longest + duration
+            ping.passed_at_s = ping.sent_at_s + last + duration
     return under_way
 
 
 @compiled
-def _travel(ping: Row, receptions: Rows, asvs: Motion, sound_speed: float) -> tuple[float, float]:
-    """Write how long (s) a ping travels to its ASVs; return the longest way (s), to any of them and
-    to any in range.
+def _travel(
+    ping: Row, receptions: Rows, asvs: Motion, sound_speed: float
+) -> tuple[float, float, float]:
+    """Write how long (s) a ping travels to its ASVs; return the longest way (s): to any of them, to
+    any in range, and to any where it is a sound at all.
     """
     here = ping.x_m, ping.y_m, ping.z_m, 0.0
-    latest, longest = 0.0, 0.0
+    latest, last, longest = 0.0, 0.0, 0.0
     for line in receptions:
         travel = light_time(here, asvs, line.asv, ping.sent_at_s, sound_speed)
         line.travel_time_s, line.slant_range_m = travel, travel * sound_speed
@@ -50,5 +52,7 @@ def _travel(ping: Row, receptions: Rows, asvs: Motion, sound_speed: float) -> tu
             line.arrived_at_s = ping.sent_at_s + travel
         latest = max(latest, travel)
         if line.outcome != OUT_OF_RANGE:
+            last = max(last, travel)
+        if line.sound > 0.0:
             longest = max(longest, travel)
-    return latest, longest
+    return latest, last, longest

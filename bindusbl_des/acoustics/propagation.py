@@ -40,28 +40,53 @@ def within(here: Place, there: Place, slant: bool, reach: float) -> bool:
 
 class Way(NamedTuple):
     """What happens to signals of a group of AUVs on their way: the law of the disc (:mod:`.loss`),
-    or how likely each is lost at each ASV or from it (n, m) as somebody's own channel says.
+    or what becomes of each at each ASV or from it (n, m), :data:`.channel.PROSPECT`, where another
+    channel was asked.
     """
 
     band: Band
     loss: LossTerms
-    losses: Floats
+    prospects: Rows
 
 
 @compiled
 def reaches(here: Place, there: Place, number: int, asv: int, way: Way) -> bool:
-    """Tell whether there is any sound between an AUV, `number` of its group, and an ASV."""
-    if way.losses.size:
-        return bool(way.losses[number, asv] < 1.0)
+    """Tell whether a signal between an AUV, `number` of its group, and an ASV may be decoded."""
+    if way.prospects.size:
+        return bool(way.prospects[number, asv].loss < 1.0)
     return within(here, there, way.band.slant, way.band.reach)
+
+
+@compiled
+def sound(here: Place, there: Place, number: int, asv: int, way: Way) -> float:
+    """Return how strong a signal between them is where it overlaps others, as of
+    :data:`.channel.PROSPECT`.
+    """
+    if way.prospects.size:
+        return float(way.prospects[number, asv].sound)
+    return 1.0 if within(here, there, way.band.slant, way.band.reach) else 0.0
 
 
 @compiled
 def lost(slant_range: float, number: int, asv: int, way: Way) -> float:
     """Return how likely a signal between them is lost that travels a slant range (m)."""
-    if way.losses.size:
-        return float(way.losses[number, asv])
+    if way.prospects.size:
+        return float(way.prospects[number, asv].loss)
     return loss_probability(slant_range, way.loss)
+
+
+@compiled
+def snr(number: int, asv: int, way: Way) -> float:
+    """Return the SNR (dB) of a signal between them; NaN on the disc, which knows of none."""
+    return float(way.prospects[number, asv].snr_db) if way.prospects.size else nan
+
+
+@compiled
+def drowns(strength: float, others: float, capture: float) -> bool:
+    """Tell whether sounds that overlap a signal, of so much together, destroy it (:class:`.channel.
+    Receiver`).
+    """
+    return others > 0.0 and strength < capture * (1.0 + others)
 
 
 @compiled
@@ -74,7 +99,7 @@ def overlap(one: float, other: float, duration: float) -> bool:
 def spread(
     group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
     pings: Rows, ping: int, receptions: Rows, row: int, everything: bool,
-    losses: Floats, coefficients: Floats, combine: int, contention: float, cap: float,
+    prospects: Rows, coefficients: Floats, combine: int, contention: float, cap: float,
     slant: bool, reach: float, duration: float, sound_speed: float,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -83,12 +108,12 @@ def spread(
 
     Return the row that comes after the last reception.  Without `everything` ASVs out of range get
     no row.  `called` (1,) tells what became of the call (:data:`.rows.CALLED`): AUVs that were
-    called in vain do not ping.  `calls` are on record by now.  `losses` as of :class:`Way`.
+    called in vain do not ping.  `calls` are on record by now.  `prospects` as of :class:`Way`.
     """
     way = Way(
         Band(slant, reach, duration, sound_speed),
         LossTerms(coefficients, combine, contention, cap),
-        losses,
+        prospects,
     )
     auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
     call = called[0]
@@ -105,7 +130,7 @@ def spread(
         line.call, line.call_time_s = call.call, call.call_time_s
         line.first = row
         row, in_range, longest = _reach(line, here, number, receptions, row, everything, asvs, way)
-        longest_so_far = max(longest_so_far, longest)
+        longest_so_far = max(longest_so_far, line.longest_s)
         line.end, line.in_range_of, line.heard_by = row, in_range, 0
         line.passed_at_s = inf if silent or not in_range else time + longest + duration
         line.longest_s, line.calls = longest_so_far, calls
@@ -123,12 +148,15 @@ def _reach(
     """Write the receptions of a ping, `number` of its group, from a row on.
 
     Return the row after the last, how many ASVs are in range, and how long (s) the ping travels to
-    the last of these.
+    the last of these; to the last that it is any sound at, write it to the ping.
     """
     in_range, longest, sound_speed = 0, 0.0, way.band.sound_speed
+    ping.longest_s = 0.0
     for asv in range(asvs.first.size - 1):
-        heard = reaches(here, where(asvs, asv, ping.sent_at_s), number, asv, way)
-        if heard or everything:
+        there = where(asvs, asv, ping.sent_at_s)
+        heard = reaches(here, there, number, asv, way)
+        strength = sound(here, there, number, asv, way)
+        if heard or everything or strength > 0.0:
             travel = light_time(here, asvs, asv, ping.sent_at_s, sound_speed)
             line = receptions[row]
             line.ping, line.auv, line.asv = ping.ping, ping.auv, asv
@@ -136,7 +164,10 @@ def _reach(
             line.slant_range_m = travel * sound_speed
             line.loss = lost(line.slant_range_m, number, asv, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
+            line.sound, line.snr_db = strength, snr(number, asv, way)
             row += 1
+            if strength > 0.0:
+                ping.longest_s = max(ping.longest_s, travel)
             if heard:
                 in_range += 1
                 longest = max(longest, travel)
@@ -147,7 +178,7 @@ def _reach(
 def _silence(receptions: Rows, outcome: int) -> None:
     """Let nothing arrive of a ping whose call had an outcome other than to be heard."""
     for line in receptions:
-        line.arrived_at_s = nan
+        line.arrived_at_s = line.snr_db = nan
         if line.outcome == IN_FLIGHT:
             line.outcome = outcome
 
@@ -163,8 +194,9 @@ def arrivals(
 
     Their rows tell when they will be at their AUVs, on a clock of a `rate` (Hz, see
     :func:`.clock.after`); an AUV out of the horizontal range (m) when the frame begins never gets
-    its fix, and where its way is not `foreseen` the arrival is left open (NaN).  Return the last
-    instant (s) of those known, or -1.
+    its fix, nor one that does not decode it (whose outcome says so already), and where its way is
+    not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those known,
+    or -1.
     """
     auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
     begins, ends = where(asvs, asv, time), where(asvs, asv, time + airtime)
@@ -174,7 +206,7 @@ def arrivals(
         line.broadcast_at_s, line.broadcast_by, line.arrives_at_s = time, asv, nan
         if not within(where(auvs, line.auv, time), begins, False, reach):
             line.outcome = OUT_OF_RANGE
-        elif foreseen:
+        elif foreseen and line.outcome == IN_FLIGHT:
             travel = light_time(ends, auvs, line.auv, time + airtime, sound_speed)
             line.arrives_at_s = after(rate, time, airtime + travel)
             last = max(last, line.arrives_at_s)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from .durable import draft_of, sync
+from .plugins import is_plugin
 
 Way = tuple[str, ...]
 
@@ -22,6 +23,9 @@ Way = tuple[str, ...]
 FILES: Mapping[Way, str] = {
     ("auvs", "route", "files"): "tracks",
     ("survey", "area"): "charts",
+    ("environment", "ctd"): "casts",
+    ("acoustics", "hf", "channel", "file"): "curves",
+    ("acoustics", "mf", "channel", "file"): "curves",
 }
 FOLDERS = frozenset(FILES.values())
 
@@ -114,9 +118,15 @@ def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
         usable = [isinstance(it, str) and "\0" not in it for it in items]
         names = [change(it, folder) if good else it for it, good in zip(items, usable, strict=True)]
         return names if isinstance(data, list | tuple) else names[0]
-    if isinstance(data, Mapping) and below[0] in data:
+    if isinstance(data, Mapping) and below[0] in data and not is_own(data):
         return {**data, below[0]: _renamed(data[below[0]], change, below[1:], folder)}
     return data
+
+
+def is_own(part: Mapping[str, Any]) -> bool:
+    """Tell whether data chooses a part of somebody's own, whose settings say what they please."""
+    model = part.get("model")
+    return isinstance(model, str) and is_plugin(model)
 
 
 def names_files(key: str) -> bool:

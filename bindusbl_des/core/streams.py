@@ -32,6 +32,7 @@ class Purpose(IntEnum):
     CALL = 11
     INSTRUMENT = 12
     RANGING = 13
+    FRAME = 14
     BEACON = 20
     MISALIGNMENT = 21
     GNSS = 22

@@ -10,6 +10,7 @@ from ..core.streams import Streams
 from ..mission.closed_loop import slow_gnss
 from ..mission.lasting import clocks, misalignments
 from ..scenario.lasting_kinds import kinds, sound_speed_error
+from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..vehicles.currents import CONTROL_S
 from .numbers import row_of, rows_where
 
@@ -70,15 +71,15 @@ def _shared(result: "Result", fix: Any, has: set[str]) -> Iterator[tuple[str, di
         share = sound_speed_error(world)
         way = "long" if share > 0 else "short"
         told = f"ranges {100 * abs(share):.2f} % too {way}: sound is assumed to travel at "
-        told += f"{world.environment.fleets_sound_speed:g}, not at "
-        told += f"{world.environment.sound_speed_m_per_s:g} m/s"
+        told += f"{assumed_sound_speed_of(world):g}, not at "
+        told += f"{sound_speed_of(world):g} m/s"
         yield told, {"sound_speed_error": share}
     ping = row_of(result, "pings", "ping", int(fix.ping))
     if "clock" in has and not isinstance(ping.get("call"), str):
         offset, drift = clocks(world, Streams(result.seed))[int(fix.auv.removeprefix("AUV"))]
         passive = world.protocol.is_passive  # it says when it hears, not when it pings
         late = offset + drift * (fix.valid_at_s if passive else fix.pinged_at_s)
-        longer = late * world.environment.fleets_sound_speed * (-1 if passive else 1)
+        longer = late * assumed_sound_speed_of(world) * (-1 if passive else 1)
         told = (
             f"the clock of {fix.auv} is {1e3 * late:+.3f} ms late: ranges {longer:+.2f} m too long"
         )

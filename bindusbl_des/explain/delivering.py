@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.plugins import is_plugin
 from ..results.round_timeline import uplink_slots
+from ..scenario.water import sound_speed_of
 from .astray import wrong
 from .chain import Part, Step
 from .numbers import compared, place, rows_where
@@ -138,7 +139,7 @@ def latency(result: "Result", fix: Any) -> Iterator[Part]:
         yield Part("way down", fix.delivered_at_s - on_air)
         return
     auv, asv = (place(result, name, on_air) for name in (fix.auv, fix.broadcast_by))
-    travel = math.dist(auv, asv) / result.scenario.environment.sound_speed_m_per_s
+    travel = math.dist(auv, asv) / sound_speed_of(result.scenario)
     travel = min(travel, fix.delivered_at_s - on_air)
     yield Part("way down", travel)
     yield Part("rounded up to the clock's tick", fix.delivered_at_s - on_air - travel)

@@ -12,6 +12,8 @@ from ..acoustics.loss import COMBINERS, LOSS_LAWS, range_loss
 from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
+from ..scenario.water import sound_speed_of
+from .by_channel import audible, decided_by_channel, levels, loss_by_channel
 from .chain import Step
 from .numbers import compared, out_of_range, place, row_of, rows_where
 
@@ -147,8 +149,9 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
             "slant_range_m": reception.slant_range_m,
             "travel_time_s": reception.travel_time_s,
             "range_m": _counted_range(result, reception, depth),
-            "limit_m": None if is_plugin(hf.channel) else hf.range_m,
+            "limit_m": hf.range_m if hf.channel == "disc" else None,
             "loss_probability": None if reception.outcome == "out_of_range" else probability,
+            **levels(reception),
         }
         who = getattr(reception, result.scenario.protocol.listening)
         yield Step(reception.arrived_at_s, who, f"{what} ({way})", why, facts)
@@ -161,6 +164,9 @@ def is_passive(result: "Result") -> bool:
 
 def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     hf, outcome = result.scenario.acoustics.hf, reception.outcome
+    others = _overlapping(result, reception)
+    if hf.channel != "disc" and not is_plugin(hf.channel):
+        return decided_by_channel(result, reception, others)
     away = _counted_range(result, reception, depth)
     # A vessel that moves may cross the limit while the ping is under way.
     is_beyond = outcome == "out_of_range"
@@ -179,7 +185,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
             f"{result.scenario.duration_s:g} s"
         )
     if outcome == "collided":
-        return "hears pings mixed", f"{within}; {_overlapping(result, reception)}"
+        return "hears pings mixed", f"{within}; overlaps {', '.join(others)}"
     _, told = _loss(result, reception)
     if outcome == "lost":
         return (
@@ -202,6 +208,8 @@ def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
     channel, slant_range = result.scenario.acoustics.hf.channel, float(reception.slant_range_m)
     if is_plugin(channel):
         return None, "the chance is the plug-in's (not recorded)"
+    if channel != "disc":
+        return loss_by_channel(result.scenario, slant_range), ""
     loss, contention = result.scenario.acoustics.loss, contention_of(result.scenario)
     raw = range_loss(slant_range, LOSS_LAWS[loss.law])
     probability = COMBINERS[loss.combine](raw, contention, loss.cap)
@@ -213,29 +221,29 @@ def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
     )
 
 
-def _overlapping(result: "Result", reception: Any) -> str:
+def _overlapping(result: "Result", reception: Any) -> list[str]:
     """Name the pings and calls that overlap a ping where it is heard, and by how much."""
     duration, protocol = result.scenario.acoustics.hf.ping_s, result.scenario.protocol
     here = protocol.listening
     met = rows_where(result.tables["receptions"], **{here: getattr(reception, here)})
     gap = (met.arrived_at_s - reception.arrived_at_s).abs()
-    others = met[(met.ping != reception.ping) & (met.outcome != "out_of_range") & (gap < duration)]
+    beside = (met.ping != reception.ping) & (gap < duration)
+    others = met[beside & audible(result, met)]
     sounds = [
         (f"ping {it.ping} of {getattr(it, protocol.pinging)}", it.arrived_at_s)
         for it in others.itertuples()
     ]
     sounds += _calls_beside(result, reception)
-    told = [
+    return [
         f"{what} at {time:.4f} s (overlap "
         f"{1e3 * (duration - abs(time - reception.arrived_at_s)):.1f} of {1e3 * duration:.1f} ms)"
         for what, time in sounds
     ]
-    return f"overlaps {', '.join(told)}"
 
 
 def _calls_beside(result: "Result", reception: Any) -> list[tuple[str, float]]:
     """Return the calls that overlap a ping at its ASV, and when they began to be heard there."""
-    pings, speed = result.tables["pings"], result.scenario.environment.sound_speed_m_per_s
+    pings, speed = result.tables["pings"], sound_speed_of(result.scenario)
     if "called_by" not in pings:
         return []
     hf = result.scenario.acoustics.hf

@@ -29,9 +29,11 @@ def compared(value: float, limit: float) -> str:
 
 
 def out_of_range(hf: "Uplink") -> str:
-    """Return where sound on the HF band does not get to, as ends "ASV0 is 60 m away, ..."."""
+    """Return where nothing on the HF band is decoded, as ends "ASV0 is 60 m away, ..."."""
     if is_plugin(hf.channel):
         return f"where the channel {hf.channel.told} lets no sound through"
+    if hf.channel != "disc":
+        return f"where the channel {hf.channel} lets nothing be decoded"
     return f"out of HF range ({hf.range_m:g} m {hf.range_metric})"
 
 

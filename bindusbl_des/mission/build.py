@@ -3,13 +3,14 @@
 import numpy as np
 import simpy
 
-from ..acoustics.channel import channel_named, contention_of
+from ..acoustics.channel import contention_of
+from ..acoustics.channels import hf_channel, mf_channel
 from ..acoustics.loss import COMBINERS, LOSS_LAWS, LossTerms
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
 from ..protocol.broadcasters import broadcaster_named
-from ..protocol.downlink import MfDownlink
+from ..protocol.downlink import FrameBand, MfDownlink
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.network import Network
 from ..protocol.passive.beacons import Beacons
@@ -22,6 +23,7 @@ from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
 from ..scenario.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
+from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
@@ -87,12 +89,13 @@ def _network(
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = slots_of(scenario), scenario.protocol
-    sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
+    sound_speed = sound_speed_of(scenario)
+    hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
     uplink = Uplink(
         auvs,
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
-        channel_named(hf.channel) or loss_of(scenario),
+        hf_channel(scenario) or loss_of(scenario),
         instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
@@ -104,9 +107,9 @@ def _network(
         asvs,
         navigator,
         record,
-        mf_range=scenario.acoustics.mf.range_m,
-        sound_speed=sound_speed,
+        band=FrameBand(mf.range_m, sound_speed, mf_channel(scenario)),
         clock=slots.clock,
+        streams=streams,
     )
     queue = (
         ReplyQueue(env, uplink, downlink, record, reply_delay_of(scenario))
@@ -145,12 +148,12 @@ def _passive(
     streams: Streams,
 ) -> PassiveNetwork:
     """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
-    hf, sound_speed = scenario.acoustics.hf, scenario.environment.sound_speed_m_per_s
+    hf, sound_speed = scenario.acoustics.hf, sound_speed_of(scenario)
     beacons = Beacons(
         auvs,
         asvs,
         Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
-        channel_named(hf.channel) or loss_of(scenario),
+        hf_channel(scenario) or loss_of(scenario),
         instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         record,
@@ -178,8 +181,8 @@ def usbl_of(scenario: Scenario) -> Usbl:
         usbl.quantum_s,
         (float(roll), float(pitch), float(heading)),
         usbl.gnss_sd_m,
-        scenario.environment.fleets_sound_speed,
-        scenario.environment.sound_speed_m_per_s,
+        assumed_sound_speed_of(scenario),
+        sound_speed_of(scenario),
     )
 
 

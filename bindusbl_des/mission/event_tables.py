@@ -5,6 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pyarrow as pa
 
+from ..acoustics.channel import Receiver
 from ..protocol.fix_queue import FixBatch
 from ..records.events import TrackPoint
 from ..records.recorder import Recorder
@@ -20,11 +21,17 @@ def event_tables(world: World) -> dict[str, pa.Table]:
     return {
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", record.pings.rows),
-        "receptions": from_numbers("receptions", record.receptions.rows),
+        "receptions": _receptions_table(record, world.network.uplink.receiver),
         "broadcasts": from_rows("broadcasts", record.broadcasts),
         "fixes": _fixes_table(record, len(world.asv_fleet)),
         "tracks": _tracks_table(world),
     }
+
+
+def _receptions_table(record: Recorder, receiver: Receiver) -> pa.Table:
+    rows = record.receptions.rows
+    columns = {name: rows[name] for name in rows.dtype.names or ()}
+    return from_numbers("receptions", columns | receiver.levels(rows["snr_db"]))
 
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:

@@ -19,8 +19,9 @@ from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoic
 UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
 WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
 BROADCASTS = (
-    "acoustics.mf.range_m", "acoustics.mf.bit_rate_bps", "acoustics.mf.overhead",
-    "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "protocol.broadcaster",
+    "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
+    "acoustics.mf.overhead", "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes",
+    "protocol.broadcaster",
 )  # fmt: skip
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"
@@ -81,7 +82,15 @@ RULES = (
     ),
     Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
-    Idle({"auvs.route.kind": ("track",)}, ("survey.depth_m",), "the tracks say how deep they are"),
+    Idle(
+        {
+            "auvs.route.kind": ("track",),
+            "environment.temperature_c": (None,),
+            "environment.ctd": (None,),
+        },
+        ("survey.depth_m",),
+        "the tracks say how deep they are",
+    ),
     Idle(
         {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
         ("navigation.bias_frame",),
@@ -132,6 +141,16 @@ RULES = (
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
         "how likely signals are lost only the plug-in says",
     ),
+    Idle(
+        {"acoustics.hf.channel": ("curve", "sonar")},
+        tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
+        "the law of the disc's loss; curve and sonar say themselves how likely signals are lost",
+    ),
+    Idle(
+        {"acoustics.mf.channel": ("curve",)},
+        ("acoustics.mf.range_m",),
+        "the curve says how far frames are decoded",
+    ),
     Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
     Idle(
         {"acoustics.loss.combine": ("off",)},
@@ -163,6 +182,16 @@ RULES = (
         {"auvs.count": (1,), "protocol.ranging": ("owtt_sync",)},
         ("protocol.positions",),
         "there is no other AUV",
+    ),
+    Idle(
+        {"environment.temperature_c": (None,)},
+        ("environment.salinity_psu",),
+        "only with a temperature does the speed of sound follow from it",
+    ),
+    Idle(
+        {"environment.temperature_c": (None,), "environment.ctd": (None,)},
+        ("environment.sound_speed_law",),
+        "the speed of sound is given",
     ),
     Idle(
         {"environment.current_m_per_s": (0.0,)},

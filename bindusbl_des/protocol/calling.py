@@ -9,7 +9,7 @@ from math import nan
 import numpy as np
 
 from ..acoustics.loss import LossTerms
-from ..acoustics.propagation import Band, Way, lost, overlap, reaches, within
+from ..acoustics.propagation import Band, Way, drowns, lost, overlap, reaches, sound, within
 from ..acoustics.travel_time import light_time
 from ..core.compiled import compiled, entry
 from ..records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
@@ -36,7 +36,8 @@ CALL = row_type(Call)
 @entry
 def interrogate(
     group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows, calls: Rows,
-    count: int, losses: Floats, coefficients: Floats, combine: int, contention: float, cap: float,
+    count: int, capture: float, prospects: Rows,
+    coefficients: Floats, combine: int, contention: float, cap: float,
     slant: bool, reach: float, duration: float, sound_speed: float,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -46,11 +47,12 @@ def interrogate(
     Write what becomes of each call to `answers` (n,), :data:`.rows.CALLED`, and the calls' sound at
     ASVs after the first `count` of `calls`; return how many these are then.  Calls that overlap at
     an AUV destroy each other, and each is lost as a ping over the same way: if its one of `chances`
-    (n,), in [0, 1), is below the probability of that.  `losses` as of :class:`.propagation.Way`.
+    (n,), in [0, 1), is below the probability of that.  `prospects` as of :class:`.propagation.Way`,
+    `capture` as of :class:`.channel.Receiver`.
     """
     auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
     band = Band(slant, reach, duration, sound_speed)
-    way = Way(band, LossTerms(coefficients, combine, contention, cap), losses)
+    way = Way(band, LossTerms(coefficients, combine, contention, cap), prospects)
     calling = np.unique(callers)
     for k in range(len(group)):
         answer = answers[k]
@@ -63,12 +65,16 @@ def interrogate(
             chance = lost(travel * sound_speed, k, callers[k], way)
             answer.call = LOST if chances[k] < chance else HEARD
             answer.call_time_s = travel
+            others = 0.0
             for other in calling:
                 there = where(asvs, other, time)
-                if other != callers[k] and reaches(here, there, k, other, way):
+                strength = sound(here, there, k, other, way)
+                if other != callers[k] and strength > 0.0:
                     beside = light_time(there, auvs, auv, time, sound_speed)
                     if overlap(travel, beside, duration):
-                        answer.call = COLLIDED
+                        others += strength
+            if drowns(sound(here, caller, k, callers[k], way), others, capture):
+                answer.call = COLLIDED
     return _sound(calling, time, calls, count, asvs, band)
 
 

@@ -1,22 +1,38 @@
 """The MF band: a frame of fixes travels from one ASV to every AUV in range."""
 
 import math
-from functools import partial
+from functools import cache, partial
+from typing import NamedTuple
 
 import simpy
 
+from ..acoustics.channel import AskedChannel, between
+from ..acoustics.channels import FrameChannel
 from ..acoustics.propagation import arrivals
 from ..acoustics.travel_time import travel_time
 from ..core.clock import Clock
+from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
-from ..records.events import IN_FLIGHT
+from ..records.events import IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.recorder import Recorder
+from ..records.rows import Rows
 from ..vehicles.fleet import Fleet
+from ..vehicles.motion import places
 from ..vehicles.vehicle import Place
 from .deliveries import Deliveries
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
+
+
+class FrameBand(NamedTuple):
+    """What holds for all frames: AUVs within a horizontal `reach` (m) decode them, or as often as
+    the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
+    """
+
+    reach: float
+    sound_speed: float
+    channel: FrameChannel | None
 
 
 class MfDownlink(Deliveries):
@@ -30,13 +46,16 @@ class MfDownlink(Deliveries):
         navigator: Navigator,
         record: Recorder,
         *,
-        mf_range: float,
-        sound_speed: float,
+        band: FrameBand,
         clock: Clock,
+        streams: Streams,
     ) -> None:
         super().__init__(env, auvs, navigator, record)
+        self._channel, self._range, sound_speed = band.channel, band.reach, band.sound_speed
+        self._luck = cache(partial(streams.of, Purpose.FRAME))
         self._asvs, self._clock, self._sound_speed = asvs, clock, sound_speed
-        self._limits = mf_range, sound_speed, clock.rate
+        limit = math.inf if band.channel else band.reach  # who is asked has no limit
+        self._limits = limit, sound_speed, clock.rate
 
     def send(self, rows: range, asv: int, time: float, airtime: float) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
@@ -47,6 +66,9 @@ class MfDownlink(Deliveries):
         self._auvs.reach(time)
         self._asvs.reach(time)
         foreseen = self._auvs.foreseen and self._asvs.foreseen
+        if self._channel is not None:
+            frame = self._fixes.array[rows.start : rows.stop]
+            self._decode(self._channel(len(rows)), frame, asv, time)
         last = arrivals(
             self._fixes.array, rows.start, rows.stop, asv, time, airtime, foreseen,
             *self._limits, *self._auvs.motion, *self._asvs.motion,
@@ -58,6 +80,17 @@ class MfDownlink(Deliveries):
         elif not foreseen:  # they steer meanwhile by other fixes, or who knows by what
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, rows, asv, time, airtime))
+
+    def _decode(self, channel: AskedChannel, fixes: Rows, asv: int, time: float) -> None:
+        """Note which AUVs do not decode a frame of fixes that an ASV begins at an instant (s)."""
+        addressed: list[int] = sorted(set(fixes["auv"].tolist()))
+        auvs = places(self._auvs.motion, time)[addressed, :3]
+        vessel = places(self._asvs.motion, time)[asv : asv + 1, :3]
+        signals = between(time, auvs, vessel, self._range, calling=True)
+        losses = channel.prospects(signals)["loss"][:, 0].tolist()
+        for auv, loss in zip(addressed, losses, strict=True):
+            if self._luck(auv, asv).random() < loss:
+                fixes["outcome"][fixes["auv"] == auv] = LOST if loss < 1.0 else OUT_OF_RANGE
 
     def _leave(self, rows: range, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""

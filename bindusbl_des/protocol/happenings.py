@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from functools import partial
-from math import isnan
+from math import isnan, nan
 from numbers import Real
 from typing import Any, NamedTuple, get_args, get_type_hints
 
@@ -33,6 +33,9 @@ KINDS: dict[str, type] = {
     "broadcast": Broadcast,
     "delivery": Fix,
 }
+
+# What a reception is not known to have before it is over
+LEVELS = ("snr_db", "level_db", "margin_db")
 
 
 class Happening(NamedTuple):
@@ -214,8 +217,10 @@ class Happenings:
         if kind == "delivery":  # which is told of when it has been taken in
             self._downlink.settle(instant)
             return
-        outcome = OUTCOMES[self._uplink.outcome_of(row) if lasts else IN_FLIGHT]
-        self._tell(kind, instant, _row_of(Reception, reception, outcome=outcome))
+        outcome, snr = self._uplink.outcome_of(row) if lasts else (IN_FLIGHT, nan)
+        levels = {} if isnan(snr) else self._uplink.receiver.levels(snr)
+        told = dict.fromkeys(LEVELS) | levels | {"outcome": OUTCOMES[outcome]}
+        self._tell(kind, instant, _row_of(Reception, reception, **told))
 
     def _broadcast(self) -> None:
         """Tell of the broadcast that begins now."""

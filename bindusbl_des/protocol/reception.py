@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..acoustics.propagation import overlap
+from ..acoustics.propagation import drowns, overlap
 from ..core.compiled import compiled, entry
-from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ..records.rows import NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Instrument
 from ..usbl.measurement import measured, note
@@ -18,12 +18,16 @@ from .calling import drowned
 
 
 class Air(NamedTuple):
-    """All sound on record: pings, their receptions, calls; and how long (s) each lasts."""
+    """All sound on record: pings, their receptions, calls; and how long (s) each lasts.  What a
+    receiver makes of it: `capture` and the shadowing (dB) as of :class:`.channel.Receiver`.
+    """
 
     pings: Rows
     receptions: Rows
     calls: Rows
     duration: float
+    capture: float
+    shadowing_sd_db: float
 
 
 class Noise(NamedTuple):
@@ -36,40 +40,41 @@ class Noise(NamedTuple):
 
 @compiled
 def overlapped(row: int, air: Air) -> bool:
-    """Tell whether another ping overlaps this one at its ASV; touching is no overlap.
+    """Tell whether other pings that overlap this one at its ASV destroy it; touching is no overlap.
 
     Pings are on record in the order in which they were sent, so the search ends at one that was
     over before this arrival, or sent after it.
     """
     pings, receptions = air.pings, air.receptions
     it = receptions[row]
-    longest = pings[it.ping].longest_s
+    longest, others = pings[it.ping].longest_s, 0.0
     for other in range(row - 1, -1, -1):
         sent_at = pings[receptions[other].ping].sent_at_s
         if sent_at + longest + air.duration < it.arrived_at_s:
             break
-        if _meet(it, receptions[other], air.duration):
-            return True
+        others += _beside(it, receptions[other], air.duration)
     for other in range(row + 1, len(receptions)):
         if pings[receptions[other].ping].sent_at_s > it.arrived_at_s + air.duration:
             break
-        if _meet(it, receptions[other], air.duration):
-            return True
-    return False
+        others += _beside(it, receptions[other], air.duration)
+    return drowns(it.sound, others, air.capture)
 
 
 @compiled
-def _meet(it: Row, other: Row, duration: float) -> bool:
-    """Tell whether another ping is at the same ASV while this one lasts; one not sent is not."""
-    if other.asv != it.asv or other.outcome == OUT_OF_RANGE:
-        return False
-    return overlap(it.arrived_at_s, other.arrived_at_s, duration)
+def _beside(it: Row, other: Row, duration: float) -> float:
+    """Return how strong another ping is at the same ASV while this one lasts; 0 if it is not there,
+    or was not sent.
+    """
+    if other.asv != it.asv or not overlap(it.arrived_at_s, other.arrived_at_s, duration):
+        return 0.0
+    return float(other.sound)
 
 
 @entry
 def settle(
     time: float, first: int, only: int, pings: Rows, receptions: Rows, calls: Rows,
-    duration: float, fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
+    duration: float, capture: float, shadowing_sd_db: float,
+    fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
     asv_table: Floats, asv_first: Ints, asv_step: float,
     array: Floats | None, metric: Floats, levels: Rows, strayed: Floats | None,
     known: Rows | None, variances: Floats, misalignments: Floats, gnss: Floats, clocks: Floats,
@@ -79,14 +84,17 @@ def settle(
     or of the ping `first` the reception `only`, if that is not NONE.
 
     Return the number of fixes then, and NONE, NONE; or, when the noise of a pair of an AUV and an
-    ASV is used up, these: it must be refilled and the function called again.  `strayed` (n,) is how
-    far each AUV may have gone between a call and its answer (variance along its course, m2); None
-    where nobody calls.  Where the `array` is None, an instrument of somebody's own measures later.
+    ASV is used up, these: it must be refilled and the function called again.  What decides at a
+    receiver, `capture` and the shadowing (dB), is as of :class:`.channel.Receiver`.  `strayed` (n,)
+    is how far each AUV may have gone between a call and its answer (variance along its course, m2);
+    None where nobody calls.  Where the `array` is None, an instrument of somebody's own measures
+    later.
     Where errors last (`known` and what follows, :class:`.systematic.Systematic`; else None), how
     each fix depends on them is written to `levers` (fixes, 2, 4 k), and the covariance that does
     not come from them, xx, yy, xy, to `left` (fixes, 3), m2.
     """
-    air, noise = Air(pings, receptions, calls, duration), Noise(shelf, taken, blocks)
+    air = Air(pings, receptions, calls, duration, capture, shadowing_sd_db)
+    noise = Noise(shelf, taken, blocks)
     asvs = Motion(asv_table, asv_first, asv_step)
     due = np.array([first]) if only != NONE else _due(pings, first, time)
     for ping in due:
@@ -159,6 +167,7 @@ def _decide(ping: int, only: int, air: Air, noise: Noise) -> tuple[int, Ints, Fl
         for n in range(len(drawn)):
             measuring[k, n] = drawn[n]
         it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air)
+        it.snr_db += air.shadowing_sd_db * drawn[NOISE_WIDTH]
         if it.outcome == HEARD:
             heard[hearers] = k
             hearers += 1
@@ -185,10 +194,11 @@ def by_luck(it: Row, luck: float) -> int:
 
 @entry
 def foretold(
-    row: int, luck: float, pings: Rows, receptions: Rows, calls: Rows, duration: float
-) -> int:
+    row: int, luck: float, pings: Rows, receptions: Rows, calls: Rows, duration: float,
+    capture: float,
+) -> int:  # fmt: skip
     """Return what will be decided of a reception, once the ping has passed its ASV."""
-    return _outcome(row, luck, Air(pings, receptions, calls, duration))
+    return _outcome(row, luck, Air(pings, receptions, calls, duration, capture, 0.0))
 
 
 @compiled

@@ -11,6 +11,7 @@ from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
 from ..scenario.families import RANGING
 from ..scenario.scenario import Scenario
+from ..scenario.water import assumed_sound_speed_of
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
 UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5
@@ -128,7 +129,7 @@ def slots_of(scenario: Scenario) -> Slots:
 
     The fleet plans it with the speed of sound that it assumes.
     """
-    sound_speed = scenario.environment.fleets_sound_speed
+    sound_speed = assumed_sound_speed_of(scenario)
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
     crossing = crossing_time(scenario.survey.side_m, sound_speed)
     longest = longest_way(hf.range_m, scenario.survey.depth_m, hf.range_metric) / sound_speed

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..acoustics.channel import DISC, OwnChannel, Signals
+from ..acoustics.channel import DISC, PLAIN, AskedChannel, Prospects, Receiver, Signals, between
 from ..acoustics.loss import LossTerms
 from ..acoustics.prediction import amend
 from ..acoustics.propagation import Band, spread
@@ -31,7 +31,7 @@ PASSED = 1.05
 # What is handed over where no error lasts: levers and what is left of covariances, too
 NOTHING_LASTS = (None,) * 7
 
-# What stands for the compiled loss where somebody else's channel is asked
+# What stands for the compiled loss where another channel is asked
 NO_LOSS = LossTerms(np.zeros(4), 0, 0.0, 1.0)
 
 # What a ping has that nobody called
@@ -42,6 +42,14 @@ NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
 def members(group: tuple[int, ...]) -> Ints:
     """Return a ping group as an array; small fleets have the same groups again and again."""
     return np.array(group, dtype=np.int64)
+
+
+def deciding(channel: LossTerms | AskedChannel, band: Band) -> tuple[Receiver, Band]:
+    """Return what decides at receivers on a band, and the band with the reach that sounds have."""
+    if isinstance(channel, LossTerms):
+        return PLAIN, band
+    audible = channel.audible_m
+    return channel.receiver, band if audible is None else band._replace(reach=audible)
 
 
 class Uplink:
@@ -56,7 +64,7 @@ class Uplink:
         auvs: Fleet,
         asvs: Fleet,
         band: Band,
-        channel: LossTerms | OwnChannel,
+        channel: LossTerms | AskedChannel,
         instrument: Usbl | Astray | OwnInstrument,
         streams: Streams,
         strayed: Floats | None,
@@ -64,11 +72,13 @@ class Uplink:
     ) -> None:
         """Put a band together; `strayed` (n,), m2, as of :func:`.reception.settle`.
 
-        The channel is the compiled disc with its loss, or somebody's own, as is the instrument.
+        The channel is the compiled disc with its loss, or one that is asked; the instrument ships
+        or is somebody's own.
         """
         self.band = band
+        self.receiver, air = deciding(channel, band)
         self._auvs, self._asvs, self._record = auvs, asvs, record
-        self._channel = channel if isinstance(channel, OwnChannel) else None
+        self._channel = None if isinstance(channel, LossTerms) else channel
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
         self._lasting: Systematic | None = None
@@ -78,7 +88,7 @@ class Uplink:
         array: tuple[Any, ...] = (None, None, None)
         if isinstance(instrument, Usbl):
             array = instrument.array, instrument.metric, instrument.levels
-        self._law, self._asvs_move = (*self._loss, *band), not asvs.foreseen
+        self._law, self._asvs_move = (*self._loss, *air), not asvs.foreseen
         self._measuring = (*array, strayed)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)
         self._luck = cache(partial(streams.of, Purpose.CALL))
@@ -98,12 +108,12 @@ class Uplink:
         chances = [
             luck(auv, asv).random() for auv, asv in zip(group, callers.tolist(), strict=True)
         ]
-        losses = self._losses(group, time, calling=True)
+        prospects = self._prospects(group, time, calling=True)
         self._foresee(group, time)
         answers, sounds = np.empty(len(group), CALLED), len(set(callers.tolist())) * len(self._asvs)
         calls.count = interrogate(
             members(tuple(group)), callers, np.array(chances), time, answers,
-            calls.room_for(sounds), calls.count, losses, *self._loss, *self.band,
+            calls.room_for(sounds), calls.count, self.receiver.capture, prospects, *self._law,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         return answers
@@ -118,22 +128,21 @@ class Uplink:
         caller = self._asvs.vehicles[asv].at(time)
         return travel_time(caller, self._auvs.vehicles[auv].at, time, self.band.sound_speed)
 
-    def _losses(self, group: Sequence[int], time: float, calling: bool = False) -> Floats:
-        """Return how likely the signals of AUVs, or calls for them, are lost: nothing of the disc,
-        which is compiled.
+    def _prospects(self, group: Sequence[int], time: float, calling: bool = False) -> Prospects:
+        """Return what becomes of the signals of AUVs, or calls for them: nothing of the disc, which
+        is compiled.
         """
         if self._channel is None:
             return DISC
-        auvs, asvs, ranges = self._ranges(group, time)
-        return self._channel.losses(Signals(time, auvs, asvs, ranges, self.band.reach, calling))
+        return self._channel.prospects(self._signals(group, time, calling))
 
-    def _ranges(self, group: Sequence[int], time: float) -> tuple[Floats, Floats, Floats]:
-        """Return where n AUVs and m ASVs are at an instant (s), and how far apart (n, m), m."""
+    def _signals(self, group: Sequence[int], time: float, calling: bool) -> Signals:
+        """Return the signals that begin at an instant (s) between AUVs and all ASVs."""
         self._auvs.reach(time)
         self._asvs.reach(time)
-        auvs = np.array([self._auvs.vehicles[auv].at(time)[:3] for auv in group])
+        auvs = places(self._auvs.motion, time).take(members(tuple(group)), axis=0)[:, :3]
         asvs = places(self._asvs.motion, time)[:, :3]
-        return auvs, asvs, np.linalg.norm(auvs[:, None] - asvs, axis=2)
+        return between(time, auvs, asvs, self.band.reach, calling)
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
@@ -144,8 +153,8 @@ class Uplink:
                 way = hypot(
                     self.band.reach, max(self._auvs.vehicles[auv].at(time).z for auv in group)
                 )
-            else:  # of one's own: sound may reach anybody
-                way = float(self._ranges(group, time)[2].max())
+            else:  # sound may reach anybody
+                way = float(self._signals(group, time, calling=True).ranges.max())
             self._auvs.reach(time + PASSED * way / self.band.sound_speed)
 
     def send(
@@ -165,11 +174,11 @@ class Uplink:
         self._auvs.reach(time)
         if self._asvs_move:
             self._asvs.reach(time)
-        losses = DISC if self._channel is None else self._losses(group, time)
+        prospects = self._prospects(group, time)
         receptions.count = spread(
             members(tuple(group)), round_number, slot, time, called, self._calls.count,
             pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
-            receptions.count, self._record.everything, losses, *self._law,
+            receptions.count, self._record.everything, prospects, *self._law,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
@@ -204,7 +213,8 @@ class Uplink:
             lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
         fixes.count, auv, asv = settle(
             time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
-            room, fixes.count, noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
+            self.receiver.capture, self.receiver.shadowing_sd_db, room, fixes.count,
+            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
             *self._measuring, *lasting,
         )  # fmt: skip
         if self._instrument is not None:
@@ -262,21 +272,23 @@ class Uplink:
                 return int(ping["first"] + undecided[0])
             self._undecided += 1
 
-    def outcome_of(self, row: int) -> int:
-        """Return what becomes of a ping at an ASV that it has just passed, decided or not.
+    def outcome_of(self, row: int) -> tuple[int, float]:
+        """Return what becomes of a ping at an ASV that it has just passed, decided or not; and its
+        SNR (dB) there.
 
         Its noise is that of the pair's next reception, after those of pings not yet decided.
         """
         pings, receptions = self._record.pings.rows, self._record.receptions.rows
         it = receptions[row]
         if it["outcome"] != IN_FLIGHT:
-            return int(it["outcome"])
+            return int(it["outcome"]), float(it["snr_db"])
         before = receptions[self._first_undecided() : row]
         same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
         ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
-        luck = self._noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH]
-        calls, duration = self._calls.rows, self.band.duration
-        return foretold(row, float(luck), pings, receptions, calls, duration)
+        luck = float(self._noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
+        calls, duration, receiver = self._calls.rows, self.band.duration, self.receiver
+        outcome = foretold(row, luck, pings, receptions, calls, duration, receiver.capture)
+        return outcome, float(it["snr_db"]) + receiver.shadowing_sd_db * luck
 
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""

@@ -85,6 +85,16 @@ class Reception:
         "", "heard, out_of_range, lost, collided or in_flight; without a ping, its call's",
         "in_flight",
     )  # fmt: skip
+    snr_db: float | None = column(
+        "dB",
+        "signal-to-noise ratio in the band, with this ping's shadowing once it is decided; null "
+        "with channels that know of none (disc, curve, one's own)",
+        None,
+    )
+    level_db: float | None = column("dB re 1 uPa", "level of the ping there, of that SNR", None)
+    margin_db: float | None = column(
+        "dB", "snr_db less that at which half of all pings are decoded: heard from 0 on", None
+    )
 
 
 @dataclass(slots=True)
@@ -132,7 +142,11 @@ class Fix:
         "m", "how far the fix moved the estimate; null if the navigator refused it", None
     )
     nis: float | None = column("1", "normalised innovation squared, 2 degrees of freedom", None)
-    outcome: str = column("", "delivered, out_of_range or in_flight", "in_flight")
+    outcome: str = column(
+        "",
+        "delivered, out_of_range, lost (not decoded: acoustics.mf.channel) or in_flight",
+        "in_flight",
+    )
 
 
 @dataclass(slots=True)
@@ -182,6 +196,9 @@ class AuvMetrics:
     fixes: int = column("1", "fixes made", worst=SMALLEST)
     fixes_delivered: int = column("1", "fixes that reached the AUV", worst=SMALLEST)
     fixes_out_of_range: int = column("1", "fixes broadcast beyond MF range", worst=LARGEST)
+    fixes_lost: int = column(
+        "1", "fixes broadcast that the AUV could have decoded, but did not", worst=LARGEST
+    )
     fixes_in_flight: int = column(
         "1", "fixes not yet delivered when the mission ended", worst=LARGEST
     )

@@ -12,6 +12,7 @@ NAMES = {
     "fixes": "fixes made",
     "fixes_delivered": "fixes delivered",
     "fixes_out_of_range": "fixes beyond MF range",
+    "fixes_lost": "fixes not decoded on MF",
     "fixes_in_flight": "fixes in flight at the end",
     "receptions_lost": "receptions lost",
     "collisions": "receptions collided",

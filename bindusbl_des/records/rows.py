@@ -28,7 +28,7 @@ def row_type(
     need.  Fields of text hold numbers.
 
     >>> row_type(Reception, {"answered_s": float}).names[-2:]
-    ('outcome', 'answered_s')
+    ('margin_db', 'answered_s')
     """
     hints = get_type_hints(event)
     told = {field.name: hints[field.name] for field in fields(event) if field.name not in without}
@@ -62,7 +62,9 @@ RECEPTION = row_type(
     Reception,
     {
         "loss": float,  # probability that it is lost on its way
+        "sound": float,  # how strong it is where it overlaps others (:data:`.channel.PROSPECT`)
     },
+    without=("level_db", "margin_db"),
 )
 
 FIX = row_type(

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..navigation.belief import STATES, Belief, Growth, first_belief
 from ..scenario.scenario import Scenario
+from ..scenario.water import assumed_sound_speed_of
 from ..usbl.instrument import range_sd
 
 # How far off a start that was found may be, per axis (m), and its heading (rad): it was found from
@@ -61,7 +62,7 @@ class Noise:
 def noise_of(scenario: Scenario) -> Noise:
     """Return the noise that a scenario tells AUVs of, as far as a log has any use for it."""
     navigation, usbl = scenario.navigation, scenario.usbl
-    speed = scenario.environment.fleets_sound_speed
+    speed = assumed_sound_speed_of(scenario)
     return Noise(
         range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1),
         usbl.outlier_share,

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scenario.planned import horizontal_reach, planned_path
+from ..scenario.water import sound_speed_of
 from .envelope import error_envelope
 from .packing import Packer
 from .recording import FATES, Recording
@@ -37,7 +38,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "side": scenario.survey.side_m,
         "hf": {"range": acoustics.hf.range_m, "reach": horizontal_reach(scenario)},
         "mf": {"range": acoustics.mf.range_m},
-        "soundSpeed": scenario.environment.sound_speed_m_per_s,
+        "soundSpeed": sound_speed_of(scenario),
         "pingLength": acoustics.hf.ping_s,
         "passive": scenario.protocol.is_passive,
         "round": float(np.median(np.diff(mission.rounds["started_at_s"])))

@@ -23,7 +23,7 @@ LARGEST_COUNT = 2**53
 LONGEST_S = 1e9
 
 _UPLINK = tuple(OUTCOMES[code] for code in (HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT))
-_DOWNLINK = tuple(OUTCOMES[code] for code in (DELIVERED, OUT_OF_RANGE, IN_FLIGHT))
+_DOWNLINK = tuple(OUTCOMES[code] for code in (DELIVERED, OUT_OF_RANGE, LOST, IN_FLIGHT))
 ENUMERATIONS = {
     ("receptions", "outcome"): _UPLINK,
     ("pings", "call"): _UPLINK,
@@ -203,7 +203,7 @@ def _fixes(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     yield from _beyond(fixes, "ping", len(arrow["pings"]))
     yield from _beyond(fixes, "round", len(arrow["rounds"]))
     delivered = outcome.are("delivered")
-    broadcast = delivered | outcome.are("out_of_range")
+    broadcast = delivered | outcome.are("out_of_range") | outcome.are("lost")
     if scenario.protocol.is_passive:
         if not delivered.all() or any(fixes[name].null_count < len(fixes) for name in BROADCAST):
             yield "has fixes that AUVs made themselves, and yet have not, or that were broadcast"

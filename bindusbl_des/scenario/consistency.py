@@ -1,6 +1,7 @@
 """What the parts of a scenario must agree on; every contradiction is listed, not just the first."""
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 from itertools import pairwise
 from math import dist
 from typing import NamedTuple
@@ -10,9 +11,13 @@ from ..core.wording import did_you_mean
 from .families import parts_of
 from .part_settings import shipped_mistakes
 from .scenario_keys import ScenarioKeys
+from .sections.environment import Environment
 from .sections.vehicles import Formation
 
 FRAMED_SCHEDULES = ("round_robin", "random")
+
+# What decodes messages of bits, which pings are not
+FRAME_DECODINGS = ("bpsk", "dpsk", "nc_fsk")
 
 # A mission larger than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
@@ -20,6 +25,9 @@ MOST_LANES = 100_000
 
 # The greatest distance (m) between two hydrophones of each of hydrophones.ARRAYS
 ARRAY_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
+
+# The speed of sound (m/s) that is not given
+USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
 
 # Shorter lanes and ways (m) are no lanes: a vehicle cannot be said to go along them.
 SHORTEST_WAY = 0.001
@@ -38,10 +46,12 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
     return [
         *_vehicles(scenario),
         *_origin(scenario),
+        *_water(scenario),
         *_route(scenario),
         *_formation(scenario),
         *_parts(scenario),
         *_protocol(scenario),
+        *_channels(scenario),
         *_usbl(scenario),
         *_sizes(scenario),
     ]
@@ -83,6 +93,45 @@ def _origin(scenario: ScenarioKeys) -> Iterator[Problem]:
                 f"needs {other} as well; add it",
                 (f"environment.origin.{other}",),
             )
+
+
+def _water(scenario: ScenarioKeys) -> Iterator[Problem]:
+    water = scenario.environment
+    key = "temperature_c" if water.ctd is None else "ctd"
+    if getattr(water, key) is None:
+        return
+    if water.ctd is not None and water.temperature_c is not None:
+        yield Problem(
+            "environment.ctd",
+            "says how warm the water is; remove temperature_c, or the cast",
+            ("environment.temperature_c",),
+        )
+    given, whole = water.model_fields_set, set(type(water).model_fields)
+    speed = water.sound_speed_m_per_s
+    if speed != USUAL_SPEED or ("sound_speed_m_per_s" in given and given != whole):
+        yield Problem(
+            "environment.sound_speed_m_per_s",
+            f"follows from {key}; keep one of them (assumed_sound_speed_m_per_s is what the fleet "
+            "takes it for)",
+            (f"environment.{key}",),
+        )
+    if water.sound_speed_law == "teos10":
+        yield from _teos10(scenario, key)
+
+
+def _teos10(scenario: ScenarioKeys, key: str) -> Iterator[Problem]:
+    if scenario.environment.origin.coordinates is None:
+        yield Problem(
+            "environment.sound_speed_law",
+            "teos10 needs to know where that is: set environment.origin, or use mackenzie",
+            (f"environment.{key}", "environment.origin"),
+        )
+    elif find_spec("gsw") is None:
+        yield Problem(
+            "environment.sound_speed_law",
+            "teos10 needs the package gsw (pip install 'bindusbl-des[ocean]'); or use mackenzie",
+            (f"environment.{key}",),
+        )
 
 
 def _route(scenario: ScenarioKeys) -> Iterator[Problem]:
@@ -194,6 +243,16 @@ def _protocol(scenario: ScenarioKeys) -> Iterator[Problem]:
             "protocol.broadcaster.asv",
             f"there is no ASV{asv}: {count} ASVs are numbered from 0; use at most {count - 1}",
             ("asvs.count",),
+        )
+
+
+def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:
+    decoding = scenario.acoustics.hf.channel.settings.get("decoding")
+    if scenario.acoustics.hf.channel == "sonar" and decoding in FRAME_DECODINGS:
+        yield Problem(
+            "acoustics.hf.channel.decoding",
+            f"{decoding} decodes the bits of frames, and pings have none; use threshold, "
+            "non_coherent, coherent or rayleigh",
         )
 
 

@@ -9,6 +9,7 @@ from operator import attrgetter
 from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
+from .channel_settings import Curve, Sonar
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes
@@ -21,6 +22,7 @@ BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
 PLACEMENTS = ("ring", "positions")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
+CHANNELS = ("disc", "curve", "sonar")
 RANGINGS = ("owtt_sync", "twtt", "passive")
 
 
@@ -77,7 +79,13 @@ BROADCASTER = Family(
     "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
 )
 RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
-CHANNEL = Family("acoustics.hf.channel", "channel", ("disc",), ("signals",))
+CHANNEL_SETTINGS = {"curve": Curve, "sonar": Sonar}
+CHANNEL = Family(
+    "acoustics.hf.channel", "channel", CHANNELS, ("signals",), settings=CHANNEL_SETTINGS
+)
+MF_CHANNEL = Family(
+    "acoustics.mf.channel", "mf_channel", CHANNELS, ("signals",), settings=CHANNEL_SETTINGS
+)
 INSTRUMENT = Family("usbl.model", "instrument", ("array",), ("sounding",))
 NAVIGATOR = Family(
     *("navigation.filter", "filter", FILTERS, ("reckoning", "auvs")),
@@ -88,7 +96,7 @@ ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")
 AUV = Family("auvs.vehicle", "vehicle", AuvVehicle.MODELS, ("way",))
 ASV = Family("asvs.vehicle", "vessel", AsvVehicle.MODELS, ("way",))
 FAMILIES = (
-    *(SCHEDULE, DOWNLINK, BROADCASTER, RANGING, CHANNEL, INSTRUMENT, NAVIGATOR),
+    *(SCHEDULE, DOWNLINK, BROADCASTER, RANGING, CHANNEL, MF_CHANNEL, INSTRUMENT, NAVIGATOR),
     *(PLACEMENT, ROUTE, AUV, ASV),
 )
 

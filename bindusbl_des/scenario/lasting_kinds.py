@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from ..core.plugins import is_plugin
 from .scenario import Scenario
+from .water import assumed_sound_speed_of, sound_speed_of
 
 # Vessels whose own errors a filter is told of: each has up to three states in every AUV
 MOST_TOLD = 16
@@ -58,5 +59,4 @@ def told_of(scenario: Scenario) -> list[Kind]:
 
 def sound_speed_error(scenario: Scenario) -> float:
     """Return the share of a range by which it is measured too long, by the sound speed assumed."""
-    water = scenario.environment
-    return 1.0 - water.sound_speed_m_per_s / water.fleets_sound_speed
+    return 1.0 - sound_speed_of(scenario) / assumed_sound_speed_of(scenario)

@@ -23,8 +23,10 @@ from bindusbl_des.scenario.families import (
     ASV,
     AUV,
     BROADCASTER,
+    CHANNEL,
     DOWNLINK,
     FAMILIES,
+    MF_CHANNEL,
     SCHEDULE,
     parts_of,
 )
@@ -53,6 +55,9 @@ def ranging(slot, time):
 
 def channel(signals):
     return np.where(signals.ranges < 30.0, 0.9, 0.5)
+
+def mf_channel(signals):
+    return channel(signals)
 
 def instrument(sounding):
     count = len(sounding.asvs)
@@ -141,6 +146,7 @@ OWN_PARTS = {family: f"own_parts:{family.noun}" for family in FAMILIES}
 # Other routes and placements that ship need keys beside their name; hulls have tests of their own.
 FIRST = {family for family in FAMILIES if family.word or family in (AUV, ASV)}
 SHIPPED = {family: family.siblings[: 1 if family in FIRST else None] for family in FAMILIES}
+SHIPPED |= dict.fromkeys((CHANNEL, MF_CHANNEL), ("disc", "sonar"))  # a curve needs its file
 PARTS = [(family, name) for family in FAMILIES for name in (*SHIPPED[family], OWN_PARTS[family])]
 
 

@@ -29,6 +29,7 @@ from bindusbl_des.scenario.families import (
     DOWNLINK,
     FAMILIES,
     INSTRUMENT,
+    MF_CHANNEL,
     NAVIGATOR,
     PLACEMENT,
     RANGING,
@@ -62,6 +63,9 @@ def ranging(slot, time, *, later_s: float = 0.01):
 
 def channel(signals, *, chance: float = 0.5):
     return np.full(signals.ranges.shape, chance)
+
+def mf_channel(signals, *, chance: float = 0.5):
+    return channel(signals, chance=chance)
 
 def instrument(sounding, *, sd_m: float = 1.0):
     count = len(sounding.asvs)
@@ -123,6 +127,7 @@ SETTINGS: dict[Family, tuple[str, Any, Any, Any, str]] = {
     BROADCASTER: ("copy", 0, 2, True, "needs a whole number; got true"),
     RANGING: ("later_s", 0.02, 0.03, "late", "needs a number; got the text 'late'"),
     CHANNEL: ("chance", 0.9, 0.2, True, "needs a number; got true"),
+    MF_CHANNEL: ("chance", 0.9, 0.2, True, "needs a number; got true"),
     INSTRUMENT: ("sd_m", 2.0, 3.0, [], "needs a number; got a list"),
     NAVIGATOR: ("off_m", 2.0, 3.0, -1, "must be >= 0; got -1"),
     PLACEMENT: ("spacing_m", 5.0, 15, "far", "needs a number; got the text 'far'"),

@@ -21,7 +21,7 @@ from bindusbl_des.core.clock import Clock, ExactClock, TickClock
 from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
 from bindusbl_des.protocol.calling import CALL
-from bindusbl_des.protocol.downlink import MfDownlink
+from bindusbl_des.protocol.downlink import FrameBand, MfDownlink
 from bindusbl_des.protocol.fix_queue import FixBatch, ReplyQueue
 from bindusbl_des.protocol.reception import Air, overlapped
 from bindusbl_des.protocol.uplink import NO_CALL, Uplink
@@ -126,7 +126,8 @@ def downlink(
     reckoning = DeadReckoning(auvs.motion, steady(walks, 1.0, (0.0, 0.0), False))
     return MfDownlink(env, auvs, asvs, **{
         "navigator": fixed_gain(reckoning, 0.5, "none", sums), "record": record,
-        "mf_range": 500.0, "sound_speed": SOUND, "clock": ExactClock(), **changes,
+        "band": FrameBand(500.0, SOUND, None), "clock": ExactClock(), "streams": Streams(1),
+        **changes,
     })  # fmt: skip
 
 
@@ -249,7 +250,8 @@ def frames_received(
     walks = random_walk(10.0, 0.3, draw.standard_normal((5, 100, 2)))
     reckoning = DeadReckoning(auvs.motion, steady(walks, 10.0, (0.5, -0.2), True))
     band = downlink(
-        env, steered(auvs) if way == "steering" else auvs, asvs, record, mf_range=3000.0,
+        env, steered(auvs) if way == "steering" else auvs, asvs, record,
+        band=FrameBand(3000.0, SOUND, None),
         navigator=fixed_gain(reckoning, 0.7, compensation, sums), clock=clock,
     )  # fmt: skip
 
@@ -320,7 +322,8 @@ def test_nobody_answers_before_a_ping_is_over() -> None:
     env, record = simpy.Environment(), Recorder(rounds=[Round(0, 0.0, 1, 0)])
     auvs, asvs = fleet(at(1500.0), at(3.0)), fleet(at(0.0))
     band, _ = uplink(auvs, asvs, record)
-    board = ReplyQueue(env, band, downlink(env, auvs, asvs, record, mf_range=1.0), record, PING)
+    near = downlink(env, auvs, asvs, record, band=FrameBand(1.0, SOUND, None))
+    board = ReplyQueue(env, band, near, record, PING)
 
     def pings() -> Any:
         for auv, time in ((0, 0.0), (1, 1.005), (1, 2.0)):
@@ -334,6 +337,10 @@ def test_nobody_answers_before_a_ping_is_over() -> None:
     assert record.rounds[0].fixes == len(record.broadcasts) == 1
 
 
+# Any sound that overlaps another destroys it, and levels are not known
+ANY = (math.inf, 0.0)
+
+
 def test_overlaps_are_found_with_pings_sent_later_as_well_as_earlier() -> None:
     """Two pings that meet at an ASV do so for both; what was sent between them meets neither."""
     auvs = fleet(at(1500.0), at(0.0, 150.0), at(15.0), at(0.0, 30.0))
@@ -343,9 +350,9 @@ def test_overlaps_are_found_with_pings_sent_later_as_well_as_earlier() -> None:
     pings, receptions = record.pings.rows, record.receptions.rows
     assert receptions["arrived_at_s"] == pytest.approx([1.0, 0.6, 1.005, 1.02])
     calls = np.empty(0, dtype=CALL)
-    found = [overlapped(row, Air(pings, receptions, calls, PING)) for row in range(4)]
+    found = [overlapped(row, Air(pings, receptions, calls, PING, *ANY)) for row in range(4)]
     assert found == [True, False, True, False]
-    sooner = Air(pings, receptions[:2], calls, PING)  # none sent later yet
+    sooner = Air(pings, receptions[:2], calls, PING, *ANY)  # none sent later yet
     assert [overlapped(row, sooner) for row in range(2)] == [False, False]
 
 
@@ -385,7 +392,7 @@ def test_overlaps_are_those_that_comparing_all_pairs_finds(
                 if k != row
             )
             calls = np.empty(0, dtype=CALL)
-            air = Air(record.pings.rows, record.receptions.rows, calls, PING)
+            air = Air(record.pings.rows, record.receptions.rows, calls, PING, *ANY)
             assert expected == overlapped(row, air)
 
 

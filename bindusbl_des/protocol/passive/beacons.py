@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...acoustics.channel import DISC, OwnChannel, Signals
+from ...acoustics.channel import DISC, AskedChannel, Prospects, between
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import TOUCH, Band
 from ...acoustics.travel_time import travel_time
@@ -21,8 +21,8 @@ from ...usbl.measurement import note
 from ...usbl.own_instrument import OwnInstrument, mirrored
 from ...usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
 from ...vehicles.fleet import Fleet
-from ...vehicles.motion import Floats, places
-from ..uplink import NO_LOSS, NOTHING_LASTS
+from ...vehicles.motion import places
+from ..uplink import NO_LOSS, NOTHING_LASTS, deciding
 from .radiation import arrive, radiate
 from .reception import settle
 
@@ -43,7 +43,7 @@ class Beacons:
         auvs: Fleet,
         asvs: Fleet,
         band: Band,
-        channel: LossTerms | OwnChannel,
+        channel: LossTerms | AskedChannel,
         instrument: Usbl | Astray | OwnInstrument,
         streams: Streams,
         record: Recorder,
@@ -51,7 +51,8 @@ class Beacons:
         """Put a band together; channel and instrument as of :class:`..uplink.Uplink`."""
         self.band = band
         self._auvs, self._asvs, self._record = auvs, asvs, record
-        self._channel = channel if isinstance(channel, OwnChannel) else None
+        self.receiver, air = deciding(channel, band)
+        self._channel = None if isinstance(channel, LossTerms) else channel
         loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
         self._lasting: Systematic | None = None
@@ -61,12 +62,12 @@ class Beacons:
         self._measuring: tuple[Any, ...] = (None, None, None)
         if isinstance(instrument, Usbl):
             self._measuring = instrument.array, instrument.metric, instrument.levels
-        self._law = (*loss, *band)
+        self._law = (*loss, *air)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
         self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self._gnss_noise = EventBuffer(GNSS_NOISE)
-        self._losses: dict[int, Floats] = {}  # of pings, where somebody's own channel says them
+        self._prospects: dict[int, Prospects] = {}  # of pings, where the channel was asked
         self._undecided = 0  # receptions before this one are decided
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
         #: Whom to tell of pings that have just been sent; nobody unless somebody waits for them.
@@ -78,11 +79,11 @@ class Beacons:
         ping, first = pings.count, receptions.count
         self._auvs.reach(time)
         self._asvs.reach(time)
-        losses = self._asked(ping, time)
+        prospects = self._asked(ping, time)
         noise.room_for(1)[ping] = self._gnss(asv).standard_normal(3)
         receptions.count = radiate(
             asv, round_number, slot, time, self._auvs.foreseen, pings.room_for(1), ping,
-            receptions.room_for(len(self._auvs)), first, self._record.everything, losses,
+            receptions.room_for(len(self._auvs)), first, self._record.everything, prospects,
             *self._law, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = noise.count = ping + 1
@@ -95,17 +96,16 @@ class Beacons:
             self.on_sent(range(ping, ping + 1))
         return rows
 
-    def _asked(self, ping: int, time: float) -> Floats:
-        """Return how likely signals are lost (AUVs, ASVs): nothing of the disc, it is compiled."""
+    def _asked(self, ping: int, time: float) -> Prospects:
+        """Return what becomes of signals (AUVs, ASVs): nothing of the disc, it is compiled."""
         if self._channel is None:
             return DISC
         auvs, asvs = (places(it.motion, time)[:, :3] for it in (self._auvs, self._asvs))
-        ranges = np.linalg.norm(auvs[:, None] - asvs, axis=2)
-        signals = Signals(time, auvs, asvs, ranges, self.band.reach, calling=True)
-        losses = self._channel.losses(signals)
+        reach = self.band.reach
+        prospects = self._channel.prospects(between(time, auvs, asvs, reach, calling=True))
         if not self._auvs.foreseen:
-            self._losses[ping] = losses
-        return losses
+            self._prospects[ping] = prospects
+        return prospects
 
     def amend(self, time: float) -> None:
         """Work out the arrivals that are nearly there by an instant (s), at AUVs that have no sure
@@ -119,8 +119,8 @@ class Beacons:
             place = ping["x_m"], ping["y_m"], ping["z_m"]
             auv, sent_at = self._auvs.vehicles[it["auv"]], float(ping["sent_at_s"])
             travel = travel_time(place, auv.at, sent_at, self.band.sound_speed)
-            losses = self._losses.get(int(it["ping"]), DISC)
-            arrive(row, travel, pings.rows, receptions.rows, losses, *self._law)
+            prospects = self._prospects.get(int(it["ping"]), DISC)
+            arrive(row, travel, pings.rows, receptions.rows, prospects, *self._law)
 
     def decide(self, time: float) -> None:
         """Decide all receptions that have ended by an instant (s), and what AUVs make of them."""
@@ -147,6 +147,7 @@ class Beacons:
             lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
         fixes.count, self._undecided, dry = settle(
             time, self._undecided, pings.rows, receptions.rows, self.band.duration,
+            self.receiver.capture, self.receiver.shadowing_sd_db,
             self._gnss_noise.rows.view(np.float64), room, fixes.count,
             noise.shelf, noise.taken, noise.blocks, *self._auvs.motion, *self._measuring, *lasting,
         )  # fmt: skip
@@ -169,11 +170,12 @@ class Beacons:
         note(fix, ping, estimate, covariance)
         fix["error_m"] = hypot(estimate[0] - pose.x, estimate[1] - pose.y)
 
-    def outcome_of(self, row: int) -> int:
-        """Return what has become of a ping at an AUV where it has just ended."""
+    def outcome_of(self, row: int) -> tuple[int, float]:
+        """Return what has become of a ping at an AUV where it has just ended, and its SNR (dB)."""
         it = self._record.receptions.array[row]
         self.decide(float(it["arrived_at_s"]) + self.band.duration)
-        return int(self._record.receptions.array[row]["outcome"])
+        it = self._record.receptions.array[row]
+        return int(it["outcome"]), float(it["snr_db"])
 
     def first_under_way(self, time: float) -> int:
         """Return the first reception that may not be over by an instant (s), the latest known."""

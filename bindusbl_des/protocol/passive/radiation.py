@@ -3,7 +3,7 @@
 from math import sqrt
 
 from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import Band, Way, lost, reaches
+from ...acoustics.propagation import Band, Way, lost, reaches, snr, sound
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled, entry
 from ...records.events import IN_FLIGHT, OUT_OF_RANGE
@@ -19,7 +19,7 @@ NEARLY_THERE = 0.98
 def radiate(
     asv: int, round_number: int, slot: int, time: float, foreseen: bool,
     pings: Rows, ping: int, receptions: Rows, row: int, everything: bool,
-    losses: Floats, coefficients: Floats, combine: int, contention: float, cap: float,
+    prospects: Rows, coefficients: Floats, combine: int, contention: float, cap: float,
     slant: bool, reach: float, duration: float, sound_speed: float,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -28,12 +28,12 @@ def radiate(
 
     Return the row that comes after the last reception.  Without `everything` AUVs out of range get
     no row.  Where the way of AUVs is not `foreseen`, the arrivals written are those at which it is
-    nearly there (:func:`arrive`).  `losses` (AUVs, ASVs) as of :class:`.propagation.Way`.
+    nearly there (:func:`arrive`).  `prospects` (AUVs, ASVs) as of :class:`.propagation.Way`.
     """
     way = Way(
         Band(slant, reach, duration, sound_speed),
         LossTerms(coefficients, combine, contention, cap),
-        losses,
+        prospects,
     )
     auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
     here = where(asvs, asv, time)
@@ -44,27 +44,29 @@ def radiate(
     line.called_at_s = line.call_time_s = float("nan")
     line.called_by = line.call = NONE
     line.first, line.in_range_of, line.heard_by, line.calls = row, 0, 0, 0
-    longest = 0.0
+    last = longest = 0.0
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
     for auv in range(auvs.first.size - 1):
         there = where(auvs, auv, time)
-        in_range = reaches(there, here, auv, asv, way)
-        if not in_range and not everything:
+        in_range, strength = reaches(there, here, auv, asv, way), sound(there, here, auv, asv, way)
+        if not (in_range or everything or strength > 0.0):
             continue
         it = receptions[row]
         it.ping, it.auv, it.asv = ping, auv, asv
         it.outcome = IN_FLIGHT if in_range else OUT_OF_RANGE
+        it.sound, it.snr_db = strength, snr(auv, asv, way)
         if foreseen:
             travel = light_time(here, auvs, auv, time, sound_speed)
         else:
             travel = NEARLY_THERE * _apart(here, there) / sound_speed
         _meet(it, time, travel, way)
         row += 1
+        longest = max(longest, travel) if strength > 0.0 else longest
         if in_range:
             line.in_range_of += 1
-            longest = max(longest, travel)
+            last = max(last, travel)
     line.end, line.longest_s = row, max(longest, longest_so_far)
-    line.passed_at_s = time + longest + duration
+    line.passed_at_s = time + last + duration
     return row
 
 
@@ -83,7 +85,7 @@ def _meet(it: Row, sent_at: float, travel: float, way: Way) -> None:
 
 @entry
 def arrive(
-    row: int, travel: float, pings: Rows, receptions: Rows, losses: Floats,
+    row: int, travel: float, pings: Rows, receptions: Rows, prospects: Rows,
     coefficients: Floats, combine: int, contention: float, cap: float,
     slant: bool, reach: float, duration: float, sound_speed: float,
 ) -> None:  # fmt: skip
@@ -91,7 +93,7 @@ def arrive(
     way = Way(
         Band(slant, reach, duration, sound_speed),
         LossTerms(coefficients, combine, contention, cap),
-        losses,
+        prospects,
     )
     it = receptions[row]
     line = pings[it.ping]

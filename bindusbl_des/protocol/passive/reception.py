@@ -8,9 +8,9 @@ from math import hypot
 
 import numpy as np
 
-from ...acoustics.propagation import overlap
+from ...acoustics.propagation import drowns, overlap
 from ...core.compiled import compiled, entry
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
+from ...records.events import COLLIDED, HEARD, IN_FLIGHT
 from ...records.rows import NONE, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, Instrument
 from ...usbl.inverted import Hearing, located_astray, located_itself
@@ -26,7 +26,8 @@ PASSED = 1.05
 
 @entry
 def settle(
-    time: float, first: int, pings: Rows, receptions: Rows, duration: float, gnss_noise: Floats,
+    time: float, first: int, pings: Rows, receptions: Rows, duration: float,
+    capture: float, shadowing_sd_db: float, gnss_noise: Floats,
     fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     array: Floats | None, metric: Floats, levels: Rows,
@@ -39,7 +40,8 @@ def settle(
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
     called again.  `gnss_noise` (pings, 3) is how far off each ASV believed to be as it pinged, in
     standard deviations.  Where the `array` is None, an instrument of somebody's own measures later.
-    Where errors last, what follows is as of :func:`..reception.settle`.
+    Where errors last, what follows is as of :func:`..reception.settle`, as are `capture` and the
+    shadowing.
     """
     noise, auvs = Noise(shelf, taken, blocks), Motion(auv_table, auv_first, auv_step)
     for row in _ended(receptions, first, time, duration):
@@ -48,7 +50,8 @@ def settle(
             return fix, first, row
         drawn = noise.blocks[noise.shelf[it.auv, it.asv], noise.taken[it.auv, it.asv]]
         noise.taken[it.auv, it.asv] += 1  # whatever comes of it: worlds that differ share it
-        it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, duration)
+        it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, duration, capture)
+        it.snr_db += shadowing_sd_db * drawn[NOISE_WIDTH]
         if it.outcome != HEARD:
             continue
         ping, line = pings[it.ping], fixes[fix]
@@ -94,42 +97,43 @@ def _ended(receptions: Rows, first: int, time: float, duration: float) -> Ints:
 
 
 @compiled
-def _outcome(row: int, luck: float, pings: Rows, receptions: Rows, duration: float) -> int:
+def _outcome(
+    row: int, luck: float, pings: Rows, receptions: Rows, duration: float, capture: float
+) -> int:
     """Return what becomes of a ping at an AUV, where it is lost by `luck`, a standard normal."""
-    if _overlapped(row, pings, receptions, duration):
+    if drowns(receptions[row].sound, _beside(row, pings, receptions, duration), capture):
         return COLLIDED
     return by_luck(receptions[row], luck)
 
 
 @compiled
-def _overlapped(row: int, pings: Rows, receptions: Rows, duration: float) -> bool:
-    """Tell whether another ping overlaps this one at its AUV; touching is no overlap.
+def _beside(row: int, pings: Rows, receptions: Rows, duration: float) -> float:
+    """Return how strong the pings are that overlap this one at its AUV, together; touching is no
+    overlap.
 
     Pings are on record in the order in which they were sent, so the search ends at one that was
     over before this arrival, or sent after it.
     """
     it = receptions[row]
-    lasts = PASSED * pings[it.ping].longest_s + duration
+    lasts, others = PASSED * pings[it.ping].longest_s + duration, 0.0
     for number in range(it.ping - 1, -1, -1):
         if pings[number].sent_at_s + lasts < it.arrived_at_s:
             break
-        if _meets(it, receptions[pings[number].first : pings[number].end], duration):
-            return True
+        others += _met(it, receptions[pings[number].first : pings[number].end], duration)
     for number in range(it.ping + 1, len(pings)):
         if pings[number].sent_at_s > it.arrived_at_s + duration:
             break
-        if _meets(it, receptions[pings[number].first : pings[number].end], duration):
-            return True
-    return False
+        others += _met(it, receptions[pings[number].first : pings[number].end], duration)
+    return others
 
 
 @compiled
-def _meets(it: Row, others: Rows, duration: float) -> bool:
-    """Tell whether another ping, of these receptions, is at the same AUV while this one lasts."""
+def _met(it: Row, others: Rows, duration: float) -> float:
+    """Return how strong another ping, of these receptions, is at the same AUV while this lasts."""
     for other in others:
-        if other.auv == it.auv and other.outcome != OUT_OF_RANGE:
-            return overlap(it.arrived_at_s, other.arrived_at_s, duration)
-    return False
+        if other.auv == it.auv and overlap(it.arrived_at_s, other.arrived_at_s, duration):
+            return float(other.sound)
+    return 0.0
 
 
 @compiled

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from ...core.kept_files import FILES, Way
+from ...core.kept_files import FILES, Way, is_own
 from .plain_yaml import Path
 
 
@@ -30,7 +30,7 @@ def _section(data: Any, way: Way) -> dict[str, Any] | None:
     """Return the mapping in which a way ends, None where there is none."""
     for name in way[:-1]:
         data = data.get(name) if isinstance(data, dict) else None
-    return data if isinstance(data, dict) else None
+    return data if isinstance(data, dict) and not is_own(data) else None
 
 
 def _problem(file: str, way: Way) -> str:
@@ -51,5 +51,22 @@ def _track(file: str) -> None:
     read_track(file)
 
 
+def _cast(file: str) -> None:
+    from ...sea.cast import read_cast
+
+    read_cast(file)
+
+
+def _curve(file: str) -> None:
+    from ..curve_file import read_curve
+
+    read_curve(file)
+
+
 # How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
-READERS: Mapping[Way, Callable[[str], object]] = {("auvs", "route", "files"): _track}
+READERS: Mapping[Way, Callable[[str], object]] = {
+    ("auvs", "route", "files"): _track,
+    ("environment", "ctd"): _cast,
+    ("acoustics", "hf", "channel", "file"): _curve,
+    ("acoustics", "mf", "channel", "file"): _curve,
+}

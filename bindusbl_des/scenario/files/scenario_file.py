@@ -12,6 +12,7 @@ from ...core.wording import described, printable
 from ..consistency import Problem
 from ..families import load_plugins
 from ..scenario import Scenario
+from ..water import sound_speed_of
 from .explanations import ROUTE, Finding, guessed_kind
 from .mistakes import Mistake, Place, ScenarioError
 from .named_files import place_files
@@ -178,6 +179,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
         try:
             scenario = Scenario.model_validate(data)
             _note_contradictions(document, _misplaced_tracks(scenario))
+            _note_contradictions(document, _short_cast(scenario))
             return scenario
         except ValidationError as error:
             details = error.errors(include_url=False)
@@ -270,3 +272,19 @@ def _misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
         return  # which has been told already
     for number, message in misplaced(tracks, route.time_offset_s, scenario.duration_s):
         yield Problem(f"auvs.route.files.{number}", message, behind)
+
+
+def _short_cast(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that a cast ends above the survey."""
+    if scenario.environment.ctd is None:
+        return
+    from ...sea.cast import read_cast
+
+    try:
+        read_cast(scenario.environment.ctd)
+    except ValueError:
+        return  # which has been told already
+    try:
+        sound_speed_of(scenario)
+    except ValueError as error:
+        yield Problem("environment.ctd", str(error), ("survey.depth_m",))

@@ -17,7 +17,9 @@ class Uplink(Part):
     )
     ping_s: Real = key(0.010, "s", "duration T_P of a ping", PAPER, ge=1e-6, le=10)
     channel: PartChoice = key(
-        "disc", "", "which signals are decoded: those within range, but for acoustics.loss" + SET
+        "disc",
+        "",
+        "which signals are decoded: within range but for acoustics.loss, by a curve, by SNR" + SET,
     )
 
 
@@ -25,6 +27,9 @@ class Downlink(Part):
     """The medium-frequency band on which ASVs broadcast fixes."""
 
     range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, ge=0.1, le=1e6)
+    channel: PartChoice = key(
+        "disc", "", "which AUVs decode a frame: all within range, by a curve, or by SNR" + SET
+    )
     bit_rate_bps: Real = key(2000.0, "bit/s", "bit rate R_DL", PAPER, ge=1, le=1e9)
     overhead: Real = key(2.0, "1", "protocol overhead factor Lambda", PAPER, ge=1, le=100)
     header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)

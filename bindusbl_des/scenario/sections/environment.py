@@ -1,10 +1,10 @@
 """The keys of the water: sound in it, its currents, its place on Earth."""
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from ..key_types import PAPER, Part, Real, key
+from ..key_types import PAPER, Part, Real, Text, key
 
 
 class Origin(Part):
@@ -29,6 +29,26 @@ class Environment(Part):
     """The water: how fast sound travels in it, how it moves, and where it is."""
 
     sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
+    temperature_c: Real | None = key(
+        None,
+        "degC",
+        "temperature of the water, from which the speed of sound follows; null = that is given",
+        ge=-10,
+        le=50,
+    )
+    salinity_psu: Real = key(35.0, "psu", "salinity of the water, with temperature_c", ge=0, le=60)
+    ctd: Text | None = key(
+        None,
+        "",
+        "CSV of a CTD cast, from which the speed of sound follows: depth_m with temperature_c and "
+        "salinity_psu, or with sound_speed_m_per_s",
+    )
+    sound_speed_law: Literal["mackenzie", "medwin", "teos10"] = key(
+        "mackenzie",
+        "",
+        "law by which it follows; teos10 needs origin, and the package gsw",
+        "Mackenzie 1981, Medwin 1975, TEOS-10",
+    )
     assumed_sound_speed_m_per_s: Real | None = key(
         None,
         "m/s",
@@ -47,12 +67,6 @@ class Environment(Part):
         0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
     )
     origin: Origin = Field(default=Origin(), description="the survey's place on Earth")
-
-    @property
-    def fleets_sound_speed(self) -> float:
-        """The speed of sound (m/s) that the fleet assumes."""
-        assumed = self.assumed_sound_speed_m_per_s
-        return self.sound_speed_m_per_s if assumed is None else assumed
 
     @field_validator("origin", mode="before")
     @classmethod

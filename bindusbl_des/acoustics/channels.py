@@ -1,0 +1,64 @@
+"""The channels of both bands, as a scenario names them."""
+
+from collections.abc import Callable
+from functools import cache
+from operator import attrgetter
+
+from ..core.plugins import Family, is_plugin
+from ..scenario.channel_settings import Curve, Sonar
+from ..scenario.families import CHANNEL, MF_CHANNEL
+from ..scenario.part_settings import settings_of
+from ..scenario.scenario import Scenario
+from ..scenario.water import water_of
+from .channel import AskedChannel, own_channel
+from .curve import curve_channel
+from .sonar.budget import link_budget
+from .sonar.decoding import Message
+from .sonar.sonar_channel import sonar_channel
+
+# The channel of a frame that carries so many fixes.
+FrameChannel = Callable[[int], AskedChannel]
+
+
+def hf_channel(scenario: Scenario) -> AskedChannel | None:
+    """Return the channel of pings; None for the compiled disc.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+        ValueError: when the file of a curve is none.
+    """
+    hf = scenario.acoustics.hf
+    return _channel(scenario, CHANNEL, Message(hf.ping_s), hf.range_m)
+
+
+def mf_channel(scenario: Scenario) -> FrameChannel | None:
+    """Return the channel of frames; None for the disc.  Errors are those of :func:`hf_channel`."""
+    mf = scenario.acoustics.mf
+    if mf.channel == "disc":
+        return None
+
+    @cache
+    def channel_of(fixes: int) -> AskedChannel:
+        bits = 8 * (mf.header_bytes + fixes * mf.fix_bytes)
+        message = Message(mf.overhead * bits / mf.bit_rate_bps, bits)
+        channel = _channel(scenario, MF_CHANNEL, message, mf.range_m)
+        assert channel is not None
+        return channel
+
+    channel_of(1)  # what is wrong with it is told before the mission
+    return channel_of
+
+
+def _channel(
+    scenario: Scenario, family: Family, message: Message, range_m: float
+) -> AskedChannel | None:
+    choice: str = attrgetter(family.key)(scenario)
+    if is_plugin(choice):
+        return own_channel(family, choice)
+    if choice == "disc":
+        return None
+    settings = settings_of(family, choice)
+    if isinstance(settings, Curve):
+        return curve_channel(settings)
+    assert isinstance(settings, Sonar)
+    return sonar_channel(settings, link_budget(settings, water_of(scenario)), message, range_m)

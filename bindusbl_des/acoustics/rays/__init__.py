@@ -1,0 +1,1 @@
+"""Sound along bent rays: tables of travel time and loss, from a file or from a ray tracer."""

@@ -1,0 +1,135 @@
+"""Tables of sound traced by BELLHOP, which the package pelagic brings (GPL-3.0-or-later).
+
+It is an extra, and imported only where a table is asked for.
+"""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...sea.profile import Profile
+from .table import Floats, Grid, SoundTable, slant_range_m, straight_time_s
+
+MISSING = "tables of sound are traced by pelagic (GPL): pip install 'bindusbl-des[bellhop]'"
+
+# Rays leave a source at angles up to this (deg) from level, so many of them: a 1/40 degree apart
+# they meet receivers 1 km away within 0.5 m.
+STEEPEST_DEG, RAYS = 89.0, 7121
+
+# Arrivals within this time (s) and phase are one: BELLHOP tells of each ray beside the way.
+ONE_ARRIVAL_S = 2e-6
+
+# What no ray reaches loses this (dB) beyond spherical spreading.
+SILENT_DB = 200.0
+
+# BELLHOP bends nothing by frequency, and absorption is none of its here: any will do.
+FREQUENCY_HZ = 25e3
+
+
+def traced(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
+    """Return the table of a sea with a profile of sound speed and a flat bottom (m).
+
+    Each pair of places has the travel time of the ray that arrives first, and the loss of its
+    kind: of rays that meet neither surface nor bottom, or where none of these arrives (a shadow),
+    of the first that is reflected.
+
+    Raises:
+        ImportError: without pelagic, with what to do.
+        ValueError: when a depth lies below the bottom, or a range is not positive.
+    """
+    _check(grid, bottom_m)
+    arrivals = _run(case_of(profile, grid, bottom_m))
+    taken, loss = _first(arrivals, grid)
+    away, source, receiver = np.meshgrid(*grid, indexing="ij")
+    straight = straight_time_s(profile, away, source, receiver)
+    spherical = 20.0 * np.log10(slant_range_m(away, source, receiver))
+    heard = np.isfinite(taken)
+    longer = np.where(heard, np.where(heard, taken, 0.0) - straight, 0.0)
+    beyond = np.where(heard, np.where(heard, loss, 0.0) - spherical, SILENT_DB)
+    return SoundTable(profile, grid, longer, beyond)
+
+
+def case_of(profile: Profile, grid: Grid, bottom_m: float) -> dict[str, Any]:
+    """Return what BELLHOP is asked: pelagic's JSON case, version 2."""
+    depths = np.unique(np.concatenate(([0.0, bottom_m], profile.depths_m)))
+    depths = depths[depths <= bottom_m]
+    speeds = profile.at(depths)
+    farthest = float(grid.ranges_m[-1])
+    return {
+        "pelagic": 2,
+        "model": "bellhop",
+        "title": "table of sound",
+        "frequency": FREQUENCY_HZ,
+        "interpolation": "c_linear",
+        "media": [{"to": bottom_m, "ssp": np.column_stack((depths, speeds)).tolist()}],
+        "surface": "vacuum",
+        "bottom": {"type": "halfspace", "cp": float(speeds[-1])},
+        "source": {"depth": grid.source_depths_m.tolist()},
+        "receivers": {
+            "depth": grid.receiver_depths_m.tolist(),
+            "range": grid.ranges_m.tolist(),
+        },
+        "bellhop": {
+            "run": "arrivals",
+            "beam": "geometric_hat_cartesian",
+            "angles": {"from": -STEEPEST_DEG, "to": STEEPEST_DEG, "count": RAYS},
+            "box": {"depth": bottom_m + 1.0, "range": farthest * 1.01 + 1.0},
+        },
+    }
+
+
+def _run(case: dict[str, Any]) -> Any:
+    try:
+        import pelagic
+    except ImportError:
+        raise ImportError(MISSING) from None
+    return pelagic.bellhop.Case.from_dict(case).run().arrivals
+
+
+def _check(grid: Grid, bottom_m: float) -> None:
+    deepest = max(grid.source_depths_m[-1], grid.receiver_depths_m[-1])
+    if deepest > bottom_m:
+        raise ValueError(
+            f"a depth of {deepest:g} m lies below the bottom at {bottom_m:g} m; give a deeper one"
+        )
+    if grid.ranges_m[0] <= 0.0:
+        raise ValueError(f"ranges of a table must be positive; met {grid.ranges_m[0]:g} m")
+
+
+def _first(arrivals: Any, grid: Grid) -> tuple[Floats, Floats]:
+    """Return travel times (s) and losses (dB) on a grid, NaN where nothing arrives."""
+    shape = tuple(len(axis) for axis in grid)
+    taken, loss = np.full(shape, np.nan), np.full(shape, np.nan)
+    bounces = np.asarray(arrivals.top_bounces) + np.asarray(arrivals.bottom_bounces)
+    per_source = np.asarray(arrivals.receiver_offset).astype(int)
+    offsets = np.asarray(arrivals.arrival_offset).astype(int)
+    for source, (begin, end) in enumerate(pairwise(per_source)):
+        for place in range(begin, end):
+            rays = slice(offsets[place], offsets[place + 1])
+            if rays.start == rays.stop:
+                continue
+            at = (
+                int(np.searchsorted(grid.ranges_m, arrivals.ranges_m[place] - 1e-6)),
+                source,
+                int(np.searchsorted(grid.receiver_depths_m, arrivals.depths_m[place] - 1e-6)),
+            )
+            found = bounces[rays]
+            least = found == found.min()
+            taken[at], loss[at] = _of_one_kind(
+                arrivals.travel_time_s[rays][least], arrivals.amplitude[rays][least]
+            )
+    return taken, loss
+
+
+def _of_one_kind(times: Floats, amplitudes: Floats) -> tuple[float, float]:
+    """Return the first time (s), and the loss (dB) of the powers of all that arrive.
+
+    Rays on both sides of one way share its amplitude: these add up.
+    """
+    order = np.argsort(times)
+    times, amplitudes = times[order], np.abs(amplitudes[order])
+    ways: NDArray[np.intp] = np.flatnonzero(np.diff(times, prepend=-1.0) > ONE_ARRIVAL_S)
+    power = float((np.add.reduceat(amplitudes, ways) ** 2).sum())
+    return float(times[0]), -10.0 * float(np.log10(power)) if power > 0.0 else np.inf
