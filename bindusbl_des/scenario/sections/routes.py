@@ -21,16 +21,29 @@ class Planned(Part):
 
 
 class Lawnmower(Planned):
-    """Boustrophedon lanes along x in one horizontal strip per AUV, AUV0 at the lowest y."""
+    """Boustrophedon lanes along x, or another heading, AUV0 at the lowest y across them."""
 
     kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
     lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, ge=0.01, le=1e5)
     end_margin_m: Real | None = key(
         None,
         "m",
-        "distance from lane ends to the square's edge; null = half the spacing",
+        "distance from lane ends to the survey's edge; null = half the spacing",
         ge=0,
         le=1e5,
+    )
+    lane_heading_deg: Real | None = key(
+        None,
+        "deg",
+        "heading of the lanes, from +x towards +y; null = along the survey's own x axis",
+        ge=-360,
+        le=360,
+    )
+    division: Literal["strips", "equal_length"] = key(
+        "strips",
+        "",
+        "what each AUV gets: a strip of the same height, or neighbouring lanes of about the same "
+        "length in all, which sweep the whole survey",
     )
     start: Literal["strip_centre", "strip_corner"] = key(
         "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"

@@ -10,6 +10,8 @@ from ..vehicle_choice import AsvVehicle, AuvVehicle
 from .own import OwnPlacement, is_own
 from .routes import Lawnmower, Route
 
+Speed = Annotated[Real, Field(ge=0.001, le=20)]
+
 
 class Auvs(Part):
     """The underwater vehicles: how many, what they are, where they go."""
@@ -26,6 +28,9 @@ class Auvs(Part):
         ge=0.001,
         le=20,
     )
+    speeds_m_per_s: tuple[Speed, ...] | None = key(
+        None, "m/s", "speed of each AUV; null = speed_m_per_s for all of them"
+    )
     turning_radius_m: Real = key(
         5.0, "m", "smallest turning radius (kinematic only)", ge=0.001, le=1e4
     )
@@ -33,9 +38,45 @@ class Auvs(Part):
         20.0, "deg", "angle at which an AUV that has turned about joins a line again", ge=0.1, le=45
     )
     route: Route = Field(default=Lawnmower(), description="where the AUVs go")
+    launch_m: tuple[Point, ...] | None = key(
+        None,
+        "m",
+        "[x, y] where AUVs are launched, one for all or one per AUV: they begin there; null = as "
+        "the route says",
+    )
+    recovery_m: tuple[Point, ...] | None = key(
+        None,
+        "m",
+        "[x, y] where AUVs are recovered, one for all or one per AUV: once through their route "
+        "they go and wait there; null = they fly it there and back",
+    )
     feedback: Literal["truth", "estimate"] = key(
         "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
     )
+
+    def speed(self, auv: int) -> float:
+        """Return the speed of an AUV along its route (m/s)."""
+        return self.speeds_m_per_s[auv] if self.speeds_m_per_s else self.speed_m_per_s
+
+    def launch(self, auv: int) -> Point | None:
+        """Return where an AUV is launched (m); None where its route says."""
+        return _of(self.launch_m, auv)
+
+    def recovery(self, auv: int) -> Point | None:
+        """Return where an AUV is recovered (m); None if it flies its route there and back."""
+        return _of(self.recovery_m, auv)
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """The speed of each AUV (m/s)."""
+        return self.speeds_m_per_s or (self.speed_m_per_s,) * self.count
+
+
+def _of(places: tuple[Point, ...] | None, auv: int) -> Point | None:
+    """Return the place of an AUV, of one for all or one for each."""
+    if not places:
+        return None
+    return places[0] if len(places) == 1 else places[auv]
 
 
 class Formation(Part):
