@@ -79,10 +79,8 @@ class Ways:
     def further(self, stations: Sequence[tuple[float, float]]) -> tuple[float, float]:
         """Return where one more ASV would serve best (x, y in m), the others where they are."""
         box = self._area.box
-        along, across = (
-            np.linspace(box.x_min, box.x_max, GRID),
-            np.linspace(box.y_min, box.y_max, GRID),
-        )
+        along = np.linspace(box.x_min, box.x_max, GRID)
+        across = np.linspace(box.y_min, box.y_max, GRID)
         places = [(round(float(x), 1), round(float(y), 1)) for x in along for y in across]
         return max(places, key=lambda it: self.score(np.array([*stations, it])))
 

@@ -20,6 +20,9 @@ Point = tuple[float, float]
 # Polygons smaller than this (m, m2) are mistakes: two points given twice, degrees for metres.
 LEAST_ACROSS, LEAST_AREA = 0.1, 0.01
 
+# What lies within this share of a band's width of its edge only touches it: rounding.
+TOUCHING = 1e-6
+
 
 class Box(NamedTuple):
     """The bounds of something along the axes of a frame (m)."""
@@ -126,7 +129,7 @@ class Area:
     def told(self) -> str:
         """What it is, in words."""
         if not self.is_rectangle:
-            return f"{self.square_m:.4g} m2, a polygon of {len(self.corners)} corners"
+            return f"{plain_area(self.square_m)}, a polygon of {len(self.corners)} corners"
         box = bounds(self.corners)
         size_x, size_y = box.x_max - box.x_min, box.y_max - box.y_min
         sides = f"{size_x:g} m" if size_x == size_y else f"{size_x:g} m by {size_y:g} m"
@@ -177,8 +180,8 @@ class Area:
 
         Raises ValueError for a band that it does not reach into.
 
-        >>> polygon([(0, 0), (60, 0), (0, 60)]).spans([(0.0, 10.0), (50.0, 60.0)])
-        [(0.0, 60.0), (0.0, 10.0)]
+        >>> polygon([(0, 0), (60, 0), (60, 20), (0, 20)]).spans([(0.0, 10.0)])
+        [(0.0, 60.0)]
         """
         if self.is_rectangle and self.turn == 0.0:
             return [(self.box.x_min, self.box.x_max)] * len(edges)
@@ -186,11 +189,23 @@ class Area:
         import shapely
 
         lower, upper = np.array(edges).T
-        bands = shapely.box(self.box.x_min - 1.0, lower, self.box.x_max + 1.0, upper)
+        inset = TOUCHING * (upper - lower)  # an edge along a band's edge is not within it
+        bands = shapely.box(
+            self.box.x_min - 1.0, lower + inset, self.box.x_max + 1.0, upper - inset
+        )
         left, _, right, _ = shapely.bounds(shapely.intersection(self.shape, bands)).T
         if np.isnan(left).any():
             raise ValueError("a band of y lies outside the survey; use bands within its bounds")
         return list(zip(left.tolist(), right.tolist(), strict=True))
+
+
+def plain_area(square_m: float) -> str:
+    """Return an area (m2) as one says it.
+
+    >>> plain_area(45_000.0), plain_area(12.25)
+    ('45,000 m2', '12.2 m2')
+    """
+    return f"{square_m:,.0f} m2" if square_m >= 1000.0 else f"{square_m:.3g} m2"
 
 
 def rectangle(size_x: float, size_y: float, turn: float = 0.0) -> Area:

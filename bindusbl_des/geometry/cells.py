@@ -12,11 +12,14 @@ from .area import Area
 
 Floats = NDArray[np.float64]
 
+# Decimals of metres to which ASVs are told apart: bisectors of nearer ones are only rounding.
+MICROMETRES = 6
+
 
 def farthest_point(area: Area, places: Floats) -> tuple[float, float]:
     """Return the point x, y (m) of an area that is farthest from its nearest ASV.
 
-    `places` (n, 2) in m, no two of them the same.
+    `places` (n, 2) in m.
     """
     rings = [(shapely.get_coordinates(cell), place) for cell, place in _cells(area, places)]
     corners = np.concatenate([ring for ring, _ in rings])
@@ -38,6 +41,7 @@ def area_in_range(area: Area, places: Floats, reach: float) -> float:
 
 def _cells(area: Area, places: Floats) -> list[tuple[shapely.Geometry, Floats]]:
     """Return the part of an area that is nearest to each ASV, for those to which any is."""
+    places = np.unique(np.round(places, MICROMETRES), axis=0)
     if len(places) == 1:
         return [(area.shape, places[0])]
     points = shapely.points(places)

@@ -60,8 +60,8 @@ def strips(area: Area, ruling: Ruling, total: int) -> list[Share]:
     """Return the shares of `total` AUVs: a strip along x of the same height for each, lowest first.
 
     >>> from .area import polygon
-    >>> strips(polygon([(0, 0), (60, 0), (0, 60)]), Ruling(10.0, 5.0), 3)[2].lanes[0]
-    Lane(y=45.0, x_min=5.0, x_max=15.0)
+    >>> strips(polygon([(0, 0), (60, 0), (60, 40), (0, 40)]), Ruling(10.0, 5.0), 2)[1].lanes
+    (Lane(y=25.0, x_min=5.0, x_max=55.0), Lane(y=35.0, x_min=5.0, x_max=55.0))
     """
     box = area.box
     across = box.y_max - box.y_min

@@ -24,7 +24,13 @@ BROADCASTS = (
 )  # fmt: skip
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"
-STEERING = ("auvs.speed_m_per_s", "auvs.turning_radius_m", "auvs.join_angle_deg")
+STEERING = tuple(
+    f"auvs.{name}"
+    for name in (
+        "speed_m_per_s", "speeds_m_per_s", "turning_radius_m", "join_angle_deg", "launch_m",
+        "recovery_m",
+    )
+)  # fmt: skip
 
 
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
@@ -41,7 +47,14 @@ class _Own(tuple[str, ...]):
         return isinstance(name, str) and is_plugin(name)
 
 
-OWN = _Own()
+class _Given(tuple[str, ...]):
+    """Whatever somebody may give at a key that is null if nobody does."""
+
+    def __contains__(self, value: object) -> bool:
+        return value is not None
+
+
+OWN, GIVEN = _Own(), _Given()
 
 
 class Idle(NamedTuple):
@@ -81,7 +94,20 @@ RULES = (
     ),
     Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
-    Idle({"auvs.route.kind": ("track",)}, ("survey.depth_m",), "the tracks say how deep they are"),
+    Idle(
+        {"auvs.route.kind": ("track",)},
+        ("survey.depth_m", "survey.depths_m"),
+        "the tracks say how deep they are",
+    ),
+    Idle(
+        {"auvs.route.kind": ("hold", "waypoints", "track")},
+        ("survey.rotation_deg",),
+        "the AUVs go where their route says, whichever way the survey is turned",
+        "changes only what counts as survey",
+    ),
+    Idle({"survey.depths_m": GIVEN}, ("survey.depth_m",), "each AUV has a depth of its own"),
+    Idle({"auvs.speeds_m_per_s": GIVEN}, ("auvs.speed_m_per_s",), "each AUV has its own speed"),
+    Idle({"auvs.launch_m": GIVEN}, ("auvs.route.start",), "the AUVs begin where they are launched"),
     Idle(
         {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
         ("navigation.bias_frame",),

@@ -129,8 +129,8 @@ def _survey(scenario: ScenarioKeys) -> Iterator[Problem]:
         first = shapes[0] if shapes else "side_m"
         yield Problem(
             f"survey.{shapes[1] if shapes else first}",
-            f"and {first} both say what the survey is; keep one of them, and set the other to null "
-            "where it comes from elsewhere"
+            f"excludes {first}: either says what the survey is; keep one, and set the other to "
+            "null where it comes from elsewhere"
             if shapes
             else f"says of no survey what it is; give one of {', '.join(SHAPES)}",
             tuple(f"survey.{name}" for name in SHAPES),
