@@ -33,7 +33,6 @@ HOMES = {
     "gtsam": "replay.reference",
     "mcap": "replay.tables charts.mcap_tracks",
     "mcap_protobuf": "charts.mcap_tracks",
-    "google": "charts.mcap_tracks",
 }
 
 

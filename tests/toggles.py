@@ -106,7 +106,9 @@ OTHERS: dict[str, list[Any]] = {
 UNSEEN = (
     "name", "environment.origin.lat_deg", "environment.origin.lon_deg", "auvs.route.positions_m",
     "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
-    "asvs.formation.positions_m", "asvs.formation.model", "survey.size_m", "survey.polygon_m",
+    "auvs.route.positions_deg", "auvs.route.points_deg", "auvs.route.tracks",
+    "asvs.formation.positions_m", "asvs.formation.positions_deg", "asvs.formation.model",
+    "survey.size_m", "survey.polygon_m",
     "survey.depths_m", "auvs.speeds_m_per_s", "auvs.launch_m", "auvs.recovery_m",
 )  # fmt: skip
 

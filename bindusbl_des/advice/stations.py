@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.formation import formation
-from ..scenario.planned import horizontal_reach, tracks_of
+from ..scenario.planned import horizontal_reach, route_of, tracks_of
 from ..scenario.plans import planned_tour
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
@@ -87,7 +87,7 @@ class Ways:
 
 def _way(scenario: Scenario, auv: int) -> Floats:
     """Return places (PLACES, 2), m, at even distances in time on the way that an AUV is to go."""
-    route, times = scenario.auvs.route, np.linspace(0.0, scenario.duration_s, PLACES)
+    route, times = route_of(scenario), np.linspace(0.0, scenario.duration_s, PLACES)
     if route.kind == "hold":
         return np.tile(np.array(route.positions_m[auv]), (PLACES, 1))
     tracks = tracks_of(scenario)

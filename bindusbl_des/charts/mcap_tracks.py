@@ -39,8 +39,6 @@ def read_mcap(path: str) -> Iterator[tuple[str, Sample]]:
 def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
     """Yield topic, name of the schema, log time (s) and content of what can be a position."""
     try:
-        from google.protobuf.message import DecodeError
-        from mcap.exceptions import McapError
         from mcap.reader import make_reader
         from mcap_protobuf.decoder import DecoderFactory
     except ModuleNotFoundError:
@@ -57,17 +55,14 @@ def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
                     decode = protobuf.decoder_for("protobuf", schema)
                     if decode is not None:
                         yield channel.topic, kind, at, decode(message.data)
-    except (OSError, McapError, DecodeError, ValueError) as error:
-        if isinstance(error, BadChart):
-            raise
+    except Exception as error:  # of a damaged file the packages raise whatever they come upon
         raise BadChart(f"{path}: cannot be read as an MCAP file: {error}") from None
 
 
 def _location(told: str, message: Any, at: float) -> Sample:
     """Return a position on Earth at its own time, or else that of the log."""
-    lat, lon, height, *stamp = (
-        _of_json(message) if isinstance(message, dict) else _of_protobuf(message)
-    )
+    is_json = not hasattr(message, "HasField")
+    lat, lon, height, *stamp = _of_json(message) if is_json else _of_protobuf(message)
     if not (_is_number(lat) and _is_number(lon)):
         raise BadChart(f"{told}: needs numbers as latitude and longitude")
     time = stamp[0] + stamp[1] / 1e9 if all(map(_is_number, stamp)) else at
@@ -76,8 +71,9 @@ def _location(told: str, message: Any, at: float) -> Sample:
     return Sample(told, time, place, depth, True)
 
 
-def _of_json(message: dict[str, Any]) -> tuple[Any, ...]:
+def _of_json(message: Any) -> tuple[Any, ...]:
     """Return latitude, longitude, altitude, and whole seconds and nanoseconds of the time stamp."""
+    message = message if isinstance(message, dict) else {}
     stamp = message.get("timestamp")
     parts = stamp if isinstance(stamp, dict) else {}
     place = (message.get(name) for name in ("latitude", "longitude", "altitude"))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.wording import did_you_mean, shortened
+from ..core.wording import shortened
 from .csv_tracks import read_csv
 from .gpx import read_gpx
 from .mcap_tracks import read_mcap
@@ -41,6 +41,11 @@ class Recording(NamedTuple):
     in_degrees: bool
     told: tuple[str, ...]
 
+    @property
+    def lacks_depths(self) -> bool:
+        """Whether the file does not say how deep some of it is."""
+        return bool(np.isnan(self.depths).any())
+
 
 def read_recording(path: str | Path, which: str = "") -> Recording:
     """Return a recorded track; `which` names one of several in the file.
@@ -61,11 +66,26 @@ def read_recording(path: str | Path, which: str = "") -> Recording:
 @lru_cache(maxsize=64)
 def _read(path: str, which: str, _changed_at: int, _size: int) -> Recording:
     """Return what is in a file; one that has not changed since is not read again."""
+    return _recording(path, _chosen(path, _tracks(path), which))
+
+
+def check_tracks(path: str) -> None:
+    """Refuse a file in which there can be no track, whichever of them is meant.
+
+    Raises:
+        BadChart: naming file, place in it and remedy.
+    """
+    tracks = _tracks(path)
+    if len(tracks) < 2:
+        _recording(path, _chosen(path, tracks, ""))
+
+
+def _tracks(path: str) -> dict[str, list[Sample]]:
     read = READERS.get(Path(path).suffix.lower(), read_csv)
     tracks: dict[str, list[Sample]] = {}
     for name, sample in read(path):
         tracks.setdefault(name, []).append(sample)
-    return _recording(path, _chosen(path, tracks, which))
+    return tracks
 
 
 def _chosen(path: str, tracks: dict[str, list[Sample]], which: str) -> list[Sample]:
@@ -75,7 +95,7 @@ def _chosen(path: str, tracks: dict[str, list[Sample]], which: str) -> list[Samp
         return tracks[which]
     named = ", ".join(map(repr, list(tracks)[:MOST_NAMED]))
     more = f" and {len(tracks) - MOST_NAMED} more" if len(tracks) > MOST_NAMED else ""
-    asked = f"no track {shortened(repr(which))}{did_you_mean(which, tracks)}; " if which else ""
+    asked = f"no track {shortened(repr(which))}; " if which else ""
     raise BadChart(
         f"{path}: {asked}holds {named or 'no track'}{more}; name one for each AUV in "
         "auvs.route.tracks"

@@ -1,7 +1,7 @@
 """What is planned for each AUV of a scenario, and the chart by which its fleet schedules."""
 
 from ..protocol.chart import Array, CarriedForward, Chart, Course, LastFixes, Shifted, Touring
-from ..scenario.planned import tracks_of
+from ..scenario.planned import route_of, tracks_of
 from ..scenario.plans import planned_tour
 from ..scenario.scenario import Scenario
 from ..vehicles.vehicle import Place, moored, recorded
@@ -20,10 +20,10 @@ def chart_of(scenario: Scenario, launched: Array) -> Chart | None:
 
 def courses(scenario: Scenario) -> list[Course]:
     """Return what is planned for each AUV of a scenario."""
-    auvs = scenario.auvs
-    if auvs.route.kind == "hold":
-        held = enumerate(auvs.route.positions_m)
+    auvs, route = scenario.auvs, route_of(scenario)
+    if route.kind == "hold":
         depth = scenario.survey.depth
+        held = enumerate(route.positions_m)
         return [Shifted(moored(Place(x, y, depth(auv), 0.0))) for auv, (x, y) in held]
     tracks = tracks_of(scenario)
     if tracks is not None:

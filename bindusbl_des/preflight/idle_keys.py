@@ -4,7 +4,7 @@
 tables: it fails where a key does nothing and no rule here says so, and where a rule here is wrong.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from ..core.plugins import is_plugin
@@ -12,6 +12,7 @@ from ..core.wording import plain
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.families import SCHEDULES
 from ..scenario.key_types import Part
+from ..scenario.places.on_earth import lacks_depths
 from ..scenario.scenario import Scenario
 from ..scenario.sections.usbl import Usbl
 from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
@@ -58,13 +59,17 @@ OWN, GIVEN = _Own(), _Given()
 
 
 class Idle(NamedTuple):
-    """Keys without effect where other keys have one of these values, why, and what to do."""
+    """Keys without effect where other keys have one of these values, why, and what to do.
+
+    `but` tells of a scenario whether they have one all the same.
+    """
 
     mode: Mapping[str, tuple[Any, ...]]
     keys: tuple[str, ...]
     why: str
     effect: str = "has no effect"
     remedy: str = "remove it"
+    but: Callable[[Scenario], bool] = lambda _: False
 
 
 RULES = (
@@ -98,6 +103,7 @@ RULES = (
         {"auvs.route.kind": ("track",)},
         ("survey.depth_m", "survey.depths_m"),
         "the tracks say how deep they are",
+        but=lacks_depths,
     ),
     Idle(
         {"auvs.route.kind": ("hold", "waypoints", "track")},
@@ -257,6 +263,8 @@ def idle_keys(scenario: Scenario) -> Iterator[Problem]:
     wholly_dumped = _is_whole(scenario)
     for rule in RULES:
         if not all(_value(scenario, key) in values for key, values in rule.mode.items()):
+            continue
+        if rule.but(scenario):
             continue
         for key in rule.keys:
             if key not in told and _is_given(scenario, key, but_defaults=wholly_dumped):

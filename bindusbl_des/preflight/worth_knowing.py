@@ -9,7 +9,9 @@ from collections.abc import Iterator, Sequence
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.key_types import Renamed
 from ..scenario.lasting_kinds import MOST_TOLD, kinds
+from ..scenario.places.on_earth import positioned, recorded_track
 from ..scenario.scenario import Scenario
+from ..scenario.sections.routes import Hold, Waypoints
 from ..scenario.sections.vehicles import Formation
 from ..scenario.survey_area import area_of
 from .idle_keys import idle_keys
@@ -60,7 +62,7 @@ def _formation(scenario: Scenario) -> Iterator[Problem]:
     asked, count = scenario.asvs.formation, scenario.asvs.count
     if not isinstance(asked, Formation):
         return
-    if asked.positions_m is not None or asked.radius_m is not None or count == 1:
+    if asked.is_placed or asked.radius_m is not None or count == 1:
         return
     # `planned` says the same, with numpy, for which `validate` does not wait
     radius, area = scenario.acoustics.hf.range_m + asked.clearance_m, area_of(scenario)
@@ -101,10 +103,12 @@ def _told(scenario: Scenario) -> Iterator[Problem]:
 def _route(scenario: Scenario) -> Iterator[Problem]:
     """Yield which AUVs have places to go to or to hold outside the survey."""
     route, area = scenario.auvs.route, area_of(scenario)
-    if route.kind == "hold":
-        key, plans = "positions_m", [[place] for place in route.positions_m]
-    elif route.kind == "waypoints":
-        key, plans = "points_m", [list(points) for points in route.points_m]
+    if isinstance(route, Hold):
+        key = "positions_deg" if route.positions_deg else "positions_m"
+        plans = [[place] for place in positioned(scenario, route).positions_m]
+    elif isinstance(route, Waypoints):
+        key = "points_deg" if route.points_deg else "points_m"
+        plans = [list(points) for points in positioned(scenario, route).points_m]
     else:
         return
     beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in enumerate(plans)}
@@ -132,16 +136,14 @@ def _tracks(scenario: Scenario) -> Iterator[Problem]:
         return
     import numpy as np  # which other routes do not need
 
-    from ..vehicles.tracks import read_track
-
     area, duration = area_of(scenario), scenario.duration_s
     instants = np.linspace(0.0, duration, LOOKS)
     late: dict[int, float] = {}
     early: dict[int, float] = {}
     outside: dict[int, tuple[float, float]] = {}
-    for auv, file in enumerate(route.files):
+    for auv in range(len(route.files)):
         try:
-            times, places = read_track(file, route.time_offset_s)
+            times, places = recorded_track(scenario, route, auv)
         except ValueError:
             continue  # which is told as a mistake
         late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)

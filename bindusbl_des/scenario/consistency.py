@@ -10,6 +10,8 @@ from ..core.wording import did_you_mean
 from ..geometry.lanes import lane_count
 from .families import parts_of
 from .part_settings import shipped_mistakes
+from .places.checks import misplaced
+from .places.on_earth import origin_of, positioned
 from .scenario_keys import ScenarioKeys
 from .sections.routes import Lawnmower
 from .sections.survey import SHAPES
@@ -44,6 +46,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *_vehicles(scenario),
         *_fleet(scenario),
         *_origin(scenario),
+        *(Problem(*found) for found in misplaced(scenario)),
         *_route(scenario),
         *([] if shape else _lanes(scenario)),
         *_formation(scenario),
@@ -94,10 +97,19 @@ def _origin(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 def _route(scenario: ScenarioKeys) -> Iterator[Problem]:
     auvs, route = scenario.auvs, scenario.auvs.route
-    if route.kind == "hold" and len(route.positions_m) != auvs.count:
+    if route.kind == "hold":
+        places = route.positions_deg or route.positions_m
+        if len(places) != auvs.count:
+            unit, each = ("deg", "[lat, lon]") if route.positions_deg else ("m", "[x, y]")
+            yield Problem(
+                f"auvs.route.positions_{unit}",
+                f"needs one {each} per AUV: {auvs.count} expected, {len(places)} given",
+                ("auvs.count", "auvs.route.kind"),
+            )
+    if route.kind == "track" and route.tracks and len(route.tracks) != auvs.count:
         yield Problem(
-            "auvs.route.positions_m",
-            f"needs one [x, y] per AUV: {auvs.count} expected, {len(route.positions_m)} given",
+            "auvs.route.tracks",
+            f"needs one name per AUV: {auvs.count} expected, {len(route.tracks)} given",
             ("auvs.count", "auvs.route.kind"),
         )
     if route.kind == "track" and len(route.files) != auvs.count:
@@ -107,17 +119,20 @@ def _route(scenario: ScenarioKeys) -> Iterator[Problem]:
             ("auvs.count", "auvs.route.kind"),
         )
     if route.kind == "waypoints":
-        if len(route.points_m) != auvs.count:
+        name = "points_deg" if route.points_deg else "points_m"
+        count = len(route.points_deg or route.points_m)
+        if count != auvs.count:
             yield Problem(
-                "auvs.route.points_m",
-                f"needs one list of points per AUV: {auvs.count} expected, "
-                f"{len(route.points_m)} given",
+                f"auvs.route.{name}",
+                f"needs one list of points per AUV: {auvs.count} expected, {count} given",
                 ("auvs.count", "auvs.route.kind"),
             )
-        for number, points in enumerate(route.points_m):
+        if route.points_deg and origin_of(scenario) is None:
+            return  # which has been told
+        for number, points in enumerate(positioned(scenario, route).points_m):
             if len(points) < 2 or any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(points)):
                 yield Problem(
-                    f"auvs.route.points_m.{number}",
+                    f"auvs.route.{name}.{number}",
                     f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
                 )
 
@@ -211,25 +226,27 @@ def _formation(scenario: ScenarioKeys) -> Iterator[Problem]:
     formation, count = scenario.asvs.formation, scenario.asvs.count
     if not isinstance(formation, Formation):
         return
-    given = formation.positions_m is not None
-    if formation.model is not None and (formation.model == "positions") is not given:
+    degrees = formation.positions_deg
+    name, each = ("positions_m", "[x, y]") if degrees is None else ("positions_deg", "[lat, lon]")
+    places = formation.positions_m if degrees is None else degrees
+    if formation.model is not None and (formation.model == "positions") is (places is None):
         yield Problem(
             "asvs.formation.model",
-            "positions needs positions_m; add it, or use ring"
+            f"positions needs {name}; add it, or use ring"
             if formation.model == "positions"
-            else "ring excludes positions_m; remove it, or use positions",
-            ("asvs.formation.positions_m",),
+            else f"ring excludes {name}; remove it, or use positions",
+            (f"asvs.formation.{name}",),
         )
-    if formation.positions_m is not None:
-        if len(formation.positions_m) != count:
+    if places is not None:
+        if len(places) != count:
             yield Problem(
-                "asvs.formation.positions_m",
-                f"needs one [x, y] per ASV: {count} expected, {len(formation.positions_m)} given",
+                f"asvs.formation.{name}",
+                f"needs one {each} per ASV: {count} expected, {len(places)} given",
                 ("asvs.count",),
             )
         if formation.radius_m is not None or formation.clearance_m or formation.angle_deg:
             yield Problem(
-                "asvs.formation.positions_m",
+                f"asvs.formation.{name}",
                 "excludes radius_m, clearance_m and angle_deg; keep one or the other",
                 tuple(f"asvs.formation.{key}" for key in ("radius_m", "clearance_m", "angle_deg")),
             )

@@ -12,6 +12,7 @@ from ..core.plugins import PluginError, load
 from ..geometry.formation import formation, formation_radius
 from .families import PLACEMENT, ROUTE
 from .part_choice import PartChoice
+from .places.on_earth import positioned, positioned_stations, recorded_tracks
 from .scenario_keys import ScenarioKeys
 from .sections.own import OwnPlacement, OwnRoute
 from .sections.routes import Hold, Lawnmower, Track, Waypoints
@@ -44,7 +45,7 @@ def route_of(scenario: ScenarioKeys) -> "Lawnmower | Hold | Waypoints | Track | 
     """
     route = scenario.auvs.route
     if not isinstance(route, OwnRoute):
-        return route
+        return positioned(scenario, route)
     return _own_route(scenario, route.choice, id(load(ROUTE, str(route.choice))))
 
 
@@ -67,9 +68,7 @@ def tracks_of(scenario: ScenarioKeys) -> "list[RecordedTrack] | None":
     """Return the tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None if they do not."""
     route = route_of(scenario)
     if isinstance(route, Track):
-        from ..vehicles.tracks import read_tracks
-
-        return read_tracks(route.files, route.time_offset_s, scenario.duration_s)
+        return recorded_tracks(scenario, route)
     return list(route.tracks) if route.kind == "track" else None
 
 
@@ -82,8 +81,9 @@ def asv_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
     asked, asvs = scenario.asvs.formation, scenario.asvs
     if isinstance(asked, OwnPlacement):
         return list(_own_stations(scenario, asked.choice, id(load(PLACEMENT, str(asked.choice)))))
-    if asked.positions_m is not None:
-        return list(asked.positions_m)
+    given = positioned_stations(scenario)
+    if given is not None:
+        return list(given)
     radius = asked.radius_m
     if radius is None:
         radius = formation_radius(scenario.acoustics.hf.range_m, asked.clearance_m)

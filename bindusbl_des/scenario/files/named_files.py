@@ -45,11 +45,20 @@ def _problem(file: str, way: Way) -> str:
     return ""
 
 
-def _track(file: str) -> None:
-    from ...vehicles.tracks import read_track  # brings numpy, which other routes do not need
+def _chart(file: str) -> None:
+    from ...charts.areas import read_area
 
-    read_track(file)
+    read_area(file)
+
+
+def _track(file: str) -> None:
+    from ...charts.recordings import check_tracks  # brings numpy, which other routes do not need
+
+    check_tracks(file)
 
 
 # How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
-READERS: Mapping[Way, Callable[[str], object]] = {("auvs", "route", "files"): _track}
+READERS: Mapping[Way, Callable[[str], object]] = {
+    ("auvs", "route", "files"): _track,
+    ("survey", "area"): _chart,
+}

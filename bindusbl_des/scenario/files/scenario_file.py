@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from ...core.wording import described, printable
 from ..consistency import Problem
 from ..families import load_plugins
+from ..places.on_earth import recorded_track
 from ..scenario import Scenario
 from .explanations import ROUTE, Finding, guessed_kind
 from .mistakes import Mistake, Place, ScenarioError
@@ -173,7 +174,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     """
     data = copy.deepcopy(document.data)
     for path, message in place_files(data, folder):
-        document.mistakes.append(Mistake.at(_place(document, path), dotted(path), message))
+        document.report(_place(document, path), path, message)
     while True:
         try:
             scenario = Scenario.model_validate(data)
@@ -262,11 +263,15 @@ def _misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
     route, behind = scenario.auvs.route, ("duration_s", "auvs.route.time_offset_s")
     if route.kind != "track":
         return
-    from ...vehicles.tracks import misplaced, read_track
+    from ...vehicles.tracks import misplaced
 
-    try:
-        tracks = [read_track(file, route.time_offset_s) for file in route.files]
-    except ValueError:
-        return  # which has been told already
+    tracks = []
+    for auv in range(len(route.files)):
+        try:
+            tracks.append(recorded_track(scenario, route, auv))
+        except ValueError as error:
+            yield Problem(f"auvs.route.files.{auv}", str(error), behind)
+    if len(tracks) < len(route.files):
+        return
     for number, message in misplaced(tracks, route.time_offset_s, scenario.duration_s):
         yield Problem(f"auvs.route.files.{number}", message, behind)

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ..key_types import PAPER, Part, Point, Real, Whole, key
+from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
 from ..part_choice import PartChoice
 from ..vehicle_choice import AsvVehicle, AuvVehicle
 from .own import OwnPlacement, is_own
@@ -83,7 +83,7 @@ class Formation(Part):
     """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
 
     model: Literal["ring", "positions"] | None = key(
-        None, "", "placement; null = positions where positions_m is given, else ring"
+        None, "", "placement; null = positions where these are given (_m or _deg), else ring"
     )
     angle_deg: Real = key(
         0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
@@ -95,11 +95,19 @@ class Formation(Part):
         None, "m", "formation radius R_f itself; null = range plus clearance", ge=0, le=1e6
     )
     positions_m: tuple[Point, ...] | None = key(None, "m", "one [x, y] per ASV instead of an N-gon")
+    positions_deg: tuple[Position, ...] | None = key(
+        None, "deg", "one [lat, lon] per ASV instead, with environment.origin (WGS-84)"
+    )
 
     @property
     def choice(self) -> PartChoice:
         """The placement as a part of the mission."""
-        return PartChoice("ring" if self.positions_m is None else "positions")
+        return PartChoice("positions" if self.is_placed else "ring")
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether each ASV is given its own place."""
+        return self.positions_m is not None or self.positions_deg is not None
 
 
 Placement = Annotated[
