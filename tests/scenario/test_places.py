@@ -100,7 +100,7 @@ SWAPPED = [degrees(it)[::-1] for it in PLACES]
         ),
         (
             told({**HELD, "positions_deg": SWAPPED}),
-            "auvs.route.positions_deg.0: latitude 10.1801844, longitude 54.3300898 is 6,003 km "
+            "auvs.route.positions_deg.0: latitude 10.1801845, longitude 54.3300898 is 6,003 km "
             "from environment.origin, but near it with latitude and longitude swapped; swap them",
         ),
         (

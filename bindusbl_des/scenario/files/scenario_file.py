@@ -173,17 +173,21 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     A contradiction that involves a key set aside is not noted: it may vanish with the mistake.
     """
     data = copy.deepcopy(document.data)
+    misread = set()
     for path, message in place_files(data, folder):
-        document.report(_place(document, path), path, message)
+        misread.add(dotted(path))
+        document.mistakes.append(Mistake.at(_place(document, path), dotted(path), message))
     while True:
         try:
             scenario = Scenario.model_validate(data)
-            _note_contradictions(document, _misplaced_tracks(scenario))
+            found = (it for it in _misplaced_tracks(scenario) if it.key not in misread)
+            _note_contradictions(document, found)
             return scenario
         except ValidationError as error:
             details = error.errors(include_url=False)
         if details[0]["type"] == "inconsistent":
-            _note_contradictions(document, details[0]["ctx"]["problems"])
+            problems = details[0]["ctx"]["problems"]
+            _note_contradictions(document, (it for it in problems if it.key not in misread))
             return None
         findings = [detail["ctx"]["finding"] for detail in details]
         # Unknown keys first: a key that was only misspelt is not missing as well.
