@@ -108,7 +108,7 @@ UNSEEN = (
     "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
     "auvs.route.positions_deg", "auvs.route.points_deg", "auvs.route.tracks",
     "asvs.formation.positions_m", "asvs.formation.positions_deg", "asvs.formation.model",
-    "survey.size_m", "survey.polygon_m",
+    "survey.size_m", "survey.polygon_m", "survey.area",
     "survey.depths_m", "auvs.speeds_m_per_s", "auvs.launch_m", "auvs.recovery_m",
 )  # fmt: skip
 

@@ -151,11 +151,11 @@ def _survey(scenario: ScenarioKeys) -> Iterator[Problem]:
             tuple(f"survey.{name}" for name in SHAPES),
         )
         return
-    if survey.polygon_m is not None and survey.rotation_deg:
+    if shapes[0] in ("polygon_m", "area") and survey.rotation_deg:
         yield Problem(
             "survey.rotation_deg",
             "turns squares and rectangles; turn the corners of a polygon, and remove it",
-            ("survey.polygon_m",),
+            (f"survey.{shapes[0]}",),
         )
     try:
         area_of(scenario)

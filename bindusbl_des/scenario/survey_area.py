@@ -4,6 +4,8 @@ import math
 from functools import lru_cache
 
 from ..geometry.area import Area, polygon, rectangle
+from .key_types import Position
+from .places.on_earth import in_metres, origin_of
 from .scenario_keys import ScenarioKeys
 from .sections.survey import Survey
 
@@ -14,12 +16,14 @@ def area_of(scenario: ScenarioKeys) -> Area:
     Raises:
         ValueError: when its polygon is none, saying why.
     """
-    return _area(scenario.survey)
+    return _area(scenario.survey, origin_of(scenario) if scenario.survey.area else None)
 
 
 @lru_cache(maxsize=16)
-def _area(survey: Survey) -> Area:
+def _area(survey: Survey, origin: Position | None) -> Area:
     turn = math.radians(survey.rotation_deg)
+    if origin is not None:
+        return polygon(in_metres(survey.corners_deg, origin))
     if survey.polygon_m is not None:
         return polygon(survey.polygon_m)
     if survey.size_m is not None:

@@ -45,12 +45,6 @@ def _problem(file: str, way: Way) -> str:
     return ""
 
 
-def _chart(file: str) -> None:
-    from ...charts.areas import read_area
-
-    read_area(file)
-
-
 def _track(file: str) -> None:
     from ...charts.recordings import check_tracks  # brings numpy, which other routes do not need
 
@@ -58,7 +52,5 @@ def _track(file: str) -> None:
 
 
 # How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
-READERS: Mapping[Way, Callable[[str], object]] = {
-    ("auvs", "route", "files"): _track,
-    ("survey", "area"): _chart,
-}
+# Other files are read when the scenario is made.
+READERS: Mapping[Way, Callable[[str], object]] = {("auvs", "route", "files"): _track}

@@ -193,7 +193,8 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
         # Unknown keys first: a key that was only misspelt is not missing as well.
         findings.sort(key=lambda finding: finding.message.startswith("missing"))
         for finding in findings:
-            _note(document, finding)
+            if dotted(finding.path) not in misread:
+                _note(document, finding)
             _set_aside(data, finding.path)
 
 

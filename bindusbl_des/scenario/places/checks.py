@@ -15,8 +15,10 @@ ORIGIN = ("environment.origin.lat_deg", "environment.origin.lon_deg")
 
 def misplaced(scenario: ScenarioKeys) -> Iterator[Told]:
     """Yield what is wrong with the places of a scenario that are given in degrees."""
-    given = list(_in_degrees(scenario))
+    given, corners = list(_in_degrees(scenario)), scenario.survey.corners_deg
     origin = origin_of(scenario)
+    if origin is not None:
+        yield from _far("survey.area", [("survey.area", it) for it in corners], origin)
     for key, other, is_double, positions in given:
         section = key.rpartition(".")[0]
         if is_double:

@@ -3,6 +3,7 @@
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
+from ...geometry.area import polygon
 from ..key_types import Point, Position
 from ..scenario_keys import ScenarioKeys
 from ..sections.routes import Hold, Planned, Track, Waypoints
@@ -12,8 +13,22 @@ if TYPE_CHECKING:
 
 
 def origin_of(scenario: ScenarioKeys) -> Position | None:
-    """Return latitude and longitude (deg) of the survey's centre; None if it is nowhere."""
-    return scenario.environment.origin.coordinates
+    """Return latitude and longitude (deg) of the place from which x and y go; None if nowhere.
+
+    It is as given, or the centroid of the area that a file describes.
+    """
+    given, corners = scenario.environment.origin.coordinates, scenario.survey.corners_deg
+    return _centroid(corners) if given is None and corners else given
+
+
+@lru_cache(maxsize=16)
+def _centroid(corners: tuple[Position, ...]) -> Position:
+    """Return the centroid of a polygon, latitude and longitude (deg)."""
+    from ...geometry.geodesy import geodetic_from_ned
+
+    middle = polygon(in_metres(corners, corners[0])).centroid
+    lat, lon, _ = geodetic_from_ned((*middle, 0.0), *corners[0])
+    return lat, lon
 
 
 AnyRoute = TypeVar("AnyRoute", bound=Planned)
@@ -63,7 +78,7 @@ def recorded_track(scenario: ScenarioKeys, route: Track, auv: int) -> "RecordedT
         route.time_offset_s,
         which=which,
         origin=origin_of(scenario),
-        depth_m=scenario.survey.depth_m,
+        depth_m=scenario.survey.depth(auv),
     )
 
 
