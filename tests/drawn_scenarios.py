@@ -33,6 +33,16 @@ WRITTEN, AT_AN_END, NULL = 0.35, 0.4, 0.3
 SETTLED = 0.9
 
 
+# Shapes of the survey, and lists with an item per AUV (and an item, where none is drawn).
+SHAPES = ("side_m", "size_m", "polygon_m")
+LISTED: dict[tuple[str, str], list[Any]] = {
+    ("survey", "depths_m"): [10.0],
+    ("auvs", "speeds_m_per_s"): [0.6],
+    ("auvs", "launch_m"): [[0.0, 0.0]],
+    ("auvs", "recovery_m"): [[5.0, 0.0]],
+}
+
+
 def drawn(seed: int, folder: Path) -> dict[str, Any]:
     """Return the plain data of a scenario; its track files, if any, are written to a folder."""
     draw = random.Random(seed)
@@ -158,6 +168,10 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         deepest = draw.choice((40.0, 300.0, 12e3))
         file.write_text(f"depth_m,sound_speed_m_per_s\n0,1510\n9,1490\n{deepest},1480\n")
         data["environment"]["ctd"] = str(file)
+    for section, name in LISTED:
+        given = data.get(section, {})
+        if given.get(name) is not None:
+            given[name] = [(given[name] or LISTED[section, name])[0]] * few
     formation = data.get("asvs", {}).get("formation", {})
     if formation.get("positions_m") is not None:
         count = min(counts["asvs"], 200)
@@ -169,6 +183,26 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         formation.pop("clearance_m", None)
 
 
+def _shaped(survey: dict[str, Any], draw: random.Random) -> None:
+    """Leave one shape of the survey, of a polygon mostly corners that go round."""
+    given = [name for name in SHAPES if survey.get(name) is not None]
+    kept = draw.choice(given) if given else "side_m"
+    for name in SHAPES:
+        if name != kept:
+            survey.pop(name, None)
+    if kept == "side_m" and survey.get("side_m", 1.0) is None:
+        del survey["side_m"]
+    if kept == "polygon_m":
+        survey.pop("rotation_deg", None)
+        bearings = [2 * math.pi * k / 7 for k in range(7)]
+        (x, y), scale = _point(draw), draw.choice((3.0, 100.0, 1e4))
+        survey["polygon_m"] = [
+            [min(max(at + scale * draw.uniform(0.3, 1.0) * turn(b), -1e6), 1e6)
+             for at, turn in ((x, math.cos), (y, math.sin))]
+            for b in bearings
+        ]  # fmt: skip
+
+
 def _point(draw: random.Random) -> list[float]:
     scale = draw.choice((1.0, 10.0, 100.0, 1e3, 1e6))
     return [draw.choice((-scale, 0.0, scale, draw.uniform(-scale, scale))) for _ in range(2)]
@@ -177,6 +211,8 @@ def _point(draw: random.Random) -> list[float]:
 def _settled(data: dict[str, Any], draw: random.Random) -> None:
     """Take out what is refused at sight, as somebody would who has read the message."""
     auvs, water = data.get("auvs", {}), data.get("environment", {})
+    if "survey" in data and draw.random() < 0.97:
+        _shaped(data["survey"], draw)
     origin = water.get("origin") or {}
     if len(origin) != 2 or None in origin.values():
         water.pop("origin", None)
@@ -210,7 +246,10 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
 
 def _fitted(data: dict[str, Any]) -> None:
     """Make room for a lane and a turn in the survey."""
-    side, auvs = data.get("survey", {}).get("side_m", 140.0), data.setdefault("auvs", {})
+    survey, auvs = data.get("survey", {}), data.setdefault("auvs", {})
+    side = min(survey.get("size_m") or [survey.get("side_m") or 140.0])
+    if survey.get("polygon_m"):
+        side = 1.0
     route = auvs.setdefault("route", {})
     auvs["turning_radius_m"] = min(auvs.get("turning_radius_m", 5.0), side / 2)
     spacing, margin = route.get("lane_spacing_m", 10.0), route.get("end_margin_m")

@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
 # From the ground to the faces; a room imports only from itself and from those before it.
 ROOMS = [
-    *("core", "geometry", "sea", "records", "vehicles", "presets", "scenario"),
+    *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
     *("explain", "report", "figures", "export", "replay", "campaigns", "advice", "benchmark"),
     "reproduction",
@@ -33,7 +33,8 @@ HOMES = {
     "foxglove": "export",
     "gsw": "sea.teos10",
     "gtsam": "replay.reference",
-    "mcap": "replay.tables",
+    "mcap": "replay.tables charts.mcap_tracks",
+    "mcap_protobuf": "charts.mcap_tracks",
 }
 
 

@@ -75,6 +75,11 @@ CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
 # Values for keys whose default cannot just be made a little larger.
 OTHERS: dict[str, list[Any]] = {
     "auvs.route.end_margin_m": [2.0, 11.0],
+    "survey.rotation_deg": [25.0],
+    "survey.depths_m": [[4.0, 6.0, 9.0]],
+    "auvs.speeds_m_per_s": [[0.5, 0.7, 0.6]],
+    "auvs.launch_m": [[[3.0, -4.0]]],
+    "auvs.recovery_m": [[[3.0, -4.0]]],
     "asvs.formation.clearance_m": [3.0],
     "asvs.formation.radius_m": [8.0],
     "environment.current_m_per_s": [0.15],
@@ -107,6 +112,10 @@ UNSEEN = (
     "name", "environment.origin.lat_deg", "environment.origin.lon_deg", "auvs.route.positions_m",
     "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
     "asvs.formation.positions_m", "asvs.formation.model", "environment.ctd",
+    "auvs.route.positions_deg", "auvs.route.points_deg", "auvs.route.tracks",
+    "asvs.formation.positions_m", "asvs.formation.positions_deg", "asvs.formation.model",
+    "survey.size_m", "survey.polygon_m", "survey.area",
+    "survey.depths_m", "auvs.speeds_m_per_s", "auvs.launch_m", "auvs.recovery_m",
 )  # fmt: skip
 
 # Besides each choice: values that turn something off.

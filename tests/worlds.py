@@ -5,6 +5,10 @@ from typing import Any
 import numpy as np
 
 from bindusbl_des import Scenario
+from bindusbl_des.geometry.area import rectangle
+from bindusbl_des.geometry.lanes import Ruling, strips
+from bindusbl_des.geometry.paths import Path
+from bindusbl_des.geometry.routes import Turning, lawnmower
 from bindusbl_des.navigation.belief import Growth, first_belief
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.navigation.navigators import LinearNavigator, Rule
@@ -34,6 +38,24 @@ GOOD = {
     "navigation": {"filter": "fixed_gain", "velocity_bias_m_per_s": [0.0032, 0.0032]},
     "record": {"detail": "summary"},
 }
+
+
+def lanes_over_square(
+    side: float,
+    total: int,
+    number: int,
+    *,
+    spacing: float,
+    margin: float,
+    radius: float,
+    start: str = "strip_centre",
+    turns: str = "shortest",
+) -> Path:
+    """Return the path of one AUV of a team over its strip of a square (m)."""
+    area = rectangle(side, side)
+    share = strips(area, Ruling(spacing, margin), total)[number]
+    begin = share.centre if start == "strip_centre" else None
+    return lawnmower(share, spacing, Turning(radius, turns), begin=begin, box=area.box)[0]
 
 
 def merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

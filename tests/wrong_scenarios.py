@@ -220,11 +220,14 @@ WRONG = {
     ),
     "section is empty": (
         "survey:\n",
-        ["2:8: survey: is empty; indent its keys (side_m, depth_m, ...) under it, or remove it"],
+        [
+            "2:8: survey: is empty; indent its keys (side_m, size_m, rotation_deg, ...) under it, "
+            "or remove it"
+        ],
     ),
     "section is a list": (
         "survey: [1, 2]\n",
-        ["2:9: survey: needs keys and values (side_m, depth_m, ...); got a list"],
+        ["2:9: survey: needs keys and values (side_m, size_m, rotation_deg, ...); got a list"],
     ),
     "point of three": (
         "navigation: {velocity_bias_m_per_s: [1, 2, 3]}\n",

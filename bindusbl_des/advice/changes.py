@@ -193,7 +193,7 @@ def _kept(scenario: Scenario) -> dict[str, Any]:
     asked = scenario.asvs.formation
     if not isinstance(asked, Formation) or scenario.asvs.count == 1:
         return {}
-    if asked.positions_m is not None or asked.radius_m is not None or scenario.asvs.count == 1:
+    if asked.is_placed or asked.radius_m is not None or scenario.asvs.count == 1:
         return {}
     return _ring(scenario, float(np.hypot(*asv_stations(scenario)[0])), asked.angle_deg)
 
@@ -202,8 +202,9 @@ def _ring(scenario: Scenario, radius: float, angle: float) -> dict[str, Any]:
     """Return the settings of a regular formation, laid over whatever the file asks for."""
     asked = _asked(scenario)
     settings: dict[str, Any] = {}
-    if asked.positions_m is not None:
-        settings["asvs.formation.positions_m"] = None
+    for name in ("positions_m", "positions_deg"):
+        if getattr(asked, name) is not None:
+            settings[f"asvs.formation.{name}"] = None
     if asked.clearance_m:
         settings["asvs.formation.clearance_m"] = 0
     settings["asvs.formation.radius_m"] = float(f"{radius:.6g}")
@@ -232,7 +233,7 @@ def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change
 def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:
     """Yield formations of as many ASVs that serve the AUVs' ways best."""
     asked, count = _asked(scenario), scenario.asvs.count
-    if asked.positions_m is None:
+    if not asked.is_placed:
         now = float(np.hypot(*asv_stations(scenario)[0]))
         radius, angle = ways.best(count, [now])
         yield Change(
@@ -253,10 +254,13 @@ def _more(scenario: Scenario, ways: Ways) -> Iterator[Change]:
     """Yield plans with one more ASV."""
     asked, count = _asked(scenario), scenario.asvs.count + 1
     words = f"{count} ASVs instead of {count - 1}"
-    if asked.positions_m is not None:
-        x, y = ways.further(asv_stations(scenario))
-        places = [*map(list, asked.positions_m), [x, y]]
+    if asked.is_placed:
+        now = asv_stations(scenario)
+        x, y = ways.further(now)
+        places = [*map(list, now), [x, y]]
         settings = {"asvs.count": count, "asvs.formation.positions_m": places}
+        if asked.positions_deg is not None:
+            settings["asvs.formation.positions_deg"] = None
         yield Change(COUNT, f"{words}, the new one at x {x:g} m, y {y:g} m", settings)
         return
     radius, angle = ways.best(count)

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.formation import formation
-from ..scenario.planned import horizontal_reach, planned_tour, tracks_of
+from ..scenario.planned import horizontal_reach, route_of, tracks_of
+from ..scenario.plans import planned_tour
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 
 Floats = NDArray[np.float64]
 Score: TypeAlias = tuple[float, float, float]
@@ -26,7 +28,7 @@ class Ways:
     """The places where AUVs are going to be, on which stations of ASVs can be tried."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self._half = scenario.survey.side_m / 2
+        self._area = area_of(scenario)
         self._hears, self._told = horizontal_reach(scenario), scenario.acoustics.mf.range_m
         self._choice = scenario.protocol.broadcaster == "nearest"
         self._replies = scenario.protocol.downlink == "direct_reply"
@@ -57,32 +59,39 @@ class Ways:
     ) -> tuple[float, float]:
         """Return radius (m) and angle (deg) of the regular formation that serves best."""
         if radii is None:
-            corner = self._half * math.sqrt(2)
+            centre = self._area.centroid
+            corner = max(math.dist(centre, place) for place in self._area.outline)
             radii = [float(f"{corner * k / RADII:.3g}") for k in range(1, RADII + 1)]
         if angles is None:
             angles = [float(round(360 * k / count / ANGLES)) for k in range(ANGLES)]
         tried = [
-            (self.score(formation(count, radius, math.radians(angle))), radius, angle)
+            (self.score(self._ring(count, radius, angle)), radius, angle)
             for radius in radii
             for angle in angles
         ]
         _, radius, angle = max(tried, key=lambda it: it[0])
         return radius, angle
 
+    def _ring(self, count: int, radius: float, angle: float) -> Floats:
+        """Return the regular formation of a radius (m) and an angle (deg) about the survey."""
+        return formation(count, radius, math.radians(angle)) + self._area.centroid
+
     def further(self, stations: Sequence[tuple[float, float]]) -> tuple[float, float]:
         """Return where one more ASV would serve best (x, y in m), the others where they are."""
-        along = self._half * np.linspace(-1, 1, GRID)
-        places = [(round(float(x), 1), round(float(y), 1)) for x in along for y in along]
+        box = self._area.box
+        along = np.linspace(box.x_min, box.x_max, GRID)
+        across = np.linspace(box.y_min, box.y_max, GRID)
+        places = [(round(float(x), 1), round(float(y), 1)) for x in along for y in across]
         return max(places, key=lambda it: self.score(np.array([*stations, it])))
 
 
 def _way(scenario: Scenario, auv: int) -> Floats:
     """Return places (PLACES, 2), m, at even distances in time on the way that an AUV is to go."""
-    route, times = scenario.auvs.route, np.linspace(0.0, scenario.duration_s, PLACES)
+    route, times = route_of(scenario), np.linspace(0.0, scenario.duration_s, PLACES)
     if route.kind == "hold":
         return np.tile(np.array(route.positions_m[auv]), (PLACES, 1))
     tracks = tracks_of(scenario)
     if tracks is not None:
         at, places = tracks[auv]
         return np.column_stack([np.interp(times, at, places[:, axis]) for axis in (0, 1)])
-    return planned_tour(scenario, auv).sample(scenario.auvs.speed_m_per_s * times)[:, :2]
+    return planned_tour(scenario, auv).sample(scenario.auvs.speed(auv) * times)[:, :2]

@@ -43,6 +43,7 @@ def _to_mcap(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[
     if _is_campaign(source):
         refuse(f"{source} is a campaign; MCAP shows one mission: give the folder of a run")
     from ..results.result_folder import mcap_name_of
+    from ..scenario.places.on_earth import origin_of
 
     result = _result(source)
     path = Path(out) if out else source / mcap_name_of(result.scenario.name)
@@ -61,7 +62,7 @@ def _to_mcap(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[
     with writing(path):
         counts = write_mcap(result, path, replace=force)
     talk(f"{sum(counts.values())} messages on {len(counts)} topics, {_size(path)}")
-    if result.scenario.environment.origin.coordinates is None:
+    if origin_of(result.scenario) is None:
         talk("No positions on Earth: the scenario has no environment.origin.")
     return path, counts
 

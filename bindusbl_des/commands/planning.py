@@ -59,9 +59,12 @@ def timing(scenario: str, overrides: tuple[str, ...], as_json: bool) -> None:
 
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
+    from ..scenario.survey_area import area_of
+
     rate = scenario.protocol.tick_rate_hz
     ranging = scenario.protocol.ranging
     two_way = ranging == "twtt"
+    yield f"{'survey across L':<22}{area_of(scenario).across:>10.2f} m"
     for name, value in (
         ("crossing time t_C", slots.crossing_time),
         ("ping T_P", slots.ping_duration),
@@ -152,6 +155,8 @@ def _groups(rounds: "Rounds") -> Iterator[str]:
 
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
+    from ..scenario.survey_area import area_of
+
     slots, protocol = rounds.slots, scenario.protocol
     answered = rounds.policy in ("direct_reply", "passive")
     most = 1 if rounds.frame else rounds.auvs
@@ -169,6 +174,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "downlink": None if protocol.is_passive else protocol.downlink,
         "ranging": protocol.ranging,
         "tick_rate_hz": protocol.tick_rate_hz,
+        "across_m": area_of(scenario).across,
         "crossing_time_s": slots.crossing_time,
         "ping_s": slots.ping_duration,
         "longest_travel_time_s": slots.longest_travel_time,
@@ -211,6 +217,7 @@ def coverage(
     from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
     from ..scenario.planned import asv_stations, horizontal_reach
+    from ..scenario.survey_area import area_of
 
     try:
         stations, reach = asv_stations(mission), horizontal_reach(mission)
@@ -222,7 +229,7 @@ def coverage(
     else:
         say("\n".join(_told(found)))
         say("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
-        say("\n".join(coverage_map(mission.survey.side_m, stations, reach)))
+        say("\n".join(coverage_map(area_of(mission), stations, reach)))
     if figure:
         from ..figures.coverage import coverage_figure
         from ..figures.style import TWO_COLUMNS, save, styled
@@ -236,22 +243,26 @@ def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[st
     """Return where the ASVs are and what they hear, distances in m; what has no value is None."""
     from ..geometry.coverage import covered_area, covering_radius
     from ..geometry.formation import corner_distance, formation_radius_bound
+    from ..scenario.survey_area import area_of
 
-    side, hf_range = scenario.survey.side_m, scenario.acoustics.hf.range_m
+    area, hf_range = area_of(scenario), scenario.acoustics.hf.range_m
     try:
-        bound = formation_radius_bound(side, hf_range)
+        bound = formation_radius_bound(area.side, hf_range) if area.side else None
     except ValueError:  # the HF range is below half the side
         bound = None
     few = len(stations) <= MOST_ASVS
     return {
         "asvs": [{"asv": number, "x_m": x, "y_m": y} for number, (x, y) in enumerate(stations)],
+        "survey": area.told,
+        "side_m": area.side,
+        "area_m2": area.square_m,
         "hf_range_m": hf_range,
         "range_metric": scenario.acoustics.hf.range_metric,
         "reach_m": reach,
-        "worst_corner_m": corner_distance(side, stations),
+        "worst_corner_m": corner_distance(area, stations),
         "formation_radius_bound_m": bound,
-        "covering_radius_m": covering_radius(side, stations) if few else None,
-        "covered_area": covered_area(side, stations, reach),
+        "covering_radius_m": covering_radius(area, stations) if few else None,
+        "covered_area": covered_area(area, stations, reach),
     }
 
 
@@ -262,10 +273,13 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     if len(stations) > MOST_ROWS:
         yield f"... {len(stations) - MOST_ROWS} more ASVs"
     metric = found["range_metric"]
+    if not found["side_m"]:
+        yield f"{'survey':<26}{found['area_m2']:>9.0f} m2: {found['survey']}"
     yield f"{'HF range':<26}{found['hf_range_m']:>9.2f} m {metric}, {reach:.2f} m seen from above"
     yield f"{'worst corner':<26}{found['worst_corner_m']:>9.2f} m to its nearest ASV"
     if (bound := found["formation_radius_bound_m"]) is None:
-        told = f"{'none':>9} (the HF range is below half the side)"
+        why = "the HF range is below half the side" if found["side_m"] else "for squares only"
+        told = f"{'none':>9} ({why})"
     else:
         told = f"{bound:>9.2f} m (not sufficient by itself)"
     yield f"{'smallest radius (paper)':<26}{told}"

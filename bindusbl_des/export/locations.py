@@ -8,6 +8,7 @@ import numpy as np
 from foxglove.messages import LocationFix, LocationFixPositionCovarianceType
 
 from ..geometry.geodesy import Floats, enu_covariance, geodetic_from_ned
+from ..scenario.places.on_earth import origin_of
 from .frames import FRAMES
 from .messages import Message, Messages, timestamp
 
@@ -20,7 +21,7 @@ NAMES = {"{}": "location", "{}/estimate": "location/estimate", "{}/imu": "locati
 
 def location_streams(result: "Result") -> Iterator[Messages]:
     """Yield the positions of all vehicles and the fixes, WGS-84; none if there is no origin."""
-    origin = result.scenario.environment.origin.coordinates
+    origin = origin_of(result.scenario)
     if origin is not None:
         yield _vehicles(result, origin)
         yield _fixes(result, origin)

@@ -7,7 +7,9 @@ import numpy as np
 from foxglove.messages import ArrowPrimitive, Color, SpherePrimitive, TextPrimitive, Vector3
 
 from ..core.palette import HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
-from ..scenario.planned import horizontal_reach, planned_path
+from ..scenario.planned import horizontal_reach
+from ..scenario.plans import planned_path
+from ..scenario.survey_area import area_of
 from .drawing import auv_colour, line, ring, update, upright
 from .messages import MAP, Message, Messages, colour, timestamp
 
@@ -50,8 +52,7 @@ def _entity(name: str, frame: str = MAP, **parts: Any) -> dict[str, Any]:
 
 
 def _survey(scenario: "Scenario") -> dict[str, Any]:
-    half = scenario.survey.side_m / 2
-    corners = [(half, half, 0.0), (half, -half, 0.0), (-half, -half, 0.0), (-half, half, 0.0)]
+    corners = [(x, y, 0.0) for x, y in area_of(scenario).outline]
     return _entity("survey", lines=[line(corners, colour(WHITE), closed=True)])
 
 
@@ -61,7 +62,7 @@ def _planned(scenario: "Scenario") -> Iterator[dict[str, Any]]:
     for number in range(scenario.auvs.count):
         path = planned_path(scenario, number)
         places = path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]
-        depth = np.full(len(places), scenario.survey.depth_m)
+        depth = np.full(len(places), scenario.survey.depth(number))
         plan = line(np.column_stack([places, depth]), colour(PLANNED_ON_DARK), width=1.0)
         yield _entity(f"AUV{number}", lines=[plan])
 
@@ -79,7 +80,7 @@ def _paths(result: "Result", kind: str) -> Iterator[dict[str, Any]]:
 
 def _vehicles(scenario: "Scenario") -> Iterator[dict[str, Any]]:
     """Yield a mark for each vehicle, and a paler one where an AUV believes to be."""
-    length = SHARE_OF_SIDE * scenario.survey.side_m
+    length = SHARE_OF_SIDE * area_of(scenario).across
     for number in range(scenario.auvs.count):
         name = f"AUV{number}"
         yield _entity(name, name, arrows=[_hull(length, auv_colour(name))], texts=[_label(name)])

@@ -7,14 +7,16 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.patches import Circle, Patch, Polygon
 
 from ..core.palette import ALARM, HF, INK
 from ..core.plugins import is_plugin
+from ..geometry.area import Area
 from ..geometry.coverage import covered_area, loneliest_point
 from ..scenario.planned import asv_stations, horizontal_reach
+from ..scenario.survey_area import area_of
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
-from .trajectory import X_LABEL, Y_LABEL
+from .trajectory import X_LABEL, Y_LABEL, frame
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -64,36 +66,36 @@ def coverage_figure(
     `known` (m, 2) the places of its ASVs where they need not be asked for.
     """
     figure = new_figure(width, width + 0.95)
-    axes, side = figure.add_subplot(), scenario.survey.side_m
+    axes, area = figure.add_subplot(), area_of(scenario)
     stations, reach = known or asv_stations(scenario), horizontal_reach(scenario)
-    covered = covered_area(side, stations, reach)
-    _draw_area(axes, side, stations, reach)
+    covered = covered_area(area, stations, reach)
+    _draw_area(axes, area, stations, reach)
     handles: list[Artist] = [
         Patch(fc=HF, alpha=0.25, label=f"heard: {100 * covered:.1f} % of the survey"),
         Patch(fc=UNHEARD, label="heard by no ASV"),
-        _draw_corners(axes, side, stations),
+        _draw_corners(axes, area, stations),
     ]
     if len(stations) <= MOST_ASVS:
-        handles.append(_draw_loneliest(axes, side, stations, reach))
+        handles.append(_draw_loneliest(axes, area, stations, reach))
     if unheard is not None:
         label = f"pings in nobody's range: {len(unheard)}"
         handles += axes.plot(
             unheard[:, 0], unheard[:, 1], label=label, marker=".", ls="", ms=3.0, color=ALARM
         )
-    _frame(axes, side, stations)
+    frame(axes, area, np.array(stations), 1.2)
+    axes.set(xlabel=X_LABEL, ylabel=Y_LABEL)
+    axes.grid(visible=False)
     axes.set_title(shortened(f"{scenario.name}: HF range {scenario.acoustics.hf.range_m:g} m "
                              f"({scenario.acoustics.hf.range_metric})", figure, 0.9))  # fmt: skip
     legend_below(figure, handles)
     return figure
 
 
-def _draw_area(axes: Axes, side: float, stations: Points, reach: float) -> None:
-    edge = -side / 2, -side / 2
-    axes.add_patch(
-        Rectangle(edge, side, side, fc=UNHEARD, ec=INK, lw=0.8, zorder=0, label="survey")
-    )
+def _draw_area(axes: Axes, area: Area, stations: Points, reach: float) -> None:
+    outline = Polygon(area.outline, fc=UNHEARD, ec=INK, lw=0.8, zorder=0, label="survey")
+    axes.add_patch(outline)
     for number, place in enumerate(stations):
-        inside = Rectangle(edge, side, side, transform=axes.transData)
+        inside = Polygon(area.outline, transform=axes.transData)
         under = axes.add_patch(Circle(place, reach, fc="white", lw=0, zorder=1))
         under.set_clip_path(inside)
         axes.add_patch(Circle(place, reach, fc=HF, alpha=0.25, lw=0, zorder=2, label="HF range"))
@@ -104,11 +106,11 @@ def _draw_area(axes: Axes, side: float, stations: Points, reach: float) -> None:
     axes.scatter(x, y, s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
-def _draw_corners(axes: Axes, side: float, stations: Points) -> Artist:
+def _draw_corners(axes: Axes, area: Area, stations: Points) -> Artist:
     """Join each corner to its nearest ASV and say how far that is."""
-    places = np.array(stations)
-    for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
-        corner = np.array([x, y]) * side / 2
+    places, middle = np.array(stations), np.array(area.centroid)
+    for corner in np.array(area.outline):
+        x, y = np.where(corner < middle, -1, 1)
         distances = np.hypot(*(places - corner).T)
         nearest = places[distances.argmin()]
         axes.plot(*zip(corner, nearest, strict=True), "-", color=INK, lw=0.6, label="corner")
@@ -119,19 +121,11 @@ def _draw_corners(axes: Axes, side: float, stations: Points) -> Artist:
     return Line2D([], [], color=INK, lw=0.6, label="corner to nearest ASV")
 
 
-def _draw_loneliest(axes: Axes, side: float, stations: Points, reach: float) -> Artist:
+def _draw_loneliest(axes: Axes, area: Area, stations: Points, reach: float) -> Artist:
     """Mark the point farthest from all ASVs: its distance is the covering radius."""
-    x, y = loneliest_point(side, stations)
+    x, y = loneliest_point(area, stations)
     radius = min(float(np.hypot(x - a, y - b)) for a, b in stations)
     verdict = "within" if radius <= reach else "beyond"
     axes.plot([x], [y], "D", color=ALARM, ms=5, mfc="none", label="loneliest")
     label = f"loneliest point: {radius:.1f} m, {verdict} range"
     return Line2D([], [], color=ALARM, ls="", marker="D", mfc="none", ms=5, label=label)
-
-
-def _frame(axes: Axes, side: float, stations: Points) -> None:
-    farthest = float(np.abs(np.array(stations)).max())
-    limit = max(1.2 * side / 2, 1.1 * farthest)
-    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
-    axes.set(xlabel=X_LABEL, ylabel=Y_LABEL)
-    axes.grid(visible=False)

@@ -7,10 +7,13 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import Circle, Polygon
+from numpy.typing import NDArray
 
 from ..core.palette import HF, INK, MF, PLANNED
-from ..scenario.planned import planned_path
+from ..geometry.area import Area
+from ..scenario.plans import planned_path
+from ..scenario.survey_area import area_of
 from .style import (
     LARGEST_LEGEND,
     add_lines,
@@ -26,10 +29,12 @@ if TYPE_CHECKING:
     from ..results.result import Result
     from ..scenario.scenario import Scenario
 
+Floats = NDArray[np.float64]
+
 # Points at which a planned path is drawn
 PLAN_POINTS = 1000
 
-X_LABEL, Y_LABEL = "x along the lanes (m)", "y across the lanes (m)"
+X_LABEL, Y_LABEL = "x (m)", "y (m)"
 
 
 def trajectory(result: "Result", width: float) -> Figure:
@@ -47,8 +52,8 @@ def trajectory(result: "Result", width: float) -> Figure:
 def draw_map(axes: Axes, result: "Result") -> None:
     """Draw planned, true, fused and IMU-only paths, ASVs and their HF and MF ranges."""
     scenario, tracks = result.scenario, by_vehicle(result.tables["tracks"])
-    side = scenario.survey.side_m
-    axes.add_patch(Rectangle((-side / 2, -side / 2), side, side, fill=False, lw=0.8, ec=INK))
+    area = area_of(scenario)
+    axes.add_patch(Polygon(area.outline, fill=False, lw=0.8, ec=INK))
     auvs = {name: track for name, track in tracks.items() if name.startswith("AUV")}
     plans = _plans(scenario)
     add_lines(axes, plans, [PLANNED] * len(plans), linewidths=0.6, label="planned")
@@ -64,7 +69,7 @@ def draw_map(axes: Axes, result: "Result") -> None:
     axes.scatter(starts[:, 0], starts[:, 1], s=18, c=colours, zorder=4, label="start")
     stations = {name: track for name, track in tracks.items() if name.startswith("ASV")}
     _draw_asvs(axes, scenario, stations)
-    _frame(axes, side, tracks)
+    _frame(axes, area, tracks)
 
 
 def _plans(scenario: "Scenario") -> list[Any]:
@@ -94,14 +99,23 @@ def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
     axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
-def _frame(axes: Axes, side: float, tracks: dict[str, Any]) -> None:
+def _frame(axes: Axes, area: Area, tracks: dict[str, Any]) -> None:
     """Show the survey, the vehicles and what the AUVs believed; ranges may leave the picture."""
     columns = ["x_m", "y_m", "estimate_x_m", "estimate_y_m"]
-    farthest = max(float(np.nanmax(np.abs(t[columns].to_numpy(float)))) for t in tracks.values())
-    limit = max(1.15 * side / 2, 1.1 * farthest)
-    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
+    places = [track[columns].to_numpy(float).reshape(-1, 2) for track in tracks.values()]
+    frame(axes, area, np.concatenate(places), 1.15)
     axes.set(xlabel=X_LABEL, ylabel=Y_LABEL)
     axes.grid(visible=False)
+
+
+def frame(axes: Axes, area: Area, places: Floats, margin: float) -> None:
+    """Show the survey, `margin` times as large, and places (n, 2), m; NaN is no place."""
+    box = area.box
+    middle = np.array([box.x_min + box.x_max, box.y_min + box.y_max]) / 2
+    half = max(box.x_max - box.x_min, box.y_max - box.y_min) / 2
+    limit = max(margin * half, 1.1 * float(np.nanmax(np.abs(places - middle))))
+    (left, right), (low, high) = ((at - limit, at + limit) for at in middle)
+    axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
 
 
 def map_handles(scenario: "Scenario") -> list[Artist]:

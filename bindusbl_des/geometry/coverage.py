@@ -1,8 +1,9 @@
-"""How much of the survey square the ASVs can hear: exactly, by geometry, not on a grid.
+"""How much of the survey the ASVs can hear: exactly, by geometry, not on a grid.
 
-The square has its middle at the origin and its edges at x, y = +-side/2; an ASV hears what lies
-within `hf_range` of it, the edge included.  Distances here are horizontal: for a slant range R and
-AUVs at depth z take sqrt(R^2 - z^2).
+The survey is an :class:`.area.Area`, or a square given by its side, with its middle at the origin
+and its edges at x, y = +-side/2; what is not such a square is cut into :mod:`.cells`.  An ASV hears
+what lies within `hf_range` of it, the edge included.  Distances here are horizontal: for a slant
+range R and AUVs at depth z take sqrt(R^2 - z^2).
 """
 
 import math
@@ -11,14 +12,15 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .area import Area, rectangle
 from .formation import stations
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 # What a cell of the map shows: heard by no ASV, by one, by two or more, and a station that
-# digits cannot name.
-UNCOVERED, ONCE, SEVERAL, STATION = ".", "o", "#", "*"
+# digits cannot name; and what is outside the survey.
+UNCOVERED, ONCE, SEVERAL, STATION, OUTSIDE = ".", "o", "#", "*", " "
 
 # ASVs whose distances to all points are worked out at a time.
 BLOCK = 200
@@ -27,12 +29,13 @@ BLOCK = 200
 CHARACTER_HEIGHT = 2.0
 
 
-def covering_radius(side: float, asvs: ArrayLike) -> float:
-    """Return the distance (m) from the loneliest point of the survey square to its nearest ASV.
+def covering_radius(survey: Area | float, asvs: ArrayLike) -> float:
+    """Return the distance (m) from the loneliest point of the survey to its nearest ASV.
 
-    The square is fully covered exactly if the HF range is not below this.  The loneliest point is
+    The survey is fully covered exactly if the HF range is not below this.  The loneliest point is
     a corner, a point of the edge as far from two ASVs, or an inner point as far from three.
-    `side` in m, `asvs` of shape (n, 2) in m; the work grows with n^4, 50 ASVs take a moment.
+    `survey` is an area, or the side of a square in m, `asvs` of shape (n, 2) in m; for a square the
+    work grows with n^4, 50 ASVs take a moment.
     Raises ValueError for a side that is not positive and as :func:`.formation.stations` does.
     Source: physics of eq. coverage, whose corners alone are not enough.
 
@@ -40,11 +43,11 @@ def covering_radius(side: float, asvs: ArrayLike) -> float:
     58.31
     """
     places = np.unique(stations(asvs), axis=0)
-    return float(_distances(np.array(loneliest_point(side, places)), places).min())
+    return float(_distances(np.array(loneliest_point(survey, places)), places).min())
 
 
-def loneliest_point(side: float, asvs: ArrayLike) -> tuple[float, float]:
-    """Return the point x, y (m) of the survey square that is farthest from its nearest ASV.
+def loneliest_point(survey: Area | float, asvs: ArrayLike) -> tuple[float, float]:
+    """Return the point x, y (m) of the survey that is farthest from its nearest ASV.
 
     Arguments and errors are those of :func:`covering_radius`; the first of points that are equally
     far.
@@ -52,8 +55,12 @@ def loneliest_point(side: float, asvs: ArrayLike) -> tuple[float, float]:
     >>> loneliest_point(60.0, [(50.0, 0.0), (-50.0, 0.0)])
     (0.0, -30.0)
     """
+    side, places = _side(survey), np.unique(stations(asvs), axis=0)
+    if isinstance(survey, Area) and side is None:
+        from .cells import farthest_point
+
+        return farthest_point(survey, places)
     half = _half(side)
-    places = np.unique(stations(asvs), axis=0)
     corners = half * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
     candidates = np.concatenate((corners, _edge_ties(half, places), _centres(half, places)))
     x, y = candidates[_distances(candidates, places).min(axis=1).argmax()].tolist()
@@ -95,23 +102,28 @@ def _centres(half: float, places: Floats) -> Floats:
     return kept
 
 
-def covered_area(side: float, asvs: ArrayLike, hf_range: float) -> float:
-    """Return the fraction of the survey square within HF range of at least one ASV, in [0, 1].
+def covered_area(survey: Area | float, asvs: ArrayLike, hf_range: float) -> float:
+    """Return the fraction of the survey within HF range of at least one ASV, in [0, 1].
 
     Exact up to rounding: the area is the integral of (x dy - y dx) / 2 around the covered region,
-    whose boundary is made of arcs of the range circles and pieces of the square's edge (Green).
-    `side` and `hf_range` in m, `asvs` of shape (n, 2) in m.  Raises ValueError for a side that is
-    not positive, a range that is negative or not finite, and as :func:`.formation.stations` does.
+    whose boundary is made of arcs of the range circles and pieces of the survey's edge (Green).
+    `survey` is an area, or the side of a square in m, `hf_range` in m, `asvs` of shape
+    (n, 2) in m.  Raises ValueError for a side that is not positive, a range that is negative or not
+    finite, and as :func:`.formation.stations` does.
 
     >>> round(covered_area(60.0, [(50.0, 0.0), (-50.0, 0.0)], 50.0), 4)
     0.8938
     """
-    half = _half(side)
     reach = _reach(hf_range)
-    places = np.unique(stations(asvs), axis=0)
+    side, places = _side(survey), np.unique(stations(asvs), axis=0)
+    if isinstance(survey, Area) and side is None:
+        from .cells import area_in_range
+
+        return min(max(area_in_range(survey, places, reach) / survey.square_m, 0.0), 1.0)
+    half = _half(side)
     arcs = math.fsum(_arc_integral(half, places, number, reach) for number in range(len(places)))
     edges = half / 2.0 * _covered_edge(half, places, reach)  # x dy - y dx = side / 2 along an edge
-    return min(max((arcs + edges) / side**2, 0.0), 1.0)
+    return min(max((arcs + edges) / (2 * half) ** 2, 0.0), 1.0)
 
 
 def _arc_integral(half: float, places: Floats, number: int, reach: float) -> float:
@@ -194,14 +206,17 @@ def is_covered(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> Flags:
     return _heard_by(points, asvs, hf_range) > 0
 
 
-def coverage_map(side: float, asvs: ArrayLike, hf_range: float, columns: int = 48) -> list[str]:
-    """Return the survey square as lines of text: what no ASV, one ASV or several ASVs hear.
+def coverage_map(
+    survey: Area | float, asvs: ArrayLike, hf_range: float, columns: int = 48
+) -> list[str]:
+    """Return the survey as lines of text: what no ASV, one ASV or several ASVs hear.
 
-    x, along the survey lanes, runs to the right and y upwards, as in the figures; with x North and
+    x runs to the right and y upwards, as in the figures; with x North and
     y East (NED) the map is therefore a chart mirrored about its rising diagonal.  A cell shows its
-    middle: '.' heard by none, 'o' by one, '#' by several; ASVs in the square appear as their
-    number, '*' from the eleventh on and where they share a cell.  `columns` characters wide, half
-    as many lines.  Raises ValueError for less than one column and as :func:`covered_area` does.
+    middle: '.' heard by none, 'o' by one, '#' by several, ' ' outside the survey; ASVs within its
+    bounds appear as their number, '*' from the eleventh on and where they share a cell.  `columns`
+    characters wide, of a square half as many lines.  Raises ValueError for less than one column
+    and as :func:`covered_area` does.
 
     >>> for line in coverage_map(140.0, [(0.0, 0.0), (50.0, 0.0)], 40.0, columns=20):
     ...     print(f"|{line}|")
@@ -216,19 +231,24 @@ def coverage_map(side: float, asvs: ArrayLike, hf_range: float, columns: int = 4
     |....................|
     |....................|
     """
-    half = _half(side)
+    area = survey if isinstance(survey, Area) else rectangle(2 * _half(survey), 2 * _half(survey))
     if columns < 1:
         raise ValueError(f"a map must have at least one column; met {columns}; 48 suit a terminal")
-    rows = max(1, round(columns / CHARACTER_HEIGHT))
-    x = side * ((np.arange(columns) + 0.5) / columns - 0.5)
-    y = side * (0.5 - (np.arange(rows) + 0.5) / rows)
-    heard = _heard_by(np.stack(np.meshgrid(x, y), axis=-1), asvs, hf_range)
-    cells = [[(UNCOVERED, ONCE, SEVERAL)[min(count, 2)] for count in row] for row in heard.tolist()]
+    box = area.box
+    wide, high = box.x_max - box.x_min, box.y_max - box.y_min
+    rows = max(1, round(columns / CHARACTER_HEIGHT * high / wide))
+    x = box.x_min + wide * (np.arange(columns) + 0.5) / columns
+    y = box.y_max - high * (np.arange(rows) + 0.5) / rows
+    points = np.stack(np.meshgrid(x, y), axis=-1)
+    heard = _heard_by(points, asvs, hf_range)
+    heard[~area.contains(points.reshape(-1, 2)).reshape(heard.shape)] = -1
+    signs = (UNCOVERED, ONCE, SEVERAL, OUTSIDE)
+    cells = [[signs[min(count, 2)] for count in row] for row in heard.tolist()]
     taken: set[tuple[int, int]] = set()
     for number, (right, up) in enumerate(stations(asvs).tolist()):
-        if max(abs(right), abs(up)) <= half:
-            row = min(int((half - up) / side * rows), rows - 1)
-            column = min(int((half + right) / side * columns), columns - 1)
+        if box.beyond(right, up) <= 0.0:
+            row = min(int((box.y_max - up) / high * rows), rows - 1)
+            column = min(int((right - box.x_min) / wide * columns), columns - 1)
             alone = number < 10 and (row, column) not in taken
             cells[row][column] = str(number) if alone else STATION
             taken.add((row, column))
@@ -256,8 +276,13 @@ def _distances(points: Floats, places: Floats) -> Floats:
     return np.hypot(offsets[..., 0], offsets[..., 1])
 
 
-def _half(side: float) -> float:
-    if not 0.0 < side < math.inf:
+def _side(survey: Area | float) -> float | None:
+    """Return the side of a survey that is a square about the origin, else None."""
+    return survey.side if isinstance(survey, Area) else survey
+
+
+def _half(side: float | None) -> float:
+    if side is None or not 0.0 < side < math.inf:
         raise ValueError(f"side must be positive and finite; met {side}; give it in metres")
     return side / 2.0
 

@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .area import Area
+
 Floats = NDArray[np.float64]
 
 
@@ -44,20 +46,23 @@ def formation_radius(hf_range: float, clearance: float = 0.0) -> float:
     return hf_range + clearance
 
 
-def corner_distance(side: float, asvs: ArrayLike) -> float:
-    """Return how far (m) the worst corner of the survey square is from its nearest ASV.
+def corner_distance(survey: Area | float, asvs: ArrayLike) -> float:
+    """Return how far (m) the worst corner of the survey is from its nearest ASV.
 
-    For each of the four corners (+-L/2, +-L/2) the distance to the nearest ASV is taken; the
-    largest of the four is returned.  (The paper takes one corner and does not say which.)  It does
-    not bound the distance from the rest of the square: see :func:`.coverage.covering_radius`.
-    `side` in m, `asvs` of shape (n, 2) in m.  Raises ValueError as :func:`stations` does.
-    Source: eq. corner_dist.
+    For each corner, of a square (+-L/2, +-L/2), the distance to the nearest ASV is taken; the
+    largest of them is returned.  (The paper takes one corner and does not say which.)  It does
+    not bound the distance from the rest of the survey: see :func:`.coverage.covering_radius`.
+    `survey` is an area, or the side of a square in m, `asvs` of shape (n, 2) in m.  Raises
+    ValueError as :func:`stations` does.  Source: eq. corner_dist.
 
     >>> round(corner_distance(60.0, formation(2, 50.0)), 3)
     36.056
     """
-    _check_length("side", side)
-    corners = side / 2.0 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    if isinstance(survey, Area):
+        corners = np.array(survey.outline)
+    else:
+        _check_length("side", survey)
+        corners = survey / 2.0 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
     offsets = corners[:, None, :] - stations(asvs)
     return float(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1).max())
 

@@ -134,6 +134,54 @@ def ned_from_geodetic(
     return _north_east_down(lat_deg, lon_deg) @ offset
 
 
+def ned_at_depth(
+    lat_deg: ArrayLike, lon_deg: ArrayLike, depth_m: ArrayLike, origin: tuple[float, float]
+) -> Floats:
+    """Return the places of the survey, north, east, down (n, 3) in m, that lie under positions.
+
+    Down is the depth that is given: a place lies where the plumb line of its position, latitude and
+    longitude (n,), deg, meets the plane of that depth (n,), m.  :func:`geodetic_from_ned` turns it
+    back into the same latitude and longitude.
+
+    Args:
+        lat_deg: latitudes; within a quarter of the Earth of the origin.
+        lon_deg: longitudes.
+        depth_m: depths below the survey's plane.
+        origin: latitude and longitude of the survey's centre (deg).
+
+    >>> lat, lon, _ = geodetic_from_ned([60.0, -70.0, 10.0], 54.33, 10.18)
+    >>> ned_at_depth([lat], [lon], [10.0], (54.33, 10.18)).round(6).tolist()
+    [[60.0, -70.0, 10.0]]
+    """
+    on_ellipsoid, up = _on_ellipsoid(lat_deg, lon_deg)
+    axes = _north_east_down(*origin).T
+    places = (on_ellipsoid - ecef_from_geodetic(*origin)) @ axes
+    plumb = up @ axes
+    down = np.asarray(depth_m, dtype=np.float64)
+    found: Floats = places + plumb * ((down - places[:, 2]) / plumb[:, 2])[:, None]
+    found[:, 2] = down
+    return found
+
+
+def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: tuple[float, float]) -> Floats:
+    """Return how far positions (n,), deg, are from the survey's centre (n,), m, straight through.
+
+    >>> far_apart_m([54.33], [10.18], (54.33, 10.18)).round(6).tolist()
+    [0.0]
+    """
+    on_ellipsoid, _ = _on_ellipsoid(lat_deg, lon_deg)
+    found: Floats = np.linalg.norm(on_ellipsoid - ecef_from_geodetic(*origin), axis=1)
+    return found
+
+
+def _on_ellipsoid(lat_deg: ArrayLike, lon_deg: ArrayLike) -> tuple[Floats, Floats]:
+    """Return positions (n,) on the ellipsoid, Earth-centred (n, 3), m, and unit vectors upwards."""
+    lat, lon = np.radians(np.asarray(lat_deg)), np.radians(np.asarray(lon_deg))
+    up = np.column_stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)))
+    normal = SEMI_MAJOR / np.sqrt(1 - ECCENTRICITY_SQUARED * np.sin(lat) ** 2)
+    return normal[:, None] * up * np.array([1.0, 1.0, 1 - ECCENTRICITY_SQUARED]), up
+
+
 def _prime_vertical_radius(lat: float) -> float:
     return SEMI_MAJOR / math.sqrt(1 - ECCENTRICITY_SQUARED * math.sin(lat) ** 2)
 

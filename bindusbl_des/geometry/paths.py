@@ -4,13 +4,14 @@ import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import dubins
+from .area import Box, bounds, turned
 
 Array = NDArray[np.float64]
 
@@ -95,8 +96,8 @@ class Path:
         return self._joints[-1]
 
     @property
-    def reach(self) -> float:
-        """Largest |x| or |y| along the path (m): at a joint, or where an arc is along an axis."""
+    def box(self) -> Box:
+        """The bounds of the path (m): at a joint, or where an arc is along an axis."""
         places = list(self._joints)
         for start, (curvature, length) in zip(self._joints, self.segments, strict=False):
             turns = sorted((start.yaw, start.yaw + curvature * length))
@@ -105,7 +106,7 @@ class Path:
                 if curvature != 0.0:
                     into = (quarter * QUARTER_TURN - start.yaw) / curvature
                     places.append(_moved(start, curvature, into))
-        return max(max(abs(place.x), abs(place.y)) for place in places)
+        return bounds([(place.x, place.y) for place in places])
 
     def at(self, distance: float) -> Pose:
         """Return the pose after travelling `distance` (m); past the end of a path, its end."""
@@ -159,18 +160,26 @@ class Path:
             )
         )
 
+    def turned(self, angle: float) -> "Path":
+        """Return the same path, turned about the origin by an angle (rad)."""
+        if angle == 0.0:
+            return self
+        start = Pose(*turned((self.start.x, self.start.y), angle), self.start.yaw + angle)
+        return Path(start, self.segments, self.repeats_from)
+
     def reversed(self) -> "Path":
         """Return the same path travelled from its end to its start."""
         backwards = tuple(Segment(-s.curvature, s.length) for s in reversed(self.segments))
         return Path(self.end.reversed(), backwards)
 
 
-def smooth(poses: Sequence[Pose], radius: float) -> Path:
-    """Return the path through poses along Dubins curves of a turning radius (m)."""
-    segments: list[Segment] = []
-    for start, end in pairwise(poses):
-        segments.extend(dubins_segments(start, end, radius))
-    return Path(poses[0], tuple(segments))
+def through(poses: Sequence[Pose], radius: float) -> tuple[Path, list[float]]:
+    """Return the path through poses along Dubins curves of a turning radius (m), and how far along
+    it each of them is (m).
+    """
+    ways = [tuple(dubins_segments(start, end, radius)) for start, end in pairwise(poses)]
+    passed = accumulate((sum(it.length for it in way) for way in ways), initial=0.0)
+    return Path(poses[0], tuple(segment for way in ways for segment in way)), list(passed)
 
 
 def dubins_segments(start: Pose, end: Pose, radius: float) -> Iterable[Segment]:

@@ -1,41 +1,38 @@
-"""Survey routes: how a team of AUVs divides a square and sweeps it in lanes."""
+"""Survey routes: in which order lanes are flown, and how an AUV gets from one to the next."""
 
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from .paths import Path, Pose, Segment, smooth
+from .area import Box, Point
+from .lanes import LANE_TOLERANCE, Lane, Share
+from .paths import Path, Pose, Segment, dubins_segments, through
 from .turns import turned_onto
 
-# Rounding that must not cost a strip its last lane (m).
-LANE_TOLERANCE = 1e-9
+# Where along a path lanes begin and end (m).
+Lengths = tuple[tuple[float, float], ...]
 
 
-class Strip(NamedTuple):
-    """One of the equal strips along x, `total` of them, that divide a square of `side` (m); the
-    lowest has the number 0.
+class FlightPlan(NamedTuple):
+    """What an AUV is to fly: its path once through, and where along it lanes begin and end (m).
+
+    `tour` is the same path without an end, there and back; a path with an end, which is to wait
+    there, is its own tour.
     """
 
-    side: float
-    total: int
-    number: int
+    path: Path
+    lanes: Lengths
+    tour: Path
 
 
-def lane_ordinates(strip: Strip, spacing: float) -> list[float]:
-    """Return the y (m) of the lanes of a strip, lowest first.
-
-    The first lane lies half a spacing above the strip's lower edge, the others one spacing apart;
-    a strip narrower than the spacing has one lane along its middle.
-
-    >>> lane_ordinates(Strip(140, 3, 0), 10)
-    [-65.0, -55.0, -45.0, -35.0]
+class Turning(NamedTuple):
+    """How an AUV turns: its radius (m), the order of its lanes, and at which angle (rad) it joins
+    a line again.
     """
-    height = strip.side / strip.total
-    lower = -strip.side / 2 + strip.number * height
-    if height < spacing:
-        return [lower + height / 2]
-    count = math.floor((height - spacing) / spacing + LANE_TOLERANCE) + 1
-    return [lower + spacing * (lane + 0.5) for lane in range(count)]
+
+    radius: float
+    order: str = "shortest"
+    join_angle: float = math.radians(20.0)
 
 
 def lane_order(count: int, skip: int) -> list[int]:
@@ -59,64 +56,78 @@ def lane_order(count: int, skip: int) -> list[int]:
 
 
 def lawnmower(
-    strip: Strip,
-    *,
+    share: Share,
     spacing: float,
-    margin: float,
-    radius: float,
-    start: str = "strip_centre",
-    turns: str = "shortest",
-    join_angle: float = math.radians(20.0),
-) -> Path:
-    """Return the boustrophedon path of one AUV in its strip of the survey (m).
+    turning: Turning,
+    *,
+    begin: Point | None,
+    recovery: Point | None = None,
+    box: Box,
+) -> tuple[Path, Lengths]:
+    """Return the boustrophedon path of one AUV over its lanes, and where along it each is (m).
 
-    Lanes run along x and end `margin` inside the square.  From the strip's centre the AUV goes
-    straight to the -x end of its first lane, turns about and joins it at `join_angle` (rad).
-    Turns between lanes are Dubins curves, so lanes closer than twice the turning radius get bulb
-    turns, or are flown in skip-lane order.
+    From where it begins the AUV goes straight to the -x end of its first lane, turns about and
+    joins it; with None it begins there.  Turns between lanes are Dubins curves, so lanes closer
+    than twice the turning radius get bulb turns, or are flown in skip-lane order.  Behind the last
+    lane it goes to where it is recovered, if anywhere.  Of two equal turns onto the first lane that
+    which stays within a box about the survey is taken.
     """
-    ordinates = lane_ordinates(strip, spacing)
-    skip = max(1, math.ceil(2 * radius / spacing - LANE_TOLERANCE))
-    skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turns]
-    reach = strip.side / 2 - margin
+    skip = max(1, math.ceil(2 * turning.radius / spacing - LANE_TOLERANCE))
+    skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turning.order]
     candidates = [
-        smooth(
-            _lane_ends([ordinates[lane] for lane in lane_order(len(ordinates), s)], reach), radius
-        )
+        _over([share.lanes[lane] for lane in lane_order(len(share.lanes), s)], turning.radius)
         for s in skips
     ]
-    lanes = min(candidates, key=lambda path: path.length)
-    if start == "strip_corner":
-        return lanes
-    centre = -strip.side / 2 + (strip.number + 0.5) * strip.side / strip.total
-    return _entered(lanes, centre, strip.side, radius, join_angle)
+    path, lanes = min(candidates, key=lambda it: it[0].length)
+    if begin is not None:
+        path, lanes = _entered(path, lanes, begin, turning, box)
+    return (path if recovery is None else ended(path, recovery, turning.radius)), lanes
 
 
-def _entered(lanes: Path, centre: float, side: float, radius: float, join_angle: float) -> Path:
-    """Return the lanes with the way from the strip's centre (0, centre) to the first of them."""
-    first = lanes.start
-    bearing = math.atan2(first.y - centre, first.x)
-    way = Segment(0.0, math.hypot(first.x, first.y - centre))
-    entry = Path(Pose(0.0, centre, bearing), (way,))
-    turn, _ = turned_onto(entry.end, lanes, side, radius, join_angle)
-    return Path(entry.start, (way, *turn))
-
-
-def _lane_ends(ordinates: Sequence[float], reach: float) -> list[Pose]:
+def _over(lanes: Sequence[Lane], radius: float) -> tuple[Path, Lengths]:
+    """Return the path over lanes in this order, to and fro, and where along it each is (m)."""
     ends: list[Pose] = []
-    for number, y in enumerate(ordinates):
-        sign = 1.0 if number % 2 == 0 else -1.0
-        yaw = 0.0 if sign > 0 else math.pi
-        ends += [Pose(-sign * reach, y, yaw), Pose(sign * reach, y, yaw)]
-    return ends
+    for number, lane in enumerate(lanes):
+        start, end, yaw = lane.x_min, lane.x_max, 0.0
+        if number % 2:
+            start, end, yaw = end, start, math.pi
+        ends += [Pose(start, lane.y, yaw), Pose(end, lane.y, yaw)]
+    path, passed = through(ends, radius)
+    return path, tuple(zip(passed[::2], passed[1::2], strict=True))
 
 
-def waypoint_path(points: Sequence[tuple[float, float]], radius: float) -> Path:
+def _entered(
+    path: Path, lanes: Lengths, begin: Point, turning: Turning, box: Box
+) -> tuple[Path, Lengths]:
+    """Return the path over lanes with the way from a place to the first of them."""
+    first, (x, y) = path.start, begin
+    bearing = math.atan2(first.y - y, first.x - x)
+    way = Segment(0.0, math.hypot(first.x - x, first.y - y))
+    entry = Path(Pose(x, y, bearing), (way,))
+    turn, joined = turned_onto(entry.end, path, box, turning.radius, turning.join_angle)
+    whole = Path(entry.start, (way, *turn))
+    later = whole.length - path.length
+    return whole, tuple((max(start, joined) + later, end + later) for start, end in lanes)
+
+
+def ended(path: Path, place: Point, radius: float) -> Path:
+    """Return a path with the way from its end to a place (m), where it ends."""
+    bearing = math.atan2(place[1] - path.end.y, place[0] - path.end.x)
+    way = dubins_segments(path.end, Pose(*place, bearing), radius)
+    return Path(path.start, (*path.segments, *way))
+
+
+def waypoint_path(points: Sequence[Point], radius: float) -> Path:
     """Return the Dubins path through waypoints (m), each left towards the next."""
+    return through(waypoint_poses(points), radius)[0]
+
+
+def waypoint_poses(points: Sequence[Point]) -> list[Pose]:
+    """Return waypoints (m) with the heading at each: towards the next, at the last one onwards."""
     poses = []
     for number, (x, y) in enumerate(points):
         ahead = points[number + 1] if number + 1 < len(points) else None
         behind = points[number - 1]
         dx, dy = (ahead[0] - x, ahead[1] - y) if ahead else (x - behind[0], y - behind[1])
         poses.append(Pose(x, y, math.atan2(dy, dx)))
-    return smooth(poses, radius)
+    return poses

@@ -2,28 +2,29 @@
 
 import math
 
+from .area import Box
 from .paths import Path, Pose, Segment, dubins_segments
 
 
-def there_and_back(path: Path, side: float, radius: float, join_angle: float) -> Path:
+def there_and_back(path: Path, box: Box, radius: float, join_angle: float) -> Path:
     """Return the endless tour along a path and back again, with a turn at either end (m, rad)."""
-    back, _ = turned_onto(path.end, path.reversed(), side, radius, join_angle)
+    back, _ = turned_onto(path.end, path.reversed(), box, radius, join_angle)
     way = (*path.segments, *back)
     home = Path(path.start, way).end
-    again, joined = turned_onto(home, path, side, radius, join_angle)
+    again, joined = turned_onto(home, path, box, radius, join_angle)
     turn = again[: len(again) - len(path.segments)]
     return Path(path.start, (*way, *turn), repeats_from=joined)
 
 
 def turned_onto(
-    end: Pose, path: Path, side: float, radius: float, join_angle: float
+    end: Pose, path: Path, box: Box, radius: float, join_angle: float
 ) -> tuple[tuple[Segment, ...], float]:
     """Return the segments that turn from a pose onto a path and follow it to its end.
 
     The pose is where the path starts, heading more backwards than forwards.  The vehicle turns the
-    shorter way (of two equal ones that which stays within the survey square, its `side` in m) until
-    it heads for the path's first straight at `join_angle` (rad), and turns onto it; also returned
-    is how far along the path (m) that is.  A path without such a straight is entered at its very
+    shorter way (of two equal ones that which stays within the `box` about the survey) until it
+    heads for the path's first straight at `join_angle` (rad), and turns onto it; also returned is
+    how far along the path (m) that is.  A path without such a straight is entered at its very
     start, by a Dubins curve.
     """
     first = path.segments[0]
@@ -33,7 +34,7 @@ def turned_onto(
         for hand in (1.0, -1.0):
             turn, joined = turn_about(yaw, radius, join_angle, hand)
             if joined < first.length:
-                overshoot = Path(end, turn).reach - max(side / 2, abs(end.x), abs(end.y))
+                overshoot = _beyond(Path(end, turn), box) - max(0.0, box.beyond(end.x, end.y))
                 length = sum(segment.length for segment in turn) - joined
                 options.append((round(length, 6), max(overshoot, 0.0), hand, turn, joined))
     if not options:
@@ -41,6 +42,12 @@ def turned_onto(
     *_, turn, joined = min(options)
     rest = Segment(0.0, first.length - joined)
     return (*turn, rest, *path.segments[1:]), joined
+
+
+def _beyond(path: Path, box: Box) -> float:
+    """Return how far (m) a path leaves a box, negative within it."""
+    reached = path.box
+    return max(box.beyond(*corner) for corner in reached.corners)
 
 
 def turn_about(

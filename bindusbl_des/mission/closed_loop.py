@@ -15,6 +15,7 @@ from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
 from ..vehicles.reckoning import Wrong
 
@@ -62,8 +63,10 @@ def afterwards_s(scenario: Scenario) -> float:
     Sound sent at the last instant is followed to the farthest vehicle.
     """
     farthest = max(math.hypot(x, y) for x, y in asv_stations(scenario))
-    across = scenario.acoustics.hf.range_m + 2 * scenario.survey.side_m
-    return 2.0 + (farthest + across + scenario.survey.depth_m) / SLOWEST_SOUND
+    area, auvs = area_of(scenario), scenario.auvs
+    ends = [math.hypot(*place) for place in (*(auvs.launch_m or ()), *(auvs.recovery_m or ()))]
+    across = scenario.acoustics.hf.range_m + 2 * max(area.across, area.farthest, *ends)
+    return 2.0 + (farthest + across + scenario.survey.deepest) / SLOWEST_SOUND
 
 
 def control_intervals(scenario: Scenario) -> int:
@@ -104,8 +107,8 @@ def guided_auvs(
         auvs.vehicle.model,
         Plan(
             paths=tours,
-            speed_m_per_s=auvs.speed_m_per_s,
-            depth_m=scenario.survey.depth_m,
+            speed_m_per_s=auvs.speeds,
+            depth_m=[scenario.survey.depth(auv) for auv in range(auvs.count)],
             names=[f"AUV{index}" for index in range(auvs.count)],
         ),
         dict(auvs.vehicle.coefficients),

@@ -1,10 +1,8 @@
 """What is planned for each AUV of a scenario, and the chart by which its fleet schedules."""
 
-from functools import lru_cache
-
-from ..geometry.paths import Path
 from ..protocol.chart import Array, CarriedForward, Chart, Course, LastFixes, Shifted, Touring
-from ..scenario.planned import planned_tour, tracks_of
+from ..scenario.planned import route_of, tracks_of
+from ..scenario.plans import planned_tour
 from ..scenario.scenario import Scenario
 from ..vehicles.vehicle import Place, moored, recorded
 
@@ -22,16 +20,13 @@ def chart_of(scenario: Scenario, launched: Array) -> Chart | None:
 
 def courses(scenario: Scenario) -> list[Course]:
     """Return what is planned for each AUV of a scenario."""
-    auvs = scenario.auvs
-    if auvs.route.kind == "hold":
-        depth = scenario.survey.depth_m
-        return [Shifted(moored(Place(x, y, depth, 0.0))) for x, y in auvs.route.positions_m]
+    auvs, route = scenario.auvs, route_of(scenario)
+    if route.kind == "hold":
+        depth = scenario.survey.depth
+        held = enumerate(route.positions_m)
+        return [Shifted(moored(Place(x, y, depth(auv), 0.0))) for auv, (x, y) in held]
     tracks = tracks_of(scenario)
     if tracks is not None:
         return [Shifted(recorded(*track)) for track in tracks]
-    return [Touring(tour, auvs.speed_m_per_s) for tour in _tours(scenario)]
-
-
-@lru_cache(maxsize=2)
-def _tours(scenario: Scenario) -> tuple[Path, ...]:
-    return tuple(planned_tour(scenario, auv) for auv in range(scenario.auvs.count))
+    tours = (planned_tour(scenario, auv) for auv in range(auvs.count))
+    return [Touring(tour, speed) for tour, speed in zip(tours, auvs.speeds, strict=True)]

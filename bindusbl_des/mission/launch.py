@@ -13,7 +13,8 @@ from ..geometry.paths import Path
 from ..scenario.families import ASV, AUV
 from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
-from ..scenario.planned import asv_stations, planned_tour, route_of, tracks_of
+from ..scenario.planned import asv_stations, route_of, tracks_of
+from ..scenario.plans import planned_tour
 from ..scenario.scenario import Scenario
 from ..scenario.sections.environment import Environment
 from ..scenario.sections.survey import Survey
@@ -64,9 +65,9 @@ def _kinematic_auvs(scenario: Scenario, _route: object) -> Fleet:
 
 @lru_cache(maxsize=4)
 def _own_auvs(scenario: Scenario, own: PartChoice, _loaded: int) -> Fleet:
-    speed, depth = scenario.auvs.speed_m_per_s, scenario.survey.depth_m
+    speed, depth = scenario.auvs.speed, scenario.survey.depth
     ways = [
-        WayView(number, speed, depth, scenario.duration_s, tour.sample)
+        WayView(number, speed(number), depth(number), scenario.duration_s, tour.sample)
         for number, tour in enumerate(_tours(scenario))
     ]
     return _segmented([recorded(*track) for track in own_motion(scenario, AUV, own, ways)])
@@ -125,11 +126,11 @@ def _members(guided: "GuidedFleet", count: int) -> "list[GuidedVehicle]":
 
 def _kinematic(scenario: Scenario, index: int) -> SegmentedTrajectory:
     """Return one AUV without dynamics on its route, at its depth."""
-    route, depth = route_of(scenario), scenario.survey.depth_m
+    route, depth = route_of(scenario), scenario.survey.depth(index)
     if route.kind == "hold":
         return moored(Place(*route.positions_m[index], depth, 0.0))
     lasts = scenario.duration_s + afterwards_s(scenario)
-    return kinematic(planned_tour(scenario, index), scenario.auvs.speed_m_per_s, depth, lasts)
+    return kinematic(planned_tour(scenario, index), scenario.auvs.speed(index), depth, lasts)
 
 
 def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> Fleet:

@@ -21,6 +21,7 @@ from ..navigation.navigators import REMEMBERED
 from ..scenario.lasting_kinds import told_of
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of, lanes_heading
 from ..usbl.instrument import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
 from .round_lengths import Rounds, rounds_of
@@ -260,7 +261,7 @@ def _heard(scenario: Scenario) -> NDArray[np.float64]:
         apart = np.array(starts)[None] - np.array(known_stations(scenario))[:, None]
         near: NDArray[np.float64] = np.sum(np.hypot(*apart.T) <= reach, axis=0).astype(float)
         return near
-    share = min(1.0, math.pi * (reach / scenario.survey.side_m) ** 2)
+    share = min(1.0, math.pi * reach**2 / area_of(scenario).square_m)
     return np.full(asvs, share * count)
 
 
@@ -285,20 +286,21 @@ def _ways(scenario: Scenario) -> dict[str, float]:
     lanes, tour = _tour(scenario)
     found["lanes"] = auvs.count * lanes
     if not auvs.vehicle.has_dynamics:
-        laps = 1.0 + auvs.speed_m_per_s * duration / tour
+        laps = 1.0 + max(auvs.speeds) * duration / tour
         found["legs"] = auvs.count * laps * (6 * lanes + 10)
     return found
 
 
 def _tour(scenario: Scenario) -> tuple[float, float]:
     """Return how many lanes an AUV has, and at least how long (m) its tour is."""
-    auvs, side, route = scenario.auvs, scenario.survey.side_m, known_route(scenario)
+    auvs, route = scenario.auvs, known_route(scenario)
     turns = 2 * math.pi * (0.0 if auvs.vehicle.has_dynamics else auvs.turning_radius_m)
     if route.kind == "waypoints":
         lengths = [sum(math.dist(a, b) for a, b in pairwise(points)) for points in route.points_m]
         return max(map(len, route.points_m)), 2 * min(lengths) + turns
     assert route.kind == "lawnmower"
     spacing, margin = route.lane_spacing_m, route.end_margin_m
-    lanes = max(1.0, side / auvs.count / spacing)
-    lane = side - 2 * (spacing / 2 if margin is None else margin)
+    box = area_of(scenario).along(lanes_heading(scenario)).box
+    lanes = max(1.0, (box.y_max - box.y_min) / auvs.count / spacing)
+    lane = box.x_max - box.x_min - 2 * (spacing / 2 if margin is None else margin)
     return lanes, 2 * lanes * lane + turns

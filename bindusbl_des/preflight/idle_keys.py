@@ -4,7 +4,7 @@
 tables: it fails where a key does nothing and no rule here says so, and where a rule here is wrong.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from ..core.plugins import is_plugin
@@ -12,6 +12,7 @@ from ..core.wording import plain
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.families import SCHEDULES
 from ..scenario.key_types import Part
+from ..scenario.places.on_earth import lacks_depths
 from ..scenario.scenario import Scenario
 from ..scenario.sections.usbl import Usbl
 from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
@@ -25,7 +26,13 @@ BROADCASTS = (
 )  # fmt: skip
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"
-STEERING = ("auvs.speed_m_per_s", "auvs.turning_radius_m", "auvs.join_angle_deg")
+STEERING = tuple(
+    f"auvs.{name}"
+    for name in (
+        "speed_m_per_s", "speeds_m_per_s", "turning_radius_m", "join_angle_deg", "launch_m",
+        "recovery_m",
+    )
+)  # fmt: skip
 
 
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
@@ -42,17 +49,28 @@ class _Own(tuple[str, ...]):
         return isinstance(name, str) and is_plugin(name)
 
 
-OWN = _Own()
+class _Given(tuple[str, ...]):
+    """Whatever somebody may give at a key that is null if nobody does."""
+
+    def __contains__(self, value: object) -> bool:
+        return value is not None
+
+
+OWN, GIVEN = _Own(), _Given()
 
 
 class Idle(NamedTuple):
-    """Keys without effect where other keys have one of these values, why, and what to do."""
+    """Keys without effect where other keys have one of these values, why, and what to do.
+
+    `but` tells of a scenario whether they have one all the same.
+    """
 
     mode: Mapping[str, tuple[Any, ...]]
     keys: tuple[str, ...]
     why: str
     effect: str = "has no effect"
     remedy: str = "remove it"
+    but: Callable[[Scenario], bool] = lambda _: False
 
 
 RULES = (
@@ -88,9 +106,19 @@ RULES = (
             "environment.temperature_c": (None,),
             "environment.ctd": (None,),
         },
-        ("survey.depth_m",),
+        ("survey.depth_m", "survey.depths_m"),
         "the tracks say how deep they are",
+        but=lacks_depths,
     ),
+    Idle(
+        {"auvs.route.kind": ("hold", "waypoints", "track")},
+        ("survey.rotation_deg",),
+        "the AUVs go where their route says, whichever way the survey is turned",
+        "changes only what counts as survey",
+    ),
+    Idle({"survey.depths_m": GIVEN}, ("survey.depth_m",), "each AUV has a depth of its own"),
+    Idle({"auvs.speeds_m_per_s": GIVEN}, ("auvs.speed_m_per_s",), "each AUV has its own speed"),
+    Idle({"auvs.launch_m": GIVEN}, ("auvs.route.start",), "the AUVs begin where they are launched"),
     Idle(
         {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
         ("navigation.bias_frame",),
@@ -260,6 +288,8 @@ def idle_keys(scenario: Scenario) -> Iterator[Problem]:
     wholly_dumped = _is_whole(scenario)
     for rule in RULES:
         if not all(_value(scenario, key) in values for key, values in rule.mode.items()):
+            continue
+        if rule.but(scenario):
             continue
         for key in rule.keys:
             if key not in told and _is_given(scenario, key, but_defaults=wholly_dumped):

@@ -9,8 +9,11 @@ from collections.abc import Iterator, Sequence
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.key_types import Renamed
 from ..scenario.lasting_kinds import MOST_TOLD, kinds
+from ..scenario.places.on_earth import positioned, recorded_track
 from ..scenario.scenario import Scenario
+from ..scenario.sections.routes import Hold, Waypoints
 from ..scenario.sections.vehicles import Formation
+from ..scenario.survey_area import area_of
 from .idle_keys import idle_keys
 
 # Vehicles of which the same is to be said are named up to so many.
@@ -59,21 +62,27 @@ def _formation(scenario: Scenario) -> Iterator[Problem]:
     asked, count = scenario.asvs.formation, scenario.asvs.count
     if not isinstance(asked, Formation):
         return
-    if asked.positions_m is not None or asked.radius_m is not None or count == 1:
+    if asked.is_placed or asked.radius_m is not None or count == 1:
         return
     # `planned` says the same, with numpy, for which `validate` does not wait
-    radius, edge = scenario.acoustics.hf.range_m + asked.clearance_m, scenario.survey.side_m / 2
+    radius, area = scenario.acoustics.hf.range_m + asked.clearance_m, area_of(scenario)
     angles = [math.radians(asked.angle_deg) + math.tau * asv / count for asv in range(count)]
-    beyond = [radius * max(abs(math.cos(a)), abs(math.sin(a))) - edge for a in angles]
+    x, y = area.centroid
+    beyond = [area.beyond(x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles]
     outside = sum(excess > 1e-9 * radius for excess in beyond)
     if outside:
+        edge = f" ({area.side / 2:g} m from the centre)" if area.side else ""
         yield Problem(
             "asvs.formation.radius_m",
             f"is by default hf.range_m + clearance_m = {radius:g} m, which puts {outside} of "
-            f"{count} ASVs outside the survey, up to {max(beyond):.3g} m beyond its edge "
-            f"({edge:g} m from the centre); set it to have them elsewhere",
-            ("asvs.formation.clearance_m", "acoustics.hf.range_m", "survey.side_m"),
+            f"{count} ASVs outside the survey, up to {max(beyond):.3g} m beyond its edge"
+            f"{edge}; set it to have them elsewhere",
+            ("asvs.formation.clearance_m", "acoustics.hf.range_m", *_shapes(scenario)),
         )
+
+
+def _shapes(scenario: Scenario) -> list[str]:
+    return [f"survey.{name}" for name in scenario.survey.shapes]
 
 
 def _told(scenario: Scenario) -> Iterator[Problem]:
@@ -93,24 +102,24 @@ def _told(scenario: Scenario) -> Iterator[Problem]:
 
 def _route(scenario: Scenario) -> Iterator[Problem]:
     """Yield which AUVs have places to go to or to hold outside the survey."""
-    route, edge = scenario.auvs.route, scenario.survey.side_m / 2
-    if route.kind == "hold":
-        key, plans = "positions_m", [[place] for place in route.positions_m]
-    elif route.kind == "waypoints":
-        key, plans = "points_m", [list(points) for points in route.points_m]
+    route, area = scenario.auvs.route, area_of(scenario)
+    if isinstance(route, Hold):
+        key = "positions_deg" if route.positions_deg else "positions_m"
+        plans = [[place] for place in positioned(scenario, route).positions_m]
+    elif isinstance(route, Waypoints):
+        key = "points_deg" if route.points_deg else "points_m"
+        plans = [list(points) for points in positioned(scenario, route).points_m]
     else:
         return
-    beyond = {
-        auv: max(max(abs(x), abs(y)) for x, y in plan) - edge for auv, plan in enumerate(plans)
-    }
+    beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in enumerate(plans)}
     outside = {auv: excess for auv, excess in beyond.items() if excess > 0.0}
     if outside:
         yield Problem(
             f"auvs.route.{key}",
-            f"{_named(list(outside))} outside the survey of {2 * edge:g} m, up to "
+            f"{_named(list(outside))} outside the survey of {area.told}, up to "
             f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
             "the survey",
-            ("survey.side_m",),
+            tuple(_shapes(scenario)),
         )
 
 
@@ -127,21 +136,19 @@ def _tracks(scenario: Scenario) -> Iterator[Problem]:
         return
     import numpy as np  # which other routes do not need
 
-    from ..vehicles.tracks import read_track
-
-    edge, duration = scenario.survey.side_m / 2, scenario.duration_s
+    area, duration = area_of(scenario), scenario.duration_s
     instants = np.linspace(0.0, duration, LOOKS)
     late: dict[int, float] = {}
     early: dict[int, float] = {}
     outside: dict[int, tuple[float, float]] = {}
-    for auv, file in enumerate(route.files):
+    for auv in range(len(route.files)):
         try:
-            times, places = read_track(file, route.time_offset_s)
+            times, places = recorded_track(scenario, route, auv)
         except ValueError:
             continue  # which is told as a mistake
         late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)
-        ways = [np.abs(np.interp(instants, times, places[:, axis])) for axis in (0, 1)]
-        beyond = np.maximum(*ways) - edge
+        ways = [np.interp(instants, times, places[:, axis]) for axis in (0, 1)]
+        beyond = np.array([area.beyond(x, y) for x, y in zip(*ways, strict=True)])
         outside[auv] = float(beyond.max()), float(np.mean(beyond > 0.0))
     yield from _standing("begins late", "first", late, duration)
     yield from _standing("ends early", "last", early, duration)
@@ -149,10 +156,10 @@ def _tracks(scenario: Scenario) -> Iterator[Problem]:
     for auv, (excess, share) in list(away.items())[:MOST_NAMED]:
         yield Problem(
             f"auvs.route.files.{auv}",
-            f"the track of AUV{auv} leaves the survey of {2 * edge:g} m, by up to {excess:.3g} m "
+            f"the track of AUV{auv} leaves the survey of {area.told}, by up to {excess:.3g} m "
             f"and for {100 * share:.2g} % of the mission{_more(away)}; slots are made for sound "
             "that crosses the survey",
-            ("survey.side_m",),
+            tuple(_shapes(scenario)),
         )
 
 
@@ -195,7 +202,7 @@ def _frames(scenario: Scenario) -> Iterator[Problem]:
         "protocol.frame_s",
         f"a round with a fix takes {full:.4g} s, longer than the frame of {frame:g} s, "
         f"{consequence}",
-        ("protocol.downlink", "survey.side_m", "protocol.schedule"),
+        ("protocol.downlink", *_shapes(scenario), "protocol.schedule"),
     )
 
 

@@ -134,7 +134,7 @@ def strayed(scenario: Scenario, auvs: Fleet) -> Floats:
     current adds its own way to that of vehicles that drift with it.
     """
     protocol, water = scenario.protocol, scenario.environment
-    speed = np.full(len(auvs), scenario.auvs.speed_m_per_s)
+    speed = np.array(scenario.auvs.speeds)
     if scenario.auvs.route.kind == "hold":
         speed[:] = 0.0
     elif route_of(scenario).kind == "track" and auvs.poses is None:

@@ -11,6 +11,7 @@ from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
 from ..scenario.families import RANGING
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 from ..scenario.water import assumed_sound_speed_of
 
 # eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
@@ -20,6 +21,9 @@ DOWNLINK_GUARD, SHORTEST_DOWNLINK = 1.25, 10.0
 
 def crossing_time(side: float, sound_speed: float = 1500.0) -> float:
     """Return the time t_C (s) that sound takes to cross the survey (eq. t_cross).
+
+    The paper's `side` is that of a square; of another area it is the longer side of the smallest
+    rectangle around it.
 
     >>> crossing_time(60)
     0.04
@@ -131,8 +135,8 @@ def slots_of(scenario: Scenario) -> Slots:
     """
     sound_speed = assumed_sound_speed_of(scenario)
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
-    crossing = crossing_time(scenario.survey.side_m, sound_speed)
-    longest = longest_way(hf.range_m, scenario.survey.depth_m, hf.range_metric) / sound_speed
+    crossing = crossing_time(area_of(scenario).across, sound_speed)
+    longest = longest_way(hf.range_m, scenario.survey.deepest, hf.range_metric) / sound_speed
     slot = _uplink_slot_of(scenario, longest, crossing)
     return Slots(
         crossing, hf.ping_s, longest, slot, mf.header_bytes, mf.fix_bytes, mf.bit_rate_bps,

@@ -6,6 +6,7 @@ A table has the columns that our own export writes: `tracks` (or `odometry`), `f
 
 import csv
 import json
+import struct
 from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
 from pathlib import Path
@@ -131,5 +132,5 @@ def _messages(path: Path) -> Iterator[tuple[str, int, Row]]:
                         f"{path}: message {counts[topic]} on {topic} is {described(row)}, no row"
                     )
                 yield topic, counts[topic], row
-    except (OSError, McapError, json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (OSError, McapError, struct.error, json.JSONDecodeError, UnicodeDecodeError) as error:
         raise BadLog(f"{path}: cannot be read as an MCAP file: {error}") from None

@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scenario.planned import horizontal_reach, planned_path
+from ..scenario.planned import horizontal_reach
+from ..scenario.plans import planned_path
+from ..scenario.survey_area import area_of
 from ..scenario.water import sound_speed_of
 from .envelope import error_envelope
 from .packing import Packer
@@ -35,7 +37,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
     return {
         "name": scenario.name,
         "duration": scenario.duration_s,
-        "side": scenario.survey.side_m,
+        "outline": area_of(scenario).outline,
         "hf": {"range": acoustics.hf.range_m, "reach": horizontal_reach(scenario)},
         "mf": {"range": acoustics.mf.range_m},
         "soundSpeed": sound_speed_of(scenario),
@@ -107,7 +109,7 @@ def _plan(mission: Recording, number: int, packer: Packer) -> dict[str, Any] | N
         return None
     path = planned_path(scenario, number)
     most = max(MOST_PLAN_POINTS // mission.auvs, 2)
-    points = int(np.clip(path.length / scenario.survey.side_m * 200, 2, most))
+    points = int(np.clip(path.length / area_of(scenario).across * 200, 2, most))
     places = path.sample(np.linspace(0.0, path.length, points))
     return {
         "x": packer.add(places[:, 0], quantum=CENTIMETRE),

@@ -7,6 +7,7 @@ from importlib.metadata import version
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from ..scenario.survey_area import area_of
 from .calibration import calibration_told
 from .envelope import envelope_made_of
 from .packing import Packer
@@ -116,13 +117,14 @@ def _head(result: "Result") -> str:
 def described(result: "Result") -> str:
     """Return in a line who was where for how long, and the seed."""
     scenario, protocol = result.scenario, result.scenario.protocol
-    auvs, asvs, side = scenario.auvs, scenario.asvs, scenario.survey.side_m
+    auvs, asvs, area = scenario.auvs, scenario.asvs, area_of(scenario)
+    over = f"{area.side:g} m by {area.side:g} m" if area.side else area.told
     parts = f"{protocol.schedule}, {protocol.downlink} downlink"
     if protocol.is_passive:
         parts = "passive ranging"
     return (
         f"{auvs.count} AUV{'s' * (auvs.count != 1)} ({auvs.vehicle}) and {asvs.count} "
-        f"ASV{'s' * (asvs.count != 1)} ({asvs.vehicle}) over {side:g} m by {side:g} m for "
+        f"ASV{'s' * (asvs.count != 1)} ({asvs.vehicle}) over {over} for "
         f"{scenario.duration_s:g} s; {parts}, {scenario.navigation.filter} navigation; "
         f"seed {result.seed}"
     )

@@ -119,7 +119,7 @@ def _drift(scenario: "Scenario", time: float, initial_sd: float) -> float:
     return math.hypot(
         drift_rms(time, bias, walk),
         math.sqrt(2) * math.hypot(wandered, initial_sd),
-        skew * scenario.auvs.speed_m_per_s * time,
+        skew * max(scenario.auvs.speeds) * time,
     )
 
 

@@ -8,11 +8,17 @@ from typing import NamedTuple
 
 from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean
+from ..geometry.lanes import lane_count
 from .families import parts_of
 from .part_settings import shipped_mistakes
+from .places.checks import misplaced
+from .places.on_earth import origin_of, positioned
 from .scenario_keys import ScenarioKeys
 from .sections.environment import Environment
+from .sections.routes import Lawnmower
+from .sections.survey import SHAPES
 from .sections.vehicles import Formation
+from .survey_area import area_of, lanes_heading
 
 FRAMED_SCHEDULES = ("round_robin", "random")
 
@@ -44,10 +50,14 @@ class Problem(NamedTuple):
 def problems(scenario: ScenarioKeys) -> list[Problem]:
     """Return every contradiction: dotted key, rule, value and remedy."""
     return [
+        *(shape := list(_survey(scenario))),
         *_vehicles(scenario),
+        *_fleet(scenario),
         *_origin(scenario),
         *_water(scenario),
+        *(Problem(*found) for found in misplaced(scenario)),
         *_route(scenario),
+        *([] if shape else _lanes(scenario)),
         *_formation(scenario),
         *_parts(scenario),
         *_protocol(scenario),
@@ -120,7 +130,7 @@ def _water(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def _teos10(scenario: ScenarioKeys, key: str) -> Iterator[Problem]:
-    if scenario.environment.origin.coordinates is None:
+    if origin_of(scenario) is None:
         yield Problem(
             "environment.sound_speed_law",
             "teos10 needs to know where that is: set environment.origin, or use mackenzie",
@@ -136,10 +146,19 @@ def _teos10(scenario: ScenarioKeys, key: str) -> Iterator[Problem]:
 
 def _route(scenario: ScenarioKeys) -> Iterator[Problem]:
     auvs, route = scenario.auvs, scenario.auvs.route
-    if route.kind == "hold" and len(route.positions_m) != auvs.count:
+    if route.kind == "hold":
+        places = route.positions_deg or route.positions_m
+        if len(places) != auvs.count:
+            unit, each = ("deg", "[lat, lon]") if route.positions_deg else ("m", "[x, y]")
+            yield Problem(
+                f"auvs.route.positions_{unit}",
+                f"needs one {each} per AUV: {auvs.count} expected, {len(places)} given",
+                ("auvs.count", "auvs.route.kind"),
+            )
+    if route.kind == "track" and route.tracks and len(route.tracks) != auvs.count:
         yield Problem(
-            "auvs.route.positions_m",
-            f"needs one [x, y] per AUV: {auvs.count} expected, {len(route.positions_m)} given",
+            "auvs.route.tracks",
+            f"needs one name per AUV: {auvs.count} expected, {len(route.tracks)} given",
             ("auvs.count", "auvs.route.kind"),
         )
     if route.kind == "track" and len(route.files) != auvs.count:
@@ -149,69 +168,134 @@ def _route(scenario: ScenarioKeys) -> Iterator[Problem]:
             ("auvs.count", "auvs.route.kind"),
         )
     if route.kind == "waypoints":
-        if len(route.points_m) != auvs.count:
+        name = "points_deg" if route.points_deg else "points_m"
+        count = len(route.points_deg or route.points_m)
+        if count != auvs.count:
             yield Problem(
-                "auvs.route.points_m",
-                f"needs one list of points per AUV: {auvs.count} expected, "
-                f"{len(route.points_m)} given",
+                f"auvs.route.{name}",
+                f"needs one list of points per AUV: {auvs.count} expected, {count} given",
                 ("auvs.count", "auvs.route.kind"),
             )
-        for number, points in enumerate(route.points_m):
+        if route.points_deg and origin_of(scenario) is None:
+            return  # which has been told
+        for number, points in enumerate(positioned(scenario, route).points_m):
             if len(points) < 2 or any(dist(a, b) < SHORTEST_WAY for a, b in pairwise(points)):
                 yield Problem(
-                    f"auvs.route.points_m.{number}",
+                    f"auvs.route.{name}.{number}",
                     f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
                 )
-    if route.kind == "lawnmower":
-        lanes = scenario.survey.side_m / route.lane_spacing_m
-        if lanes > MOST_LANES:
+
+
+def _survey(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what is wrong with the shape of the survey."""
+    survey, shapes = scenario.survey, scenario.survey.shapes
+    if len(shapes) != 1:
+        first = shapes[0] if shapes else "side_m"
+        yield Problem(
+            f"survey.{shapes[1] if shapes else first}",
+            f"excludes {first}: either says what the survey is; keep one, and set the other to "
+            "null where it comes from elsewhere"
+            if shapes
+            else f"says of no survey what it is; give one of {', '.join(SHAPES)}",
+            tuple(f"survey.{name}" for name in SHAPES),
+        )
+        return
+    if shapes[0] in ("polygon_m", "area") and survey.rotation_deg:
+        yield Problem(
+            "survey.rotation_deg",
+            "turns squares and rectangles; turn the corners of a polygon, and remove it",
+            (f"survey.{shapes[0]}",),
+        )
+    try:
+        area_of(scenario)
+    except ValueError as error:
+        yield Problem(f"survey.{shapes[0]}", str(error))
+
+
+def _fleet(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield lists of what each AUV has that do not fit the number of AUVs."""
+    auvs, survey = scenario.auvs, scenario.survey
+    for name, given, what in (
+        ("survey.depths_m", survey.depths_m, "depth"),
+        ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed"),
+        ("auvs.launch_m", auvs.launch_m, "[x, y]"),
+        ("auvs.recovery_m", auvs.recovery_m, "[x, y]"),
+    ):
+        alone = what == "[x, y]" and given is not None and len(given) == 1
+        if given is not None and len(given) != auvs.count and not alone:
             yield Problem(
-                "auvs.route.lane_spacing_m",
-                f"makes {lanes:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
-                ("survey.side_m", "auvs.route.kind"),
+                name,
+                f"needs one {what} per AUV{', or one for all' if what == '[x, y]' else ''}: "
+                f"{auvs.count} expected, {len(given)} given",
+                ("auvs.count",),
             )
-        margin = route.lane_spacing_m / 2 if route.end_margin_m is None else route.end_margin_m
-        if scenario.survey.side_m - 2 * margin < SHORTEST_WAY:
-            yield Problem(
-                "auvs.route.end_margin_m"
-                if route.end_margin_m is not None
-                else "auvs.route.lane_spacing_m",
-                f"leaves no lane: margins of 2 x {margin:g} m fill the side of "
-                f"{scenario.survey.side_m:g} m; use a smaller one",
-                ("survey.side_m", "auvs.route.kind"),
-            )
-        if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > scenario.survey.side_m:
-            yield Problem(
-                "auvs.turning_radius_m",
-                f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of "
-                f"{scenario.survey.side_m:g} m; use at most {scenario.survey.side_m / 2:g}",
-                ("survey.side_m", "auvs.vehicle", "auvs.route.kind"),
-            )
+
+
+def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield why the survey cannot be swept in lanes as asked for."""
+    auvs, route = scenario.auvs, scenario.auvs.route
+    if not isinstance(route, Lawnmower):
+        return
+    area, shape = area_of(scenario), f"survey.{scenario.survey.shapes[0]}"
+    box = area.along(lanes_heading(scenario)).box
+    spacing, across = route.lane_spacing_m, box.y_max - box.y_min
+    if across / spacing > MOST_LANES:
+        yield Problem(
+            "auvs.route.lane_spacing_m",
+            f"makes {across / spacing:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
+            (shape, "auvs.route.kind"),
+        )
+    elif route.division == "equal_length" and lane_count(across, spacing) < auvs.count:
+        yield Problem(
+            "auvs.route.division",
+            f"shares {lane_count(across, spacing)} lanes out among {auvs.count} AUVs, of which "
+            f"each needs one; use a spacing of {across / auvs.count:.4g} m or less, fewer AUVs, or "
+            "strips",
+            ("auvs.route.lane_spacing_m", "auvs.count", shape),
+        )
+    margin = spacing / 2 if route.end_margin_m is None else route.end_margin_m
+    along = box.x_max - box.x_min
+    if along - 2 * margin < SHORTEST_WAY:
+        yield Problem(
+            f"auvs.route.{'lane_spacing_m' if route.end_margin_m is None else 'end_margin_m'}",
+            f"leaves no lane: margins of 2 x {margin:g} m fill the "
+            f"{'side' if area.side else 'length'} of {along:g} m; use a smaller one",
+            (shape, "auvs.route.kind"),
+        )
+    if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > area.across:
+        yield Problem(
+            "auvs.turning_radius_m",
+            f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.told}; "
+            f"use at most {area.across / 2:g}",
+            (shape, "auvs.vehicle", "auvs.route.kind"),
+        )
 
 
 def _formation(scenario: ScenarioKeys) -> Iterator[Problem]:
     formation, count = scenario.asvs.formation, scenario.asvs.count
     if not isinstance(formation, Formation):
         return
-    given = formation.positions_m is not None
-    if formation.model is not None and (formation.model == "positions") is not given:
+    degrees = formation.positions_deg
+    name, each = ("positions_m", "[x, y]") if degrees is None else ("positions_deg", "[lat, lon]")
+    places = formation.positions_m if degrees is None else degrees
+    if formation.model is not None and (formation.model == "positions") is (places is None):
         yield Problem(
             "asvs.formation.model",
-            "positions needs positions_m; add it, or use ring"
+            f"positions needs {name}; add it, or use ring"
             if formation.model == "positions"
-            else "ring excludes positions_m; remove it, or use positions",
-            ("asvs.formation.positions_m",),
+            else f"ring excludes {name}; remove it, or use positions",
+            (f"asvs.formation.{name}",),
         )
-    if formation.positions_m is not None:
-        if len(formation.positions_m) != count:
+    if places is not None:
+        if len(places) != count:
             yield Problem(
-                "asvs.formation.positions_m",
-                f"needs one [x, y] per ASV: {count} expected, {len(formation.positions_m)} given",
+                f"asvs.formation.{name}",
+                f"needs one {each} per ASV: {count} expected, {len(places)} given",
                 ("asvs.count",),
             )
         if formation.radius_m is not None or formation.clearance_m or formation.angle_deg:
             yield Problem(
-                "asvs.formation.positions_m",
+                f"asvs.formation.{name}",
                 "excludes radius_m, clearance_m and angle_deg; keep one or the other",
                 tuple(f"asvs.formation.{key}" for key in ("radius_m", "clearance_m", "angle_deg")),
             )

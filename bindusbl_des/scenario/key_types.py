@@ -26,6 +26,9 @@ Whole = Annotated[int, Strict()]
 Text = Annotated[str, Strict(), Field(pattern=PRINTABLE)]
 Coordinate = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Point = tuple[Coordinate, Coordinate]
+Latitude = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-90, le=90)]
+Longitude = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-180, le=180)]
+Position = tuple[Latitude, Longitude]
 
 
 class Part(BaseModel):

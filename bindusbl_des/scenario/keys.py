@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_
 from ..core.plugins import Family
 from ..core.wording import plain
 from .families import FAMILIES
-from .key_types import Part
+from .key_types import Part, Position
 from .scenario_keys import ScenarioKeys
 from .vehicle_choice import VehicleChoice
 
@@ -213,7 +213,9 @@ def _type(annotation: Any) -> str:
     if origin in (Union, UnionType):
         return f"{_type(next(arm for arm in arms if arm is not type(None)))}, or null"
     if origin is tuple:
-        return f"list of {_type(arms[0])}" if arms[-1] is Ellipsis else "[x, y]"
+        if arms[-1] is Ellipsis:
+            return f"list of {_type(arms[0])}"
+        return "[lat, lon]" if annotation == Position else "[x, y]"
     return {int: "whole number", float: "number", str: "text"}[annotation]
 
 

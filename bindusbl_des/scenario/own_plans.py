@@ -15,7 +15,7 @@ from .consistency import SHORTEST_WAY
 from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice
 from .part_settings import own_part
-from .scenario import Scenario
+from .scenario_keys import ScenarioKeys
 
 Array = NDArray[np.float64]
 
@@ -24,8 +24,10 @@ Array = NDArray[np.float64]
 class PlanView:
     """What a placement or a route may know: fleet, survey and ranges (m, s, m/s).
 
-    The survey is a square of side `side` about the origin, x and y along its sides; AUVs go at
-    `depth` and `speed`, and turn no tighter than `turning_radius`, for `duration`.
+    The survey is a square of side `side` about the origin, x and y along its sides, or has other
+    `corners`, x and y going round: then `side` is the longer side of the smallest rectangle around
+    it.  AUVs go at `depth` and `speed`, and turn no tighter than `turning_radius`, for `duration`:
+    the greatest, where AUVs differ.
     """
 
     auvs: int
@@ -37,6 +39,7 @@ class PlanView:
     speed: float
     turning_radius: float
     duration: float
+    corners: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ class Points:
 
 
 def own_stations(
-    scenario: Scenario, choice: PartChoice, view: PlanView
+    scenario: ScenarioKeys, choice: PartChoice, view: PlanView
 ) -> list[tuple[float, float]]:
     """Return where somebody's own placement puts the ASVs, [x, y] in m.
 
@@ -101,7 +104,7 @@ def own_stations(
     return [(float(x), float(y)) for x, y in places[:, :2]]
 
 
-def own_route(scenario: Scenario, choice: PartChoice, view: PlanView) -> Points | Tracks:
+def own_route(scenario: ScenarioKeys, choice: PartChoice, view: PlanView) -> Points | Tracks:
     """Return the route that somebody's own makes: way points for each AUV, or a track for each.
 
     Raises:
@@ -130,7 +133,7 @@ def own_route(scenario: Scenario, choice: PartChoice, view: PlanView) -> Points 
 
 
 def own_motion(
-    scenario: Scenario, family: Family, choice: PartChoice, ways: Sequence[WayView]
+    scenario: ScenarioKeys, family: Family, choice: PartChoice, ways: Sequence[WayView]
 ) -> list[Track]:
     """Return how vehicles of somebody's own move along their ways: times (n,), s, places (n, 3), m.
 
@@ -158,13 +161,13 @@ def _way_problem(way: Array) -> str:
     return f"way points in a row must be {SHORTEST_WAY:g} m apart or more" if near else ""
 
 
-def _track_problem(scenario: Scenario, way: Array) -> str:
+def _track_problem(scenario: ScenarioKeys, way: Array) -> str:
     if scenario.auvs.vehicle.flies_paths:
         return f"{scenario.auvs.vehicle} flies way points; with tracks use kinematic"
     return _motion_problem(scenario, way)
 
 
-def _motion_problem(scenario: Scenario, way: Array) -> str:
+def _motion_problem(scenario: ScenarioKeys, way: Array) -> str:
     steps = np.diff(way, axis=0)
     if (steps[:, 0] <= 0.0).any():
         return "the times of a track must increase"

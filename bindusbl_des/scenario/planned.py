@@ -4,81 +4,40 @@ Whoever wants to know asks here: what somebody's own placement or route says is 
 """
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ..core.plugins import PluginError, load
 from ..geometry.formation import formation, formation_radius
-from ..geometry.paths import Path
-from ..geometry.routes import Strip, lawnmower, waypoint_path
-from ..geometry.turns import there_and_back
 from .families import PLACEMENT, ROUTE
 from .part_choice import PartChoice
-from .scenario import Scenario
+from .places.on_earth import positioned, positioned_stations, recorded_tracks
+from .scenario_keys import ScenarioKeys
 from .sections.own import OwnPlacement, OwnRoute
 from .sections.routes import Hold, Lawnmower, Track, Waypoints
+from .survey_area import area_of
 
 if TYPE_CHECKING:
     from ..vehicles.tracks import Track as RecordedTrack
-    from .own_plans import PlanView, Points, Tracks
+    from .own_plans import Array, PlanView, Points, Tracks
 
 
-def turning_radius(scenario: Scenario) -> float:
-    """Return the radius (m) of planned turns: as asked for, or as the vehicle model can turn."""
+def turning_radius(scenario: ScenarioKeys, auv: int) -> float:
+    """Return the radius (m) of an AUV's planned turns: as asked for, or as its model can turn."""
     auvs = scenario.auvs
     if not auvs.vehicle.has_dynamics:
         return auvs.turning_radius_m
     from ..vehicles.guidance import smallest_turn
 
     try:
-        return smallest_turn(
-            auvs.vehicle.model, auvs.speed_m_per_s, dict(auvs.vehicle.coefficients)
-        )
+        return smallest_turn(auvs.vehicle.model, auvs.speed(auv), dict(auvs.vehicle.coefficients))
     except ValueError as error:
-        raise ValueError(f"auvs.speed_m_per_s: {error}; ask for less") from None
+        name = "speeds_m_per_s" if auvs.speeds_m_per_s else "speed_m_per_s"
+        raise ValueError(f"auvs.{name}: {error}; ask for less") from None
 
 
-def planned_tour(scenario: Scenario, index: int) -> Path:
-    """Return the endless tour of one AUV along its planned path, there and back."""
-    return there_and_back(
-        planned_path(scenario, index),
-        scenario.survey.side_m,
-        turning_radius(scenario),
-        math.radians(scenario.auvs.join_angle_deg),
-    )
-
-
-def planned_path(scenario: Scenario, index: int) -> Path:
-    """Return the path that one AUV is to fly, once through (routes lawnmower and waypoints).
-
-    Raises:
-        ValueError: when the route has no plan: an AUV that holds or repeats a track.
-    """
-    auvs, side, route = scenario.auvs, scenario.survey.side_m, route_of(scenario)
-    if route.kind == "waypoints":
-        return waypoint_path(route.points_m[index], turning_radius(scenario))
-    if not isinstance(route, Lawnmower):
-        raise ValueError(f"an AUV whose route is {route.kind!r} has no planned path")
-    spacing, margin = route.lane_spacing_m, route.end_margin_m
-    radius = turning_radius(scenario)
-    if 2 * radius > side:
-        raise ValueError(
-            f"auvs.vehicle: at {auvs.speed_m_per_s:g} m/s {auvs.vehicle} turns with a radius of "
-            f"{radius:.1f} m, too wide for a survey of {side:g} m; use another vehicle (bluerov2 "
-            "turns tightly), another speed or a larger survey"
-        )
-    return lawnmower(
-        Strip(side, auvs.count, index),
-        spacing=spacing,
-        margin=spacing / 2 if margin is None else margin,
-        radius=radius,
-        start=route.start,
-        turns=route.turns,
-        join_angle=math.radians(auvs.join_angle_deg),
-    )
-
-
-def route_of(scenario: Scenario) -> "Lawnmower | Hold | Waypoints | Track | Points | Tracks":
+def route_of(scenario: ScenarioKeys) -> "Lawnmower | Hold | Waypoints | Track | Points | Tracks":
     """Return the route of a scenario: that of somebody's own as its way points or tracks.
 
     Raises:
@@ -86,18 +45,18 @@ def route_of(scenario: Scenario) -> "Lawnmower | Hold | Waypoints | Track | Poin
     """
     route = scenario.auvs.route
     if not isinstance(route, OwnRoute):
-        return route
+        return positioned(scenario, route)
     return _own_route(scenario, route.choice, id(load(ROUTE, str(route.choice))))
 
 
 @lru_cache(maxsize=4)
-def _own_route(scenario: Scenario, choice: PartChoice, _loaded: int) -> "Points | Tracks":
+def _own_route(scenario: ScenarioKeys, choice: PartChoice, _loaded: int) -> "Points | Tracks":
     from .own_plans import own_route
 
     return own_route(scenario, choice, _view(scenario))
 
 
-def known_route(scenario: Scenario) -> "Lawnmower | Hold | Waypoints | Track | Points | Tracks":
+def known_route(scenario: ScenarioKeys) -> "Lawnmower | Hold | Waypoints | Track | Points | Tracks":
     """Return the route for an estimate: lanes stand in for one's own that cannot be asked."""
     try:
         return route_of(scenario)
@@ -105,17 +64,15 @@ def known_route(scenario: Scenario) -> "Lawnmower | Hold | Waypoints | Track | P
         return Lawnmower()
 
 
-def tracks_of(scenario: Scenario) -> "list[RecordedTrack] | None":
+def tracks_of(scenario: ScenarioKeys) -> "list[RecordedTrack] | None":
     """Return the tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None if they do not."""
     route = route_of(scenario)
     if isinstance(route, Track):
-        from ..vehicles.tracks import read_tracks
-
-        return read_tracks(route.files, route.time_offset_s, scenario.duration_s)
+        return recorded_tracks(scenario, route)
     return list(route.tracks) if route.kind == "track" else None
 
 
-def asv_stations(scenario: Scenario) -> list[tuple[float, float]]:
+def asv_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
     """Return where the ASVs keep station, [x, y] in m (eq. formation).
 
     Raises:
@@ -124,25 +81,32 @@ def asv_stations(scenario: Scenario) -> list[tuple[float, float]]:
     asked, asvs = scenario.asvs.formation, scenario.asvs
     if isinstance(asked, OwnPlacement):
         return list(_own_stations(scenario, asked.choice, id(load(PLACEMENT, str(asked.choice)))))
-    if asked.positions_m is not None:
-        return list(asked.positions_m)
+    given = positioned_stations(scenario)
+    if given is not None:
+        return list(given)
     radius = asked.radius_m
     if radius is None:
         radius = formation_radius(scenario.acoustics.hf.range_m, asked.clearance_m)
-    vertices = formation(asvs.count, radius, math.radians(asked.angle_deg))
-    return [(x, y) for x, y in vertices.tolist()]
+    return _about_centroid(scenario, formation(asvs.count, radius, math.radians(asked.angle_deg)))
+
+
+def _about_centroid(scenario: ScenarioKeys, vertices: "Array") -> list[tuple[float, float]]:
+    """Return places (n, 2), m, about the origin as those about the middle of the survey."""
+    centre = area_of(scenario).centroid
+    places = vertices if centre == (0.0, 0.0) else vertices + centre
+    return [(x, y) for x, y in places.tolist()]
 
 
 @lru_cache(maxsize=4)
 def _own_stations(
-    scenario: Scenario, choice: PartChoice, _loaded: int
+    scenario: ScenarioKeys, choice: PartChoice, _loaded: int
 ) -> tuple[tuple[float, float], ...]:
     from .own_plans import own_stations
 
     return tuple(own_stations(scenario, choice, _view(scenario)))
 
 
-def known_stations(scenario: Scenario) -> list[tuple[float, float]]:
+def known_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
     """Return where ASVs lie, for an estimate: a ring stands in for a placement of one's own that
     cannot be asked.
     """
@@ -150,29 +114,35 @@ def known_stations(scenario: Scenario) -> list[tuple[float, float]]:
         return asv_stations(scenario)
     except PluginError:
         radius = formation_radius(scenario.acoustics.hf.range_m)
-        return [(x, y) for x, y in formation(scenario.asvs.count, radius).tolist()]
+        return _about_centroid(scenario, formation(scenario.asvs.count, radius))
 
 
-def _view(scenario: Scenario) -> "PlanView":
+def _view(scenario: ScenarioKeys) -> "PlanView":
     from .own_plans import PlanView
 
-    bands, auvs = scenario.acoustics, scenario.auvs
+    bands, auvs, area = scenario.acoustics, scenario.auvs, area_of(scenario)
     return PlanView(
         auvs=auvs.count,
         asvs=scenario.asvs.count,
-        side=scenario.survey.side_m,
-        depth=scenario.survey.depth_m,
+        side=area.across,
+        depth=scenario.survey.deepest,
         hf_range=bands.hf.range_m,
         mf_range=bands.mf.range_m,
-        speed=auvs.speed_m_per_s,
-        turning_radius=turning_radius(scenario),
+        speed=max(auvs.speeds),
+        turning_radius=max(turning_radius(scenario, auv) for auv in _unlike(auvs.speeds)),
         duration=scenario.duration_s,
+        corners=area.outline,
     )
 
 
-def horizontal_reach(scenario: Scenario) -> float:
-    """Return how far (m), seen from above, an ASV hears an AUV at the survey's depth."""
-    hf, depth = scenario.acoustics.hf, scenario.survey.depth_m
+def _unlike(speeds: Sequence[float]) -> list[int]:
+    """Return one AUV of each speed."""
+    return list({speed: auv for auv, speed in enumerate(speeds)}.values())
+
+
+def horizontal_reach(scenario: ScenarioKeys) -> float:
+    """Return how far (m), seen from above, an ASV hears an AUV at the survey's (greatest) depth."""
+    hf, depth = scenario.acoustics.hf, scenario.survey.deepest
     if hf.range_metric == "horizontal":
         return hf.range_m
     return math.sqrt(max(hf.range_m**2 - depth**2, 0.0))

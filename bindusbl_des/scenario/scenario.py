@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 from ..core.wording import plain, shortened
 from .consistency import problems
 from .scenario_keys import ScenarioKeys
+from .survey_area import area_of
 
 
 class Scenario(ScenarioKeys):
@@ -35,7 +36,7 @@ class Scenario(ScenarioKeys):
     def __repr__(self) -> str:
         return (
             f"<Scenario {self.name}: {self.auvs.count} AUVs, {self.asvs.count} ASVs, "
-            f"{self.survey.side_m:g} m, {self.duration_s:g} s>"
+            f"{area_of(self).told}, {self.duration_s:g} s>"
         )
 
     __str__ = __repr__

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from .places.on_earth import origin_of
 from .scenario_keys import ScenarioKeys
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def sound_speed_of(scenario: ScenarioKeys) -> float:
         return scenario.environment.sound_speed_m_per_s
     from ..sea.profile import mean_speed  # brings numpy, which speeds that are given do not need
 
-    return mean_speed(profile_of(scenario), scenario.survey.depth_m)
+    return mean_speed(profile_of(scenario), scenario.survey.deepest)
 
 
 def assumed_sound_speed_of(scenario: ScenarioKeys) -> float:
@@ -60,10 +61,10 @@ def _column(scenario: ScenarioKeys) -> "Column":
 
     given = scenario.environment
     return Column(
-        deepest_m=scenario.survey.depth_m,
+        deepest_m=scenario.survey.deepest,
         temperature_c=given.temperature_c,
         salinity_psu=given.salinity_psu,
         cast_file=given.ctd,
         law=given.sound_speed_law,
-        place_deg=given.origin.coordinates,
+        place_deg=origin_of(scenario),
     )

@@ -1,39 +1,25 @@
-"""Recorded tracks of real vehicles, read from CSV files."""
+"""Recorded tracks of real vehicles, in the frame and time of a mission."""
 
-import csv
 import math
-import os
 from collections.abc import Sequence
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..charts.recordings import Recording, read_recording
+from ..charts.shapes import Degrees
 from ..core.wording import plain
+from ..geometry.geodesy import far_apart_m, ned_at_depth
 
 Array = NDArray[np.float64]
 Track = tuple[Array, Array]
-
-COLUMNS = ("time_s", "x_m", "y_m", "depth_m")
 
 # Faster (m/s) is no vehicle, and would outrun its own sound.
 FASTEST = 1000.0
 
 # Farther from the survey's centre (m) is nothing that a scenario could give.
 FARTHEST = 1e6
-
-
-def read_tracks(files: Sequence[str], offset_s: float, duration_s: float) -> list[Track]:
-    """Return the tracks of a fleet, in the time of its mission: `offset_s` is subtracted.
-
-    Raises:
-        ValueError: naming file and remedy, when one cannot be read or none of it is in the mission.
-    """
-    tracks = [read_track(file, offset_s) for file in files]
-    for number, problem in misplaced(tracks, offset_s, duration_s):
-        raise ValueError(f"auvs.route.files.{number}: {problem}")
-    return tracks
 
 
 def misplaced(tracks: Sequence[Track], offset_s: float, duration_s: float) -> list[tuple[int, str]]:
@@ -56,65 +42,74 @@ def _span(times: Array, duration_s: float) -> str:
     )
 
 
-def read_track(path: str | Path, offset_s: float = 0.0) -> Track:
+def read_track(
+    path: str | Path,
+    offset_s: float = 0.0,
+    *,
+    which: str = "",
+    origin: Degrees | None = None,
+    depth_m: float = math.nan,
+) -> Track:
     """Return the times (n,), s, and positions (n, 3), m, z down, of a recorded track.
 
-    The file has a header line with the columns time_s, x_m, y_m, depth_m in any order; further
-    columns are ignored.  `offset_s` is subtracted from its times.
+    CSV, GPX and MCAP files are read (:mod:`..charts.recordings`); `which` names one of several
+    tracks in a file.  `offset_s` is subtracted from its times.  Latitude and longitude become
+    metres about `origin`, latitude and longitude (deg); where the file says no depth, it is
+    `depth_m`.
 
     Raises:
         ValueError: naming file, line and remedy, when the file is not such a track.
     """
-    try:
-        found = os.stat(path)
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read as a CSV file: {error}") from None
-    times, positions = _read(str(path), found.st_mtime_ns, found.st_size)
-    return times - offset_s, positions
+    recording = read_recording(path, which)
+    depths = np.where(np.isnan(recording.depths), depth_m, recording.depths)
+    if recording.in_degrees:
+        positions = _in_metres(path, recording, depths, origin)
+    else:
+        positions = np.column_stack((recording.places, depths))
+    _check_speed(path, recording, positions)
+    positions.setflags(write=False)
+    return recording.times - offset_s, positions
 
 
-@lru_cache(maxsize=64)
-def _read(path: str, _changed_at: int, _size: int) -> Track:
-    """Return what is in a file; one that has not changed since is not read again."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path}: cannot be read as a CSV file: {error}") from None
-    header = [name.strip() for name in rows[0]] if rows else []
-    missing = [name for name in COLUMNS if name not in header]
-    if missing:
+def _in_metres(
+    path: str | Path, recording: Recording, depths: Array, origin: Degrees | None
+) -> Array:
+    if origin is None:
         raise ValueError(
-            f"{path}:1: column {', '.join(missing)} missing; the header needs {', '.join(COLUMNS)}"
+            f"{path}: is in latitude and longitude; set environment.origin.lat_deg and lon_deg, "
+            "where the survey's centre lies"
         )
-    places = [header.index(name) for name in COLUMNS]
-    samples = [_sample(path, number, row, places) for number, row in enumerate(rows[1:], 2) if row]
-    if len(samples) < 2:
-        raise ValueError(f"{path}: has {len(samples)} samples; a track needs at least two")
-    track = np.array(samples)
-    stuck = np.flatnonzero(np.diff(track[:, 0]) <= 0.0)
-    if len(stuck):
-        raise ValueError(
-            f"{path}: time_s must increase, but sample {stuck[0] + 2} "
-            f"({track[stuck[0] + 1, 0]:g} s) does not follow {track[stuck[0], 0]:g} s"
-        )
-    speeds = np.hypot(*np.diff(track[:, 1:3], axis=0).T) / np.diff(track[:, 0])
+    lat, lon = recording.places.T
+    is_far = far_apart_m(lat, lon, origin) > FARTHEST
+    if is_far.any():
+        first = int(is_far.argmax())
+        raise ValueError(f"{recording.told[first]}: {too_far((lat[first], lon[first]), origin)}")
+    return ned_at_depth(lat, lon, depths, origin)
+
+
+def too_far(position: Degrees, origin: Degrees) -> str:
+    """Return what is to be said of a position that is far beyond a survey about an origin (deg)."""
+    lat, lon = position
+    away = float(far_apart_m([lat], [lon], origin)[0])
+    told = (
+        f"latitude {lat:.9g}, longitude {lon:.9g} is {away / 1e3:,.0f} km from environment.origin"
+    )
+    swapped = abs(lon) <= 90.0 and far_apart_m([lon], [lat], origin)[0] < FARTHEST
+    if swapped:
+        return f"{told}, but near it with latitude and longitude swapped; swap them"
+    return f"{told} ({origin[0]:.9g}, {origin[1]:.9g}); correct one of them"
+
+
+def _check_speed(path: str | Path, recording: Recording, positions: Array) -> None:
+    """Refuse a track that no vehicle could go."""
+    speeds = np.hypot(*np.diff(positions[:, :2], axis=0).T) / np.diff(recording.times)
     fastest = int(np.argmax(speeds))
     if speeds[fastest] > FASTEST:
+        units = (
+            "lat_deg and lon_deg in degrees" if recording.in_degrees else "x_m and y_m in metres"
+        )
         raise ValueError(
             f"{path}: sample {fastest + 2} is reached at {speeds[fastest]:.3g} m/s from that "
-            f"before it; a vehicle slower than {FASTEST:g} m/s was expected: are x_m and y_m in "
-            "metres, time_s in seconds?"
+            f"before it; a vehicle slower than {FASTEST:g} m/s was expected: are {units}, time_s "
+            "in seconds?"
         )
-    track.setflags(write=False)
-    return track[:, 0], track[:, 1:]
-
-
-def _sample(path: str, line: int, row: list[str], places: list[int]) -> list[float]:
-    try:
-        sample = [float(row[place]) for place in places]
-    except (ValueError, IndexError):
-        raise ValueError(f"{path}:{line}: needs a number in each of {', '.join(COLUMNS)}") from None
-    if not all(math.isfinite(value) for value in sample):
-        raise ValueError(f"{path}:{line}: holds a value that is not finite: {sample}")
-    return sample

@@ -111,7 +111,7 @@ def test_echoes_that_are_told_apart_change_nothing() -> None:
 
 
 def test_blended_directions_stray() -> None:
-    """From 150 m on the surface echo pulls pings: hardly where they add up, far where they cancel."""
+    """From 150 m on the surface echo pulls pings, most where they cancel."""
     away = np.linspace(150.0, 3000.0, 20_000)
     found = echoes(SHALLOW, 25.0, away, 1.0, 10.0, 1)
     elevation = 9.0 / np.hypot(away, 9.0)

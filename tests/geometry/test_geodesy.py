@@ -10,7 +10,9 @@ from bindusbl_des.geometry.geodesy import (
     enu_covariance,
     enu_from_ned,
     enu_yaw,
+    far_apart_m,
     geodetic_from_ned,
+    ned_at_depth,
     ned_from_geodetic,
 )
 
@@ -41,6 +43,24 @@ def test_places_on_earth_are_where_another_implementation_has_them(
     assert (lat, lon) == pytest.approx(there[:2], abs=DEGREES)
     assert height == pytest.approx(there[2], abs=METRES)
     assert ned_from_geodetic(*there, *centre) == pytest.approx(place, abs=METRES)
+
+
+@pytest.mark.parametrize(("place", "centre", "_there"), PYMAP3D)
+def test_a_position_at_a_depth_is_where_it_was_seen_from(
+    place: tuple[float, ...], centre: tuple[float, float], _there: object
+) -> None:
+    """Latitude and longitude of a place, and its depth, give it back to the micrometre."""
+    lat, lon, _ = geodetic_from_ned(place, *centre)
+    found = ned_at_depth([lat, lat], [lon, lon], [place[2], 0.0], centre)
+    np.testing.assert_allclose(found[0], place, atol=METRES)
+    assert geodetic_from_ned(found[1], *centre)[:2] == pytest.approx((lat, lon), abs=DEGREES)
+    assert found[1, 2] == 0.0
+
+
+def test_positions_are_as_far_apart_as_their_places_in_space() -> None:
+    here, there = (54.33, 10.18), (-33.85, 151.2)
+    straight = np.linalg.norm(ecef_from_geodetic(*here) - ecef_from_geodetic(*there))
+    assert far_apart_m([there[0]], [there[1]], here)[0] == pytest.approx(straight, abs=METRES)
 
 
 def test_the_earth_has_the_size_of_wgs_84() -> None:

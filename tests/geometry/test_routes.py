@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import scenario
+from worlds import lanes_over_square, scenario
 
 from bindusbl_des import simulate
+from bindusbl_des.geometry.area import Box, rectangle
+from bindusbl_des.geometry.lanes import Ruling, lane_ordinates, strips
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.routes import Strip, lane_order, lane_ordinates, lawnmower, waypoint_path
+from bindusbl_des.geometry.routes import lane_order, waypoint_path
 from bindusbl_des.geometry.turns import there_and_back, turn_about
 from bindusbl_des.vehicles.tracks import read_track
 from bindusbl_des.vehicles.vehicle import Place, kinematic, moored, recorded
@@ -44,23 +46,24 @@ def test_lawnmowers_are_smooth(
     """Whatever the survey, an AUV's tour is continuous and respects its turning radius."""
     if spacing >= side:
         return
-    path = lawnmower(
-        Strip(side, strips, strips - 1), spacing=spacing, margin=spacing / 2, radius=radius,
+    path = lanes_over_square(
+        side, strips, strips - 1, spacing=spacing, margin=spacing / 2, radius=radius,
         start=start, turns=turns,
     )  # fmt: skip
-    tour = there_and_back(path, side, radius, JOIN)
+    tour = there_and_back(path, rectangle(side, side).box, radius, JOIN)
     assert tour.repeats_from is not None
     smooth_and_round(tour, radius, min(1.5 * tour.length, 4000.0))
 
 
 def test_lanes_cover_each_strip() -> None:
     """Lanes start half a spacing above the strip's edge; a narrow strip has one in its middle."""
-    assert lane_ordinates(Strip(140, 3, 1), 10) == pytest.approx(
+    share = strips(rectangle(140, 140), Ruling(10.0, 5.0), 3)[1]
+    assert [lane.y for lane in share.lanes] == pytest.approx(
         [-18.333333, -8.333333, 1.666667, 11.666667]
     )
-    assert lane_ordinates(Strip(60, 4, 0), 10) == [-25.0]
-    assert lane_ordinates(Strip(60, 10, 9), 10) == [27.0]
-    assert len(lane_ordinates(Strip(100, 1, 0), 10)) == 10
+    assert lane_ordinates(-30, 15, 10) == [-25.0]
+    assert lane_ordinates(24, 6, 10) == [27.0]
+    assert len(lane_ordinates(-50, 100, 10)) == 10
 
 
 @given(st.integers(1, 40), st.integers(1, 6))
@@ -72,7 +75,7 @@ def test_every_lane_is_flown_once(count: int, skip: int) -> None:
 def test_skipping_lanes_saves_bulb_turns() -> None:
     """With lanes closer than two radii, skip-lane order is shorter than bulb turns."""
     lanes = {
-        turns: lawnmower(Strip(100, 1, 0), spacing=5, margin=10, radius=8, turns=turns).length
+        turns: lanes_over_square(100, 1, 0, spacing=5, margin=10, radius=8, turns=turns).length
         for turns in ("bulb", "skip_lane", "shortest")
     }
     assert lanes["shortest"] == lanes["skip_lane"] < lanes["bulb"] - 100
@@ -80,7 +83,7 @@ def test_skipping_lanes_saves_bulb_turns() -> None:
 
 def test_an_auv_goes_straight_to_its_first_lane_and_sweeps_it() -> None:
     """From the strip's centre to the -x end of the lowest lane; then that lane, eastwards."""
-    path = lawnmower(Strip(140, 3, 0), spacing=10, margin=5, radius=5)
+    path = lanes_over_square(140, 3, 0, spacing=10, margin=5, radius=5)
     assert path.start[:2] == (0.0, pytest.approx(-46.666667))
     way = math.hypot(65, 65 - 46.666667)
     assert path.at(way)[:2] == pytest.approx((-65.0, -65.0))
@@ -194,10 +197,11 @@ def test_a_tour_goes_on_as_long_as_it_must() -> None:
     st.tuples(*[st.floats(-50.0, 50.0)] * 2, st.floats(-7.0, 7.0)),
     st.lists(st.tuples(st.sampled_from([-0.2, 0.0, 0.2]), st.floats(0.1, 40.0)), max_size=3),
 )
-def test_the_reach_of_a_path_is_the_farthest_it_comes(
+def test_the_box_of_a_path_is_as_far_as_it_comes(
     start: tuple[float, float, float], pieces: list[tuple[float, float]]
 ) -> None:
     """Joints and the points where arcs turn back are enough: sampling finds nothing farther."""
     path = Path(Pose(*start), tuple(Segment(*piece) for piece in pieces))
     places = path.sample(np.linspace(0.0, path.length, 4001))[:, :2]
-    assert path.reach == pytest.approx(np.abs(places).max(), abs=1e-4)
+    found = Box(*places.min(axis=0), *places.max(axis=0))
+    assert path.box == pytest.approx(found, abs=1e-4)

@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from worlds import believed, blank, fixed_gain, scenario
+from worlds import believed, blank, fixed_gain, lanes_over_square, scenario
 
 from bindusbl_des import simulate
 from bindusbl_des.geometry.paths import Path as RoutePath
 from bindusbl_des.geometry.paths import Pose, Segment
-from bindusbl_des.geometry.routes import Strip, lawnmower
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, bias_drift, drift_rms, random_walk
 from bindusbl_des.records.rows import FIX
 from bindusbl_des.vehicles.motion import together
@@ -52,7 +51,7 @@ def test_body_bias_cancels_on_legs_there_and_back() -> None:
 def test_heading_integrals_agree_with_quadrature() -> None:
     """Whatever the path, the integral of the heading is that of fine steps."""
     track = recorded(np.array([1.0, 4.0, 9.0]), np.array([[0, 0, 5], [3, 0, 5], [3, 5, 6.0]]))
-    lanes = lawnmower(Strip(60, 3, 1), spacing=5.0, margin=5.0, radius=4.0)
+    lanes = lanes_over_square(60, 3, 1, spacing=5.0, margin=5.0, radius=4.0)
     for vehicle in (track, kinematic(lanes, 0.9, 10.0), boustrophedon()):
         steps = (np.arange(200_000) + 0.5) * 1e-3
         yaw = vehicle.sample(steps)[:, 3]

@@ -60,8 +60,11 @@ def compass(sounding: Sounding) -> tuple[np.ndarray, np.ndarray]:
     return sounding.source + off, np.tile(0.09 * np.eye(3), (len(off), 1, 1))
 
 
-# Rules that hold for any part of somebody's own are tried with these.
-OWN = {
+# Rules that hold for any part of somebody's own, or whatever is given, are tried with these.
+OWN: dict[str, Any] = {
+    "survey.depths_m": [4.0, 6.0, 9.0],
+    "auvs.speeds_m_per_s": [0.5, 0.7, 0.6],
+    "auvs.launch_m": [[3.0, -4.0]],
     "acoustics.hf.channel": "test_worth_knowing:fading",
     "usbl.model": "test_worth_knowing:compass",
 }

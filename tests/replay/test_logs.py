@@ -153,9 +153,10 @@ def test_mcap_is_read_as_csv_is(tmp_path: Path) -> None:
     assert found.times.tolist() == asked.times.tolist()
     assert found.ranges.metres.tolist() == asked.ranges.metres.tolist()
     assert found.beacons.names == asked.beacons.names
-    (tmp_path / "broken.mcap").write_bytes(path.read_bytes()[:100])
-    with pytest.raises(BadLog, match="cannot be read as an MCAP file"):
-        read_log(str(tmp_path / "broken.mcap"))
+    for size in (4, 100):
+        (tmp_path / "broken.mcap").write_bytes(path.read_bytes()[:size])
+        with pytest.raises(BadLog, match="cannot be read as an MCAP file"):
+            read_log(str(tmp_path / "broken.mcap"))
 
 
 def _number(text: str) -> float | str:

@@ -274,5 +274,5 @@ def test_a_plan_may_know_the_survey() -> None:
     """`PlanView` is what the README of extending says it is."""
     assert list(PlanView.__annotations__) == [
         "auvs", "asvs", "side", "depth", "hf_range", "mf_range", "speed", "turning_radius",
-        "duration",
+        "duration", "corners",
     ]  # fmt: skip

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from voyages import voyage
+from worlds import lanes_over_square
 
+from bindusbl_des.geometry.area import rectangle
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.routes import Strip, lawnmower
 from bindusbl_des.geometry.turns import there_and_back
 from bindusbl_des.vehicles import logs, motion
 from bindusbl_des.vehicles.guidance import (
@@ -86,7 +87,10 @@ def test_starboard_of_the_path_is_positive(bend: float) -> None:
 def test_a_tour_goes_on_where_it_repeats() -> None:
     """Along three rounds of a tour the distance grows evenly and the vehicle is never beside it."""
     tour = there_and_back(
-        lawnmower(Strip(60, 1, 0), spacing=10, margin=5, radius=1), 60, 1, math.radians(20)
+        lanes_over_square(60, 1, 0, spacing=10, margin=5, radius=1),
+        rectangle(60, 60).box,
+        1,
+        math.radians(20),
     )
     packed, progress = tracks.pack([tour]), np.zeros(1, tracks.PROGRESS)[0]
     for along in np.arange(0.0, 3 * tour.length, 0.06):
@@ -100,7 +104,7 @@ def test_a_tour_goes_on_where_it_repeats() -> None:
 
 def test_a_neighbouring_lane_is_not_mistaken_for_ones_own() -> None:
     """Carried 9 m sideways, next to the lane 10 m away, a vehicle still knows its own."""
-    path = lawnmower(Strip(60, 1, 0), spacing=10, margin=5, radius=1, start="strip_corner")
+    path = lanes_over_square(60, 1, 0, spacing=10, margin=5, radius=1, start="strip_corner")
     x, y, _ = path.at(25.0)
     cross, *_, travelled = locate(path, (x, y + 9.0), 25.0)
     assert cross == pytest.approx(9.0)
@@ -146,7 +150,7 @@ def test_no_thruster_is_overloaded() -> None:
 def test_bluerov2_flies_its_lanes(side: float, strips: int, current: str) -> None:
     """Lanes 10 m apart: within 5 cm RMS in still water, 20 cm in a current of 0.2 m/s."""
     radius = smallest_turn("bluerov2", 0.6)
-    path = lawnmower(Strip(side, strips, 0), spacing=10, margin=5, radius=radius)
+    path = lanes_over_square(side, strips, 0, spacing=10, margin=5, radius=radius)
     duration = path.length / 0.6 * 0.98
     guided = voyage(
         "bluerov2", paths=[path], speed_m_per_s=0.6, depth_m=10.0,
@@ -219,7 +223,7 @@ def test_remus_flies_its_lanes(yaw_time_constant: float, current: str) -> None:
     """Lanes 80 m apart at 1.5 m/s: within 20 cm RMS, in 0.2 m/s too, turns within 2.5 m."""
     changed = {"yaw_time_constant_s": yaw_time_constant}
     radius = smallest_turn("remus100", 1.5, changed)
-    path = lawnmower(Strip(1000, 1, 0), spacing=80, margin=50, radius=radius)
+    path = lanes_over_square(1000, 1, 0, spacing=80, margin=50, radius=radius)
     duration = path.length / 1.5 * 0.9
     guided = voyage(
         "remus100", changed, paths=[path], speed_m_per_s=1.5, depth_m=10.0,

@@ -26,11 +26,16 @@ class SeaMap {
   }
   // The part of the sea that is shown: what the vehicles and HF circles take up.
   home(width, height) {
-    const { side, asvs, auvs, hf } = this.mission;
-    let limit = side / 2;
-    for (const asv of asvs) limit = Math.max(limit, Math.abs(asv.x[0]) + 0.15 * hf.reach, Math.abs(asv.y[0]) + 0.15 * hf.reach);
-    for (const auv of auvs) for (const column of [auv.x, auv.y]) for (const value of column) limit = Math.max(limit, Math.abs(value));
-    this.view = { x: 0, y: 0, scale: Math.min(width, height) / (2.16 * limit) };
+    const { outline, asvs, auvs, hf } = this.mission;
+    const [x, y] = [0, 1].map((axis) => {
+      const places = outline.map((corner) => corner[axis]);
+      return (Math.min(...places) + Math.max(...places)) / 2;
+    });
+    let limit = 0;
+    for (const corner of outline) limit = Math.max(limit, Math.abs(corner[0] - x), Math.abs(corner[1] - y));
+    for (const asv of asvs) limit = Math.max(limit, Math.abs(asv.x[0] - x) + 0.15 * hf.reach, Math.abs(asv.y[0] - y) + 0.15 * hf.reach);
+    for (const auv of auvs) for (const [column, middle] of [[auv.x, x], [auv.y, y]]) for (const value of column) limit = Math.max(limit, Math.abs(value - middle));
+    this.view = { x, y, scale: Math.min(width, height) / (2.16 * limit) };
     this.touched = false;
   }
   at(x, y) {
@@ -132,7 +137,6 @@ class SeaMap {
     context.restore();
   }
   drawGrid(context) {
-    const { side } = this.mission;
     const step = roundStep(70 / this.view.scale);
     context.font = "11px system-ui, sans-serif";
     context.lineWidth = 1;
@@ -151,9 +155,11 @@ class SeaMap {
       if (py > 24 && py < this.height - 18) context.fillText(text(y), 4, py - 3);
     }
     context.fillText("x, y in m", this.width - 54, this.height - 5);
-    const [px, py] = this.at(-side / 2, side / 2);
     context.strokeStyle = colours.soft;
-    context.strokeRect(px, py, side * this.view.scale, side * this.view.scale);
+    context.beginPath();
+    for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
+    context.closePath();
+    context.stroke();
   }
   stroke(context, colour, x1, y1, x2, y2, width = 1, dash = []) {
     context.strokeStyle = colour;

@@ -69,12 +69,14 @@ def explained(error: Mapping[str, Any], data: Any, *, briefly: bool = False) -> 
     if kind in ("missing", "too_long"):  # a point of one number, or of three
         given = error["ctx"]["actual_length"] if kind == "too_long" else len(value)
         point = path[:-1] if kind == "missing" else path
-        return Finding(point, f"needs two numbers [x, y]; got a list of {given}")
+        row = _row(point)
+        pair = "[lat, lon]" if row and "[lat, lon]" in row.kind else "[x, y]"
+        return Finding(point, f"needs two numbers {pair}; got a list of {given}")
     if kind == "union_tag_invalid":
         return _unknown_kind(value)
     if kind in ("model_type", "union_tag_not_found"):
         return Finding(path, _not_a_section(path, value))
-    if kind in ("vehicle", "part"):
+    if kind in ("vehicle", "part", "file"):
         return Finding(path, str(error["msg"]))
     return Finding(path, _wrong_value(error, _row(path), path, value))
 

@@ -46,9 +46,9 @@ def _problem(file: str, way: Way) -> str:
 
 
 def _track(file: str) -> None:
-    from ...vehicles.tracks import read_track  # brings numpy, which other routes do not need
+    from ...charts.recordings import check_tracks  # brings numpy, which other routes do not need
 
-    read_track(file)
+    check_tracks(file)
 
 
 def _cast(file: str) -> None:
@@ -64,6 +64,7 @@ def _curve(file: str) -> None:
 
 
 # How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
+# Other files are read when the scenario is made.
 READERS: Mapping[Way, Callable[[str], object]] = {
     ("auvs", "route", "files"): _track,
     ("environment", "ctd"): _cast,

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from ...core.wording import described, printable
 from ..consistency import Problem
 from ..families import load_plugins
+from ..places.on_earth import recorded_track
 from ..scenario import Scenario
 from ..water import sound_speed_of
 from .explanations import ROUTE, Finding, guessed_kind
@@ -173,24 +174,29 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     A contradiction that involves a key set aside is not noted: it may vanish with the mistake.
     """
     data = copy.deepcopy(document.data)
+    misread = set()
     for path, message in place_files(data, folder):
+        misread.add(dotted(path))
         document.mistakes.append(Mistake.at(_place(document, path), dotted(path), message))
     while True:
         try:
             scenario = Scenario.model_validate(data)
-            _note_contradictions(document, _misplaced_tracks(scenario))
+            found = (it for it in _misplaced_tracks(scenario) if it.key not in misread)
+            _note_contradictions(document, found)
             _note_contradictions(document, _short_cast(scenario))
             return scenario
         except ValidationError as error:
             details = error.errors(include_url=False)
         if details[0]["type"] == "inconsistent":
-            _note_contradictions(document, details[0]["ctx"]["problems"])
+            problems = details[0]["ctx"]["problems"]
+            _note_contradictions(document, (it for it in problems if it.key not in misread))
             return None
         findings = [detail["ctx"]["finding"] for detail in details]
         # Unknown keys first: a key that was only misspelt is not missing as well.
         findings.sort(key=lambda finding: finding.message.startswith("missing"))
         for finding in findings:
-            _note(document, finding)
+            if dotted(finding.path) not in misread:
+                _note(document, finding)
             _set_aside(data, finding.path)
 
 
@@ -264,12 +270,16 @@ def _misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
     route, behind = scenario.auvs.route, ("duration_s", "auvs.route.time_offset_s")
     if route.kind != "track":
         return
-    from ...vehicles.tracks import misplaced, read_track
+    from ...vehicles.tracks import misplaced
 
-    try:
-        tracks = [read_track(file, route.time_offset_s) for file in route.files]
-    except ValueError:
-        return  # which has been told already
+    tracks = []
+    for auv in range(len(route.files)):
+        try:
+            tracks.append(recorded_track(scenario, route, auv))
+        except ValueError as error:
+            yield Problem(f"auvs.route.files.{auv}", str(error), behind)
+    if len(tracks) < len(route.files):
+        return
     for number, message in misplaced(tracks, route.time_offset_s, scenario.duration_s):
         yield Problem(f"auvs.route.files.{number}", message, behind)
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Tag
 
-from ..key_types import OURS, PAPER, Part, Point, Real, Text, key
+from ..key_types import OURS, PAPER, Part, Point, Position, Real, Text, key
 from ..part_choice import PartChoice
 from .own import OwnRoute, is_own
 
@@ -21,16 +21,29 @@ class Planned(Part):
 
 
 class Lawnmower(Planned):
-    """Boustrophedon lanes along x in one horizontal strip per AUV, AUV0 at the lowest y."""
+    """Boustrophedon lanes along x, or another heading, AUV0 at the lowest y across them."""
 
     kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
     lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, ge=0.01, le=1e5)
     end_margin_m: Real | None = key(
         None,
         "m",
-        "distance from lane ends to the square's edge; null = half the spacing",
+        "distance from lane ends to the survey's edge; null = half the spacing",
         ge=0,
         le=1e5,
+    )
+    lane_heading_deg: Real | None = key(
+        None,
+        "deg",
+        "heading of the lanes, from +x towards +y; null = along the survey's own x axis",
+        ge=-360,
+        le=360,
+    )
+    division: Literal["strips", "equal_length"] = key(
+        "strips",
+        "",
+        "what each AUV gets: a strip of the same height, or neighbouring lanes of about the same "
+        "length in all, which sweep the whole survey",
     )
     start: Literal["strip_centre", "strip_corner"] = key(
         "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"
@@ -45,6 +58,9 @@ class Hold(Planned):
 
     kind: Literal["hold"] = key("hold", "", "route family")
     positions_m: tuple[Point, ...] = key((), "m", "one [x, y] per AUV")
+    positions_deg: tuple[Position, ...] = key(
+        (), "deg", "one [lat, lon] per AUV instead, with environment.origin (WGS-84)"
+    )
 
 
 class Waypoints(Planned):
@@ -52,6 +68,9 @@ class Waypoints(Planned):
 
     kind: Literal["waypoints"] = key("waypoints", "", "route family")
     points_m: tuple[tuple[Point, ...], ...] = key((), "m", "per AUV a list of [x, y]")
+    points_deg: tuple[tuple[Position, ...], ...] = key(
+        (), "deg", "per AUV a list of [lat, lon] instead, with environment.origin (WGS-84)"
+    )
 
 
 class Track(Planned):
@@ -61,7 +80,14 @@ class Track(Planned):
     files: tuple[Text, ...] = key(
         (),
         "",
-        "per AUV a CSV with columns time_s, x_m, y_m, depth_m; relative to the scenario file",
+        "per AUV a CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), depth_m, a GPX or an "
+        "MCAP file; relative to the scenario file",
+    )
+    tracks: tuple[Text, ...] = key(
+        (),
+        "",
+        "per AUV which track of its file, where that holds several: a vehicle of a CSV, the name "
+        "of a GPX track, the topic of an MCAP",
     )
     time_offset_s: Real = key(
         0.0,

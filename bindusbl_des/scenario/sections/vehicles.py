@@ -4,11 +4,13 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ..key_types import PAPER, Part, Point, Real, Whole, key
+from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
 from ..part_choice import PartChoice
 from ..vehicle_choice import AsvVehicle, AuvVehicle
 from .own import OwnPlacement, is_own
 from .routes import Lawnmower, Route
+
+Speed = Annotated[Real, Field(ge=0.001, le=20)]
 
 
 class Auvs(Part):
@@ -26,6 +28,9 @@ class Auvs(Part):
         ge=0.001,
         le=20,
     )
+    speeds_m_per_s: tuple[Speed, ...] | None = key(
+        None, "m/s", "speed of each AUV; null = speed_m_per_s for all of them"
+    )
     turning_radius_m: Real = key(
         5.0, "m", "smallest turning radius (kinematic only)", ge=0.001, le=1e4
     )
@@ -33,16 +38,52 @@ class Auvs(Part):
         20.0, "deg", "angle at which an AUV that has turned about joins a line again", ge=0.1, le=45
     )
     route: Route = Field(default=Lawnmower(), description="where the AUVs go")
+    launch_m: tuple[Point, ...] | None = key(
+        None,
+        "m",
+        "[x, y] where AUVs are launched, one for all or one per AUV: they begin there; null = as "
+        "the route says",
+    )
+    recovery_m: tuple[Point, ...] | None = key(
+        None,
+        "m",
+        "[x, y] where AUVs are recovered, one for all or one per AUV: once through their route "
+        "they go and wait there; null = they fly it there and back",
+    )
     feedback: Literal["truth", "estimate"] = key(
         "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
     )
+
+    def speed(self, auv: int) -> float:
+        """Return the speed of an AUV along its route (m/s)."""
+        return self.speeds_m_per_s[auv] if self.speeds_m_per_s else self.speed_m_per_s
+
+    def launch(self, auv: int) -> Point | None:
+        """Return where an AUV is launched (m); None where its route says."""
+        return _of(self.launch_m, auv)
+
+    def recovery(self, auv: int) -> Point | None:
+        """Return where an AUV is recovered (m); None if it flies its route there and back."""
+        return _of(self.recovery_m, auv)
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """The speed of each AUV (m/s)."""
+        return self.speeds_m_per_s or (self.speed_m_per_s,) * self.count
+
+
+def _of(places: tuple[Point, ...] | None, auv: int) -> Point | None:
+    """Return the place of an AUV, of one for all or one for each."""
+    if not places:
+        return None
+    return places[0] if len(places) == 1 else places[auv]
 
 
 class Formation(Part):
     """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
 
     model: Literal["ring", "positions"] | None = key(
-        None, "", "placement; null = positions where positions_m is given, else ring"
+        None, "", "placement; null = positions where these are given (_m or _deg), else ring"
     )
     angle_deg: Real = key(
         0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
@@ -54,11 +95,19 @@ class Formation(Part):
         None, "m", "formation radius R_f itself; null = range plus clearance", ge=0, le=1e6
     )
     positions_m: tuple[Point, ...] | None = key(None, "m", "one [x, y] per ASV instead of an N-gon")
+    positions_deg: tuple[Position, ...] | None = key(
+        None, "deg", "one [lat, lon] per ASV instead, with environment.origin (WGS-84)"
+    )
 
     @property
     def choice(self) -> PartChoice:
         """The placement as a part of the mission."""
-        return PartChoice("ring" if self.positions_m is None else "positions")
+        return PartChoice("positions" if self.is_placed else "ring")
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether each ASV is given its own place."""
+        return self.positions_m is not None or self.positions_deg is not None
 
 
 Placement = Annotated[

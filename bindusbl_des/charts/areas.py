@@ -1,0 +1,61 @@
+"""The one polygon of a chart: the area of sea to be surveyed."""
+
+import os
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from ..core.wording import counted
+from .geojson import read_geojson
+from .kml import read_kml
+from .shapes import BadChart, Degrees, Shape
+
+READERS: Mapping[str, Callable[[str | Path], list[Shape]]] = {
+    ".geojson": read_geojson,
+    ".json": read_geojson,
+    ".kml": read_kml,
+}
+# Of several polygons so many are named.
+MOST_NAMED = 4
+
+
+def read_area(path: str | Path) -> tuple[Degrees, ...]:
+    """Return the corners, latitude and longitude (deg), of the only polygon in a chart.
+
+    Points and lines beside it are no area and do not count.
+
+    Raises:
+        BadChart: naming file, place in it and remedy.
+    """
+    try:
+        found = os.stat(path)
+    except OSError as error:
+        raise BadChart(f"{path}: cannot be read ({error.strerror})") from None
+    return _read(str(path), found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=64)
+def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
+    """Return the polygon of a file; one that has not changed since is not read again."""
+    read = READERS.get(Path(path).suffix.lower())
+    if read is None:
+        raise BadChart(f"{path}: is no chart by its name; use {', '.join(READERS)}")
+    shapes = read(path)
+    areas = [shape for shape in shapes if shape.kind == "polygon"]
+    if not areas:
+        kinds = [shape.kind for shape in shapes]
+        there = [counted(kinds.count(it), it) for it in dict.fromkeys(kinds)]
+        raise BadChart(f"{path}: holds no polygon ({', '.join(there) or 'nothing'}); draw the area")
+    if len(areas) > 1:
+        named = "; ".join(
+            shape.told.removeprefix(f"{path}:").strip() for shape in areas[:MOST_NAMED]
+        )
+        raise BadChart(
+            f"{path}: holds {len(areas)} polygons ({named}); leave the one to be surveyed"
+        )
+    if areas[0].holes:
+        raise BadChart(
+            f"{areas[0].told}: has {counted(areas[0].holes, 'hole')}; an area has none: draw it "
+            "without, lanes cross what lies within"
+        )
+    return areas[0].corners

@@ -1,0 +1,98 @@
+"""Tracks in MCAP files: positions on Earth (foxglove.LocationFix), or rows of our own `tracks`."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from .samples import Sample, above_sea
+from .shapes import BadChart, position
+
+LOCATION = "foxglove.LocationFix"
+REMEDY = (
+    "MCAP files are read by the packages mcap and mcap-protobuf-support, which are not installed "
+    "here; install them with: python -m pip install 'bindusbl-des[replay]'"
+)
+ROW = ("time_s", "x_m", "y_m", "z_m")
+
+
+def read_mcap(path: str) -> Iterator[tuple[str, Sample]]:
+    """Yield the samples of an MCAP file, each with the topic that it is on.
+
+    Read are topics of the schema foxglove.LocationFix (as protobuf or JSON; heights above the
+    ellipsoid count as heights above the sea), and JSON messages with time_s, x_m, y_m and z_m, such
+    as the topics `/AUV0/tracks` of an export.  What else is in the file is passed over.
+
+    Raises:
+        BadChart: naming file, message and remedy, or the packages that are missing.
+    """
+    counts: dict[str, int] = {}
+    for topic, kind, at, message in _messages(path):
+        counts[topic] = counts.get(topic, 0) + 1
+        told = f"{path}: message {counts[topic]} on {topic}"
+        if kind == LOCATION:
+            yield topic, _location(told, message, at)
+        elif isinstance(message, Mapping) and all(name in message for name in ROW):
+            yield topic, _row(told, message)
+
+
+def _messages(path: str) -> Iterator[tuple[str, str, float, Any]]:
+    """Yield topic, name of the schema, log time (s) and content of what can be a position."""
+    try:
+        from mcap.reader import make_reader
+        from mcap_protobuf.decoder import DecoderFactory
+    except ModuleNotFoundError:
+        raise BadChart(f"{path}: {REMEDY}") from None
+    protobuf = DecoderFactory()
+    try:
+        with open(path, "rb") as file:
+            for schema, channel, message in make_reader(file).iter_messages():
+                kind = schema.name if schema else ""
+                at = message.log_time / 1e9
+                if channel.message_encoding == "json":
+                    yield channel.topic, kind, at, json.loads(message.data)
+                elif kind == LOCATION and channel.message_encoding == "protobuf":
+                    decode = protobuf.decoder_for("protobuf", schema)
+                    if decode is not None:
+                        yield channel.topic, kind, at, decode(message.data)
+    except Exception as error:  # of a damaged file the packages raise whatever they come upon
+        raise BadChart(f"{path}: cannot be read as an MCAP file: {error}") from None
+
+
+def _location(told: str, message: Any, at: float) -> Sample:
+    """Return a position on Earth at its own time, or else that of the log."""
+    is_json = not hasattr(message, "HasField")
+    lat, lon, height, *stamp = _of_json(message) if is_json else _of_protobuf(message)
+    if not (_is_number(lat) and _is_number(lon)):
+        raise BadChart(f"{told}: needs numbers as latitude and longitude")
+    time = stamp[0] + stamp[1] / 1e9 if all(map(_is_number, stamp)) else at
+    place = position(lat, lon, told, "latitude and longitude of WGS-84")
+    depth = above_sea(told, height) if _is_number(height) else math.nan
+    return Sample(told, time, place, depth, True)
+
+
+def _of_json(message: Any) -> tuple[Any, ...]:
+    """Return latitude, longitude, altitude, and whole seconds and nanoseconds of the time stamp."""
+    message = message if isinstance(message, dict) else {}
+    stamp = message.get("timestamp")
+    parts = stamp if isinstance(stamp, dict) else {}
+    place = (message.get(name) for name in ("latitude", "longitude", "altitude"))
+    return (*place, parts.get("sec"), parts.get("nsec"))
+
+
+def _of_protobuf(message: Any) -> tuple[Any, ...]:
+    stamp = message.timestamp if message.HasField("timestamp") else None
+    parts = (stamp.seconds, stamp.nanos) if stamp is not None else (None, None)
+    return (message.latitude, message.longitude, message.altitude, *parts)
+
+
+def _row(told: str, message: Mapping[str, Any]) -> Sample:
+    values = [message[name] for name in ROW]
+    if not all(_is_number(value) and math.isfinite(value) for value in values):
+        raise BadChart(f"{told}: needs a finite number in each of {', '.join(ROW)}")
+    time, x, y, depth = map(float, values)
+    return Sample(told, time, (x, y), depth, False)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

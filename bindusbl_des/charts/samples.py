@@ -1,0 +1,39 @@
+"""One sample of a recorded track."""
+
+import math
+from typing import NamedTuple
+
+from .shapes import BadChart, Degrees
+
+
+class Sample(NamedTuple):
+    """A sample: its line, time (s), x and y (m) or latitude and longitude (deg), and depth (m).
+
+    The depth is nan where the file says none.
+    """
+
+    told: str
+    time: float
+    place: Degrees
+    depth: float
+    in_degrees: bool
+
+
+def above_sea(told: str, height: float) -> float:
+    """Return the depth (m) of a height above the sea, which may be a little above it, as waves are.
+
+    Raises:
+        BadChart: when it is far above: heights by GNSS are above the ellipsoid, not above the sea.
+    """
+    if not math.isfinite(height):
+        raise BadChart(f"{told}: its height is {height:g}; leave it out if it is unknown")
+    if height > HIGHEST:
+        raise BadChart(
+            f"{told}: is {height:.4g} m above the sea; heights must be negative below it. Remove "
+            "them from the file to have the AUV at survey.depth_m"
+        )
+    return -height
+
+
+# Higher (m) is no wave: the height of a receiver that is not on the sea, or above an ellipsoid.
+HIGHEST = 5.0

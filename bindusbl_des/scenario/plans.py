@@ -1,0 +1,111 @@
+"""What each AUV of a scenario is to fly: its path, and where along it its lanes are."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+from math import dist
+
+from ..geometry.area import Point, turned
+from ..geometry.lanes import Ruling, Share, equal_lengths, strips
+from ..geometry.paths import Path, through
+from ..geometry.routes import FlightPlan, Turning, lawnmower, waypoint_poses
+from ..geometry.turns import there_and_back
+from .consistency import SHORTEST_WAY
+from .planned import route_of, turning_radius
+from .scenario_keys import ScenarioKeys
+from .sections.routes import Lawnmower
+from .survey_area import area_of, lanes_heading
+
+
+def planned_path(scenario: ScenarioKeys, index: int) -> Path:
+    """Return the path that one AUV is to fly, once through (routes lawnmower and waypoints).
+
+    Raises:
+        ValueError: when the route has no plan: an AUV that holds or repeats a track.
+    """
+    return plans_of(scenario)[index].path
+
+
+def planned_tour(scenario: ScenarioKeys, index: int) -> Path:
+    """Return the endless tour of one AUV along its planned path, there and back.
+
+    Where it is to be recovered the path ends there, and is not flown again.
+    """
+    return plans_of(scenario)[index].tour
+
+
+def plans_of(scenario: ScenarioKeys) -> tuple[FlightPlan, ...]:
+    """Return what each AUV is to fly, AUV0 first (routes lawnmower and waypoints).
+
+    Raises:
+        ValueError: when the route has no plan, or cannot be flown.
+    """
+    return _plans(scenario, route_of(scenario))
+
+
+@lru_cache(maxsize=4)
+def _plans(scenario: ScenarioKeys, route: object) -> tuple[FlightPlan, ...]:
+    auvs = range(scenario.auvs.count)
+    if isinstance(route, Lawnmower):
+        shares = _shares(scenario, route)
+        return tuple(_over_lanes(scenario, route, shares[auv], auv) for auv in auvs)
+    points = getattr(route, "points_m", None)
+    if points is None:
+        kind = getattr(route, "kind", route)
+        raise ValueError(f"an AUV whose route is {kind!r} has no planned path")
+    return tuple(_along_points(scenario, points[auv], auv) for auv in auvs)
+
+
+def _shares(scenario: ScenarioKeys, route: Lawnmower) -> list[Share]:
+    """Return the lanes of each AUV, in the frame of the lanes."""
+    spacing, margin = route.lane_spacing_m, route.end_margin_m
+    ruling = Ruling(spacing, spacing / 2 if margin is None else margin)
+    divide = strips if route.division == "strips" else equal_lengths
+    return divide(area_of(scenario).along(lanes_heading(scenario)), ruling, scenario.auvs.count)
+
+
+def _over_lanes(scenario: ScenarioKeys, route: Lawnmower, share: Share, auv: int) -> FlightPlan:
+    """Return the plan of an AUV over its lanes."""
+    area, auvs, radius = area_of(scenario), scenario.auvs, turning_radius(scenario, auv)
+    if 2 * radius > area.across:
+        raise ValueError(
+            f"auvs.vehicle: at {auvs.speed(auv):g} m/s {auvs.vehicle} turns with a radius of "
+            f"{radius:.1f} m, too wide for a survey of {area.told}; use another vehicle "
+            "(bluerov2 turns tightly), another speed or a larger survey"
+        )
+    heading = lanes_heading(scenario)
+    launch, recovery = (
+        None if place is None else turned(place, -heading)
+        for place in (auvs.launch(auv), auvs.recovery(auv))
+    )
+    box = area.along(heading).box
+    start = share.centre if route.start == "strip_centre" else None
+    path, lanes = lawnmower(
+        share,
+        route.lane_spacing_m,
+        Turning(radius, route.turns, math.radians(auvs.join_angle_deg)),
+        begin=launch or start,
+        recovery=recovery,
+        box=box,
+    )
+    tour = path
+    if recovery is None:
+        tour = there_and_back(path, box, radius, math.radians(auvs.join_angle_deg))
+    return FlightPlan(path.turned(heading), lanes, tour.turned(heading))
+
+
+def _along_points(scenario: ScenarioKeys, points: Sequence[Point], auv: int) -> FlightPlan:
+    """Return the plan of an AUV along way points, which from first to last count as one lane."""
+    launch, recovery = scenario.auvs.launch(auv), scenario.auvs.recovery(auv)
+    places = [*([launch] if launch else []), *points, *([recovery] if recovery else [])]
+    apart = [place for before, place in pairwise(places) if dist(before, place) >= SHORTEST_WAY]
+    radius = turning_radius(scenario, auv)
+    path, passed = through(waypoint_poses([places[0], *apart]), radius)
+    first = passed[int(launch is not None and dist(launch, points[0]) >= SHORTEST_WAY)]
+    last = passed[-1 - int(recovery is not None and dist(recovery, points[-1]) >= SHORTEST_WAY)]
+    tour = path
+    if recovery is None:
+        box, join = area_of(scenario).box, math.radians(scenario.auvs.join_angle_deg)
+        tour = there_and_back(path, box, radius, join)
+    return FlightPlan(path, ((first, last),), tour)

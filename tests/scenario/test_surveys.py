@@ -1,0 +1,204 @@
+"""Surveys of any shape in scenarios: which keys say so, and what follows the area."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from worlds import merged, scenario
+
+from bindusbl_des import Scenario, simulate
+from bindusbl_des.preflight.worth_knowing import cautions
+from bindusbl_des.protocol.slots import slots_of
+from bindusbl_des.scenario.planned import asv_stations, horizontal_reach
+from bindusbl_des.scenario.plans import planned_path, planned_tour, plans_of
+from bindusbl_des.scenario.survey_area import area_of
+
+BRIEF: dict[str, Any] = {"duration_s": 20.0, "record": {"detail": "summary"}}
+FAR = [[1000.0, 500.0], [1400.0, 500.0], [1400.0, 700.0], [1000.0, 700.0]]
+
+
+def brief(**changes: Any) -> Scenario:
+    return scenario(**merged(BRIEF, changes))
+
+
+def test_a_rectangle_of_equal_sides_is_the_square() -> None:
+    """`size_m` and the polygon of its corners make the mission that `side_m` makes."""
+    full = {"duration_s": 20.0}
+    square = simulate(scenario(**full), 1)
+    rectangle = simulate(scenario(**full, survey={"size_m": [140.0, 140.0]}), 1)
+    assert square.arrow.keys() == rectangle.arrow.keys()
+    assert all(square.arrow[name].equals(rectangle.arrow[name]) for name in square.arrow)
+    corners = [[70.0, 70.0], [70.0, -70.0], [-70.0, -70.0], [-70.0, 70.0]]
+    polygon = simulate(scenario(**full, survey={"polygon_m": corners}), 1)
+    columns = ["x_m", "y_m", "estimate_x_m", "estimate_y_m"]
+    found, expected = (it.tables["tracks"][columns].to_numpy(float) for it in (polygon, square))
+    assert found == pytest.approx(expected, abs=1e-6, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("survey", "message"),
+    [
+        ({"side_m": 60.0, "size_m": [60.0, 40.0]}, "survey.size_m: excludes side_m"),
+        ({"size_m": [60.0, 40.0], "polygon_m": FAR}, "survey.polygon_m: excludes size_m"),
+        ({"side_m": None}, "survey.side_m: says of no survey what it is; give one of side_m"),
+        ({"polygon_m": FAR[:2]}, "survey.polygon_m: needs at least three corners"),
+        (
+            {"polygon_m": [FAR[0], FAR[2], FAR[1], FAR[3]]},
+            r"survey.polygon_m: crosses or touches itself at \(1200, 600\)",
+        ),
+        ({"polygon_m": FAR, "rotation_deg": 3.0}, "survey.rotation_deg: turns squares"),
+        ({"depths_m": [10.0, 12.0]}, "survey.depths_m: needs one depth per AUV: 3 expected, 2"),
+        ({"size": [60.0, 40.0]}, r"survey.size\s+unknown key; did you mean 'size_m'"),
+        ({"size_m": [60.0]}, r"survey.size_m\s+needs two numbers \[x, y\]; got a list of 1"),
+        ({"size_m": [60.0, 0.0]}, r"survey.size_m.1\s+must be >= 0.1 m; got 0"),
+        ({"size_m": [300.0, 8.0]}, None),
+        ({"size_m": [8.0, 300.0]}, "auvs.route.lane_spacing_m: leaves no lane"),
+    ],
+)
+def test_what_is_no_survey_is_refused(survey: dict[str, Any], message: str | None) -> None:
+    """Two shapes, none, or one that cannot be swept: each says which key to change."""
+    if message is None:
+        brief(survey=survey)
+        return
+    with pytest.raises(ValueError, match=message):
+        brief(survey=survey)
+
+
+@pytest.mark.parametrize(
+    ("auvs", "message"),
+    [
+        ({"speeds_m_per_s": [1.0]}, "auvs.speeds_m_per_s: needs one speed per AUV: 3 expected, 1"),
+        ({"speeds_m_per_s": [1.0, 0.0, 1.0]}, r"auvs.speeds_m_per_s.1\s+must be >= 0.001 m/s"),
+        ({"launch_m": [[0.0, 0.0]] * 2}, "auvs.launch_m: needs one .x, y. per AUV, or one for all"),
+        ({"recovery_m": []}, "auvs.recovery_m: needs one .x, y. per AUV, or one for all"),
+        (
+            {"route": {"kind": "lawnmower", "division": "equal_length", "lane_spacing_m": 60.0}},
+            None,
+        ),
+        (
+            {"route": {"kind": "lawnmower", "division": "equal_length", "lane_spacing_m": 100.0}},
+            "auvs.route.division: shares 2 lanes out among 3 AUVs",
+        ),
+    ],
+)
+def test_fleets_that_do_not_fit_are_refused(auvs: dict[str, Any], message: str | None) -> None:
+    """Lists of one per AUV, and enough lanes for everybody."""
+    if message is None:
+        brief(auvs=auvs)
+        return
+    with pytest.raises(ValueError, match=message):
+        brief(auvs=auvs)
+
+
+def test_a_scenario_is_written_and_read_again() -> None:
+    """All its keys, and only those that were given, say which shape it is."""
+    mission = brief(survey={"polygon_m": FAR}, auvs={"launch_m": [[0.0, 0.0]]})
+    assert Scenario.model_validate(mission.model_dump()) == mission
+    assert Scenario.model_validate(mission.model_dump(exclude_unset=True)) == mission
+    assert repr(mission).endswith("80,000 m2, a polygon of 4 corners, 20 s>")
+    assert "140 m" in repr(brief())
+
+
+def test_stations_lie_about_the_survey() -> None:
+    """A ring is laid about the survey's centre of gravity, a single ASV upon it."""
+    ring = asv_stations(brief(survey={"polygon_m": FAR}, asvs={"formation": {"radius_m": 50.0}}))
+    assert np.mean(ring, axis=0) == pytest.approx((1200.0, 600.0))
+    assert [math.dist(it, (1200.0, 600.0)) for it in ring] == pytest.approx([50.0] * 3)
+    assert asv_stations(brief(survey={"polygon_m": FAR}, asvs={"count": 1})) == [(1200.0, 600.0)]
+
+
+def test_slots_are_those_of_the_longer_side() -> None:
+    """The paper's L is that of a square; of another survey, the longer side around it."""
+    square = slots_of(brief(survey={"side_m": 400.0}))
+    for survey in ({"size_m": [400.0, 200.0]}, {"size_m": [200.0, 400.0], "rotation_deg": 20.0}):
+        found = slots_of(brief(survey=survey))
+        assert replace(found, clock=square.clock) == square
+    found = slots_of(brief(survey={"polygon_m": FAR}))
+    assert found.crossing_time == pytest.approx(400.0 / 1500.0)
+    assert found.uplink_slot == pytest.approx(square.uplink_slot)
+
+
+def test_every_auv_has_its_depth_and_speed() -> None:
+    """Tracks show them; what is heard, and how long slots are, is that of the deepest."""
+    hf = {"range_m": 50.0, "range_metric": "slant"}
+    mission = scenario(
+        duration_s=20.0,
+        survey={"depths_m": [5.0, 10.0, 30.0]},
+        auvs={"speeds_m_per_s": [0.5, 1.0, 2.0]},
+        acoustics={"hf": hf},
+    )
+    result = simulate(mission, 1)
+    tracks = result.tables["tracks"]
+    depths = tracks[tracks.vehicle.str.startswith("AUV")].groupby("vehicle").z_m.first()
+    assert depths.tolist() == [5.0, 10.0, 30.0]
+    assert result.auvs.distance_m.tolist() == pytest.approx([10.0, 20.0, 40.0])
+    assert horizontal_reach(mission) == pytest.approx(40.0)
+    deep = slots_of(scenario(survey={"depths_m": [5.0, 10.0, 30.0]})).longest_travel_time
+    assert deep == pytest.approx(math.hypot(50.0, 30.0) / 1500.0)
+
+
+@pytest.mark.parametrize("kind", ["lawnmower", "waypoints"])
+def test_auvs_are_launched_and_recovered(kind: str) -> None:
+    """They begin where they are launched, fly it once, and wait where they are recovered."""
+    points = [[[-50.0, 0.0], [50.0, 0.0]], [[-50.0, 30.0], [50.0, 30.0]]]
+    route = {"points_m": points} if kind == "waypoints" else {}
+    mission = scenario(
+        duration_s=2000.0,
+        survey={"size_m": [120.0, 80.0], "rotation_deg": 40.0},
+        auvs={
+            "count": 2,
+            "speed_m_per_s": 2.0,
+            "launch_m": [[-90.0, -10.0]],
+            "recovery_m": [[80.0, 5.0], [80.0, -5.0]],
+            "route": {"kind": kind, **route},
+        },
+        record={"tracks_hz": 0.1},
+    )
+    tracks = simulate(mission, 1).tables["tracks"]
+    for auv, recovery in enumerate([(80.0, 5.0), (80.0, -5.0)]):
+        mine = tracks[tracks.vehicle == f"AUV{auv}"]
+        assert mine[["x_m", "y_m"]].iloc[0].tolist() == pytest.approx([-90.0, -10.0])
+        assert mine[["x_m", "y_m"]].iloc[-1].tolist() == pytest.approx(recovery)
+        plan = plans_of(mission)[auv]
+        assert plan.tour == plan.path == planned_tour(mission, auv) == planned_path(mission, auv)
+        assert 0.0 < plan.lanes[0][0] < plan.lanes[-1][1] < plan.path.length
+
+
+def test_a_launch_and_recovery_at_the_ends_of_a_route_change_nothing() -> None:
+    """Way points that begin and end there are not passed twice."""
+    points = [[[-50.0, 0.0], [50.0, 0.0], [50.0, 40.0]]]
+    auvs = {"count": 1, "route": {"kind": "waypoints", "points_m": points}}
+    ends = {"launch_m": [[-50.0, 0.0]], "recovery_m": [[50.0, 40.0]]}
+    plain, ended = brief(auvs=auvs), brief(auvs={**auvs, **ends})
+    assert plans_of(ended)[0].path == plans_of(plain)[0].path
+    assert plans_of(ended)[0].lanes == ((0.0, pytest.approx(plans_of(plain)[0].path.length)),)
+
+
+def test_lanes_have_the_heading_that_is_asked_for() -> None:
+    """Lanes of a turned rectangle run along its sides unless another heading is given."""
+    survey = {"size_m": [200.0, 100.0], "rotation_deg": 30.0}
+    for asked, expected in ((None, 30.0), (120.0, 120.0)):
+        plan = plans_of(brief(survey=survey, auvs={"route": {"lane_heading_deg": asked}}))[1]
+        middles = [(begin + end) / 2 for begin, end in plan.lanes]
+        yaw = np.degrees(plan.path.sample(np.array(middles))[:, 2])
+        assert np.mod(yaw, 180.0) == pytest.approx(expected)
+
+
+def test_vessels_and_routes_outside_a_polygon_are_told() -> None:
+    """Warnings measure from the edge of the survey that there is."""
+    far = {"polygon_m": FAR}
+    route = {"kind": "hold", "positions_m": [[1200.0, 600.0], [900.0, 600.0], [1000.0, 500.0]]}
+    told = {it.key: it.message for it in cautions(brief(survey=far, auvs={"route": route}))}
+    assert (
+        "AUV1 is outside the survey of 80,000 m2, a polygon of 4 corners, up to 100 m"
+        in told["auvs.route.positions_m"]
+    )
+    wide = brief(survey=far, acoustics={"hf": {"range_m": 150.0}})
+    told = {it.key: it.message for it in cautions(wide)}
+    assert (
+        "which puts 2 of 3 ASVs outside the survey, up to 29.9 m beyond its edge;"
+        in told["asvs.formation.radius_m"]
+    )
+    assert area_of(wide).beyond(1200.0, 600.0 + 129.9) == pytest.approx(29.9)
