@@ -22,6 +22,7 @@ Way = tuple[str, ...]
 FILES: Mapping[Way, str] = {
     ("auvs", "route", "files"): "tracks",
     ("survey", "area"): "charts",
+    ("acoustics", "mf", "airtimes"): "airtimes",
 }
 FOLDERS = frozenset(FILES.values())
 

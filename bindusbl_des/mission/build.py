@@ -87,6 +87,7 @@ def _network(
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = slots_of(scenario), scenario.protocol
+    messages = slots.messages
     sound_speed, hf = scenario.environment.sound_speed_m_per_s, scenario.acoustics.hf
     uplink = Uplink(
         auvs,
@@ -111,7 +112,7 @@ def _network(
     queue = (
         ReplyQueue(env, uplink, downlink, record, reply_delay_of(scenario))
         if protocol.downlink == "direct_reply"
-        else FixQueue(uplink, record)
+        else FixQueue(uplink, record, None if messages.splits else messages.most)
     )
     schedule = schedule_named(protocol.schedule)
     framed = is_framed(protocol.schedule)

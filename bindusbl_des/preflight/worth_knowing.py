@@ -12,6 +12,7 @@ from ..scenario.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.scenario import Scenario
 from ..scenario.sections.vehicles import Formation
 from .idle_keys import idle_keys
+from .messages import guards, messages, modems
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
@@ -39,7 +40,19 @@ def cautions(scenario: Scenario) -> list[Caution]:
     """
     return [
         Caution(*found)
-        for look in (_former_words, _formation, _told, _route, _tracks, _frames, _ticks, _samples)
+        for look in (
+            _former_words,
+            modems,
+            messages,
+            guards,
+            _formation,
+            _told,
+            _route,
+            _tracks,
+            _frames,
+            _ticks,
+            _samples,
+        )
         for found in look(scenario)
     ] + [Caution(*found) for found in idle_keys(scenario)]
 

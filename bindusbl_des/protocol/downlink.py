@@ -38,8 +38,13 @@ class MfDownlink(Deliveries):
         self._asvs, self._clock, self._sound_speed = asvs, clock, sound_speed
         self._limits = mf_range, sound_speed, clock.rate
 
-    def send(self, rows: range, asv: int, time: float, airtime: float) -> None:
-        """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
+    def send(
+        self, rows: range, asv: int, time: float, airtime: float, processing: float = 0.0
+    ) -> None:
+        """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick).
+
+        A modem hands a frame over `processing` (s) after its end has arrived.
+        """
         if self.on_broadcast is not None:
             self.on_broadcast()
         if not rows:
@@ -48,7 +53,7 @@ class MfDownlink(Deliveries):
         self._asvs.reach(time)
         foreseen = self._auvs.foreseen and self._asvs.foreseen
         last = arrivals(
-            self._fixes.array, rows.start, rows.stop, asv, time, airtime, foreseen,
+            self._fixes.array, rows.start, rows.stop, asv, time, airtime, processing, foreseen,
             *self._limits, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         if last >= 0.0:
@@ -57,16 +62,18 @@ class MfDownlink(Deliveries):
                 self.on_frame(rows)
         elif not foreseen:  # they steer meanwhile by other fixes, or who knows by what
             event = self._env.timeout(airtime)
-            event.callbacks.append(partial(self._leave, rows, asv, time, airtime))
+            event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
 
-    def _leave(self, rows: range, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
+    def _leave(
+        self, rows: range, asv: int, frame: tuple[float, float, float], _: simpy.Event
+    ) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""
-        ends = time + airtime
+        ends = frame[0] + frame[1]
         vessel = self._asvs.vehicles[asv].at(ends)
         for fix in rows:
             if self._fixes.array[fix]["outcome"] == IN_FLIGHT:
                 event = self._nearly_there(fix, vessel, ends)
-                event.callbacks.append(partial(self._arrive, fix, asv, time, airtime))
+                event.callbacks.append(partial(self._arrive, fix, asv, frame))
 
     def _nearly_there(self, fix: int, vessel: Place, time: float) -> simpy.Timeout:
         """Return the event at which what left a vessel at an instant (s) is nearly at its AUV."""
@@ -75,10 +82,13 @@ class MfDownlink(Deliveries):
         way = NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
         return self._env.timeout(max(time - now + way, 0.0))
 
-    def _arrive(self, fix: int, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
+    def _arrive(
+        self, fix: int, asv: int, frame: tuple[float, float, float], _: simpy.Event
+    ) -> None:
         """Find the exact arrival when it is near: who steers by fixes has no sure future."""
+        time, airtime, processing = frame
         travel = self._travel(asv, fix, time + airtime)
-        self._expect(fix, self._clock.after(time, airtime + travel))
+        self._expect(fix, self._clock.after(time, airtime + travel + processing))
 
     def _travel(self, asv: int, fix: int, time: float) -> float:
         """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix."""

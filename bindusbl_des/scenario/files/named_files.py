@@ -5,6 +5,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ...core.kept_files import FILES, Way
+from ...presets.airtimes import airtime_table
 from .plain_yaml import Path
 
 
@@ -52,4 +53,7 @@ def _track(file: str) -> None:
 
 
 # How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
-READERS: Mapping[Way, Callable[[str], object]] = {("auvs", "route", "files"): _track}
+READERS: Mapping[Way, Callable[[str], object]] = {
+    ("auvs", "route", "files"): _track,
+    ("acoustics", "mf", "airtimes"): airtime_table,
+}
