@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .acoustics.channel import Signals
     from .acoustics.loss import range_loss
+    from .acoustics.modem import airtime
     from .acoustics.travel_time import travel_time
     from .advice.advising import advise
     from .campaigns.campaign import Campaign, load_campaign
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from .protocol.broadcasters import BroadcastView
     from .protocol.own.ranging import Slot
     from .protocol.schedules import View
-    from .protocol.slots import airtime, downlink_slot, uplink_slot
+    from .protocol.slots import downlink_slot, uplink_slot
     from .results.loading import load_result
     from .results.result import Result
     from .scenario.files.scenario_file import ScenarioError, load_scenario
@@ -45,7 +46,7 @@ _HOMES = {
     "load_campaign": "campaigns.campaign",
     "sweep": "campaigns.running",
     "absorption": "sea.absorption",
-    "airtime": "protocol.slots",
+    "airtime": "acoustics.modem",
     "cautions": "preflight.worth_knowing",
     "covered_area": "geometry.coverage",
     "covering_radius": "geometry.coverage",

@@ -15,7 +15,9 @@ from pydantic import ValidationError
 from bindusbl_des import Scenario, cautions, simulate
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
+from bindusbl_des.presets.airtimes import table_file
 from bindusbl_des.scenario.keys import json_schema
+from bindusbl_des.scenario.sections.acoustics import Downlink, modem_values
 from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError, parameters
 
@@ -213,6 +215,7 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
     auvs, water = data.get("auvs", {}), data.get("environment", {})
     if "survey" in data and draw.random() < 0.97:
         _shaped(data["survey"], draw)
+    _sized(data.get("acoustics", {}).get("mf", {}))
     origin = water.get("origin") or {}
     if len(origin) != 2 or None in origin.values():
         water.pop("origin", None)
@@ -242,6 +245,20 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
         auvs["speed_m_per_s"] = draw.choice((0.3, 0.6, 1.0))
     if auvs.get("route", {}).get("kind", "lawnmower") == "lawnmower" and draw.random() < 0.9:
         _fitted(data)
+
+
+def _sized(mf: dict[str, Any]) -> None:
+    """Let a table of airtimes be the one that ships, and a message hold a fix."""
+    if mf.get("airtimes") is not None:
+        mf["airtimes"] = table_file("s2c_airtimes.csv")
+    sheet = modem_values(mf["modem"], Downlink) if mf.get("modem") else {}
+    size = {"header_bytes": 8, "fix_bytes": 16, **sheet, **mf}
+    most = 64 if size.get("airtimes") else 65_535
+    if size["header_bytes"] + size["fix_bytes"] > most:
+        mf["header_bytes"], mf["fix_bytes"] = 8, 16
+    needed = mf.get("header_bytes", 8) + mf.get("fix_bytes", 16)
+    if not needed <= (size.get("payload_bytes") or most) <= most:
+        mf["payload_bytes"] = needed
 
 
 def _fitted(data: dict[str, Any]) -> None:

@@ -22,8 +22,8 @@ from bindusbl_des.scenario.keys import keys
 
 ROOT = Path(__file__).parents[1]
 MANUAL = (
-    "index.md", "tutorial.md", "python.md", "model.md", "navigation.md", "replay.md", "vehicles.md",
-    "frames.md", "extending.md", "clusters.md", "validation.md", "citing.md",
+    "index.md", "tutorial.md", "python.md", "model.md", "navigation.md", "replay.md", "modems.md",
+    "vehicles.md", "frames.md", "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
 PICTURES = (".png", ".svg")
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))

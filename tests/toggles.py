@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bindusbl_des import Scenario, simulate
+from bindusbl_des.presets.airtimes import table_file
 from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import OWN_PART, Key, keys
 
@@ -93,6 +94,10 @@ OTHERS: dict[str, list[Any]] = {
     "acoustics.mf.range_m": [9.0, 30.0],
     "acoustics.loss.cap": [0.02],
     "acoustics.loss.contention_per_auv": [0.3],
+    "acoustics.hf.modem": ["sonardyne_wideband2"],
+    "acoustics.mf.modem": ["s2cr_48_78"],
+    "acoustics.mf.airtimes": [table_file("s2c_airtimes.csv")],
+    "acoustics.mf.payload_bytes": [24],
     "protocol.tick_rate_hz": [7.0],
     "protocol.frame_s": [2.5],
     "protocol.turnaround_s": [0.2],

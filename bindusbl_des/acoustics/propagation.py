@@ -185,18 +185,19 @@ def _silence(receptions: Rows, outcome: int) -> None:
 
 @entry
 def arrivals(
-    fixes: Rows, first: int, end: int, asv: int, time: float, airtime: float, foreseen: bool,
+    fixes: Rows, first: int, end: int, asv: int, time: float, airtime: float,
+    processing: float, foreseen: bool,
     reach: float, sound_speed: float, rate: float,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     asv_table: Floats, asv_first: Ints, asv_step: float,
 ) -> float:  # fmt: skip
     """Let an ASV send the fixes first..end in a frame at an instant (s), which lasts `airtime` (s).
 
-    Their rows tell when they will be at their AUVs, on a clock of a `rate` (Hz, see
-    :func:`.clock.after`); an AUV out of the horizontal range (m) when the frame begins never gets
-    its fix, nor one that does not decode it (whose outcome says so already), and where its way is
-    not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those known,
-    or -1.
+    Their rows tell when their AUVs will have them, on a clock of a `rate` (Hz, see
+    :func:`.clock.after`): `processing` (s) after the end of the frame has come.  An AUV out of the
+    horizontal range (m) when the frame begins never gets its fix, nor one that does not decode it
+    (whose outcome says so already), and where its way is not `foreseen` the arrival is left open
+    (NaN).  Return the last instant (s) of those known, or -1.
     """
     auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
     begins, ends = where(asvs, asv, time), where(asvs, asv, time + airtime)
@@ -208,6 +209,6 @@ def arrivals(
             line.outcome = OUT_OF_RANGE
         elif foreseen and line.outcome == IN_FLIGHT:
             travel = light_time(ends, auvs, line.auv, time + airtime, sound_speed)
-            line.arrives_at_s = after(rate, time, airtime + travel)
+            line.arrives_at_s = after(rate, time, airtime + travel + processing)
             last = max(last, line.arrives_at_s)
     return last

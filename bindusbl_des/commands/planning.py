@@ -133,6 +133,7 @@ def _groups(rounds: "Rounds") -> Iterator[str]:
     all are fixed in each round, that is how often an AUV gets a fix.
     """
     slots, ends = rounds.slots, sorted({rounds.fewest, rounds.most})
+    yield from _messages(slots) if rounds.policy != "direct_reply" else ()
     if rounds.policy == "direct_reply":
         yield f"{'ping groups':>14}{'round s':>12}{'rounds/s':>12}"
         for groups in _shown(rounds.fewest, rounds.most):
@@ -151,6 +152,18 @@ def _groups(rounds: "Rounds") -> Iterator[str]:
             f"{1e3 * slots.downlink_slot(fixes):>10.1f}{_span(lengths):>18}"
             f"{_span([1 / length for length in reversed(lengths)]):>18}"
         )
+
+
+def _messages(slots: "Slots") -> Iterator[str]:
+    """Yield what a modem does with messages, where it does more than to send them at its rate."""
+    messages = slots.messages
+    if messages.most is not None:
+        rest = "further ones follow in others" if messages.splits else "further ones wait"
+        yield f"A message holds {messages.most} {'fix' if messages.most == 1 else 'fixes'}; {rest}."
+    delays = messages.delay(0), messages.delay(messages.most or 0)
+    if any(delays):
+        told = _span([1e3 * it for it in sorted({*delays})])
+        yield f"A modem hands a message over {told} ms after its end."
 
 
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
@@ -179,6 +192,11 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "ping_s": slots.ping_duration,
         "longest_travel_time_s": slots.longest_travel_time,
         "uplink_slot_s": slots.uplink_slot,
+        "uplink_guard_s": slots.uplink_guard,
+        "downlink_guard_s": slots.downlink_guard,
+        "shortest_downlink_slot_s": slots.shortest_downlink,
+        "most_fixes": slots.messages.most,
+        "processing_s": slots.messages.delay(slots.messages.most or 0),
         "frame_s": rounds.frame or None,
         "rounds": rows if rounds.are_known else None,
     }

@@ -26,6 +26,7 @@ FILES: Mapping[Way, str] = {
     ("environment", "ctd"): "casts",
     ("acoustics", "hf", "channel", "file"): "curves",
     ("acoustics", "mf", "channel", "file"): "curves",
+    ("acoustics", "mf", "airtimes"): "airtimes",
 }
 FOLDERS = frozenset(FILES.values())
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.plugins import is_plugin
+from ..protocol.slots import slots_of
 from ..results.round_timeline import uplink_slots
 from ..scenario.water import sound_speed_of
 from .astray import wrong
@@ -68,25 +69,43 @@ def broadcasting(result: "Result", fix: Any) -> Step:
             else "when the ping has arrived in full (reply_at ping_end)"
         )
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
-    mf = result.scenario.acoustics.mf
     within = (away > limit) == (fix.outcome == "out_of_range")
     told = compared(away, limit) if within else "at the edge of the"
     why = (
-        f"{_why_then(result, fix)}; {_why_it(result, fix, int(frame.name))}; "
-        f"{frame.payload_bytes} B x 8 x {mf.overhead:g} / {mf.bit_rate_bps:g} bit/s = "
-        f"{frame.airtime_s:.4f} s on the air; horizontal range of {fix.auv} {told} MF range"
+        f"{_why_then(result, fix, frame)}; {_why_it(result, fix, _turn(frames, frame))}; "
+        f"{_on_air(result, frame)}; horizontal range of {fix.auv} {told} MF range"
     )
     number = "the fix alone" if frame.fixes == 1 else f"it among {frame.fixes} fixes"
     return Step(fix.broadcast_at_s, fix.broadcast_by, f"broadcasts {number}", why, facts)
 
 
-def _why_then(result: "Result", fix: Any) -> str:
+def _on_air(result: "Result", frame: Any) -> str:
+    """Tell how long a frame is on the air, and why."""
+    mf = result.scenario.acoustics.mf
+    if mf.airtimes is None:
+        size = f"{frame.payload_bytes} B x 8 x {mf.overhead:g} / {mf.bit_rate_bps:g} bit/s"
+    else:
+        of = "" if mf.modem is None else f" of {mf.modem}"
+        size = f"{frame.payload_bytes} B by the table of airtimes{of}"
+    return f"{size} = {frame.airtime_s:.4f} s on the air"
+
+
+def _turn(frames: Any, frame: Any) -> int:
+    """Return how many broadcasts came before that of a frame; one may be several frames."""
+    number = int(frame.name)
+    return number if "part" not in frames else int((frames.part[: number + 1] == 0).sum()) - 1
+
+
+def _why_then(result: "Result", fix: Any, frame: Any) -> str:
     """Tell what the fix has waited for."""
     policy = result.scenario.protocol.downlink
     if is_plugin(policy):
         return f"{policy.told}: the plug-in decided to broadcast now"
     slots = uplink_slots(result, fix["round"])
     slot = row_slot(result, fix) if policy == "pipelined_group" else len(slots) - 1
+    if int(frame["round"]) != int(fix["round"]) and policy == "sequential":
+        most = slots_of(result.scenario).messages.most
+        return f"{policy}: a message holds {most} fixes, older ones filled those before"
     ends = slots[slot].end
     which = "its slot" if policy == "pipelined_group" else "the last slot of its round"
     told = f"{policy}: {which} ended at {ends:.4f} s"
@@ -135,6 +154,10 @@ def latency(result: "Result", fix: Any) -> Iterator[Part]:
     yield Part(f"way up: the ping {until}", known - fix.pinged_at_s)
     yield Part("wait for the broadcast", fix.broadcast_at_s - known)
     yield Part("frame on the air", float(frame.airtime_s))
+    handing = 0.0 if replies else slots_of(result.scenario).messages.delay(int(frame.fixes))
+    if handing:
+        yield Part("modem hands it over", handing)
+        on_air += handing
     if result.scenario.protocol.tick_rate_hz is None:
         yield Part("way down", fix.delivered_at_s - on_air)
         return

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ..core.palette import ALARM, INK, MF
-from ..protocol.slots import DOWNLINK_GUARD, UPLINK_GUARD, slots_of
+from ..protocol.slots import slots_of
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
@@ -118,18 +118,20 @@ def _bar(axes: Axes, span: Span, row: int, colour: str) -> None:
 
 def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
     """Mark the slots of the round and the parts of its frames."""
-    crossing = slots_of(result.scenario).crossing_time
+    guard_s = slots_of(result.scenario).downlink_guard
+    frames = broadcasts_of(result, number)
+    ends = (frames.sent_at_s + frames.airtime_s).to_numpy()
     uplinks, downlinks = uplink_slots(result, number), downlink_slots(result, number)
     axes.set_xlim(uplinks[0].start, max(span.end for span in (*uplinks, *downlinks)))
     for index, span in enumerate(uplinks):
         axes.axvspan(span.start, span.end, color="#dfe5ea", alpha=0.5 if index % 2 else 1, lw=0,
                      zorder=0)  # fmt: skip
         _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms")
-    for span, frame in zip(downlinks, broadcasts_of(result, number).itertuples(), strict=False):
+    for span in downlinks:
         axes.axvspan(span.start, span.end, color="#fbefd0", lw=0, zorder=0)
         _bracket(axes, span, -1.2, rf"$T_{{DL}}$ {1e3 * span.length:.0f} ms")
-        on_air = Span(span.start, span.start + frame.airtime_s)
-        guard = Span(on_air.end, on_air.end + DOWNLINK_GUARD * crossing)
+        on_air = Span(span.start, ends[(ends > span.start) & (ends <= span.end)].max())
+        guard = Span(on_air.end, on_air.end + guard_s)
         _bracket(axes, on_air, -2.3, rf"$T_{{tx}}$ {1e3 * on_air.length:.0f} ms")
         _bracket(axes, guard, -2.3, rf"$T_{{DL,G}}$ {1e3 * guard.length:.0f} ms")
 
@@ -140,7 +142,7 @@ def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
     parts = (
         (slots.ping_duration, "$T_P$"),
         (slots.longest_travel_time, r"$\tau_{OT,max}$"),
-        (UPLINK_GUARD * slots.crossing_time, "$T_G$"),
+        (slots.uplink_guard, "$T_G$"),
     )
     until = first.start
     axes.set_xlim(until, until + 1.05 * sum(length for length, _ in parts))

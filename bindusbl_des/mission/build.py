@@ -91,6 +91,7 @@ def _network(
     slots, protocol = slots_of(scenario), scenario.protocol
     sound_speed = sound_speed_of(scenario)
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
+    messages = slots.messages
     uplink = Uplink(
         auvs,
         asvs,
@@ -114,7 +115,7 @@ def _network(
     queue = (
         ReplyQueue(env, uplink, downlink, record, reply_delay_of(scenario))
         if protocol.downlink == "direct_reply"
-        else FixQueue(uplink, record)
+        else FixQueue(uplink, record, None if messages.splits else messages.most)
     )
     schedule = schedule_named(protocol.schedule)
     framed = is_framed(protocol.schedule)

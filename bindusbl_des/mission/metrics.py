@@ -3,12 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import fields
+from functools import partial
 from math import cos, sin, sqrt
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..acoustics.energy import Powers, Times, energy, on_hf, on_mf
 from ..core.compiled import entry
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.weighing import SURE
@@ -25,6 +27,8 @@ from ..records.events import (
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Rows
 from ..records.worst import worst_of
+from ..scenario.sections.acoustics import Band
+from ..vehicles.motion import places
 from .reach import heard_by_auvs, heard_of_auvs
 from .samples import Samples, instants, sample
 from .world import World
@@ -40,15 +44,20 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
     reach, fixes = look(world.record, len(world.auv_fleet)), world.record.fixes.rows
     metrics, errors = [], np.empty(len(times))
     own = _by_auv(fixes["auv"], len(world.auv_fleet))
+    energies = modem_energies(world)
     for auv, vehicle in enumerate(world.auv_fleet.vehicles):
         distance = vehicle.distance(duration)
+        drawn = None if energies is None else float(energies[0][auv])
+        service = _service(fixes[own[auv]], world)
         metrics.append(
             AuvMetrics(
                 auv=auv,
                 **{name: counts[auv] for name, counts in reach.items()},
-                **_service(fixes[own[auv]], world),
+                **service,
                 **_accuracy(world, auv, times, errors),
                 path_error_m=_mean(vehicle.path_error(times)),
+                energy_j=drawn,
+                energy_per_fix_j=_each(drawn, service["fixes_delivered"]),
                 distance_m=distance,
                 speed_m_per_s=distance / duration,
                 saturated_share=vehicle.saturated(duration),
@@ -220,12 +229,52 @@ def utilisation(world: World) -> Utilisation:
     record, duration = world.record, world.scenario.duration_s
     ping = world.network.slots.ping_duration
     on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
+    energies = modem_energies(world)
+    drawn = None if energies is None else float(energies[0].sum() + energies[1].sum())
+    delivered = int(np.sum(record.fixes.rows["outcome"] == DELIVERED))
     return Utilisation(
         rounds=len(record.rounds),
         collisions=int(np.sum(record.receptions.rows["outcome"] == COLLIDED)),
         hf_utilisation=_covered(_sounds(record), ping, duration) / duration,
         mf_utilisation=sum(on_air) / duration,
+        energy_j=drawn,
+        energy_per_fix_j=_each(drawn, delivered),
     )
+
+
+def _each(energy: float | None, fixes: int) -> float | None:
+    return None if energy is None or not fixes else energy / fixes
+
+
+def modem_energies(world: World) -> tuple[Array, Array] | None:
+    """Return what the modems of the n AUVs and of the m ASVs draw (J), (n,) and (m,); None where
+    no band in use has powers.
+    """
+    scenario, record = world.scenario, world.record
+    bands, protocol, end = scenario.acoustics, scenario.protocol, scenario.duration_s
+    fleets = world.auv_fleet, world.asv_fleet
+    broadcasts = not protocol.is_passive and protocol.downlink != "direct_reply"
+    drawn: list[tuple[Array, Array]] = []
+    if (powers := _powers(bands.hf)) is not None:
+        times, counts = Times(bands.hf.ping_s, end), (len(fleets[0]), len(fleets[1]))
+        on_air = on_hf(record, protocol.pinging, *counts, times)
+        drawn.append((energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, end)))
+    if broadcasts and (powers := _powers(bands.mf)) is not None:
+        where = partial(places, fleets[0].motion), partial(places, fleets[1].motion)
+        auvs, asvs = on_mf(record.broadcasts, where, bands.mf.range_m, end)
+        drawn.append((energy(auvs, powers, end), energy(asvs, powers, end)))
+    if not drawn:
+        return None
+    of_auvs, of_asvs = zip(*drawn, strict=True)
+    return np.sum(of_auvs, axis=0), np.sum(of_asvs, axis=0)
+
+
+def _powers(band: Band) -> Powers | None:
+    """Return what a modem of a band draws, None where that is not known."""
+    if band.transmit_w is None:
+        return None
+    waiting = band.receive_w if band.idle_w is None else band.idle_w
+    return Powers(band.transmit_w, band.receive_w, waiting)
 
 
 def _sounds(record: Recorder) -> Array:

@@ -21,8 +21,12 @@ UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
 WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
 BROADCASTS = (
     "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
-    "acoustics.mf.overhead", "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes",
-    "protocol.broadcaster",
+    "acoustics.mf.overhead",
+    "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "protocol.broadcaster",
+    "acoustics.mf.airtimes", "acoustics.mf.processing_s", "acoustics.mf.payload_bytes",
+    "acoustics.mf.overfull", "acoustics.mf.modem", "acoustics.mf.transmit_w",
+    "acoustics.mf.receive_w", "acoustics.mf.idle_w",
+    "protocol.downlink_guard_s", "protocol.shortest_downlink_slot_s",
 )  # fmt: skip
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"
@@ -163,6 +167,32 @@ RULES = (
         ("protocol.positions",),
         "an AUV has its slot to itself wherever it is believed to be",
         "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"acoustics.mf.airtimes": GIVEN},
+        ("acoustics.mf.bit_rate_bps", "acoustics.mf.overhead"),
+        "airtimes are those of the table",
+    ),
+    Idle(
+        {"acoustics.mf.payload_bytes": (None,), "acoustics.mf.airtimes": (None,)},
+        ("acoustics.mf.overfull",),
+        "a message holds any number of fixes",
+    ),
+    *(
+        Idle(
+            mode,
+            ("acoustics.mf.payload_bytes", "acoustics.mf.overfull"),
+            "no broadcast has more than one fix",
+        )
+        for mode in ({"protocol.schedule": FRAMED_SCHEDULES}, {"auvs.count": (1,)})
+    ),
+    *(
+        Idle(
+            {f"acoustics.{band}.transmit_w": (None,)},
+            (f"acoustics.{band}.receive_w", f"acoustics.{band}.idle_w"),
+            "the energy of this band is told where all its powers are known",
+        )
+        for band in ("hf", "mf")
     ),
     Idle(
         {"acoustics.hf.channel": OWN},

@@ -15,6 +15,7 @@ from ..scenario.sections.routes import Hold, Waypoints
 from ..scenario.sections.vehicles import Formation
 from ..scenario.survey_area import area_of
 from .idle_keys import idle_keys
+from .messages import guards, messages, modems
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
@@ -42,7 +43,19 @@ def cautions(scenario: Scenario) -> list[Caution]:
     """
     return [
         Caution(*found)
-        for look in (_former_words, _formation, _told, _route, _tracks, _frames, _ticks, _samples)
+        for look in (
+            _former_words,
+            modems,
+            messages,
+            guards,
+            _formation,
+            _told,
+            _route,
+            _tracks,
+            _frames,
+            _ticks,
+            _samples,
+        )
         for found in look(scenario)
     ] + [Caution(*found) for found in idle_keys(scenario)]
 

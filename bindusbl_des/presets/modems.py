@@ -32,7 +32,7 @@ MODEMS = (
         "s2c_instant",
         "EvoLogics S2C, instant messages",
         {
-            "airtimes": Figure("s2c", "", "S", DESERT),
+            "airtimes": Figure("s2c_airtimes.csv", "", "S", DESERT),
             "payload_bytes": Figure(64, "B", "S", f"{DESERT}: it ends at 64 B"),
         },
     ),

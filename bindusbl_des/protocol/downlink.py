@@ -57,8 +57,13 @@ class MfDownlink(Deliveries):
         limit = math.inf if band.channel else band.reach  # who is asked has no limit
         self._limits = limit, sound_speed, clock.rate
 
-    def send(self, rows: range, asv: int, time: float, airtime: float) -> None:
-        """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick)."""
+    def send(
+        self, rows: range, asv: int, time: float, airtime: float, processing: float = 0.0
+    ) -> None:
+        """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick).
+
+        A modem hands a frame over `processing` (s) after its end has arrived.
+        """
         if self.on_broadcast is not None:
             self.on_broadcast()
         if not rows:
@@ -70,7 +75,7 @@ class MfDownlink(Deliveries):
             frame = self._fixes.array[rows.start : rows.stop]
             self._decode(self._channel(len(rows)), frame, asv, time)
         last = arrivals(
-            self._fixes.array, rows.start, rows.stop, asv, time, airtime, foreseen,
+            self._fixes.array, rows.start, rows.stop, asv, time, airtime, processing, foreseen,
             *self._limits, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         if last >= 0.0:
@@ -79,7 +84,7 @@ class MfDownlink(Deliveries):
                 self.on_frame(rows)
         elif not foreseen:  # they steer meanwhile by other fixes, or who knows by what
             event = self._env.timeout(airtime)
-            event.callbacks.append(partial(self._leave, rows, asv, time, airtime))
+            event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
 
     def _decode(self, channel: AskedChannel, fixes: Rows, asv: int, time: float) -> None:
         """Note which AUVs do not decode a frame of fixes that an ASV begins at an instant (s)."""
@@ -92,14 +97,16 @@ class MfDownlink(Deliveries):
             if self._luck(auv, asv).random() < loss:
                 fixes["outcome"][fixes["auv"] == auv] = LOST if loss < 1.0 else OUT_OF_RANGE
 
-    def _leave(self, rows: range, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
+    def _leave(
+        self, rows: range, asv: int, frame: tuple[float, float, float], _: simpy.Event
+    ) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""
-        ends = time + airtime
+        ends = frame[0] + frame[1]
         vessel = self._asvs.vehicles[asv].at(ends)
         for fix in rows:
             if self._fixes.array[fix]["outcome"] == IN_FLIGHT:
                 event = self._nearly_there(fix, vessel, ends)
-                event.callbacks.append(partial(self._arrive, fix, asv, time, airtime))
+                event.callbacks.append(partial(self._arrive, fix, asv, frame))
 
     def _nearly_there(self, fix: int, vessel: Place, time: float) -> simpy.Timeout:
         """Return the event at which what left a vessel at an instant (s) is nearly at its AUV."""
@@ -108,10 +115,13 @@ class MfDownlink(Deliveries):
         way = NEARLY_THERE * math.dist(vessel[:3], place[:3]) / self._sound_speed
         return self._env.timeout(max(time - now + way, 0.0))
 
-    def _arrive(self, fix: int, asv: int, time: float, airtime: float, _: simpy.Event) -> None:
+    def _arrive(
+        self, fix: int, asv: int, frame: tuple[float, float, float], _: simpy.Event
+    ) -> None:
         """Find the exact arrival when it is near: who steers by fixes has no sure future."""
+        time, airtime, processing = frame
         travel = self._travel(asv, fix, time + airtime)
-        self._expect(fix, self._clock.after(time, airtime + travel))
+        self._expect(fix, self._clock.after(time, airtime + travel + processing))
 
     def _travel(self, asv: int, fix: int, time: float) -> float:
         """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix."""

@@ -50,17 +50,23 @@ class FixBatch:
 
 
 class FixQueue:
-    """The fleet's shared queue: pings wait here for the next broadcast."""
+    """The fleet's shared queue: pings wait here for the next broadcast.
 
-    def __init__(self, uplink: Uplink, record: Recorder) -> None:
-        self._uplink, self._record = uplink, record
+    A broadcast takes `most` fixes at most (None: any number); the others go on waiting.
+    """
+
+    def __init__(self, uplink: Uplink, record: Recorder, most: int | None = None) -> None:
+        self._uplink, self._record, self._most = uplink, record, most
+        self._waiting = 0  # fixes before this one have been taken
 
     def expect(self, pings: range) -> None:
         """Wait until pings have passed every ASV in range, which measure them together."""
 
     def take(self, time: float) -> FixBatch:
-        """Return the fixes of all pings that have been heard by an instant (s); clear the queue."""
-        return FixBatch(self._record, self._uplink.decide_passed(time))
+        """Return the fixes of pings that have been heard by an instant (s), the oldest first."""
+        first, end = self._waiting, self._uplink.decide_passed(time).stop
+        self._waiting = end if self._most is None else min(end, first + self._most)
+        return FixBatch(self._record, range(first, self._waiting))
 
 
 class ReplyQueue:

@@ -66,6 +66,7 @@ class Network(Watched):
     chart: Chart | None
     downlink_free_at: float = 0.0
     _fixes_plotted: int = field(default=0, init=False)
+    _broadcasts: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
         self.watching = Happenings(self.env, self.record, self.uplink, self.downlink)
@@ -91,7 +92,8 @@ class Network(Watched):
 
     def next_broadcaster(self, frame: FixBatch, time: float) -> int:
         """Choose the ASV of the next broadcast."""
-        number = len(self.record.broadcasts)
+        number = self._broadcasts
+        self._broadcasts += 1
         view = BroadcastView(number, time, frame, self.asv_fleet, self.broadcaster_draw)
         return self.broadcaster(view)
 

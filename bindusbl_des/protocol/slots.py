@@ -7,8 +7,10 @@ as the survey grows (paper, section TDMA Acoustic Protocol).
 import math
 from dataclasses import dataclass
 
+from ..acoustics.modem import Messages, Modem
 from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
+from ..presets.airtimes import airtime_table
 from ..scenario.families import RANGING
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
@@ -42,50 +44,59 @@ def longest_way(hf_range: float, depth: float, metric: str) -> float:
     return math.hypot(hf_range, depth) if metric == "horizontal" else hf_range
 
 
-def uplink_slot(ping_duration: float, longest_travel_time: float, crossing: float) -> float:
+def uplink_slot(
+    ping_duration: float,
+    longest_travel_time: float,
+    crossing: float,
+    guard: float | None = None,
+    shortest: float | None = None,
+) -> float:
     """Return the slot T_UL (s) that holds a ping, its way and its echoes (eq. UL_slot); all in s.
+
+    `guard` and `shortest` are the paper's T_G = 0.5 t_C and T_UL,min = 2.5 t_C unless given.
 
     >>> round(uplink_slot(0.010, 50 / 1500, crossing_time(140)), 6)
     0.233333
     """
-    guarded = ping_duration + longest_travel_time + UPLINK_GUARD * crossing
-    return max(guarded, SHORTEST_UPLINK * crossing)
+    guard = _chosen(guard, UPLINK_GUARD * crossing)
+    shortest = _chosen(shortest, SHORTEST_UPLINK * crossing)
+    return max(ping_duration + longest_travel_time + guard, shortest)
 
 
 def two_way_uplink_slot(
-    ping_duration: float, longest_travel_time: float, turnaround: float, crossing: float
+    ping_duration: float,
+    longest_travel_time: float,
+    turnaround: float,
+    crossing: float,
+    guard: float | None = None,
+    shortest: float | None = None,
 ) -> float:
     """Return the slot (s) that holds an interrogation, its reply and the echoes (ranging twtt)."""
-    return uplink_slot(2 * ping_duration + turnaround, 2 * longest_travel_time, crossing)
+    return uplink_slot(
+        2 * ping_duration + turnaround, 2 * longest_travel_time, crossing, guard, shortest
+    )
 
 
-def payload_bytes(fix_count: int, header: int = 8, record: int = 16) -> int:
-    """Return the bytes of a broadcast of `fix_count` fixes (eq. payload).
-
-    >>> payload_bytes(3)
-    56
-    """
-    return header + fix_count * record
-
-
-def airtime(size_bytes: int, bit_rate: float = 2000.0, overhead: float = 2.0) -> float:
-    """Return how long (s) a payload (bytes) occupies the downlink (bit/s), T_tx (eq. Ttx).
-
-    `overhead` is how many bits are sent for each bit of the payload.
-
-    >>> airtime(payload_bytes(3))
-    0.448
-    """
-    return size_bytes * 8 * overhead / bit_rate
-
-
-def downlink_slot(frame_airtime: float, crossing: float) -> float:
+def downlink_slot(
+    frame_airtime: float,
+    crossing: float,
+    guard: float | None = None,
+    shortest: float | None = None,
+) -> float:
     """Return the slot T_DL (s) that holds a broadcast and its guard (eq. DL_slot); all in s.
+
+    `guard` and `shortest` are the paper's T_DL,G = 1.25 t_C and T_DL,min = 10 t_C unless given.
 
     >>> round(downlink_slot(0.448, crossing_time(60)), 6)
     0.498
     """
-    return max(frame_airtime + DOWNLINK_GUARD * crossing, SHORTEST_DOWNLINK * crossing)
+    guard = _chosen(guard, DOWNLINK_GUARD * crossing)
+    shortest = _chosen(shortest, SHORTEST_DOWNLINK * crossing)
+    return max(frame_airtime + guard, shortest)
+
+
+def _chosen(own: float | None, papers: float) -> float:
+    return papers if own is None else own
 
 
 @dataclass(frozen=True)
@@ -96,23 +107,24 @@ class Slots:
     ping_duration: float
     longest_travel_time: float
     uplink_slot: float
-    header_bytes: int
-    fix_bytes: int
-    bit_rate: float
-    overhead: float
+    uplink_guard: float
+    downlink_guard: float
+    shortest_downlink: float
+    messages: Messages
     clock: Clock
 
     def payload_bytes(self, fix_count: int) -> int:
-        """Return the bytes of a broadcast of `fix_count` fixes."""
-        return payload_bytes(fix_count, self.header_bytes, self.fix_bytes)
+        """Return the bytes of a broadcast of `fix_count` fixes, of all its messages."""
+        return sum(map(self.messages.payload_bytes, self.messages.of(fix_count)))
 
     def airtime(self, fix_count: int) -> float:
-        """Return the airtime T_tx (s) of a broadcast of `fix_count` fixes."""
-        return airtime(self.payload_bytes(fix_count), self.bit_rate, self.overhead)
+        """Return the airtime T_tx (s) of a broadcast of `fix_count` fixes, of all its messages."""
+        return sum(map(self.messages.airtime, self.messages.of(fix_count)))
 
     def downlink_slot(self, fix_count: int) -> float:
         """Return the downlink slot T_DL (s) for a broadcast of `fix_count` fixes."""
-        return downlink_slot(self.airtime(fix_count), self.crossing_time)
+        guard, shortest = self.downlink_guard, self.shortest_downlink
+        return downlink_slot(self.airtime(fix_count), self.crossing_time, guard, shortest)
 
     def round_length(self, groups: int, fix_count: int) -> float:
         """Return the length (s) of a sequential round on this clock."""
@@ -134,24 +146,38 @@ def slots_of(scenario: Scenario) -> Slots:
     The fleet plans it with the speed of sound that it assumes.
     """
     sound_speed = assumed_sound_speed_of(scenario)
-    hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
+    hf, protocol = scenario.acoustics.hf, scenario.protocol
     crossing = crossing_time(area_of(scenario).across, sound_speed)
     longest = longest_way(hf.range_m, scenario.survey.deepest, hf.range_metric) / sound_speed
-    slot = _uplink_slot_of(scenario, longest, crossing)
+    guards = (
+        _chosen(protocol.uplink_guard_s, UPLINK_GUARD * crossing),
+        _chosen(protocol.downlink_guard_s, DOWNLINK_GUARD * crossing),
+        _chosen(protocol.shortest_downlink_slot_s, SHORTEST_DOWNLINK * crossing),
+    )
     return Slots(
-        crossing, hf.ping_s, longest, slot, mf.header_bytes, mf.fix_bytes, mf.bit_rate_bps,
-        mf.overhead, clock_of(scenario),
+        crossing, hf.ping_s, longest, _uplink_slot_of(scenario, longest, crossing), *guards,
+        messages_of(scenario), clock_of(scenario),
     )  # fmt: skip
+
+
+def messages_of(scenario: Scenario) -> Messages:
+    """Return the messages of a scenario's downlink."""
+    mf = scenario.acoustics.mf
+    table = None if mf.airtimes is None else airtime_table(mf.airtimes)
+    modem = Modem(mf.bit_rate_bps, mf.overhead, table, mf.processing_s)
+    size = mf.payload_bytes if table is None else mf.payload_bytes or table.most_bytes
+    most = None if size is None else (size - mf.header_bytes) // mf.fix_bytes
+    return Messages(modem, mf.header_bytes, mf.fix_bytes, most, mf.overfull == "split")
 
 
 def _uplink_slot_of(scenario: Scenario, longest: float, crossing: float) -> float:
     """Return the slot T_UL (s) of the ranging of a scenario."""
-    ranging, ping = scenario.protocol.ranging, scenario.acoustics.hf.ping_s
-    if ranging == "twtt":
-        turnaround = scenario.protocol.turnaround_s
-        return two_way_uplink_slot(ping, longest, turnaround, crossing)
-    own = _own_slot(ranging, ping, longest, crossing)
-    return uplink_slot(ping, longest, crossing) if own is None else own
+    protocol, ping = scenario.protocol, scenario.acoustics.hf.ping_s
+    guards = protocol.uplink_guard_s, protocol.shortest_uplink_slot_s
+    if protocol.ranging == "twtt":
+        return two_way_uplink_slot(ping, longest, protocol.turnaround_s, crossing, *guards)
+    own = _own_slot(protocol.ranging, ping, longest, crossing)
+    return uplink_slot(ping, longest, crossing, *guards) if own is None else own
 
 
 def _own_slot(name: str, ping_s: float, way_s: float, crossing_s: float) -> float | None:

@@ -6,6 +6,7 @@ one of one's own as ``module:object``.
 """
 
 from collections.abc import Generator
+from functools import partial
 from itertools import count
 
 import simpy
@@ -94,18 +95,42 @@ def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
 
 
 def broadcast(network: Network, turn: Turn, time: float) -> None:
-    """Let one ASV broadcast every fix made since the last broadcast; none still costs a header."""
-    slots, clock = network.slots, network.slots.clock
+    """Let one ASV broadcast every fix made since the last broadcast; none still costs a header.
+
+    Where one message does not hold them, several follow each other.
+    """
+    slots = network.slots
     frame = network.queue.take(time)
     asv, fixes = network.next_broadcaster(frame, time), len(frame)
-    airtime = slots.airtime(fixes)
+    ends = network.downlink_free_at = slots.clock.after(time, slots.downlink_slot(fixes))
+    turn.row.downlink_s = (turn.row.downlink_s or 0.0) + ends - time
+    begins, row = time, frame.rows.start
+    for part, carried in enumerate(slots.messages.of(fixes)):
+        send = partial(_send, network, turn, asv, range(row, row + carried), (part, begins))
+        if part == 0:
+            send()
+        else:
+            moment(network.env, begins).callbacks.append(send)
+        begins, row = begins + slots.messages.airtime(carried), row + carried
+
+
+def _send(
+    network: Network,
+    turn: Turn,
+    asv: int,
+    fixes: range,
+    when: tuple[int, float],
+    _: simpy.Event | None = None,
+) -> None:
+    """Let an ASV send one message of a broadcast, its number among them and instant (s) given."""
+    part, time = when
+    messages, count = network.slots.messages, len(fixes)
+    airtime, size = messages.airtime(count), messages.payload_bytes(count)
     network.record.broadcasts.append(
-        Broadcast(turn.row.round, asv, time, airtime, slots.payload_bytes(fixes), fixes)
+        Broadcast(turn.row.round, asv, time, airtime, size, count, part)
     )
-    network.downlink.send(frame.rows, asv, time, airtime)
-    network.downlink_free_at = clock.after(time, slots.downlink_slot(fixes))
-    turn.row.downlink_s = (turn.row.downlink_s or 0.0) + network.downlink_free_at - time
-    turn.row.fixes += fixes
+    network.downlink.send(fixes, asv, time, airtime, messages.delay(count))
+    turn.row.fixes += count
 
 
 def downlink_free(network: Network, time: float) -> Steps:

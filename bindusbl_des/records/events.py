@@ -107,6 +107,7 @@ class Broadcast:
     airtime_s: float = column("s", "duration of the frame")
     payload_bytes: int = column("B", "header and fix records")
     fixes: int = column("1", "fix records in the frame")
+    part: int = column("1", "number of the frame among those of one broadcast, from 0", 0)
 
 
 @dataclass(slots=True)
@@ -275,6 +276,12 @@ class AuvMetrics:
     fixes_refused: int = column(
         "1", "fixes delivered that the navigator's gate refused", worst=LARGEST
     )
+    energy_j: float | None = column(
+        "J", "electrical energy of its modems (acoustics.hf and .mf powers); null without any"
+    )
+    energy_per_fix_j: float | None = column(
+        "J", "that energy for each fix delivered; null without any"
+    )
     distance_m: float = column("m", "distance travelled")
     speed_m_per_s: float = column("m/s", "mean speed over ground")
     saturated_share: float | None = column(
@@ -300,3 +307,9 @@ class Utilisation:
         "1", "share of the time in which some ping or call is being sent"
     )
     mf_utilisation: float = column("1", "share of the time in which a broadcast is on the air")
+    energy_j: float | None = column(
+        "J", "electrical energy of the modems of all AUVs and ASVs; null without powers"
+    )
+    energy_per_fix_j: float | None = column(
+        "J", "that energy for each fix delivered to an AUV; null without any"
+    )

@@ -40,6 +40,8 @@ NAMES = {
     "nees": "normalised estimation error squared",
     "nis": "normalised innovation squared",
     "fixes_refused": "fixes refused by the gate",
+    "energy_j": "acoustic energy",
+    "energy_per_fix_j": "acoustic energy per fix",
     "distance_m": "distance travelled",
     "speed_m_per_s": "mean speed over ground",
     "saturated_share": "time at an actuator's limit",

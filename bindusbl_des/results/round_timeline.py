@@ -56,12 +56,14 @@ def _first_pings(result: "Result", number: int) -> dict[int, float]:
 
 
 def downlink_slots(result: "Result", number: int) -> list[Span]:
-    """Return the downlink slots of a round, one for each of its frames."""
+    """Return the downlink slots of a round, one for each of its broadcasts."""
     slots, frames = slots_of(result.scenario), broadcasts_of(result, number)
+    frames = frames[frames.airtime_s > 0.0]  # a direct reply takes no slot
+    broadcast = (frames.part == 0).cumsum() if "part" in frames else frames.index
+    spans = frames.groupby(broadcast).agg(begins=("sent_at_s", "min"), fixes=("fixes", "sum"))
     return [
-        Span(frame.sent_at_s, slots.clock.after(frame.sent_at_s, slots.downlink_slot(frame.fixes)))
-        for frame in frames.itertuples()
-        if frame.airtime_s > 0.0  # a direct reply takes no slot
+        Span(it.begins, slots.clock.after(it.begins, slots.downlink_slot(it.fixes)))
+        for it in spans.itertuples()
     ]
 
 

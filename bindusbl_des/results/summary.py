@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
+from ..core.wording import significant
 from .effects import HELPS, NO_EFFECT, Advice, Effect, harm_told, interval
 
 Row = dict[str, Any]
@@ -71,6 +72,10 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
         f"{mission['rounds']:.0f} rounds, {mission['collisions']:.0f} collisions; channel use "
         f"HF {100 * mission['hf_utilisation']:.1f} %, MF {100 * mission['mf_utilisation']:.1f} %"
     )
+    if (drawn := mission.get("energy_j")) is not None:
+        each = mission.get("energy_per_fix_j")
+        told = "" if each is None else f", {significant(each)} J for each fix delivered"
+        lines.append(f"modems drew {significant(drawn)} J{told}")
     return "\n".join(lines)
 
 

@@ -98,9 +98,7 @@ def _worst(column: "Field[Any]") -> tuple[pa.Field, pa.Field]:
 @cache
 def never_null(table: str) -> frozenset[str]:
     """Return the columns of a table that have a value in every row."""
-    if table == "mission":
-        return frozenset(column.name for column in fields(Utilisation))
-    hints = get_type_hints(ROWS[table])
+    hints = get_type_hints(ROWS.get(table, Utilisation))
     return frozenset(name for name, hint in hints.items() if not isinstance(hint, types.UnionType))
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean
 from ..geometry.lanes import lane_count
+from ..presets.airtimes import airtime_table
 from .families import parts_of
 from .part_settings import shipped_mistakes
 from .places.checks import misplaced
@@ -62,6 +63,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *_parts(scenario),
         *_protocol(scenario),
         *_channels(scenario),
+        *_messages(scenario),
         *_usbl(scenario),
         *_sizes(scenario),
     ]
@@ -337,6 +339,36 @@ def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:
             "acoustics.hf.channel.decoding",
             f"{decoding} decodes the bits of frames, and pings have none; use threshold, "
             "non_coherent, coherent or rayleigh",
+        )
+
+
+def _messages(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield why messages of the downlink cannot be sent, where there are any."""
+    mf, protocol = scenario.acoustics.mf, scenario.protocol
+    try:
+        measured = None if mf.airtimes is None else airtime_table(mf.airtimes).most_bytes
+    except ValueError as error:
+        yield Problem("acoustics.mf.airtimes", str(error))
+        return
+    if protocol.is_passive or protocol.downlink == "direct_reply":
+        return
+    most, key = mf.payload_bytes, "acoustics.mf.payload_bytes"
+    if measured is not None:
+        if most is not None and most > measured:
+            yield Problem(
+                key,
+                f"{most} B are more than the table of airtimes tells of, which ends at "
+                f"{measured} B; use that at most",
+                ("acoustics.mf.airtimes", "acoustics.mf.modem"),
+            )
+        most = min(measured, most or measured)
+    needed = mf.header_bytes + mf.fix_bytes
+    if most is not None and most < needed:
+        yield Problem(
+            key,
+            f"a message of {most} B holds no fix, which with its header takes header_bytes + "
+            f"fix_bytes = {needed} B; make these smaller, or use a modem with larger messages",
+            ("acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "acoustics.mf.modem"),
         )
 
 

@@ -21,6 +21,7 @@ from bindusbl_des import (
 from bindusbl_des.cli import main
 from bindusbl_des.preflight.idle_keys import RULES, idle_keys
 from bindusbl_des.preflight.reading import read_scenario
+from bindusbl_des.presets.airtimes import table_file
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
 from bindusbl_des.scenario.files.templates import TEMPLATES, template
@@ -32,7 +33,8 @@ SLIGHT = {"rounds.conflicts"}
 
 
 # What does something in a mode, but not in these missions: a hull's second lane comes after their
-# end, a single ASV in their midst hears every AUV, and without contention hardly a ping is lost.
+# end, a single ASV in their midst hears every AUV, without contention hardly a ping is lost, and
+# groups whose fixes are broadcast apart are of one AUV.
 UNSEEN = (
     ("auvs.route.turns", "auvs.vehicle", "bluerov2"),
     ("auvs.route.turns", "auvs.feedback", "estimate"),
@@ -40,6 +42,7 @@ UNSEEN = (
     ("protocol.positions", "auvs.vehicle", "bluerov2"),
     ("protocol.positions", "auvs.feedback", "estimate"),
     ("acoustics.loss.cap", "protocol.ranging", "passive"),
+    ("acoustics.mf.payload_bytes", "protocol.downlink", "pipelined_group"),
 )
 
 
@@ -67,6 +70,7 @@ OWN: dict[str, Any] = {
     "auvs.launch_m": [[3.0, -4.0]],
     "acoustics.hf.channel": "test_worth_knowing:fading",
     "usbl.model": "test_worth_knowing:compass",
+    "acoustics.mf.airtimes": table_file("s2c_airtimes.csv"),
 }
 
 

@@ -8,12 +8,11 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import load_scenario, simulate
+from bindusbl_des.acoustics.modem import airtime, payload_bytes
 from bindusbl_des.core.clock import ExactClock, TickClock
 from bindusbl_des.protocol.slots import (
-    airtime,
     crossing_time,
     downlink_slot,
-    payload_bytes,
     slots_of,
     uplink_slot,
 )

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ...protocol.slots import airtime, payload_bytes
+from ...acoustics.modem import airtime, payload_bytes
 from ..published import Published
 from ..readings.readings import Reading
 from ..verdicts import Claim, Limit, Prediction, predicted

@@ -5,6 +5,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ...core.kept_files import FILES, Way, is_own
+from ...presets.airtimes import airtime_table
 from .plain_yaml import Path
 
 
@@ -70,4 +71,5 @@ READERS: Mapping[Way, Callable[[str], object]] = {
     ("environment", "ctd"): _cast,
     ("acoustics", "hf", "channel", "file"): _curve,
     ("acoustics", "mf", "channel", "file"): _curve,
+    ("acoustics", "mf", "airtimes"): airtime_table,
 }

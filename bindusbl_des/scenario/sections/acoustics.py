@@ -1,14 +1,76 @@
 """The keys of both bands: how far they carry, how long a message takes, what is lost."""
 
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import (
+    AfterValidator,
+    Field,
+    ModelWrapValidatorHandler,
+    Strict,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
-from ..key_types import PAPER, Part, Real, Whole, key
+from ...presets.airtimes import table_file
+from ...presets.catalogue import CATALOGUE, preset
+from ..key_types import PAPER, Part, Real, Text, Whole, key
 from ..part_choice import SET, PartChoice
 
+MODEMS = [it.name for it in CATALOGUE["modem"]]
 
-class Uplink(Part):
+
+def _known(name: str) -> str:
+    """Refuse the name of a modem that no preset has."""
+    try:
+        return preset("modem", name).name
+    except ValueError as error:
+        raise PydanticCustomError("modem", "{text}", {"text": str(error)}) from None
+
+
+ModemName = Annotated[
+    str, Strict(), AfterValidator(_known), WithJsonSchema({"type": "string", "enum": MODEMS})
+]
+
+
+def modem_values(name: str, band: "type[Band]") -> dict[str, Any]:
+    """Return what a modem's sheet says of the keys of a band."""
+    values = preset("modem", name).values
+    if "airtimes" in values:
+        values["airtimes"] = table_file(str(values["airtimes"]))
+    return {key: value for key, value in values.items() if key in band.model_fields}
+
+
+class Band(Part):
+    """What both bands have: a modem, and what it draws."""
+
+    modem: ModemName | None = key(
+        None,
+        "",
+        "modem whose figures (`bindusbl-des presets modem`) stand for the keys of this band that "
+        "are not given; one that is given wins",
+    )
+    transmit_w: Real | None = key(
+        None, "W", "electrical power while sending; null = energy is not told", ge=0, le=1e5
+    )
+    receive_w: Real = key(0.0, "W", "electrical power while a signal arrives", ge=0, le=1e5)
+    idle_w: Real | None = key(
+        None, "W", "electrical power at other times; null = as while a signal arrives", ge=0, le=1e5
+    )
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _filled(cls, data: Any, validate: ModelWrapValidatorHandler["Band"]) -> "Band":
+        """Let the figures of the modem stand for keys that are not given, and do not become so."""
+        name = data.get("modem") if isinstance(data, dict) else None
+        if name not in MODEMS:
+            return validate(data)
+        band = validate({**modem_values(name, cls), **data})
+        object.__setattr__(band, "__pydantic_fields_set__", set(data))
+        return band
+
+
+class Uplink(Band):
     """The high-frequency band on which AUVs ping."""
 
     range_m: Real = key(50.0, "m", "HF range R_HF", PAPER, ge=0.1, le=1e5)
@@ -23,7 +85,7 @@ class Uplink(Part):
     )
 
 
-class Downlink(Part):
+class Downlink(Band):
     """The medium-frequency band on which ASVs broadcast fixes."""
 
     range_m: Real = key(100.0, "m", "MF range R_MF (horizontal)", PAPER, ge=0.1, le=1e6)
@@ -32,6 +94,29 @@ class Downlink(Part):
     )
     bit_rate_bps: Real = key(2000.0, "bit/s", "bit rate R_DL", PAPER, ge=1, le=1e9)
     overhead: Real = key(2.0, "1", "protocol overhead factor Lambda", PAPER, ge=1, le=100)
+    airtimes: Text | None = key(
+        None,
+        "",
+        "CSV file of measured airtimes, columns payload_bytes (1, 2, ...), airtime_s and "
+        "processing_delay_mean_s; null = by bit rate and overhead",
+    )
+    processing_s: Real | None = key(
+        None,
+        "s",
+        "time from the end of a message to its handing over, which delays delivery and is no "
+        "airtime; null = that of the table of airtimes, without one 0",
+        ge=0,
+        le=1e3,
+    )
+    payload_bytes: Whole | None = key(
+        None, "B", "largest payload of a message; null = that of the table, or any", ge=1, le=65_535
+    )
+    overfull: Literal["split", "oldest_first"] = key(
+        "split",
+        "",
+        "what becomes of fixes that one message does not hold: sent in several, one behind the "
+        "other, or the oldest first and the rest with the next broadcast",
+    )
     header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)
     fix_bytes: Whole = key(16, "B", "record of one fix B_fix", PAPER, ge=1, le=65_535)
 

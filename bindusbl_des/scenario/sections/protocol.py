@@ -38,6 +38,18 @@ class Protocol(Part):
         ge=0.001,
         le=1e6,
     )
+    uplink_guard_s: Real | None = key(
+        None, "s", "guard T_G of an uplink slot; null = 0.5 t_C", PAPER, ge=0, le=60
+    )
+    shortest_uplink_slot_s: Real | None = key(
+        None, "s", "shortest uplink slot T_UL,min; null = 2.5 t_C", PAPER, ge=0, le=60
+    )
+    downlink_guard_s: Real | None = key(
+        None, "s", "guard T_DL,G of a downlink slot; null = 1.25 t_C", PAPER, ge=0, le=60
+    )
+    shortest_downlink_slot_s: Real | None = key(
+        None, "s", "shortest downlink slot T_DL,min; null = 10 t_C", PAPER, ge=0, le=60
+    )
     turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt)", ge=0, le=60)
     reply_at: Literal["ping_front", "ping_end"] = key(
         "ping_end",

@@ -1,0 +1,87 @@
+"""Messages on a band: how long one is on the air, when it is handed over, and what it holds."""
+
+from dataclasses import dataclass
+
+from ..presets.airtimes import AirtimeTable
+
+
+def payload_bytes(fix_count: int, header: int = 8, record: int = 16) -> int:
+    """Return the bytes of a broadcast of `fix_count` fixes (eq. payload).
+
+    >>> payload_bytes(3)
+    56
+    """
+    return header + fix_count * record
+
+
+def airtime(size_bytes: int, bit_rate: float = 2000.0, overhead: float = 2.0) -> float:
+    """Return how long (s) a payload (bytes) occupies the downlink (bit/s), T_tx (eq. Ttx).
+
+    `overhead` is how many bits are sent for each bit of the payload.
+
+    >>> airtime(payload_bytes(3))
+    0.448
+    """
+    return size_bytes * 8 * overhead / bit_rate
+
+
+@dataclass(frozen=True)
+class Modem:
+    """A modem by its bit rate (bit/s) and overhead, or by a table of airtimes if it has one.
+
+    `processing` (s) passes between the end of a message at the receiver and its handing over; None
+    leaves it to the table.
+    """
+
+    bit_rate: float
+    overhead: float
+    table: AirtimeTable | None = None
+    processing: float | None = None
+
+    def airtime(self, size_bytes: int) -> float:
+        """Return how long (s) a message is on the air; an empty one as long as one byte's."""
+        if self.table is not None:
+            return self.table.airtime(max(size_bytes, 1))
+        return airtime(size_bytes, self.bit_rate, self.overhead)
+
+    def delay(self, size_bytes: int) -> float:
+        """Return how long (s) after its end a message is handed over."""
+        if self.processing is not None:
+            return self.processing
+        return 0.0 if self.table is None else self.table.delay(max(size_bytes, 1))
+
+
+@dataclass(frozen=True)
+class Messages:
+    """The messages in which fixes are broadcast: a header and a record for each fix.
+
+    Of more fixes than `most` (None: any number is held) a broadcast is several messages, one behind
+    the other, if it `splits`; else it carries the oldest and leaves the rest to the next.
+    """
+
+    modem: Modem
+    header_bytes: int
+    fix_bytes: int
+    most: int | None
+    splits: bool
+
+    def of(self, fix_count: int) -> list[int]:
+        """Return how many fixes each message of a broadcast carries."""
+        if self.most is None or fix_count <= self.most:
+            return [fix_count]
+        if not self.splits:
+            return [self.most]
+        full, rest = divmod(fix_count, self.most)
+        return [self.most] * full + [rest] * (rest > 0)
+
+    def payload_bytes(self, fixes: int) -> int:
+        """Return the bytes of one message."""
+        return payload_bytes(fixes, self.header_bytes, self.fix_bytes)
+
+    def airtime(self, fixes: int) -> float:
+        """Return the airtime (s) of one message."""
+        return self.modem.airtime(self.payload_bytes(fixes))
+
+    def delay(self, fixes: int) -> float:
+        """Return how long (s) after its end one message is handed over."""
+        return self.modem.delay(self.payload_bytes(fixes))
