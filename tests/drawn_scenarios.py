@@ -13,8 +13,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, cautions, simulate
+from bindusbl_des.campaigns.statistics.contents import DRIFTS
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
+from bindusbl_des.scenario.consistency import REPLACED_BY_DRIFT
 from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError, parameters
@@ -175,6 +177,7 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
     origin = water.get("origin") or {}
     if len(origin) != 2 or None in origin.values():
         water.pop("origin", None)
+    _one_drift(data.get("navigation", {}), draw)
     dynamic = auvs.get("vehicle", "kinematic") != "kinematic"
     if dynamic and auvs.get("route", {}).get("kind") in ("hold", "track"):
         del auvs["vehicle"]
@@ -191,6 +194,17 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
         auvs["speed_m_per_s"] = draw.choice((0.3, 0.6, 1.0))
     if auvs.get("route", {}).get("kind", "lawnmower") == "lawnmower" and draw.random() < 0.9:
         _fitted(data)
+
+
+def _one_drift(navigation: dict[str, Any], draw: random.Random) -> None:
+    """Keep one statement of what makes dead reckoning drift."""
+    drift = navigation.get("drift") or {}
+    figures = [name for name in DRIFTS if drift.get(name) is not None]
+    if len(figures) > 1:
+        del drift[draw.choice(figures)]
+    if figures:
+        for name in REPLACED_BY_DRIFT:
+            navigation.pop(name, None)
 
 
 def _fitted(data: dict[str, Any]) -> None:

@@ -104,7 +104,7 @@ UNSEEN = (
     "asvs.formation.positions_m", "asvs.formation.model",
 )  # fmt: skip
 
-# Besides each choice: values that turn something off.
+# Besides each choice: values that turn something off, or sheets that say something else.
 SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
     ("auvs.count", 1),
     ("asvs.count", 1),
@@ -112,6 +112,9 @@ SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
     ("environment.current_variation_m_per_s", 0.0),
     ("navigation.velocity_bias_m_per_s", [0.0, 0.0]),
     ("survey.depth_m", 0.0),
+    ("navigation.drift", {"percent_of_distance": 2.0}),
+    ("navigation.drift", {"m_per_hour": 40.0}),
+    ("navigation.drift", {"percent_of_distance": 2.0, "line_m": 50.0}),
 )
 
 

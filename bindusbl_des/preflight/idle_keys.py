@@ -24,7 +24,7 @@ BROADCASTS = (
 )  # fmt: skip
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"
-STEERING = ("auvs.speed_m_per_s", "auvs.turning_radius_m", "auvs.join_angle_deg")
+STEERING = ("auvs.turning_radius_m", "auvs.join_angle_deg")
 
 
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
@@ -81,6 +81,11 @@ RULES = (
     ),
     Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
+    Idle(
+        {"auvs.route.kind": ("hold", "track"), "navigation.drift.line_m": (None,)},
+        ("auvs.speed_m_per_s",),
+        "the AUVs lie still, or repeat their tracks",
+    ),
     Idle({"auvs.route.kind": ("track",)}, ("survey.depth_m",), "the tracks say how deep they are"),
     Idle(
         {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
@@ -210,9 +215,26 @@ RULES = (
         {
             "navigation.velocity_bias_m_per_s": ((0.0, 0.0),),
             "navigation.velocity_bias_sd_m_per_s": (0.0,),
+            "navigation.drift.m_per_hour": (None,),
+            "navigation.drift.line_m": (None,),
         },
         ("navigation.bias_frame",),
         "there is no bias",
+    ),
+    Idle(
+        {
+            "navigation.drift.percent_of_distance": (None,),
+            "navigation.drift.m_per_hour": (None,),
+        },
+        tuple(f"navigation.drift.{name}" for name in ("statistic", "line_m", "time_constant_s")),
+        "no drift is stated",
+        remedy="remove it, or set navigation.drift.percent_of_distance or m_per_hour",
+    ),
+    Idle(
+        {"navigation.drift.line_m": (None,)},
+        ("navigation.drift.time_constant_s",),
+        "the drift holds at any distance, its errors do not wander",
+        remedy="remove it, or set navigation.drift.line_m",
     ),
     Idle(
         {

@@ -6,6 +6,7 @@ from math import hypot, inf, radians
 import numpy as np
 
 from ..navigation.belief import STATES, Belief, Growth, first_belief
+from ..scenario.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..usbl.instrument import range_sd
 
@@ -60,18 +61,18 @@ class Noise:
 
 def noise_of(scenario: Scenario) -> Noise:
     """Return the noise that a scenario tells AUVs of, as far as a log has any use for it."""
-    navigation, usbl = scenario.navigation, scenario.usbl
+    navigation, usbl, sensors = scenario.navigation, scenario.usbl, own_sensors(scenario)
     speed = scenario.environment.fleets_sound_speed
     return Noise(
         range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1),
         usbl.outlier_share,
         usbl.outlier_sd_m if usbl.outlier_share > 0.0 else 0.0,
-        navigation.random_walk_m_per_sqrt_s,
-        navigation.velocity_bias_m_per_s,
-        navigation.velocity_bias_sd_m_per_s,
+        sensors.random_walk_m_per_sqrt_s,
+        sensors.bias_m_per_s,
+        sensors.bias_sd_m_per_s,
         navigation.nis_gate or 0.0,
         navigation.initial_position_sd_m,
         navigation.bias_frame == "body",
-        navigation.scale_factor_sd,
-        radians(navigation.heading_sd_deg),
+        sensors.scale_factor_sd,
+        radians(sensors.heading_sd_deg),
     )

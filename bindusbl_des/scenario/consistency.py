@@ -6,7 +6,7 @@ from math import dist
 from typing import NamedTuple
 
 from ..core.plugins import is_plugin
-from ..core.wording import did_you_mean
+from ..core.wording import did_you_mean, plain
 from .families import parts_of
 from .part_settings import shipped_mistakes
 from .scenario_keys import ScenarioKeys
@@ -20,6 +20,14 @@ MOST_LANES = 100_000
 
 # The greatest distance (m) between two hydrophones of each of hydrophones.ARRAYS
 ARRAY_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
+
+# What the sheet of an inertial system says with one figure, and what these keys say of nothing
+REPLACED_BY_DRIFT = {
+    "velocity_bias_m_per_s": (0.0, 0.0),
+    "velocity_bias_sd_m_per_s": 0.0,
+    "velocity_bias_time_constant_s": None,
+    "random_walk_m_per_sqrt_s": 0.0,
+}
 
 # Shorter lanes and ways (m) are no lanes: a vehicle cannot be said to go along them.
 SHORTEST_WAY = 0.001
@@ -43,6 +51,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *_parts(scenario),
         *_protocol(scenario),
         *_usbl(scenario),
+        *_drift(scenario),
         *_sizes(scenario),
     ]
 
@@ -208,6 +217,27 @@ def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
                 f"{1e3 * size:.0f} mm of the array {scenario.usbl.array}: no direction could be "
                 f"told; use {0.9 * size / speed:.1e} at most",
                 ("usbl.array", "environment.sound_speed_m_per_s"),
+            )
+
+
+def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:
+    navigation, drift = scenario.navigation, scenario.navigation.drift
+    if not drift.is_stated:
+        return
+    stated = "percent_of_distance" if drift.m_per_hour is None else "m_per_hour"
+    if drift.percent_of_distance is not None and drift.m_per_hour is not None:
+        yield Problem(
+            "navigation.drift.m_per_hour",
+            "is another statement of the same as percent_of_distance; keep one of them",
+            ("navigation.drift.percent_of_distance",),
+        )
+    for name, none in REPLACED_BY_DRIFT.items():
+        if (value := getattr(navigation, name)) != none:
+            yield Problem(
+                f"navigation.{name}",
+                f"is replaced by navigation.drift, which says how far dead reckoning goes astray "
+                f"in all; remove it or set it to {plain(none)}; got {plain(value)}",
+                (f"navigation.drift.{stated}",),
             )
 
 
