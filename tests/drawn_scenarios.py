@@ -17,6 +17,7 @@ from bindusbl_des.campaigns.statistics.contents import DRIFTS
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.scenario.consistency import REPLACED_BY_DRIFT
+from bindusbl_des.scenario.instrument_settings import OF_ACCURACY, OF_ANGLES
 from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError, parameters
@@ -178,6 +179,7 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
     if len(origin) != 2 or None in origin.values():
         water.pop("origin", None)
     _one_drift(data.get("navigation", {}), draw)
+    _one_sheet(data.get("usbl", {}), draw)
     dynamic = auvs.get("vehicle", "kinematic") != "kinematic"
     if dynamic and auvs.get("route", {}).get("kind") in ("hold", "track"):
         del auvs["vehicle"]
@@ -205,6 +207,22 @@ def _one_drift(navigation: dict[str, Any], draw: random.Random) -> None:
     if figures:
         for name in REPLACED_BY_DRIFT:
             navigation.pop(name, None)
+
+
+def _one_sheet(usbl: dict[str, Any], draw: random.Random) -> None:
+    """Keep one statement of what an arrival measures."""
+    if usbl.get("preset") is not None:
+        usbl.pop("model", None)
+    model = usbl.get("model")
+    if model == "datasheet" or (isinstance(model, dict) and model.get("model") == "datasheet"):
+        given = model if isinstance(model, dict) else {}
+        figure, rest = draw.choice(
+            [("bearing_sd_deg", OF_ANGLES), ("accuracy_percent", OF_ACCURACY)]
+        )
+        kept = {name: given[name] for name in rest if name in given}
+        if kept.get("reference_snr_db") is None:
+            kept.pop("angle_floor_deg", None)
+        usbl["model"] = {"model": "datasheet", figure: draw.choice((1e-3, 1.0, 45.0)), **kept}
 
 
 def _fitted(data: dict[str, Any]) -> None:

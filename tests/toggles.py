@@ -69,6 +69,15 @@ ROUTES: dict[str, Data] = {
     "track": {"kind": "track", "files": [str(TRACKS / f"auv{auv}.csv") for auv in range(3)]},
 }
 
+# Parts that need settings, with some.
+EXAMPLES: dict[Any, Any] = {"datasheet": {"model": "datasheet", "bearing_sd_deg": 2.0}}
+
+
+def whole(value: Any) -> Any:
+    """Return a value, of a part that needs settings one with them."""
+    return EXAMPLES.get(value, value) if isinstance(value, str) else value
+
+
 # Values for keys whose default cannot just be made a little larger.
 OTHERS: dict[str, list[Any]] = {
     "auvs.route.end_margin_m": [2.0, 11.0],
@@ -94,7 +103,8 @@ OTHERS: dict[str, list[Any]] = {
     "navigation.velocity_bias_time_constant_s": [20.0],
     "navigation.gain": [0.4],
     "navigation.nis_gate": [0.1],
-    **{family.key: list(family.siblings) for family in FAMILIES},
+    "usbl.preset": ["tracklink_1500", "cerulean_rovl"],
+    **{family.key: [whole(name) for name in family.siblings] for family in FAMILIES},
 }
 
 # What tables do not show: names, places for exports, lists that belong to a number of vehicles.
@@ -120,7 +130,7 @@ SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
 
 def modes() -> list[tuple[str, Any]]:
     """Return every choice of every key, and what can be switched off."""
-    choices = [(row.key, choice) for row in keys() for choice in row.choices]
+    choices = [(row.key, whole(choice)) for row in keys() for choice in row.choices]
     return [*(it for it in choices if it[1] != OWN_PART), *SWITCHED_OFF]
 
 

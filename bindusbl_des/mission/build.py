@@ -25,6 +25,7 @@ from ..scenario.scenario import Scenario
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
+from ..usbl.stated import sheet_of
 from ..usbl.systematic import Astray
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
@@ -180,6 +181,7 @@ def usbl_of(scenario: Scenario) -> Usbl:
         usbl.gnss_sd_m,
         scenario.environment.fleets_sound_speed,
         scenario.environment.sound_speed_m_per_s,
+        sheet_of(scenario),
     )
 
 

@@ -30,7 +30,7 @@ STEERING = ("auvs.turning_radius_m", "auvs.join_angle_deg")
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
 # Vessels keep their stations by GNSS, too.
-BESIDES = ("model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
+BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
 ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in BESIDES)
 
 
@@ -136,6 +136,12 @@ RULES = (
         {"acoustics.hf.channel": OWN},
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
         "how likely signals are lost only the plug-in says",
+    ),
+    Idle(
+        {"usbl.model": ("datasheet",)},
+        tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
+        "the sheet says what all of them make together",
+        remedy="remove it, or set usbl.model: array",
     ),
     Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
     Idle(

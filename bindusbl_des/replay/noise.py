@@ -9,6 +9,7 @@ from ..navigation.belief import STATES, Belief, Growth, first_belief
 from ..scenario.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..usbl.instrument import range_sd
+from ..usbl.stated import sheet_of, stated_range_sd
 
 # How far off a start that was found may be, per axis (m), and its heading (rad): it was found from
 # the very ranges that navigate, so they must be free to move it.
@@ -62,9 +63,11 @@ class Noise:
 def noise_of(scenario: Scenario) -> Noise:
     """Return the noise that a scenario tells AUVs of, as far as a log has any use for it."""
     navigation, usbl, sensors = scenario.navigation, scenario.usbl, own_sensors(scenario)
-    speed = scenario.environment.fleets_sound_speed
+    speed, sheet = scenario.environment.fleets_sound_speed, sheet_of(scenario)
     return Noise(
-        range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1),
+        range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1)
+        if sheet is None
+        else stated_range_sd(sheet, scenario),
         usbl.outlier_share,
         usbl.outlier_sd_m if usbl.outlier_share > 0.0 else 0.0,
         sensors.random_walk_m_per_sqrt_s,

@@ -8,8 +8,10 @@ from typing import NamedTuple
 from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean, plain
 from .families import parts_of
+from .part_choice import PartChoice
 from .part_settings import shipped_mistakes
 from .scenario_keys import ScenarioKeys
+from .sections.usbl import usbl_values
 from .sections.vehicles import Formation
 
 FRAMED_SCHEDULES = ("round_robin", "random")
@@ -207,6 +209,14 @@ def _protocol(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
+    name, model = scenario.usbl.preset, scenario.usbl.model
+    if name is not None and model != PartChoice.read(usbl_values(name)["model"], str):
+        yield Problem(
+            "usbl.model",
+            f"is not that of the preset {name}, which says what an arrival measures; keep one of "
+            f"them; got {model.told}",
+            ("usbl.preset",),
+        )
     size, speed = ARRAY_SIZES_M[scenario.usbl.array], scenario.environment.sound_speed_m_per_s
     for name, meant in (("tdoa_sd_s", "noise"), ("quantum_s", "a quantum")):
         time = getattr(scenario.usbl, name)

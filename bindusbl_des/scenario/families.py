@@ -9,6 +9,7 @@ from operator import attrgetter
 from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
+from .instrument_settings import Datasheet
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes
@@ -19,6 +20,7 @@ SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
 BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
+INSTRUMENTS = ("array", "datasheet")
 PLACEMENTS = ("ring", "positions")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
 RANGINGS = ("owtt_sync", "twtt", "passive")
@@ -78,7 +80,9 @@ BROADCASTER = Family(
 )
 RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
 CHANNEL = Family("acoustics.hf.channel", "channel", ("disc",), ("signals",))
-INSTRUMENT = Family("usbl.model", "instrument", ("array",), ("sounding",))
+INSTRUMENT = Family(
+    *("usbl.model", "instrument", INSTRUMENTS, ("sounding",)), settings={"datasheet": Datasheet}
+)
 NAVIGATOR = Family(
     *("navigation.filter", "filter", FILTERS, ("reckoning", "auvs")),
     settings={"kalman": Kalman, "smoother": Smoothing},

@@ -89,6 +89,15 @@ def shipped_part(family: Family, choice: str, part: Callable[..., Any]) -> Calla
     return _bound(part, _validated(family.settings[str(choice)], settings)) if settings else part
 
 
+def settings_of(family: Family, choice: str) -> BaseModel:
+    """Return the settings of a part that ships, defaults and all.
+
+    Raises:
+        ValidationError: when they are wrong, which a scenario's are not.
+    """
+    return _validated(family.settings[str(choice)], _settings(choice))
+
+
 def _bound(part: Callable[..., Any], values: BaseModel) -> Callable[..., Any]:
     return partial(part, **{name: getattr(values, name) for name in values.model_fields_set})
 
@@ -133,6 +142,8 @@ def _told(detail: Any) -> str:
     kind, context = detail["type"], detail.get("ctx", {})
     if kind == "missing":
         return "missing; add it"
+    if kind == "value_error" and not detail["loc"]:  # what settings must agree on
+        return str(context["error"])
     needed = _NEEDED.get(kind)
     if kind in _LIMITS:
         needed = f"must be {_LIMITS[kind]} {plain(next(iter(context.values())))}"
