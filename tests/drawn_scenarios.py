@@ -13,9 +13,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, cautions, simulate
+from bindusbl_des.campaigns.statistics.contents import DRIFTS
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.presets.airtimes import table_file
+from bindusbl_des.scenario.consistency import REPLACED_BY_DRIFT
+from bindusbl_des.scenario.instrument_settings import OF_ACCURACY, OF_ANGLES
 from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.scenario.sections.acoustics import Downlink, modem_values
 from bindusbl_des.vehicles.guidance import GuidanceError
@@ -229,6 +232,8 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
     for name in ("tdoa_sd_s", "quantum_s"):
         if name in usbl and draw.random() < 0.7:
             usbl[name] = min(usbl[name], 1e-5)
+    _one_drift(data.get("navigation", {}), draw)
+    _one_sheet(data.get("usbl", {}), draw)
     dynamic = auvs.get("vehicle", "kinematic") != "kinematic"
     if dynamic and auvs.get("route", {}).get("kind") in ("hold", "track"):
         del auvs["vehicle"]
@@ -259,6 +264,33 @@ def _sized(mf: dict[str, Any]) -> None:
     needed = mf.get("header_bytes", 8) + mf.get("fix_bytes", 16)
     if not needed <= (size.get("payload_bytes") or most) <= most:
         mf["payload_bytes"] = needed
+
+
+def _one_drift(navigation: dict[str, Any], draw: random.Random) -> None:
+    """Keep one statement of what makes dead reckoning drift."""
+    drift = navigation.get("drift") or {}
+    figures = [name for name in DRIFTS if drift.get(name) is not None]
+    if len(figures) > 1:
+        del drift[draw.choice(figures)]
+    if figures:
+        for name in REPLACED_BY_DRIFT:
+            navigation.pop(name, None)
+
+
+def _one_sheet(usbl: dict[str, Any], draw: random.Random) -> None:
+    """Keep one statement of what an arrival measures."""
+    if usbl.get("preset") is not None:
+        usbl.pop("model", None)
+    model = usbl.get("model")
+    if model == "datasheet" or (isinstance(model, dict) and model.get("model") == "datasheet"):
+        given = model if isinstance(model, dict) else {}
+        figure, rest = draw.choice(
+            [("bearing_sd_deg", OF_ANGLES), ("accuracy_percent", OF_ACCURACY)]
+        )
+        kept = {name: given[name] for name in rest if name in given}
+        if kept.get("reference_snr_db") is None:
+            kept.pop("angle_floor_deg", None)
+        usbl["model"] = {"model": "datasheet", figure: draw.choice((1e-3, 1.0, 45.0)), **kept}
 
 
 def _fitted(data: dict[str, Any]) -> None:

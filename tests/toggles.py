@@ -72,6 +72,14 @@ ROUTES: dict[str, Data] = {
 
 # What a curve is of, where one is chosen
 CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
+# Parts that need settings, with some.
+EXAMPLES: dict[Any, Any] = {"datasheet": {"model": "datasheet", "bearing_sd_deg": 2.0}}
+
+
+def whole(value: Any) -> Any:
+    """Return a value, of a part that needs settings one with them."""
+    return EXAMPLES.get(value, value) if isinstance(value, str) else value
+
 
 # Values for keys whose default cannot just be made a little larger.
 OTHERS: dict[str, list[Any]] = {
@@ -109,7 +117,8 @@ OTHERS: dict[str, list[Any]] = {
     "navigation.velocity_bias_time_constant_s": [20.0],
     "navigation.gain": [0.4],
     "navigation.nis_gate": [0.1],
-    **{family.key: list(family.siblings) for family in FAMILIES},
+    "usbl.preset": ["tracklink_1500", "cerulean_rovl"],
+    **{family.key: [whole(name) for name in family.siblings] for family in FAMILIES},
 }
 
 # What tables do not show: names, places for exports, lists that belong to a number of vehicles.
@@ -123,7 +132,7 @@ UNSEEN = (
     "survey.depths_m", "auvs.speeds_m_per_s", "auvs.launch_m", "auvs.recovery_m",
 )  # fmt: skip
 
-# Besides each choice: values that turn something off.
+# Besides each choice: values that turn something off, or sheets that say something else.
 SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
     ("auvs.count", 1),
     ("asvs.count", 1),
@@ -131,12 +140,15 @@ SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
     ("environment.current_variation_m_per_s", 0.0),
     ("navigation.velocity_bias_m_per_s", [0.0, 0.0]),
     ("survey.depth_m", 0.0),
+    ("navigation.drift", {"percent_of_distance": 2.0}),
+    ("navigation.drift", {"m_per_hour": 40.0}),
+    ("navigation.drift", {"percent_of_distance": 2.0, "line_m": 50.0}),
 )
 
 
 def modes() -> list[tuple[str, Any]]:
     """Return every choice of every key, and what can be switched off."""
-    choices = [(row.key, choice) for row in keys() for choice in row.choices]
+    choices = [(row.key, whole(choice)) for row in keys() for choice in row.choices]
     return [*(it for it in choices if it[1] != OWN_PART), *SWITCHED_OFF]
 
 

@@ -12,9 +12,9 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from ..core.palette import FAINT, INK
-from ..navigation.dead_reckoning import drift_rms
 from ..report.envelope import SIGMAS, error_envelope
 from ..report.recording import Recording, recording
+from ..scenario.own_sensors import straight_drift_rms
 from .fixes import deliveries
 from .style import (
     LARGEST_LEGEND,
@@ -85,13 +85,9 @@ def _decades(result: "Result") -> tuple[float, float]:
 def _draw_panel(axes: Axes, result: "Result", recorded: Recording, name: str) -> None:
     track, colour = by_vehicle(result.tables["tracks"])[name], colour_of(name)
     times = track.time_s.to_numpy()
-    navigation = result.scenario.navigation
     bound = error_envelope(recorded, int(name[3:]))
     axes.fill_between(times, bound, color=FAINT, lw=0, label="envelope")
-    model = [
-        drift_rms(t, navigation.velocity_bias_m_per_s, navigation.random_walk_m_per_sqrt_s)
-        for t in times.tolist()
-    ]
+    model = [straight_drift_rms(result.scenario, t) for t in times.tolist()]
     axes.plot(times, model, "--", color="#777777", lw=0.8, label="drift model")
     axes.plot(times, imu_errors(track), ":", color=colour, label="dead reckoning")
     axes.plot(times, track.position_error_m, color=colour, lw=0.9, label="fused")

@@ -27,6 +27,7 @@ from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
+from ..usbl.stated import sheet_of
 from ..usbl.systematic import Astray
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
@@ -184,6 +185,7 @@ def usbl_of(scenario: Scenario) -> Usbl:
         usbl.gnss_sd_m,
         assumed_sound_speed_of(scenario),
         sound_speed_of(scenario),
+        sheet_of(scenario),
     )
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import Rows
+from ..scenario.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of
@@ -39,9 +40,9 @@ def _velocity_biases(scenario: Scenario, streams: Streams) -> Array:
 
     One of each AUV; one for each control interval where what is drawn of it wanders.
     """
-    navigation, auvs = scenario.navigation, range(scenario.auvs.count)
-    constant = np.array(navigation.velocity_bias_m_per_s, dtype=np.float64)
-    sd, lasts = navigation.velocity_bias_sd_m_per_s, navigation.velocity_bias_time_constant_s
+    sensors, auvs = own_sensors(scenario), range(scenario.auvs.count)
+    constant = np.array(sensors.bias_m_per_s, dtype=np.float64)
+    sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
     if sd == 0.0 or lasts is None:
         return (constant + _drawn(streams, Purpose.VELOCITY_BIAS, len(auvs), sd))[:, np.newaxis]
     steps = control_intervals(scenario), 2
@@ -55,7 +56,7 @@ def _velocity_biases(scenario: Scenario, streams: Streams) -> Array:
 
 def _skews(scenario: Scenario, streams: Streams) -> Rows:
     """Return what the AUVs' logs and compasses make of their ways (n,)."""
-    scale, count = scenario.navigation.scale_factor_sd, scenario.auvs.count
+    scale, count = own_sensors(scenario).scale_factor_sd, scenario.auvs.count
     return skews_of(
         _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0], headings(scenario, streams)
     )
@@ -63,7 +64,7 @@ def _skews(scenario: Scenario, streams: Streams) -> Rows:
 
 def headings(scenario: Scenario, streams: Streams) -> Array:
     """Return the constant error of each AUV's heading (rad), (n,)."""
-    sd = math.radians(scenario.navigation.heading_sd_deg)
+    sd = math.radians(own_sensors(scenario).heading_sd_deg)
     return _drawn(streams, Purpose.HEADING, scenario.auvs.count, sd)[:, 0]
 
 
@@ -89,7 +90,7 @@ def _walks(scenario: Scenario, streams: Streams, water: Water, skews: Rows) -> A
     )
     for auv, its_own in enumerate(noise):
         streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
-    lost = random_walk(rate, navigation.random_walk_m_per_sqrt_s, noise)
+    lost = random_walk(rate, own_sensors(scenario).random_walk_m_per_sqrt_s, noise)
     if navigation.velocity == "through_water":
         moved = water.carried(np.arange(count + 1) / rate)
         lost -= moved

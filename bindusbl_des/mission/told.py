@@ -12,6 +12,7 @@ import numpy as np
 from ..navigation.belief import STATES, Belief, Growth, first_belief
 from ..scenario.families import NAVIGATOR, Kalman
 from ..scenario.lasting_kinds import told_of
+from ..scenario.own_sensors import own_sensors
 from ..scenario.part_settings import shipped_part
 from ..scenario.scenario import Scenario
 
@@ -39,7 +40,7 @@ def told_to(scenario: Scenario) -> tuple[Belief, Growth]:
     in_body, walk = navigation.bias_frame == "body", settings.random_walk_m_per_sqrt_s
     longest = SHARE_AT_A_TIME * min((*wandering.time_constants, math.inf))
     growth = Growth(
-        (navigation.random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
+        (own_sensors(scenario).random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
         _wander(scenario),
         in_body,
         stretched=STATES if skew.sds else 0,
@@ -71,21 +72,20 @@ def _start(scenario: Scenario) -> float:
 
 def _bias(scenario: Scenario) -> tuple[float, float]:
     """Return the standard deviations (m/s) of the constant velocity bias along both axes."""
-    navigation, settings = scenario.navigation, settings_of(scenario)
+    sensors, settings = own_sensors(scenario), settings_of(scenario)
     if (sd := settings.velocity_bias_sd_m_per_s) is not None:
         return sd, sd
     if "velocity_bias" in settings.untold:
         return 0.0, 0.0
-    x, y = navigation.velocity_bias_m_per_s
-    wanders = navigation.velocity_bias_time_constant_s is not None
-    drawn = 0.0 if wanders else navigation.velocity_bias_sd_m_per_s
+    x, y = sensors.bias_m_per_s
+    drawn = sensors.bias_sd_m_per_s if sensors.bias_time_constant_s is None else 0.0
     return math.hypot(x, drawn), math.hypot(y, drawn)
 
 
 def _wandering(scenario: Scenario) -> Further:
     """Return the states of a velocity bias (m/s) that wanders, if it does."""
-    navigation, settings = scenario.navigation, settings_of(scenario)
-    sd, lasts = navigation.velocity_bias_sd_m_per_s, navigation.velocity_bias_time_constant_s
+    sensors, settings = own_sensors(scenario), settings_of(scenario)
+    sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
     if sd == 0.0 or lasts is None or "velocity_bias" in settings.untold:
         return NONE
     return Further((sd, sd), (lasts, lasts))
@@ -96,9 +96,9 @@ def _skew(scenario: Scenario) -> Further:
 
     The heading alone stretches it by psi^2 / 2, of which the root mean square is sqrt(3) / 2 sd^2.
     """
-    navigation, untold = scenario.navigation, settings_of(scenario).untold
-    scale = 0.0 if "scale_factor" in untold else navigation.scale_factor_sd
-    turned = 0.0 if "heading" in untold else math.radians(navigation.heading_sd_deg)
+    sensors, untold = own_sensors(scenario), settings_of(scenario).untold
+    scale = 0.0 if "scale_factor" in untold else sensors.scale_factor_sd
+    turned = 0.0 if "heading" in untold else math.radians(sensors.heading_sd_deg)
     if scale == turned == 0.0:
         return NONE
     return Further((math.hypot(scale, math.sqrt(0.75) * turned**2), turned), (math.inf, math.inf))

@@ -34,42 +34,6 @@ def bias_drift(bias: tuple[float, float], frame: str, times: Array, headings: Ar
     )
 
 
-def drift_rms(time: float, bias: tuple[float, float], random_walk: float) -> float:
-    """Return the RMS of the horizontal drift (m) on a straight leg after `time` (s).
-
-    sqrt(|b|^2 t^2 + 2 sigma^2 t); the paper's eq. error_envelope has a quarter of the first term
-    and half of the second (docs/errata.md).
-
-    >>> round(drift_rms(300, (0.06, 0.06), 0.027), 6)
-    25.464434
-    """
-    return math.sqrt((math.hypot(*bias) * time) ** 2 + 2 * random_walk**2 * time)
-
-
-def wandering_rms(time: float, sd: float, time_constant: float) -> float:
-    """Return the RMS per axis (m), after `time` (s), of what a velocity bias that wanders has done.
-
-    That of the integral of a stationary Gauss-Markov process of `sd` (m/s) and a time constant (s),
-    sd tau sqrt(2 (t / tau - 1 + exp(-t / tau))); it grows as sd t at first, as sqrt(t) later on.
-
-    >>> round(wandering_rms(60.0, 0.05, 60.0), 6), round(wandering_rms(60.0, 0.05, math.inf), 6)
-    (2.573292, 3.0)
-    """
-    if math.isinf(time_constant):
-        return sd * time
-    share = time / time_constant
-    return sd * time_constant * math.sqrt(max(2.0 * (share + math.expm1(-share)), 0.0))
-
-
-def drift_envelope(time: float, bias: tuple[float, float], random_walk: float) -> float:
-    """Return the error envelope (m) as the paper prints it (eq. error_envelope).
-
-    >>> round(drift_envelope(300, (0.06, 0.06), 0.027), 6)
-    12.736511
-    """
-    return math.sqrt(0.25 * (math.hypot(*bias) * time) ** 2 + random_walk**2 * time)
-
-
 def random_walk(rate: float, sd: float, noise: Array) -> Array:
     """Return random walks (m) of `sd` (m/sqrt(s)) at the samples k / rate, in the place of `noise`.
 

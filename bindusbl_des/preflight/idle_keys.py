@@ -33,8 +33,7 @@ FIXED = "remove it, or set navigation.filter: fixed_gain"
 STEERING = tuple(
     f"auvs.{name}"
     for name in (
-        "speed_m_per_s", "speeds_m_per_s", "turning_radius_m", "join_angle_deg", "launch_m",
-        "recovery_m",
+        "turning_radius_m", "join_angle_deg", "launch_m", "recovery_m",
     )
 )  # fmt: skip
 
@@ -42,7 +41,7 @@ STEERING = tuple(
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
 # Vessels keep their stations by GNSS, too.
-BESIDES = ("model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
+BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
 ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in BESIDES)
 
 
@@ -123,6 +122,11 @@ RULES = (
     Idle({"survey.depths_m": GIVEN}, ("survey.depth_m",), "each AUV has a depth of its own"),
     Idle({"auvs.speeds_m_per_s": GIVEN}, ("auvs.speed_m_per_s",), "each AUV has its own speed"),
     Idle({"auvs.launch_m": GIVEN}, ("auvs.route.start",), "the AUVs begin where they are launched"),
+    Idle(
+        {"auvs.route.kind": ("hold", "track"), "navigation.drift.line_m": (None,)},
+        ("auvs.speed_m_per_s", "auvs.speeds_m_per_s"),
+        "the AUVs lie still, or repeat their tracks",
+    ),
     Idle(
         {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
         ("navigation.bias_frame",),
@@ -208,6 +212,12 @@ RULES = (
         {"acoustics.mf.channel": ("curve",)},
         ("acoustics.mf.range_m",),
         "the curve says how far frames are decoded",
+    ),
+    Idle(
+        {"usbl.model": ("datasheet",)},
+        tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
+        "the sheet says what all of them make together",
+        remedy="remove it, or set usbl.model: array",
     ),
     Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
     Idle(
@@ -297,9 +307,26 @@ RULES = (
         {
             "navigation.velocity_bias_m_per_s": ((0.0, 0.0),),
             "navigation.velocity_bias_sd_m_per_s": (0.0,),
+            "navigation.drift.m_per_hour": (None,),
+            "navigation.drift.line_m": (None,),
         },
         ("navigation.bias_frame",),
         "there is no bias",
+    ),
+    Idle(
+        {
+            "navigation.drift.percent_of_distance": (None,),
+            "navigation.drift.m_per_hour": (None,),
+        },
+        tuple(f"navigation.drift.{name}" for name in ("statistic", "line_m", "time_constant_s")),
+        "no drift is stated",
+        remedy="remove it, or set navigation.drift.percent_of_distance or m_per_hour",
+    ),
+    Idle(
+        {"navigation.drift.line_m": (None,)},
+        ("navigation.drift.time_constant_s",),
+        "the drift holds at any distance, its errors do not wander",
+        remedy="remove it, or set navigation.drift.line_m",
     ),
     Idle(
         {

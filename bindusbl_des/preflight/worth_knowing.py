@@ -23,6 +23,9 @@ MOST_NAMED = 5
 # Means over fewer samples than this say little.
 FEWEST_SAMPLES = 10
 
+# Channels of the HF band that tell how much louder than the noise a ping is
+WITH_SNR = ("sonar",)
+
 # Instants at which a track is looked at, to tell for how long it is outside the survey.
 LOOKS = 2001
 
@@ -44,16 +47,8 @@ def cautions(scenario: Scenario) -> list[Caution]:
     return [
         Caution(*found)
         for look in (
-            _former_words,
-            modems,
-            messages,
-            guards,
-            _formation,
-            _told,
-            _route,
-            _tracks,
-            _frames,
-            _ticks,
+            *(_former_words, modems, messages, guards, _formation, _told, _sheet, _route),
+            *(_tracks, _frames, _ticks),
             _samples,
         )
         for found in look(scenario)
@@ -111,6 +106,18 @@ def _told(scenario: Scenario) -> Iterator[Problem]:
                 f"each ASV's own errors with up to {MOST_TOLD} ASVs, not with {kind.times}",
                 ("asvs.count", "navigation.filter"),
             )
+
+
+def _sheet(scenario: Scenario) -> Iterator[Problem]:
+    """Yield what a USBL's sheet says of signal-to-noise ratios where there are none."""
+    channel = scenario.acoustics.hf.channel
+    if "reference_snr_db" in scenario.usbl.model.settings and channel not in WITH_SNR:
+        yield Problem(
+            "usbl.model.reference_snr_db",
+            f"has no effect with acoustics.hf.channel: {channel} (it tells of no signal-to-noise "
+            "ratio, angles are as stated); remove it",
+            ("acoustics.hf.channel",),
+        )
 
 
 def _route(scenario: Scenario) -> Iterator[Problem]:

@@ -6,9 +6,11 @@ from math import hypot, inf, radians
 import numpy as np
 
 from ..navigation.belief import STATES, Belief, Growth, first_belief
+from ..scenario.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of
 from ..usbl.instrument import range_sd
+from ..usbl.stated import sheet_of, stated_range_sd
 
 # How far off a start that was found may be, per axis (m), and its heading (rad): it was found from
 # the very ranges that navigate, so they must be free to move it.
@@ -61,18 +63,20 @@ class Noise:
 
 def noise_of(scenario: Scenario) -> Noise:
     """Return the noise that a scenario tells AUVs of, as far as a log has any use for it."""
-    navigation, usbl = scenario.navigation, scenario.usbl
-    speed = assumed_sound_speed_of(scenario)
+    navigation, usbl, sensors = scenario.navigation, scenario.usbl, own_sensors(scenario)
+    speed, sheet = assumed_sound_speed_of(scenario), sheet_of(scenario)
     return Noise(
-        range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1),
+        range_sd(usbl.travel_time_sd_s, usbl.quantum_s, speed, ways=1)
+        if sheet is None
+        else stated_range_sd(sheet, scenario),
         usbl.outlier_share,
         usbl.outlier_sd_m if usbl.outlier_share > 0.0 else 0.0,
-        navigation.random_walk_m_per_sqrt_s,
-        navigation.velocity_bias_m_per_s,
-        navigation.velocity_bias_sd_m_per_s,
+        sensors.random_walk_m_per_sqrt_s,
+        sensors.bias_m_per_s,
+        sensors.bias_sd_m_per_s,
         navigation.nis_gate or 0.0,
         navigation.initial_position_sd_m,
         navigation.bias_frame == "body",
-        navigation.scale_factor_sd,
-        radians(navigation.heading_sd_deg),
+        sensors.scale_factor_sd,
+        radians(sensors.heading_sd_deg),
     )

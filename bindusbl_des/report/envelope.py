@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scenario.own_sensors import own_sensors
+
 if TYPE_CHECKING:
     from .recording import Recording
 
@@ -39,7 +41,7 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     """
     if mission.scenario.navigation.filter != "fixed_gain":
         return SIGMAS * _largest_sd(mission.covariance(auv))
-    sd = mission.scenario.navigation.random_walk_m_per_sqrt_s
+    sd = own_sensors(mission.scenario).random_walk_m_per_sqrt_s
     walk = np.array([sd**2, sd**2, 0.0])  # growth of xx, yy, xy (m2/s)
     delivered, covariances = _walked(mission, auv, walk)
     index = np.searchsorted(delivered, mission.times, side="right") - 1
@@ -110,12 +112,12 @@ def _unknown(mission: "Recording", auv: int) -> list[tuple[float, Floats]]:
     The initial position (m) along x and y, the velocity bias (m/s) along its two axes, the scale
     factor and the heading (rad).
     """
-    navigation, still = mission.scenario.navigation, np.zeros((len(mission.times), 2))
-    bias, start = navigation.velocity_bias_sd_m_per_s, navigation.initial_position_sd_m
+    sensors, still = own_sensors(mission.scenario), np.zeros((len(mission.times), 2))
+    bias, start = sensors.bias_sd_m_per_s, mission.scenario.navigation.initial_position_sd_m
     axes = ((1.0, 0.0), (0.0, 1.0))
     found = [(start, still + np.array(axis)) for axis in axes if start]
     found += [(bias, _summed(mission, _bias_rate(mission, auv, it))) for it in axes if bias]
-    scale, turned = navigation.scale_factor_sd, math.radians(navigation.heading_sd_deg)
+    scale, turned = sensors.scale_factor_sd, math.radians(sensors.heading_sd_deg)
     if scale or turned:
         way = _way(mission, auv)
         found += [(scale, way), (turned, np.column_stack((-way[:, 1], way[:, 0])))]
@@ -141,7 +143,7 @@ def _current(mission: "Recording") -> Floats:
 def _mean_drift(mission: "Recording", auv: int) -> Floats:
     """Return the drift (m) at each instant that the bias and a steady current cause."""
     scenario = mission.scenario
-    rate = _bias_rate(mission, auv, scenario.navigation.velocity_bias_m_per_s)
+    rate = _bias_rate(mission, auv, own_sensors(scenario).bias_m_per_s)
     if scenario.navigation.velocity == "through_water":
         rate = rate - _current(mission)
     return _summed(mission, rate)

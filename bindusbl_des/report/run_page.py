@@ -7,6 +7,7 @@ from importlib.metadata import version
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from ..scenario.own_sensors import drift_told
 from ..scenario.survey_area import area_of
 from .calibration import calibration_told
 from .envelope import envelope_made_of
@@ -110,7 +111,8 @@ def run_page(result: "Result") -> str:
 def _head(result: "Result") -> str:
     return (
         f"<header><div><h1>{html.escape(result.scenario.name)}</h1>"
-        f"<p>{html.escape(described(result))}</p></div>{asset('theme.html')}</header>"
+        f"<p>{html.escape(described(result))}</p><p>{html.escape(drift_told(result.scenario))}</p>"
+        f"</div>{asset('theme.html')}</header>"
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..navigation.dead_reckoning import drift_rms, wandering_rms
+from ..scenario.own_sensors import straight_drift_rms
 from .recording import FATES, Recording
 
 if TYPE_CHECKING:
@@ -105,22 +105,10 @@ def _patience(scenario: "Scenario", length: float, initial_sd: float) -> float:
 
 
 def _drift(scenario: "Scenario", time: float, initial_sd: float) -> float:
-    """Return the RMS (m) of the error after so long (s) without a fix, on a straight way.
-
-    Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias adds
-    2 sd^2 t^2 (less if it wanders), the error of the position at first 2 sd^2, and a scale factor
-    and a heading add their variances times the square of the way.
+    """Return the RMS (m) of the error after so long (s) without a fix, on a straight way; that of
+    the position at first adds 2 sd^2.
     """
-    navigation = scenario.navigation
-    walk, bias = navigation.random_walk_m_per_sqrt_s, navigation.velocity_bias_m_per_s
-    lasts = navigation.velocity_bias_time_constant_s or math.inf
-    wandered = wandering_rms(time, navigation.velocity_bias_sd_m_per_s, lasts)
-    skew = math.hypot(navigation.scale_factor_sd, math.radians(navigation.heading_sd_deg))
-    return math.hypot(
-        drift_rms(time, bias, walk),
-        math.sqrt(2) * math.hypot(wandered, initial_sd),
-        skew * max(scenario.auvs.speeds) * time,
-    )
+    return math.hypot(straight_drift_rms(scenario, time), math.sqrt(2) * initial_sd)
 
 
 def service(mission: Recording, auv: int, wait: Patience) -> Service:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
 from .channel_settings import Curve, Sonar
+from .instrument_settings import Datasheet
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes
@@ -20,6 +21,7 @@ SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
 BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
+INSTRUMENTS = ("array", "datasheet")
 PLACEMENTS = ("ring", "positions")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
 CHANNELS = ("disc", "curve", "sonar")
@@ -86,7 +88,9 @@ CHANNEL = Family(
 MF_CHANNEL = Family(
     "acoustics.mf.channel", "mf_channel", CHANNELS, ("signals",), settings=CHANNEL_SETTINGS
 )
-INSTRUMENT = Family("usbl.model", "instrument", ("array",), ("sounding",))
+INSTRUMENT = Family(
+    *("usbl.model", "instrument", INSTRUMENTS, ("sounding",)), settings={"datasheet": Datasheet}
+)
 NAVIGATOR = Family(
     *("navigation.filter", "filter", FILTERS, ("reckoning", "auvs")),
     settings={"kalman": Kalman, "smoother": Smoothing},

@@ -44,6 +44,16 @@ class Part(BaseModel):
             return data
         return {k: it.tolist() if hasattr(it, "tolist") else it for k, it in data.items()}
 
+    def otherwise(self, **values: Any) -> None:
+        """Give keys that were left out another default than their own, as other keys ask for it.
+
+        They stay keys that nobody has given, so that a scenario that is written out and read again
+        says the same, and one that is changed forgets them.
+        """
+        self.__dict__.update(
+            {name: it for name, it in values.items() if name not in self.model_fields_set}
+        )
+
 
 def key(default: Any, unit: str, meaning: str, source: str = OURS, **bounds: Any) -> Any:
     """Describe one scenario key: its default, unit, meaning, source and allowed range."""

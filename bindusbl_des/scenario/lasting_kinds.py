@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from ..core.plugins import is_plugin
+from .own_sensors import own_sensors
 from .scenario import Scenario
 from .water import assumed_sound_speed_of, sound_speed_of
 
@@ -40,7 +41,7 @@ def misalignment_sd(scenario: Scenario) -> float:
     """Return the standard deviation (rad) of the constant error by which directions are turned:
     that of the array, with passive ranging also of the AUV's compass.
     """
-    compass = scenario.navigation.heading_sd_deg if scenario.protocol.is_passive else 0.0
+    compass = own_sensors(scenario).heading_sd_deg if scenario.protocol.is_passive else 0.0
     return math.radians(math.hypot(scenario.usbl.misalignment_sd_deg, compass))
 
 

@@ -142,6 +142,8 @@ def _told(detail: Any) -> str:
     kind, context = detail["type"], detail.get("ctx", {})
     if kind == "missing":
         return "missing; add it"
+    if kind == "value_error" and not detail["loc"]:  # what settings must agree on
+        return str(context["error"])
     needed = _NEEDED.get(kind)
     if kind in _LIMITS:
         needed = f"must be {_LIMITS[kind]} {plain(next(iter(context.values())))}"

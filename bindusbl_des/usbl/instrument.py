@@ -13,7 +13,18 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled
 from ..records.rows import Row, Rows
-from .array import arrival_differences, direction, rotation, scatter, tangents
+from .array import arrival_differences, direction, rotation, scatter
+from .covariance import across_by_array, across_by_sheet, debias, fix_covariance, not_nothing
+from .sheet import (
+    NO_SHEET,
+    SHEET,
+    SPREAD_NOISE,
+    Sheet,
+    angle_sds,
+    path_sd,
+    spread_sd,
+    stated_direction,
+)
 
 Vector = NDArray[np.float64]
 
@@ -23,7 +34,7 @@ NOISE_WIDTH = 12
 # What all measurements of an instrument share: the sound speed that it computes with and the true
 # one (m/s), the noise of one element by itself and with what its clock's steps add (s), that of a
 # travel time (s), the step (s), the noise of a range by one way (m), of GNSS along each axis (m),
-# and of roll, pitch and heading (rad).
+# and of roll, pitch and heading (rad); what a sheet says in the place of the array.
 LEVELS = np.dtype(
     [
         ("sound_speed_m_per_s", "f8"),
@@ -35,11 +46,9 @@ LEVELS = np.dtype(
         ("range_sd_m", "f8"),
         ("gnss_sd_m", "f8"),
         ("attitude_sd_rad", "f8", (3,)),
+        *SHEET,
     ]
 )
-
-# A source nearer than this (m) is within the array; it only keeps divisions finite.
-SHORTEST_RANGE = 1e-3
 
 
 class Instrument(NamedTuple):
@@ -74,78 +83,26 @@ def range_sd(travel_time_sd: float, quantum: float, sound_speed: float, ways: in
 
 
 @compiled
-def fix_covariance(
-    offset: Vector,
-    attitude: Vector,
-    metric: Vector,
-    direction_sd: float,
-    ranging_sd: float,
-    attitude_sd: Vector,
-    gnss_sd: float,
-) -> Vector:
-    """Return the first-order covariance (3, 3), m2, of a fix, in the survey frame.
-
-    `offset` points from the array to the source (survey frame, m); `attitude` is the rotation from
-    array to survey frame, `metric` the scatter matrix (diagonal, m2), `direction_sd` the element
-    noise times the sound speed (m), `ranging_sd` in m, `attitude_sd` (roll, pitch, heading) in rad.
-    Source: physics of the first-order terms of eq. usbl_fix,
-    sr^2 s s^T + r^2 T (T^T M T)^-1 T^T sd^2 + [r s]x Sigma_att [r s]x^T + sg^2 I.
-    """
-    reach = math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2)
-    if reach < SHORTEST_RANGE:  # no direction; any will do
-        offset, reach = np.array((0.0, 0.0, SHORTEST_RANGE)), SHORTEST_RANGE
-    unit = offset / reach
-    east, down = tangents(unit)
-    a = b = d = 0.0
-    for axis in range(3):  # T^T M T with M turned into the survey frame
-        along_east = along_down = 0.0
-        for k in range(3):
-            along_east += attitude[k, axis] * east[k]
-            along_down += attitude[k, axis] * down[k]
-        a += metric[axis, axis] * along_east * along_east
-        b += metric[axis, axis] * along_east * along_down
-        d += metric[axis, axis] * along_down * along_down
-    determinant = a * d - b * b
-    scale = (reach * direction_sd) ** 2 / determinant
-    heading = math.atan2(attitude[1, 0], attitude[0, 0])
-    ch, sh = math.cos(heading), math.sin(heading)
-    lever = np.zeros((3, 3))  # columns: offset x (roll, pitch, heading) axis, times its sd
-    axes = ((ch, sh, 0.0), (-sh, ch, 0.0), (0.0, 0.0, 1.0))
-    for k in range(3):
-        x, y, z = axes[k]
-        lever[0, k] = (offset[1] * z - offset[2] * y) * attitude_sd[k]
-        lever[1, k] = (offset[2] * x - offset[0] * z) * attitude_sd[k]
-        lever[2, k] = (offset[0] * y - offset[1] * x) * attitude_sd[k]
-    out = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            tangent = d * east[i] * east[j] - b * (east[i] * down[j] + down[i] * east[j])
-            tangent += a * down[i] * down[j]
-            out[i, j] = ranging_sd**2 * unit[i] * unit[j] + scale * tangent
-            for k in range(3):
-                out[i, j] += lever[i, k] * lever[j, k]
-        out[i, i] += gnss_sd**2
-    return out
-
-
-@compiled
 def locate(
     source: Vector,
     vessel: Vector,
     yaw: float,
     travel_time: float,
+    snr_db: float,
     noise: Vector,
     instrument: Instrument,
 ) -> tuple[Vector, Vector]:
     """Measure one ping: return the fix (3,), m, and its covariance (3, 3), m2 (eq. usbl_fix).
 
     `source` is where the ping was sent and `vessel` where the array is when it arrives (survey
-    frame, m); `noise` are NOISE_WIDTH standard normal numbers.
+    frame, m), `snr_db` its signal-to-noise ratio, nan if nobody knows of one; `noise` are
+    NOISE_WIDTH standard normal numbers.
     """
     levels = instrument.levels
-    unit, believed = sighted(source, vessel, yaw, noise, instrument)
+    unit, believed = sighted(source, vessel, yaw, snr_db, noise, instrument)
     reach = levels.sound_speed_m_per_s * clocked(travel_time, noise, instrument)
-    return placed(vessel, unit, believed, reach, levels.range_sd_m, noise, instrument)
+    ranging_sd = path_sd(reach, levels)
+    return placed(vessel, unit, believed, reach, ranging_sd, snr_db, noise, instrument)
 
 
 @compiled
@@ -153,6 +110,7 @@ def sighted(
     source: Vector,
     vessel: Vector,
     yaw: float,
+    snr_db: float,
     noise: Vector,
     instrument: Instrument,
 ) -> tuple[Vector, Vector]:
@@ -166,11 +124,16 @@ def sighted(
     seen = np.empty(3)  # the source as the array sees it
     for k in range(3):
         seen[k] = truth[0, k] * offset[0] + truth[1, k] * offset[1] + truth[2, k] * offset[2]
-    differences = arrival_differences(
-        instrument.array, seen, levels.true_sound_speed_m_per_s,
-        levels.element_sd_s * noise[:5], levels.quantum_s,
-    )  # fmt: skip
-    within = direction(instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric)
+    if levels.by_sheet:
+        within = stated_direction(seen, angle_sds(snr_db, levels), noise)
+    else:
+        differences = arrival_differences(
+            instrument.array, seen, levels.true_sound_speed_m_per_s,
+            levels.element_sd_s * noise[:5], levels.quantum_s,
+        )  # fmt: skip
+        within = direction(
+            instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric
+        )
     believed = rotation(
         attitude_sd[0] * noise[6], attitude_sd[1] * noise[7], yaw + attitude_sd[2] * noise[8]
     )
@@ -185,8 +148,9 @@ def sighted(
 @compiled
 def clocked(travel_time: float, noise: Vector, instrument: Instrument) -> float:
     """Return a travel time (s) as it is measured; none is negative, whatever the noise."""
-    quantum = instrument.levels.quantum_s
-    measured = travel_time + instrument.levels.travel_time_sd_s * noise[5]
+    levels, quantum = instrument.levels, instrument.levels.quantum_s
+    sd = math.hypot(levels.travel_time_sd_s, levels.path_share * travel_time)
+    measured = travel_time + sd * noise[5]
     if quantum > 0.0:
         measured = round(measured / quantum) * quantum
     return float(max(measured, 0.0))
@@ -199,6 +163,7 @@ def placed(
     believed: Vector,
     reach: float,
     ranging_sd: float,
+    snr_db: float,
     noise: Vector,
     instrument: Instrument,
 ) -> tuple[Vector, Vector]:
@@ -207,48 +172,34 @@ def placed(
     `ranging_sd` (m) is that of the range; direction and attitude as of :func:`sighted`.
     """
     ahead, levels = reach * unit, instrument.levels
-    direction_sd = levels.sound_speed_m_per_s * levels.stepped_element_sd_s
-    covariance = fix_covariance(
-        ahead, believed, instrument.metric, direction_sd, ranging_sd, levels.attitude_sd_rad, 0.0
-    )
-    shrinkage = debias(ahead, covariance, ranging_sd)
+    offset = not_nothing(ahead)
+    if levels.by_sheet:
+        across = across_by_sheet(offset, angle_sds(snr_db, levels))
+    else:
+        direction_sd = levels.sound_speed_m_per_s * levels.stepped_element_sd_s
+        across = across_by_array(offset, believed, instrument.metric, direction_sd)
+    covariance = fix_covariance(offset, believed, across, ranging_sd, levels.attitude_sd_rad, 0.0)
+    shrinkage, spread = debias(ahead, covariance, ranging_sd), spread_sd(reach, levels)
     fix = np.empty(3)
     for k in range(3):
         fix[k] = vessel[k] + levels.gnss_sd_m * noise[9 + k] + shrinkage * ahead[k]
-        covariance[k, k] += levels.gnss_sd_m**2
+        fix[k] += spread * noise[SPREAD_NOISE + k]
+        covariance[k, k] += levels.gnss_sd_m**2 + spread**2
     return fix, covariance
 
 
 @compiled
-def debias(ahead: Vector, covariance: Vector, ranging_sd: float) -> float:
-    """Return by how much an offset must be shortened; add what that is uncertain by.
-
-    Given a measured direction with error covariance A, the source lies anywhere on a cap of the
-    sphere around it: on average r tr(A) / 2 nearer to the array than the cap's top, with a radial
-    variance of r^2 tr(A^2) / 2 that the first-order `covariance` (m2, changed in place) lacks.
-    Where the cap would be the whole sphere, a measurement says no more than that the source lies
-    somewhere on it: its centre, with a variance of r^2 / 3 along each axis.
-    Source: measurement conversion conditioned on the measurement, Duan, Han and Li, IEEE Trans. AES
-    40(4), 2004, to second order.  (Conversions that are unbiased over measurements of one place,
-    as that of Lerro and Bar-Shalom, 1993, lengthen the offset instead.)
+def offset_of(
+    fix: Vector, vessel: Vector, reach: float, noise: Vector, instrument: Instrument
+) -> Vector:
+    """Return the offset (3,), m, at whose end a fix was placed, without what moved it as a whole:
+    GNSS and the spread that a sheet states.
     """
-    square = max(ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2, SHORTEST_RANGE**2)
-    trace = trace_of_square = 0.0
-    for i in range(3):
-        for j in range(3):
-            across = covariance[i, j] - ranging_sd**2 * ahead[i] * ahead[j] / square
-            trace_of_square += across * across
-            if i == j:
-                trace += across
-    if trace >= 2.0 * square:
-        for i in range(3):
-            for j in range(3):
-                covariance[i, j] = (square + ranging_sd**2) / 3.0 if i == j else 0.0
-        return 0.0
-    for i in range(3):
-        for j in range(3):
-            covariance[i, j] += 0.5 * trace_of_square / square * ahead[i] * ahead[j] / square
-    return float(1.0 - 0.5 * trace / square)
+    gnss_sd, spread = instrument.levels.gnss_sd_m, spread_sd(reach, instrument.levels)
+    offset = np.empty(3)
+    for k in range(3):
+        offset[k] = fix[k] - vessel[k] - gnss_sd * noise[9 + k] - spread * noise[SPREAD_NOISE + k]
+    return offset
 
 
 @dataclass(frozen=True)
@@ -256,7 +207,7 @@ class Usbl:
     """A USBL instrument: its array and the noise of everything it measures (SI, radians).
 
     Ranges and directions are computed with `sound_speed`; the true one is `true_sound_speed`, None
-    if they are the same.
+    if they are the same.  A `sheet` stands in the place of array, TDOAs and travel time.
     """
 
     array: Vector
@@ -267,6 +218,7 @@ class Usbl:
     gnss_sd: float
     sound_speed: float
     true_sound_speed: float | None = None
+    sheet: Sheet | None = None
     metric: Vector = field(init=False, repr=False)
     levels: Rows = field(init=False, repr=False)  # (1,)
 
@@ -282,13 +234,27 @@ class Usbl:
             range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1),
             self.gnss_sd,
             self.attitude_sd,
+            *(NO_SHEET if self.sheet is None else self.sheet.levels),
         )
+        metric = scatter(self.array)
+        if self.sheet is not None:
+            timing_sd = self.sheet.path_sd / self.sound_speed
+            known = {"travel_time_sd_s": timing_sd, "range_sd_m": self.sheet.path_sd}
+            for name, value in {"quantum_s": 0.0, **known}.items():
+                levels[name] = value
+            metric = np.eye(3)  # a sound speed taken for another turns no direction
         object.__setattr__(self, "levels", levels)  # derived once, then frozen
-        object.__setattr__(self, "metric", scatter(self.array))
+        object.__setattr__(self, "metric", metric)
 
     def locate(
-        self, source: Vector, vessel: Vector, yaw: float, travel_time: float, noise: Vector
+        self,
+        source: Vector,
+        vessel: Vector,
+        yaw: float,
+        travel_time: float,
+        noise: Vector,
+        snr_db: float = math.nan,
     ) -> tuple[Vector, Vector]:
         """Measure one ping; see :func:`locate`."""
         instrument = Instrument(self.array, self.metric, self.levels[0])
-        return locate(source, vessel, yaw, travel_time, noise, instrument)
+        return locate(source, vessel, yaw, travel_time, snr_db, noise, instrument)

@@ -29,8 +29,9 @@ from .effects import (
     lengthen,
 )
 from .fusion import product
-from .instrument import Instrument, clocked, locate, placed, sighted
+from .instrument import Instrument, clocked, locate, offset_of, placed, sighted
 from .levers import add, add_own, noise_of
+from .sheet import UNKNOWN_SNR, path_sd
 from .systematic import Systematic, astray, jump
 from .two_way import Sighting
 
@@ -56,8 +57,9 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
     It is the ASV's place less the offset measured.
     """
     image, covariance = locate(
-        -own.place, -_source(own), own.yaw, own.reception.travel_time_s, own.noise, instrument
-    )
+        -own.place, -_source(own), own.yaw, own.reception.travel_time_s, UNKNOWN_SNR, own.noise,
+        instrument,
+    )  # fmt: skip
     return -image, covariance
 
 
@@ -70,7 +72,7 @@ def located_astray(
     its misalignment, its clock is late, the ASV is slowly astray.
     """
     ping, it, levels = own.ping, own.reception, instrument.levels
-    unit, believed = sighted(-own.place, -_source(own), own.yaw, own.noise, instrument)
+    unit, believed = sighted(-own.place, -_source(own), own.yaw, UNKNOWN_SNR, own.noise, instrument)
     turn, turned = rotation(0.0, 0.0, lasting.misalignments[it.auv]), np.zeros(3)
     for i in range(3):
         for j in range(3):
@@ -79,11 +81,12 @@ def located_astray(
     took = it.travel_time_s - late - later * it.arrived_at_s
     path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
     origin = -_source(own) - astray(it.asv, ping.sent_at_s, lasting)
-    seen = Sighting(origin, turned, product(turn, believed), path)
+    seen = Sighting(origin, turned, product(turn, believed), path, UNKNOWN_SNR)
     image, covariance = placed(
-        origin, turned, seen.believed, path, levels.range_sd_m, own.noise, instrument
-    )
-    ahead = image - origin - levels.gnss_sd_m * own.noise[9:12]
+        origin, turned, seen.believed, path, path_sd(path, levels), seen.snr_db, own.noise,
+        instrument,
+    )  # fmt: skip
+    ahead = offset_of(image, origin, path, own.noise, instrument)
     effects, moved = _effects(seen, ahead, instrument)
     sds = _deviations(it.arrived_at_s, lasting.levels)
     bend = -bent(ahead)

@@ -9,6 +9,7 @@ from ..records.rows import Row
 from ..vehicles.motion import Floats, Motion, where
 from .fusion import fuse_pair
 from .instrument import Instrument, locate
+from .sheet import UNKNOWN_SNR
 from .two_way import Heard, two_way
 
 
@@ -30,8 +31,9 @@ def measured(
         it = heard.receptions[row]
         x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
         fix, spread = locate(
-            source, np.array((x, y, z)), yaw, it.travel_time_s, heard.noise[row], instrument
-        )
+            source, np.array((x, y, z)), yaw, it.travel_time_s, UNKNOWN_SNR, heard.noise[row],
+            instrument,
+        )  # fmt: skip
         if row == heard.rows[0]:
             estimate, covariance = fix, spread
         else:

@@ -36,8 +36,9 @@ class OwnRange(NamedTuple):
 
 
 class PathErrors(NamedTuple):
-    """Variances (m2): of a path's own length, of the AUV's motion between call and answer, of the
-    GNSS of who heard it, and of the GNSS of the caller if that is another (else 0).
+    """Variances (m2): of a path's own length, of the AUV's motion between call and answer, of what
+    moves the whole fix of who heard it (GNSS), and of the GNSS of the caller if that is another
+    (else 0).
     """
 
     timing: float

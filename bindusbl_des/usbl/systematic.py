@@ -33,8 +33,9 @@ from .effects import (
     limit,
 )
 from .fusion import fuse_shared, product
-from .instrument import NOISE_WIDTH, Instrument, Usbl, placed
+from .instrument import NOISE_WIDTH, Instrument, Usbl, offset_of, placed
 from .levers import add, add_own, move, noise_of, spread_out
+from .sheet import path_sd
 from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, way_to_caller
 
 # What is known: standard deviations along these columns but for the clock, that of its offset (s)
@@ -176,7 +177,7 @@ def _seen(
         for j in range(3):
             unit[i] += turn[i, j] * seen.unit[j]
     vessel = seen.vessel + astray(it.asv, it.arrived_at_s, lasting)
-    return Sighting(vessel, unit, product(turn, seen.believed), seen.path)
+    return Sighting(vessel, unit, product(turn, seen.believed), seen.path, seen.snr_db)
 
 
 @compiled
@@ -207,10 +208,11 @@ def _by_other(
     """Return what an ASV makes of a ping, or of an answer whose call went a known way (m)."""
     seen, noise = _seen(heard, row, asvs, instrument, lasting), heard.noise[row]
     reach, spread, levels = max(seen.path - call_way, 0.0), np.zeros((4, 4)), instrument.levels
+    ranging_sd = path_sd(seen.path, levels)
     fix, spread[:3, :3] = placed(
-        seen.vessel, seen.unit, seen.believed, reach, levels.range_sd_m, noise, instrument
+        seen.vessel, seen.unit, seen.believed, reach, ranging_sd, seen.snr_db, noise, instrument
     )
-    ahead = fix - seen.vessel - levels.gnss_sd_m * noise[9:12]
+    ahead = offset_of(fix, seen.vessel, reach, noise, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
@@ -230,7 +232,7 @@ def _by_whole_way(
     baseline = way_to_caller(heard, row, seen, asvs, instrument)
     baseline += astray(ping.called_by, ping.called_at_s, lasting)
     fix, spread, own = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
-    ahead = fix - seen.vessel - instrument.levels.gnss_sd_m * noise[9:12]
+    ahead = offset_of(fix, seen.vessel, own.reach, noise, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     for k in range(3):
         for effect in (MISALIGNMENT, SOUND_SPEED):

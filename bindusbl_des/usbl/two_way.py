@@ -15,6 +15,7 @@ from ..vehicles.motion import Floats, Ints, Motion, where
 from .fusion import fuse_shared
 from .instrument import Instrument, clocked, placed, sighted
 from .round_trip import OwnRange, PathErrors, dated, own_range
+from .sheet import UNKNOWN_SNR, path_sd, spread_sd
 
 
 class Heard(NamedTuple):
@@ -30,14 +31,15 @@ class Heard(NamedTuple):
 
 class Sighting(NamedTuple):
     """What an ASV measures of a ping: where it is (m), the direction and the attitude that it
-    believes in (:func:`.instrument.sighted`), and the length (m) of the way of the ping, or of call
-    and answer.
+    believes in (:func:`.instrument.sighted`), the length (m) of the way of the ping, or of call and
+    answer, and its signal-to-noise ratio (dB, nan if nobody knows of one).
     """
 
     vessel: Floats
     unit: Floats
     believed: Floats
     path: float
+    snr_db: float
 
 
 class Alone(NamedTuple):
@@ -70,7 +72,7 @@ def two_way(
             seen = answered(heard, row, asvs, instrument)
             fix, other = placed(
                 seen.vessel, seen.unit, seen.believed, max(seen.path - call_way, 0.0),
-                instrument.levels.range_sd_m, heard.noise[row], instrument,
+                path_sd(seen.path, instrument.levels), seen.snr_db, heard.noise[row], instrument,
             )  # fmt: skip
             state, spread, _, _ = fuse_shared(state, spread, fix, other, -seen.unit.reshape(3, 1))
     return state[:3].copy(), spread[:3, :3].copy()
@@ -100,9 +102,9 @@ def sighting(
     ping, it, noise = heard.ping, heard.receptions[row], heard.noise[row]
     x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
     vessel, source = np.array((x, y, z)), np.array((ping.x_m, ping.y_m, ping.z_m))
-    unit, believed = sighted(source, vessel, yaw, noise, instrument)
-    timed = clocked(under_way, noise, instrument)
-    return Sighting(vessel, unit, believed, instrument.levels.sound_speed_m_per_s * timed)
+    unit, believed = sighted(source, vessel, yaw, UNKNOWN_SNR, noise, instrument)
+    path = instrument.levels.sound_speed_m_per_s * clocked(under_way, noise, instrument)
+    return Sighting(vessel, unit, believed, path, UNKNOWN_SNR)
 
 
 @compiled
@@ -132,9 +134,10 @@ def by_itself(
         other_gnss = gnss
     own = own_range(seen.path, baseline, seen.unit)
     fix, covariance = placed(
-        seen.vessel, seen.unit, seen.believed, own.reach, 0.0, noise, instrument
+        seen.vessel, seen.unit, seen.believed, own.reach, 0.0, seen.snr_db, noise, instrument
     )
+    beside = gnss + spread_sd(own.reach, levels) ** 2  # of which the range does not depend
     limit = (baseline[0] ** 2 + baseline[1] ** 2 + baseline[2] ** 2) / 6  # two places on a line
     level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
-    errors = PathErrors(levels.range_sd_m**2, level * strayed, gnss, other_gnss)
+    errors = PathErrors(path_sd(seen.path, levels) ** 2, level * strayed, beside, other_gnss)
     return Alone(fix, dated(covariance, seen.unit, own, limit, errors), own)

@@ -14,8 +14,9 @@ from worlds import scenario
 
 from bindusbl_des.scenario.consistency import ARRAY_SIZES_M
 from bindusbl_des.usbl.array import ARRAYS, arrival_differences, direction, rotation, scatter
+from bindusbl_des.usbl.covariance import across_by_array, fix_covariance
 from bindusbl_des.usbl.fusion import fuse
-from bindusbl_des.usbl.instrument import Usbl, element_sd, fix_covariance, range_sd
+from bindusbl_des.usbl.instrument import Usbl, element_sd, range_sd
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 OEM = ARRAYS["oem5"]
@@ -173,7 +174,8 @@ def test_first_order_covariance(name: str, elevation_sine: float, azimuth: float
     level, turn = math.sqrt(1 - elevation_sine**2), math.radians(azimuth)
     offset = 50 * np.array([level * math.cos(turn), level * math.sin(turn), elevation_sine])
     found = fix_covariance(
-        offset, np.eye(3), METRIC, 1500 * element_sd(THESIS_TDOA),
+        offset, np.eye(3),
+        across_by_array(offset, np.eye(3), METRIC, 1500 * element_sd(THESIS_TDOA)),
         range_sd(0.01 / 1500, 1e-6, 1500.0, ways=2), np.radians([0.2, 0.2, 1.0]), 0.0,
     )  # fmt: skip
     assert found == pytest.approx(np.array(CHECKS[name]["value"]), abs=2e-8)
@@ -182,9 +184,12 @@ def test_first_order_covariance(name: str, elevation_sine: float, azimuth: float
 def test_covariance_turns_with_the_vessel() -> None:
     """A vessel that turns with its surroundings has the same errors, turned."""
     offset, turn = np.array([30.0, 20.0, 10.0]), rotation(0.0, 0.0, 0.8)
-    args = (METRIC, 3e-4, 0.01, np.radians([0.2, 0.5, 1.0]), 0.02)
-    still = fix_covariance(offset, np.eye(3), *args)
-    turned = fix_covariance(turn @ offset, turn, *args)
+
+    def found(offset: Array, turn: Array) -> Array:
+        across = across_by_array(offset, turn, METRIC, 3e-4)
+        return fix_covariance(offset, turn, across, 0.01, np.radians([0.2, 0.5, 1.0]), 0.02)
+
+    still, turned = found(offset, np.eye(3)), found(turn @ offset, turn)
     assert turned == pytest.approx(turn @ still @ turn.T, abs=1e-9)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from ..experiments.plan import Plan
 
 SD = "navigation.velocity_bias_sd_m_per_s"
+DRIFTS = ("percent_of_distance", "m_per_hour")
 
 
 def in_intervals(plan: Plan, points: Iterable[int]) -> str:
@@ -28,6 +29,11 @@ def in_intervals(plan: Plan, points: Iterable[int]) -> str:
         said += ", errors of the start"
     if any(part.get(key) for part in parts for key in ("scale_factor_sd", "heading_sd_deg")):
         said += ", scale factors and headings of AUVs"
+    sheets = [any((part.get("drift") or {}).get(key) for key in DRIFTS) for part in parts]
+    if any(sheets):
+        said += ", and the inertial systems as drawn by navigation.drift"
+    if all(sheets):
+        return f"{said}."
     if all(fixed):
         return (
             f"{said}. The velocity bias is the same for every AUV and seed ({SD} is 0), so the "

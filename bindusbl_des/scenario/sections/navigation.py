@@ -1,15 +1,83 @@
 """The keys of navigation: what is wrong with dead reckoning, and how fixes correct it."""
 
-from typing import Literal
+from typing import Any, Literal
 
+from pydantic import Field, field_validator, model_validator
+
+from ...core.spreads import Statistic
 from ..key_types import PAPER, Part, Point, Real, key
 from ..part_choice import SET, PartChoice
+
+SECONDS_PER_HOUR = 3600.0
+
+
+class Drift(Part):
+    """The drift of dead reckoning as the sheet of an inertial system states it."""
+
+    percent_of_distance: Real | None = key(
+        None,
+        "%",
+        "error after a straight way without fixes, of that way: a scale factor and a heading error "
+        "drawn for each AUV and seed (the default bias and walk make 13.5 % RMS in 300 s)",
+        gt=0,
+        le=20,
+    )
+    m_per_hour: Real | None = key(
+        None,
+        "m/h",
+        "error per hour without fixes, instead: a velocity bias drawn for each AUV and seed",
+        gt=0,
+        le=1e5,
+    )
+    statistic: Statistic = key(
+        "cep", "", "what is stated: the circle of half, or of 95 %, of all errors, or their RMS"
+    )
+    line_m: Real | None = key(
+        None,
+        "m",
+        "straight way at whose end it is met, by a velocity bias that wanders; null = at any",
+        gt=0,
+        le=1e7,
+    )
+    time_constant_s: Real | None = key(
+        None,
+        "s",
+        "time constant with which that bias wanders (Gauss-Markov); null = the time of the way",
+        ge=1,
+        le=1e7,
+    )
+
+    @property
+    def is_stated(self) -> bool:
+        """Whether a sheet is given at all."""
+        return self.percent_of_distance is not None or self.m_per_hour is not None
+
+    @property
+    def told(self) -> str:
+        """The sheet's own words."""
+        share, rate = self.percent_of_distance, self.m_per_hour
+        what = f"{rate:g} m per hour" if share is None else f"{share:g} % of distance"
+        met = "" if self.line_m is None else f", met after {self.line_m:g} m"
+        return f"{what} ({self.statistic}{met})"
+
+    def off_m(self, way: float, time: float) -> float:
+        """Return what is stated of a way (m) that takes some time (s), in m."""
+        if self.percent_of_distance is not None:
+            return self.percent_of_distance / 100.0 * way
+        return (self.m_per_hour or 0.0) / SECONDS_PER_HOUR * time
 
 
 class Navigation(Part):
     """Dead reckoning of the AUVs and how a fix corrects it."""
 
-    velocity_bias_m_per_s: Point = key((0.06, 0.06), "m/s", "velocity bias b_i", PAPER)
+    drift: Drift = Field(default=Drift(), description="drift as an inertial system's sheet has it")
+    velocity_bias_m_per_s: Point = key(
+        (0.06, 0.06),
+        "m/s",
+        "velocity bias b_i; with the random walk 13.5 % of the distance in the paper's 300 s at "
+        "0.627 m/s, where DVL-aided inertial systems have 0.01 to 0.5 %: see drift",
+        PAPER,
+    )
     velocity_bias_sd_m_per_s: Real = key(
         0.0,
         "m/s",
@@ -81,6 +149,19 @@ class Navigation(Part):
     delay_compensation: Literal["none", "shift"] = key(
         "shift", "", "innovation against the present estimate, or that remembered at ping time"
     )
+
+    @field_validator("drift", mode="before")
+    @classmethod
+    def _no_sheet(cls, drift: Any) -> Any:
+        """Read `drift: null` as no sheet."""
+        return {} if drift is None else drift
+
+    @model_validator(mode="after")
+    def _as_its_sheet_says(self) -> "Navigation":
+        """Leave out the paper's bias and random walk, unless given, where a sheet states both."""
+        if self.drift.is_stated:
+            self.otherwise(velocity_bias_m_per_s=(0.0, 0.0), random_walk_m_per_sqrt_s=0.0)
+        return self
 
     @property
     def weighs(self) -> bool:

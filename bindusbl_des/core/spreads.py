@@ -1,0 +1,62 @@
+"""How large errors are: as data sheets state it, and as dead reckoning adds them up."""
+
+import math
+from typing import Literal
+
+Statistic = Literal["cep", "drms", "p95"]
+
+# Of the length of a circular Gaussian error, per standard deviation along one axis: its median, its
+# root mean square and its 95th percentile (Rayleigh distribution, quantile sqrt(-2 ln(1 - p))).
+PER_AXIS_SD: dict[Statistic, float] = {
+    "cep": math.sqrt(2.0 * math.log(2.0)),
+    "drms": math.sqrt(2.0),
+    "p95": math.sqrt(2.0 * math.log(20.0)),
+}
+
+
+def per_axis_sd(stated: float, statistic: Statistic) -> float:
+    """Return the standard deviation along each axis of a horizontal error that a sheet states.
+
+    `cep` is the circle that holds half of all errors, `drms` their root mean square, `p95` the
+    circle that holds 95 %; errors are a circular Gaussian.  Any unit.
+
+    >>> [round(1.0 / per_axis_sd(1.0, name), 4) for name in ("cep", "drms", "p95")]
+    [1.1774, 1.4142, 2.4477]
+    """
+    return stated / PER_AXIS_SD[statistic]
+
+
+def drift_rms(time: float, bias: tuple[float, float], random_walk: float) -> float:
+    """Return the RMS of the horizontal drift (m) on a straight leg after `time` (s).
+
+    sqrt(|b|^2 t^2 + 2 sigma^2 t); the paper's eq. error_envelope has a quarter of the first term
+    and half of the second (docs/errata.md).
+
+    >>> round(drift_rms(300, (0.06, 0.06), 0.027), 6)
+    25.464434
+    """
+    return math.sqrt((math.hypot(*bias) * time) ** 2 + 2 * random_walk**2 * time)
+
+
+def drift_envelope(time: float, bias: tuple[float, float], random_walk: float) -> float:
+    """Return the error envelope (m) as the paper prints it (eq. error_envelope).
+
+    >>> round(drift_envelope(300, (0.06, 0.06), 0.027), 6)
+    12.736511
+    """
+    return math.sqrt(0.25 * (math.hypot(*bias) * time) ** 2 + random_walk**2 * time)
+
+
+def wandering_rms(time: float, sd: float, time_constant: float) -> float:
+    """Return the RMS per axis (m), after `time` (s), of what a velocity bias that wanders has done.
+
+    That of the integral of a stationary Gauss-Markov process of `sd` (m/s) and a time constant (s),
+    sd tau sqrt(2 (t / tau - 1 + exp(-t / tau))); it grows as sd t at first, as sqrt(t) later on.
+
+    >>> round(wandering_rms(60.0, 0.05, 60.0), 6), round(wandering_rms(60.0, 0.05, math.inf), 6)
+    (2.573292, 3.0)
+    """
+    if math.isinf(time_constant):
+        return sd * time
+    share = time / time_constant
+    return sd * time_constant * math.sqrt(max(2.0 * (share + math.expm1(-share)), 0.0))

@@ -1,0 +1,142 @@
+"""How sure a fix is of itself: its covariance, and how it is shortened by what it does not know."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import compiled
+from .array import tangents
+
+Vector = NDArray[np.float64]
+
+# A source nearer than this (m) is within the array; it only keeps divisions finite.
+SHORTEST_RANGE = 1e-3
+
+
+class Across(NamedTuple):
+    """What a direction errs by across itself: a covariance in the plane of two unit vectors (3,),
+    scale (d e e^T - b (e f^T + f e^T) + a f f^T), m2, where e is level and f across both.
+    """
+
+    east: Vector
+    down: Vector
+    a: float
+    b: float
+    d: float
+    scale: float
+
+
+@compiled
+def across_by_array(
+    offset: Vector, attitude: Vector, metric: Vector, direction_sd: float
+) -> Across:
+    """Return the errors across an offset (3,), m, of a direction that an array has made out.
+
+    `attitude` is the rotation from array to survey frame, `metric` the scatter matrix (diagonal,
+    m2), `direction_sd` the element noise times the sound speed (m): r^2 T (T^T M T)^-1 T^T sd^2.
+    """
+    reach = math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2)
+    east, down = tangents(offset / reach)
+    a = b = d = 0.0
+    for axis in range(3):  # T^T M T with M turned into the survey frame
+        along_east = along_down = 0.0
+        for k in range(3):
+            along_east += attitude[k, axis] * east[k]
+            along_down += attitude[k, axis] * down[k]
+        a += metric[axis, axis] * along_east * along_east
+        b += metric[axis, axis] * along_east * along_down
+        d += metric[axis, axis] * along_down * along_down
+    return Across(east, down, a, b, d, (reach * direction_sd) ** 2 / (a * d - b * b))
+
+
+@compiled
+def across_by_sheet(offset: Vector, sds: tuple[float, float]) -> Across:
+    """Return the errors across an offset (3,), m, of a bearing and an elevation (sd in rad).
+
+    A bearing is the less of a way the steeper it points.
+    """
+    square = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
+    east, down = tangents(offset / math.sqrt(square))
+    level = (offset[0] ** 2 + offset[1] ** 2) / square
+    return Across(east, down, sds[1] ** 2, 0.0, sds[0] ** 2 * level, square)
+
+
+@compiled
+def fix_covariance(
+    offset: Vector,
+    attitude: Vector,
+    across: Across,
+    ranging_sd: float,
+    attitude_sd: Vector,
+    gnss_sd: float,
+) -> Vector:
+    """Return the first-order covariance (3, 3), m2, of a fix, in the survey frame.
+
+    `offset` points from the array to the source (survey frame, m), not 0; `attitude` is the
+    rotation from array to survey frame, `across` what the direction errs by, `ranging_sd` in m,
+    `attitude_sd` (roll, pitch, heading) in rad.  Source: physics of the first-order terms of
+    eq. usbl_fix, sr^2 s s^T + across + [r s]x Sigma_att [r s]x^T + sg^2 I.
+    """
+    unit = offset / math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2)
+    east, down, a, b, d, scale = across
+    heading = math.atan2(attitude[1, 0], attitude[0, 0])
+    ch, sh = math.cos(heading), math.sin(heading)
+    lever = np.zeros((3, 3))  # columns: offset x (roll, pitch, heading) axis, times its sd
+    axes = ((ch, sh, 0.0), (-sh, ch, 0.0), (0.0, 0.0, 1.0))
+    for k in range(3):
+        x, y, z = axes[k]
+        lever[0, k] = (offset[1] * z - offset[2] * y) * attitude_sd[k]
+        lever[1, k] = (offset[2] * x - offset[0] * z) * attitude_sd[k]
+        lever[2, k] = (offset[0] * y - offset[1] * x) * attitude_sd[k]
+    out = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            tangent = d * east[i] * east[j] - b * (east[i] * down[j] + down[i] * east[j])
+            tangent += a * down[i] * down[j]
+            out[i, j] = ranging_sd**2 * unit[i] * unit[j] + scale * tangent
+            for k in range(3):
+                out[i, j] += lever[i, k] * lever[j, k]
+        out[i, i] += gnss_sd**2
+    return out
+
+
+@compiled
+def not_nothing(offset: Vector) -> Vector:
+    """Return an offset (3,), m, or another one if it is too short to have a direction."""
+    if math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2) < SHORTEST_RANGE:
+        return np.array((0.0, 0.0, SHORTEST_RANGE))
+    return offset
+
+
+@compiled
+def debias(ahead: Vector, covariance: Vector, ranging_sd: float) -> float:
+    """Return by how much an offset must be shortened; add what that is uncertain by.
+
+    Given a measured direction with error covariance A, the source lies anywhere on a cap of the
+    sphere around it: on average r tr(A) / 2 nearer to the array than the cap's top, with a radial
+    variance of r^2 tr(A^2) / 2 that the first-order `covariance` (m2, changed in place) lacks.
+    Where the cap would be the whole sphere, a measurement says no more than that the source lies
+    somewhere on it: its centre, with a variance of r^2 / 3 along each axis.
+    Source: measurement conversion conditioned on the measurement, Duan, Han and Li, IEEE Trans. AES
+    40(4), 2004, to second order.  (Conversions that are unbiased over measurements of one place,
+    as that of Lerro and Bar-Shalom, 1993, lengthen the offset instead.)
+    """
+    square = max(ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2, SHORTEST_RANGE**2)
+    trace = trace_of_square = 0.0
+    for i in range(3):
+        for j in range(3):
+            across = covariance[i, j] - ranging_sd**2 * ahead[i] * ahead[j] / square
+            trace_of_square += across * across
+            if i == j:
+                trace += across
+    if trace >= 2.0 * square:
+        for i in range(3):
+            for j in range(3):
+                covariance[i, j] = (square + ranging_sd**2) / 3.0 if i == j else 0.0
+        return 0.0
+    for i in range(3):
+        for j in range(3):
+            covariance[i, j] += 0.5 * trace_of_square / square * ahead[i] * ahead[j] / square
+    return float(1.0 - 0.5 * trace / square)

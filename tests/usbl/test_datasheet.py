@@ -1,0 +1,212 @@
+"""USBLs as their data sheets state them: what is stated is what is measured, by Monte Carlo."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import stats
+from worlds import merged, scenario
+
+from bindusbl_des import Scenario, cautions, simulate
+from bindusbl_des.core.spreads import PER_AXIS_SD
+from bindusbl_des.mission.build import usbl_of
+from bindusbl_des.presets.usbls import USBLS
+from bindusbl_des.replay.noise import noise_of
+
+Array = NDArray[np.float64]
+COUNT = 4000
+SPREAD = 4.0 / math.sqrt(2 * COUNT)  # of a standard deviation of so many draws, four sigma
+
+
+def sheet(**settings: Any) -> dict[str, Any]:
+    return {"model": {"model": "datasheet", **settings}}
+
+
+def fixes(
+    usbl: dict[str, Any], source: Array, snr_db: float = math.nan
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return fixes (n, 3), m, of a source by an ASV at the origin, and the last covariance."""
+    instrument, rng = usbl_of(scenario(usbl=usbl)), np.random.default_rng(8)
+    travel, found = float(np.linalg.norm(source)) / 1500.0, []
+    for noise in rng.standard_normal((COUNT, 12)):
+        found.append(instrument.locate(source, np.zeros(3), 0.7, travel, noise, snr_db))
+    return np.array([fix for fix, _ in found]), np.mean([it for _, it in found], axis=0)
+
+
+def polar(reach: float, elevation_deg: float) -> Array:
+    level, turn = math.radians(elevation_deg), 0.3
+    return reach * np.array(
+        [math.cos(level) * math.cos(turn), math.cos(level) * math.sin(turn), math.sin(level)]
+    )
+
+
+@pytest.mark.parametrize("elevation_deg", [5.0, 40.0, 70.0])
+def test_angles_and_range_err_as_stated(elevation_deg: float) -> None:
+    """Bearing, elevation and slant range, far and near, and the covariance of all of it."""
+    stated = sheet(bearing_sd_deg=1.5, elevation_sd_deg=0.8, range_sd_m=0.5, range_sd_percent=1.0)
+    for reach in (20.0, 120.0):
+        source = polar(reach, elevation_deg)
+        found, covariance = fixes(stated, source)
+        x, y, z = found.T
+        level = np.hypot(x, y)
+        assert np.std(np.degrees(np.arctan2(y, x))) == pytest.approx(1.5, rel=SPREAD)
+        assert np.std(np.degrees(np.arctan2(z, level))) == pytest.approx(0.8, rel=SPREAD)
+        ranges = np.std(np.linalg.norm(found, axis=1))
+        assert ranges == pytest.approx(math.hypot(0.5, 0.01 * reach), rel=SPREAD)
+        sample = np.cov(found.T)
+        assert np.linalg.norm(covariance - sample) < 0.08 * np.linalg.norm(sample)
+
+
+@pytest.mark.parametrize("statistic", PER_AXIS_SD)
+@pytest.mark.parametrize("elevation_deg", [10.0, 80.0])
+def test_accuracy_is_that_of_the_horizontal_position(statistic: str, elevation_deg: float) -> None:
+    """Whatever the direction; binomial or chi-squared bounds of 99.9 %."""
+    source = polar(100.0, elevation_deg)
+    stated = sheet(accuracy_m=1.0, accuracy_percent=2.0, statistic=statistic)
+    off = np.linalg.norm((fixes(stated, source)[0] - source)[:, :2], axis=1)
+    figure = math.hypot(1.0, 2.0)
+    if statistic == "drms":
+        low, high = stats.chi2.ppf((0.0005, 0.9995), 2 * COUNT) / (2 * COUNT)
+        assert low < np.mean(off**2) / figure**2 < high
+    else:
+        share = {"cep": 0.5, "p95": 0.95}[statistic]
+        low, high = stats.binom.ppf((0.0005, 0.9995), COUNT, share)
+        assert low <= np.sum(off <= figure) <= high
+
+
+@pytest.mark.parametrize(
+    ("preset", "angle_deg", "published_m"),
+    [("cerulean_rovl", 5.2, 13.6), ("cerulean_rovl_gnss", 2.1, 7.2)],
+)
+def test_the_budget_that_cerulean_publishes(
+    preset: str, angle_deg: float, published_m: float
+) -> None:
+    """CEP = sqrt(5^2 + (sin(angle) R)^2), at 140 m as published."""
+    for reach in (30.0, 140.0):
+        source = polar(reach, 15.0)
+        off = np.linalg.norm((fixes({"preset": preset}, source)[0] - source)[:, :2], axis=1)
+        cep = math.hypot(5.0, math.sin(math.radians(angle_deg)) * reach)
+        low, high = stats.binom.ppf((0.0005, 0.9995), COUNT, 0.5)
+        assert low <= np.sum(off <= cep) <= high
+    assert cep == pytest.approx(published_m, abs=0.05)
+
+
+def test_angles_grow_as_the_snr_falls_down_to_a_floor() -> None:
+    """Ten times for 20 dB less; where nobody knows the SNR they are as stated."""
+    stated = sheet(bearing_sd_deg=1.0, reference_snr_db=20.0, angle_floor_deg=0.3)
+    source, expected = polar(80.0, 10.0), {20.0: 1.0, 14.0: 1.995, 50.0: 0.3, math.nan: 1.0}
+    for snr_db, sd in expected.items():
+        found, covariance = fixes(stated, source, snr_db)
+        assert np.std(np.degrees(np.arctan2(*found.T[1::-1]))) == pytest.approx(sd, rel=SPREAD)
+        across = np.array([-math.sin(0.3), math.cos(0.3), 0.0])
+        own = math.sqrt(across @ covariance @ across) / math.hypot(*source[:2])
+        assert math.degrees(own) == pytest.approx(sd, rel=0.02)
+
+
+ANGLES = sheet(bearing_sd_deg=1.0, range_sd_m=0.2, range_sd_percent=0.5)
+PLACE = sheet(accuracy_m=0.3, accuracy_percent=1.0)
+LASTING = {
+    "usbl": {"misalignment_sd_deg": 1.0, "gnss_correlated_sd_m": 0.5, "gnss_sd_m": 0.1},
+    "environment": {"assumed_sound_speed_m_per_s": 1495.0},
+}
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+@pytest.mark.parametrize("usbl", [ANGLES, PLACE], ids=["angles", "place"])
+def test_fused_fixes_are_as_good_as_they_say(usbl: dict[str, Any], ranging: str) -> None:
+    """Whoever ranges how: mean e' P^-1 e (2) of a mission's fixes, which err independently."""
+    tested = scenario(
+        duration_s=120.0, usbl=usbl, protocol={"ranging": ranging}, record={"tracks_hz": 0.1}
+    )
+    found = np.concatenate([squares(tested, seed) for seed in range(3)])
+    low, high = stats.chi2.ppf((0.0005, 0.9995), 2 * found.size) / found.size
+    assert low < found.mean() < high
+
+
+def squares(tested: Scenario, seed: int) -> Array:
+    """Return e' P^-1 e of all fixes of a mission, of their horizontal places."""
+    rows = simulate(tested, seed).tables
+    fixes = rows["fixes"]
+    pings = rows["pings"].set_index("ping").loc[fixes.ping]
+    error = fixes[["x_m", "y_m"]].to_numpy() - pings[["x_m", "y_m"]].to_numpy()
+    xx, yy, xy = fixes.sd_x_m**2, fixes.sd_y_m**2, fixes.cov_xy_m2
+    x, y = error.T
+    return ((yy * x**2 - 2 * xy * x * y + xx * y**2) / (xx * yy - xy**2)).to_numpy()
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt", "passive"])
+@pytest.mark.parametrize("usbl", [ANGLES, PLACE], ids=["angles", "place"])
+def test_navigators_know_of_what_lasts_beside_a_sheet(usbl: dict[str, Any], ranging: str) -> None:
+    """NEES of three AUVs at the end of 20 missions, taken for 20 errors of two axes."""
+    base = {"duration_s": 90.1, "usbl": usbl, "protocol": {"ranging": ranging}}
+    tested = scenario(**merged(merged(base, LASTING), {"record": {"tracks_hz": 1 / 90.0}}))
+    found = []
+    for seed in range(20):
+        rows = simulate(tested, seed).tables["tracks"]
+        rows = rows[(rows.time_s > 0.0) & rows.vehicle.str.startswith("AUV")]
+        x, y = rows.estimate_x_m - rows.x_m, rows.estimate_y_m - rows.y_m
+        xx, yy, xy = rows.estimate_sd_x_m**2, rows.estimate_sd_y_m**2, rows.estimate_cov_xy_m2
+        found.append(((yy * x**2 - 2 * xy * x * y + xx * y**2) / (xx * yy - xy**2)).mean())
+    low, high = stats.chi2.ppf((0.0005, 0.9995), 40) / 20
+    assert low < np.mean(found) < high
+
+
+@pytest.mark.parametrize("usbl", [ANGLES, *({"preset": it.name} for it in USBLS)], ids=str)
+def test_written_out_and_read_again_it_is_the_same(usbl: dict[str, Any]) -> None:
+    """In full, or only what was given; and a preset is taken back with all that it said."""
+    one = scenario(usbl={**usbl, "gnss_sd_m": 0.2})
+    for given in (one.model_dump(mode="json"), one.model_dump(mode="json", exclude_unset=True)):
+        again = Scenario.model_validate(given)
+        assert again == one
+    if "preset" in given["usbl"]:
+        del given["usbl"]["preset"]
+        assert Scenario.model_validate(given) == scenario(usbl={"gnss_sd_m": 0.2})
+
+
+def test_the_attitude_is_in_the_sheet_unless_it_is_given() -> None:
+    """Then it is added to what is stated."""
+    assert scenario(usbl=ANGLES).usbl.heading_sd_deg == 0.0
+    both = {**sheet(bearing_sd_deg=1.0), "heading_sd_deg": 0.8}
+    found, _ = fixes(both, polar(80.0, 10.0))
+    assert np.std(np.degrees(np.arctan2(*found.T[1::-1]))) == pytest.approx(1.28, rel=SPREAD)
+
+
+def test_what_is_given_beside_a_preset_wins() -> None:
+    own = scenario(usbl={"preset": "evologics_oem", "heading_sd_deg": 0.3}).usbl
+    assert (own.heading_sd_deg, own.roll_sd_deg, own.array) == (0.3, 0.2, "oem5")
+
+
+@pytest.mark.parametrize("model", ["array", {"model": "datasheet", "bearing_sd_deg": 2.0}])
+def test_another_instrument_than_that_of_the_preset_is_refused(model: Any) -> None:
+    with pytest.raises(ValueError, match=r"usbl.model: is not that of the preset .*keep one of"):
+        scenario(usbl={"preset": "cerulean_rovl", "model": model})
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_recorded_ranges_are_taken_for_as_good_as_the_sheet_says(ranging: str) -> None:
+    logged = scenario(usbl=sheet(bearing_sd_deg=1.0, range_sd_m=0.4), protocol={"ranging": ranging})
+    assert noise_of(logged).range_sd == pytest.approx(0.4)
+
+
+WRONG = {
+    "states no direction; add bearing_sd_deg": {},
+    "stated twice": {"bearing_sd_deg": 1.0, "accuracy_percent": 1.0},
+    "statistic says more of accuracy_m": {"bearing_sd_deg": 1.0, "statistic": "cep"},
+    "range_sd_m says more of bearing_sd_deg": {"accuracy_m": 1.0, "range_sd_m": 1.0},
+    "angle_floor_deg needs reference_snr_db": {"bearing_sd_deg": 1.0, "angle_floor_deg": 0.1},
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_a_sheet_that_says_nothing_or_too_much_is_refused(message: str) -> None:
+    with pytest.raises(ValueError, match=f"usbl.model.*{message}"):
+        scenario(usbl=sheet(**WRONG[message]))
+
+
+def test_an_snr_that_no_channel_tells_of_has_no_effect_and_is_told() -> None:
+    told = {it.key: it.message for it in cautions(scenario(usbl=sheet(
+        bearing_sd_deg=1.0, reference_snr_db=20.0
+    )))}  # fmt: skip
+    assert "acoustics.hf.channel" in told["usbl.model.reference_snr_db"]
