@@ -20,39 +20,73 @@ REMEDY = (
 
 @click.command()
 @click.argument("folder", metavar="DIR")
-@click.option("--to", "kind", type=click.Choice(["mcap", "csv"]), required=True, help="Format.")
-@click.option("--out", metavar="PATH", help="File or folder (default DIR/NAME.mcap, DIR/csv).")
+@click.option(
+    "--to",
+    "kind",
+    type=click.Choice(["mcap", "csv", "geojson", "kml"]),
+    required=True,
+    help="Format.",
+)
+@click.option(
+    "--out",
+    metavar="PATH",
+    help="File or folder (default DIR/NAME.mcap and so on, DIR/csv).",
+)
 @click.option("--force", is_flag=True, help="Replace an earlier export.")
 @json_option("name and contents")
 def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) -> None:
     """Export a run, or as CSV also a campaign.
 
     mcap is one file for Foxglove, Lichtblick and PlotJuggler; csv is a folder with a file for each
-    table, for spreadsheets.
+    table, for spreadsheets; geojson and kml are charts of the survey, the ASVs and the ways of the
+    AUVs, for maps, of a scenario that has a place on Earth.
     """
     source = Path(folder)
-    path, counts = (_to_mcap if kind == "mcap" else _to_csv)(source, out, force)
+    if kind == "csv":
+        path, counts = _to_csv(source, out, force)
+    else:
+        path, counts = _to_file(source, kind, out, force)
     if as_json:
         print_json({"export": str(path), "to": kind, "counts": dict(counts)})
     else:
         click.echo(path)
 
 
-def _to_mcap(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[str, int]]:
-    """Write an MCAP file; return its name and the messages of each topic."""
+def _to_file(
+    source: Path, kind: str, out: str | None, force: bool
+) -> tuple[Path, Mapping[str, int]]:
+    """Write one file of a mission; return its name and how much of everything is in it."""
     if _is_campaign(source):
-        refuse(f"{source} is a campaign; MCAP shows one mission: give the folder of a run")
-    from ..results.result_folder import mcap_name_of
-    from ..scenario.places.on_earth import origin_of
+        refuse(f"{source} is a campaign; {kind} shows one mission: give the folder of a run")
+    from ..results.result_folder import exported_as
 
     result = _result(source)
-    path = Path(out) if out else source / mcap_name_of(result.scenario.name)
+    path = Path(out) if out else source / f"{exported_as(result.scenario.name)}.{kind}"
     check_file(path, force)
     if "tracks" not in result.arrow:
         refuse(
             f"{source} holds metrics only, nothing that a viewer could show; run the scenario "
             "with --set record.detail=full"
         )
+    write = _write_mcap if kind == "mcap" else _write_chart
+    return path, write(result, path, kind, force)
+
+
+def _write_chart(result: "Result", path: Path, kind: str, force: bool) -> Mapping[str, int]:
+    from ..export.chart_files import write_chart
+
+    try:
+        with writing(path):
+            counts = write_chart(result, path, kind, replace=force)
+    except ValueError as error:
+        refuse(f"{path}: {error}; set environment.origin.lat_deg and lon_deg, and run it again")
+    talk(f"{', '.join(f'{count} {shape}' for shape, count in counts.items())}, {_size(path)}")
+    return counts
+
+
+def _write_mcap(result: "Result", path: Path, _: str, force: bool) -> Mapping[str, int]:
+    from ..scenario.places.on_earth import origin_of
+
     try:
         from ..export.mcap_file import write_mcap
     except ModuleNotFoundError as error:
@@ -64,7 +98,7 @@ def _to_mcap(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[
     talk(f"{sum(counts.values())} messages on {len(counts)} topics, {_size(path)}")
     if origin_of(result.scenario) is None:
         talk("No positions on Earth: the scenario has no environment.origin.")
-    return path, counts
+    return counts
 
 
 def _to_csv(source: Path, out: str | None, force: bool) -> tuple[Path, Mapping[str, int]]:

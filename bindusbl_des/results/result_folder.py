@@ -25,7 +25,9 @@ FIGURES = "figures"
 KINDS = ("trajectory", "error", "fixes", "coverage", "timeline", "round", "latency")
 DRAWN = {f"{kind}.{suffix}" for kind in KINDS for suffix in ("png", "svg", "pdf")}
 
-# What `export` makes of it; campaigns have a table of missions as well.
+# What `export` makes of it: one file, or a folder of them; campaigns have a table of missions
+# as well.
+EXPORTED = ("mcap", "geojson", "kml")
 CSV_DICTIONARY = "columns.csv"
 CSV_FILES = {CSV_DICTIONARY, "missions.csv", *(f"{name}.csv" for name in TABLES)}
 
@@ -66,7 +68,7 @@ def _foreign(folder: Path) -> Iterator[str]:
 
     That are also the files of `plot` and `export`, and drafts that killed processes left.
     """
-    ours = {*WRITTEN, mcap_name(folder)}
+    ours = {*WRITTEN, *(f"{exported_name(folder)}.{ending}" for ending in EXPORTED)}
     for path in folder.iterdir():
         if path.name == "csv" and path.is_dir() and not objection_to_csv(path):
             continue
@@ -85,22 +87,22 @@ def _is(path: Path, names: set[str]) -> bool:
     return path.is_file() and (draft or path.name in names)
 
 
-def mcap_name(folder: Path) -> str:
-    """Return what `export --to mcap` calls the mission of a folder: `scenario.name` as a file."""
+def exported_name(folder: Path) -> str:
+    """Return what `export` calls the mission of a folder, but for its ending."""
     try:
         name = json.loads((folder / RECORD).read_text(encoding="utf-8"))["scenario"]["name"]
-        return mcap_name_of(str(name))
+        return exported_as(str(name))
     except (OSError, ValueError, KeyError, TypeError):
-        return mcap_name_of("")
+        return exported_as("")
 
 
-def mcap_name_of(name: str) -> str:
-    """Return the file that a mission of some name is exported to.
+def exported_as(name: str) -> str:
+    """Return the file, but for its ending, that a mission of some name is exported to.
 
-    >>> mcap_name_of("two AUVs")
-    'two_AUVs.mcap'
+    >>> exported_as("two AUVs")
+    'two_AUVs'
     """
-    return re.sub(r"[^A-Za-z0-9._-]+", "_", name) + ".mcap"
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", name)
 
 
 def advice_text(advice: Advice) -> str:
