@@ -173,11 +173,19 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         deepest = draw.choice((40.0, 300.0, 12e3))
         file.write_text(f"depth_m,sound_speed_m_per_s\n0,1510\n9,1490\n{deepest},1480\n")
         data["environment"]["ctd"] = str(file)
+    if data.get("survey", {}).get("area") is not None:
+        file = folder / "area.geojson"
+        lat, size = draw.choice((-60.0, 0.0, 54.3)), draw.choice((1e-4, 1e-3, 0.05))
+        ring = [[10.0 + size * x, lat + size * y] for x, y in ((0, 0), (2, 0), (2, 1), (0, 0))]
+        file.write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
+        data["survey"]["area"] = str(file)
     for section, name in LISTED:
         given = data.get(section, {})
         if given.get(name) is not None:
             given[name] = [(given[name] or LISTED[section, name])[0]] * few
     formation = data.get("asvs", {}).get("formation", {})
+    if draw.random() < 0.9:
+        formation.pop("positions_deg", None)  # which need a place on Earth
     if formation.get("positions_m") is not None:
         count = min(counts["asvs"], 200)
         formation["positions_m"] = [_point(draw) for _ in range(count)]
@@ -310,7 +318,7 @@ def _fitted(data: dict[str, Any]) -> None:
 
 # What is estimated to take longer (s) or more memory (bytes) is told and not run here; what is run
 # is ended after the limit.
-WORTH_RUNNING_S, WORTH_RUNNING_BYTES, LIMIT_S = 4.0, 1e9, 40.0
+WORTH_RUNNING_S, WORTH_RUNNING_BYTES, LIMIT_S = 4.0, 1e9, 120.0
 
 
 def outcome(seed: int, folder: Path) -> tuple[str, str]:
