@@ -5,7 +5,7 @@ from functools import cache
 from operator import attrgetter
 
 from ..core.plugins import Family, is_plugin
-from ..scenario.channel_settings import Curve, Sonar
+from ..scenario.channel_settings import Curve, Sonar, Table
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
@@ -60,5 +60,15 @@ def _channel(
     settings = settings_of(family, choice)
     if isinstance(settings, Curve):
         return curve_channel(settings)
+    if isinstance(settings, Table):
+        return _table(scenario, settings, message, range_m)
     assert isinstance(settings, Sonar)
     return sonar_channel(settings, link_budget(settings, water_of(scenario)), message, range_m)
+
+
+def _table(scenario: Scenario, settings: Table, message: Message, range_m: float) -> AskedChannel:
+    from .rays.table_channel import (
+        table_channel,  # brings pyarrow, which other channels do not need
+    )
+
+    return table_channel(scenario, settings, message, range_m)

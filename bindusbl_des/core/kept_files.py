@@ -27,6 +27,8 @@ FILES: Mapping[Way, str] = {
     ("acoustics", "hf", "channel", "file"): "curves",
     ("acoustics", "mf", "channel", "file"): "curves",
     ("acoustics", "mf", "airtimes"): "airtimes",
+    ("acoustics", "hf", "channel", "rays"): "sound",
+    ("acoustics", "mf", "channel", "rays"): "sound",
 }
 FOLDERS = frozenset(FILES.values())
 

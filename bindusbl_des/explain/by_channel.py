@@ -100,8 +100,10 @@ def _asked(scenario: "Scenario") -> AskedChannel:
 
 
 def _one_signal(scenario: "Scenario", slant_range_m: float) -> Signals:
-    place, ranges = np.zeros((1, 3)), np.array([[slant_range_m]])
-    return Signals(0.0, place, place, ranges, scenario.acoustics.hf.range_m, calling=False)
+    below = min(scenario.survey.deepest, slant_range_m)
+    auv = np.array([[math.sqrt(slant_range_m**2 - below**2), 0.0, below]])
+    ranges, asv = np.array([[slant_range_m]]), np.zeros((1, 3))
+    return Signals(0.0, auv, asv, ranges, scenario.acoustics.hf.range_m, calling=False)
 
 
 def _missing(value: Any) -> bool:

@@ -204,9 +204,9 @@ RULES = (
         "how likely signals are lost only the plug-in says",
     ),
     Idle(
-        {"acoustics.hf.channel": ("curve", "sonar")},
+        {"acoustics.hf.channel": ("curve", "sonar", "table")},
         tuple(f"acoustics.loss.{name}" for name in ("law", "combine", "contention_per_auv", "cap")),
-        "the law of the disc's loss; curve and sonar say themselves how likely signals are lost",
+        "the law of the disc's loss; this channel says itself how likely signals are lost",
     ),
     Idle(
         {"acoustics.mf.channel": ("curve",)},

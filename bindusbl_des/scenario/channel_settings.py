@@ -1,10 +1,13 @@
 """The settings of the channels that ship."""
 
+from collections.abc import Iterator
+from importlib.util import find_spec
 from typing import Literal
 
 from pydantic import model_validator
 
 from .key_types import Real, Text, key
+from .part_choice import PartChoice
 from .part_settings import Settings
 
 
@@ -25,8 +28,8 @@ class Curve(Settings):
     )
 
 
-class Sonar(Settings):
-    """The settings of the channel `sonar`: a band's sound, its way through the sea, its decoding.
+class Sound(Settings):
+    """The settings of channels with levels: a band's sound, what absorbs it, noise and decoding.
 
     Levels are in dB re 1 uPa, those of sources at 1 m.
     """
@@ -35,9 +38,6 @@ class Sonar(Settings):
     bandwidth_khz: Real = key(10.0, "kHz", "bandwidth B of the band", ge=1e-3, le=1000)
     source_level_db: Real = key(180.0, "dB", "source level SL re 1 uPa at 1 m", ge=0, le=250)
     directivity_index_db: Real = key(0.0, "dB", "directivity index DI of receivers", ge=0, le=60)
-    spreading: Real = key(
-        2.0, "1", "spreading k of 10 k lg r: 2 spherical, 1.5 practical, 1 cylindrical", ge=1, le=3
-    )
     absorption: Literal["francois_garrison", "ainslie_mccolm", "thorp"] = key(
         "francois_garrison", "", "law of absorption; thorp knows neither water nor pH"
     )
@@ -82,15 +82,9 @@ class Sonar(Settings):
         ge=-30,
         le=60,
     )
-    timing: Literal["constant", "envelope", "carrier"] = key(
-        "envelope",
-        "",
-        "what the array's time differences lose as SNR falls: nothing, or as arrivals are timed "
-        "by the envelope, or by the carrier as well",
-    )
 
     @model_validator(mode="after")
-    def _one_way_of_decoding(self) -> "Sonar":
+    def _one_way_of_decoding(self) -> "Sound":
         """Refuse what the decoding that was chosen does not know."""
         if self.snr_threshold_db is not None and self.decoding != "threshold":
             raise ValueError(
@@ -102,3 +96,48 @@ class Sonar(Settings):
                 f"{self.frequency_khz:g}; make it at most twice the frequency"
             )
         return self
+
+
+class Sonar(Sound):
+    """The settings of the channel `sonar`: sound spreads by a law."""
+
+    spreading: Real = key(
+        2.0, "1", "spreading k of 10 k lg r: 2 spherical, 1.5 practical, 1 cylindrical", ge=1, le=3
+    )
+
+
+class Table(Sound):
+    """The settings of the channel `table`: sound goes along bent rays, by a table of its loss."""
+
+    rays: Text | None = key(
+        None,
+        "",
+        "CSV or Parquet of range_m, source_depth_m, receiver_depth_m, travel_time_s, loss_db; null "
+        "= traced by BELLHOP (package pelagic)",
+    )
+    bottom_m: Real = key(30.0, "m", "depth of the sea in which rays are traced", ge=1, le=12_000)
+
+    @model_validator(mode="after")
+    def _traced_once(self) -> "Table":
+        """Refuse a depth to trace in where rays are given."""
+        if self.rays is not None and "bottom_m" in self.model_fields_set:
+            raise ValueError("bottom_m is for rays that are traced; remove it, or rays")
+        return self
+
+
+def table_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[str, str]]:
+    """Yield what keeps rays from being traced for a survey as deep (m), each with its setting."""
+    if channel != "table" or channel.settings.get("rays") is not None:
+        return
+    bottom = channel.settings.get("bottom_m", Table.model_fields["bottom_m"].default)
+    if isinstance(bottom, int | float) and bottom <= deepest_m:
+        yield (
+            "bottom_m",
+            f"the sea, {bottom:g} m deep, ends above the survey at {deepest_m:g} m; give its depth",
+        )
+    if find_spec("pelagic") is None:
+        yield (
+            "rays",
+            "rays are traced by the package pelagic (pip install 'bindusbl-des[bellhop]'); or give "
+            "a table of them",
+        )

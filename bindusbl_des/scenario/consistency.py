@@ -10,6 +10,7 @@ from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean, plain
 from ..geometry.lanes import lane_count
 from ..presets.airtimes import airtime_table
+from .channel_settings import table_mistakes
 from .families import parts_of
 from .part_choice import PartChoice
 from .part_settings import shipped_mistakes
@@ -344,12 +345,20 @@ def _protocol(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:
     decoding = scenario.acoustics.hf.channel.settings.get("decoding")
-    if scenario.acoustics.hf.channel == "sonar" and decoding in FRAME_DECODINGS:
+    if scenario.acoustics.hf.channel in ("sonar", "table") and decoding in FRAME_DECODINGS:
         yield Problem(
             "acoustics.hf.channel.decoding",
             f"{decoding} decodes the bits of frames, and pings have none; use threshold, "
             "non_coherent, coherent or rayleigh",
         )
+    for band in ("hf", "mf"):
+        channel = getattr(scenario.acoustics, band).channel
+        for setting, message in table_mistakes(channel, scenario.survey.deepest):
+            yield Problem(
+                f"acoustics.{band}.channel.{setting}",
+                message,
+                ("survey.depth_m", "survey.depths_m"),
+            )
 
 
 def _messages(scenario: ScenarioKeys) -> Iterator[Problem]:

@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
-from .channel_settings import Curve, Sonar
+from .channel_settings import Curve, Sonar, Table
 from .instrument_settings import Datasheet
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
@@ -24,7 +24,7 @@ FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
 INSTRUMENTS = ("array", "datasheet")
 PLACEMENTS = ("ring", "positions")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
-CHANNELS = ("disc", "curve", "sonar")
+CHANNELS = ("disc", "curve", "sonar", "table")
 RANGINGS = ("owtt_sync", "twtt", "passive")
 
 
@@ -81,7 +81,7 @@ BROADCASTER = Family(
     "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
 )
 RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
-CHANNEL_SETTINGS = {"curve": Curve, "sonar": Sonar}
+CHANNEL_SETTINGS = {"curve": Curve, "sonar": Sonar, "table": Table}
 CHANNEL = Family(
     "acoustics.hf.channel", "channel", CHANNELS, ("signals",), settings=CHANNEL_SETTINGS
 )

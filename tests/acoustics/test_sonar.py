@@ -312,12 +312,11 @@ def test_louder_is_never_worse(snr: float, more: float) -> None:
 def test_timing_table() -> None:
     """100 times the energy of noise times arrivals to 3.9 us by envelope, 0.45 us by carrier."""
     energy_db = 20.0 - 10.0 * math.log10(100.0)  # B T = 100
-    for timing, wanted in (("envelope", 3.898484006e-6), ("carrier", 0.4471867846e-6)):
-        sonar = Sonar.model_validate({"timing": timing})
-        assert timing_sd_s(sonar, energy_db, 0.010, 0.0) == pytest.approx(wanted, rel=1e-9)
-        floored = timing_sd_s(sonar, energy_db, 0.010, 3e-6)
+    for carrier, wanted in ((False, 3.898484006e-6), (True, 0.4471867846e-6)):
+        found = timing_sd_s(Sonar(), energy_db, 0.010, 0.0, carrier)
+        assert found == pytest.approx(wanted, rel=1e-9)
+        floored = timing_sd_s(Sonar(), energy_db, 0.010, 3e-6, carrier)
         assert floored == pytest.approx(math.hypot(wanted, 3e-6), rel=1e-9)
-    assert timing_sd_s(Sonar(timing="constant"), [0.0, 50.0], 0.01, 2e-7).tolist() == [2e-7, 2e-7]
 
 
 def test_wrong_sonars_are_refused() -> None:

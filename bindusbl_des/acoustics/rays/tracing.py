@@ -24,6 +24,9 @@ ONE_ARRIVAL_S = 2e-6
 # What no ray reaches loses this (dB) beyond spherical spreading.
 SILENT_DB = 200.0
 
+# The bottom is sand: speed of sound (m/s) and density (g/cm3).
+SAND = 1650.0, 1.9
+
 # BELLHOP bends nothing by frequency, and absorption is none of its here: any will do.
 FREQUENCY_HZ = 25e3
 
@@ -65,7 +68,7 @@ def case_of(profile: Profile, grid: Grid, bottom_m: float) -> dict[str, Any]:
         "interpolation": "c_linear",
         "media": [{"to": bottom_m, "ssp": np.column_stack((depths, speeds)).tolist()}],
         "surface": "vacuum",
-        "bottom": {"type": "halfspace", "cp": float(speeds[-1])},
+        "bottom": {"type": "halfspace", "cp": SAND[0], "rho": SAND[1]},
         "source": {"depth": grid.source_depths_m.tolist()},
         "receivers": {
             "depth": grid.receiver_depths_m.tolist(),

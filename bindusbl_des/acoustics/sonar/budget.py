@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...scenario.channel_settings import Sonar
+from ...scenario.channel_settings import Sonar, Sound
 from ...sea.absorption import absorption, absorption_ainslie_mccolm, absorption_thorp
 from ...sea.water import USUAL_WATER, Water
 from .ambient import ambient_noise_db, power_sum_db
@@ -15,8 +15,11 @@ Floats = NDArray[np.float64]
 # Levels of sources are those at 1 m: nobody is heard from nearer than that.
 REFERENCE_M = 1.0
 
+# How sound spreads where a table says what bent rays lose beside that.
+SPHERICAL = 2.0
 
-def absorption_of(sonar: Sonar, water: Water) -> float:
+
+def absorption_of(sonar: Sound, water: Water) -> float:
     """Return what water takes of a sonar's sound (dB/km) by the law chosen."""
     if sonar.absorption == "thorp":
         return absorption_thorp(sonar.frequency_khz)
@@ -72,7 +75,7 @@ class LinkBudget:
         return np.asarray(np.asarray(level_db, dtype=float) - against)
 
 
-def link_budget(sonar: Sonar, water: Water = USUAL_WATER) -> LinkBudget:
+def link_budget(sonar: Sound, water: Water = USUAL_WATER) -> LinkBudget:
     """Return the link budget of a sonar in a water.
 
     >>> round(float(link_budget(Sonar()).snr_db(1000.0)), 6)
@@ -84,7 +87,7 @@ def link_budget(sonar: Sonar, water: Water = USUAL_WATER) -> LinkBudget:
     band = 10.0 * np.log10(sonar.bandwidth_khz * 1e3)
     return LinkBudget(
         sonar.source_level_db,
-        sonar.spreading,
+        sonar.spreading if isinstance(sonar, Sonar) else SPHERICAL,
         absorption_of(sonar, water),
         float(density + band) - sonar.directivity_index_db,
     )

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...scenario.channel_settings import Sonar
+from ...scenario.channel_settings import Sound
 from .budget import LinkBudget
 from .detection import DETECTORS, detected
 from .frames import frame_error
@@ -27,11 +27,12 @@ class Message(NamedTuple):
     bits: int = 0
 
 
-def threshold_db(sonar: Sonar, budget: LinkBudget, band_range_m: float) -> float:
+def threshold_db(sonar: Sound, budget: LinkBudget, band_range_m: float) -> float:
     """Return the SNR (dB) at which every other signal is decoded by the decoding `threshold`.
 
     Where it is not given, that at the band's range: a disc of that radius with a soft edge.
 
+    >>> from ...scenario.channel_settings import Sonar
     >>> from .budget import link_budget
     >>> round(threshold_db(Sonar(), link_budget(Sonar()), 50.0), 6)
     67.221835
@@ -41,7 +42,7 @@ def threshold_db(sonar: Sonar, budget: LinkBudget, band_range_m: float) -> float
 
 
 def chance_decoded(
-    sonar: Sonar, snr_db: ArrayLike, message: Message, threshold: float = math.nan
+    sonar: Sound, snr_db: ArrayLike, message: Message, threshold: float = math.nan
 ) -> Floats:
     """Return the probability that a message of a mean SNR (dB) is decoded where nothing overlaps.
 
@@ -61,7 +62,7 @@ def chance_decoded(
     return np.asarray(np.clip(chances, 0.0, 1.0))  # a sum of weights may exceed 1 by its rounding
 
 
-def _unshadowed(sonar: Sonar, snr_db: Floats, message: Message) -> Floats:
+def _unshadowed(sonar: Sound, snr_db: Floats, message: Message) -> Floats:
     energy = pulse_energy(sonar, snr_db, message.duration_s)
     if sonar.decoding in DETECTORS:
         return detected(energy, sonar.false_alarm, sonar.decoding)
@@ -73,27 +74,27 @@ def _unshadowed(sonar: Sonar, snr_db: Floats, message: Message) -> Floats:
     return 1.0 - frame_error(energy / message.bits, message.bits, sonar.decoding)
 
 
-def pulse_energy(sonar: Sonar, snr_db: ArrayLike, duration_s: float) -> Floats:
+def pulse_energy(sonar: Sound, snr_db: ArrayLike, duration_s: float) -> Floats:
     """Return E/N0 (a ratio) of a pulse with an SNR (dB) in the band: B T times the SNR."""
     gain = sonar.bandwidth_khz * 1e3 * duration_s
     return np.asarray(gain * 10.0 ** (np.asarray(snr_db, dtype=float) / 10.0))
 
 
-def timing_sd_s(sonar: Sonar, snr_db: ArrayLike, duration_s: float, floor_s: float) -> Floats:
+def timing_sd_s(
+    sonar: Sound, snr_db: ArrayLike, duration_s: float, floor_s: float, carrier: bool = False
+) -> Floats:
     """Return the standard deviation (s) of the instant at which an element hears a pulse.
 
     The floor and the Cramer-Rao bound 1 / (2 pi beta sqrt(2 E/N0)) together, with beta = B/sqrt(12)
-    by the envelope, sqrt(fc^2 + B^2/12) by the carrier as well; SNR in dB.
+    by the envelope, sqrt(fc^2 + B^2/12) with the `carrier`; SNR in dB.
     Source: H. L. Van Trees, Detection, Estimation, and Modulation Theory (1968), part III.
 
-    >>> sharp = Sonar(timing="carrier")
-    >>> [f"{float(timing_sd_s(it, 0.0, 0.01, 0.0)):.4g}" for it in (Sonar(), sharp)]
+    >>> from ...scenario.channel_settings import Sonar
+    >>> [f"{float(timing_sd_s(Sonar(), 0.0, 0.01, 0.0, it)):.4g}" for it in (False, True)]
     ['3.898e-06', '4.472e-07']
     """
     energy = pulse_energy(sonar, snr_db, duration_s)
-    if sonar.timing == "constant":
-        return np.full_like(energy, floor_s)
     square = (sonar.bandwidth_khz * 1e3) ** 2 / 12.0
-    if sonar.timing == "carrier":
+    if carrier:
         square += (sonar.frequency_khz * 1e3) ** 2
-    return np.sqrt(floor_s**2 + 1.0 / (4.0 * math.pi**2 * square * 2.0 * energy))
+    return np.asarray(np.sqrt(floor_s**2 + 1.0 / (4.0 * math.pi**2 * square * 2.0 * energy)))

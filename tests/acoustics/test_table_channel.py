@@ -1,0 +1,134 @@
+"""The channel `table`: a sonar along bent rays, traced or read."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bindusbl_des import Scenario, load_scenario, simulate
+from bindusbl_des.acoustics.channel import between
+from bindusbl_des.acoustics.channels import hf_channel
+from bindusbl_des.acoustics.rays.table_channel import TableChannel, grid_to
+from bindusbl_des.scenario.files.scenario_file import ScenarioError
+
+QUIET = {"source_level_db": 150.0, "snr_threshold_db": 20.0}
+ASVS = np.array([[0.0, 0.0, 0.0], [30.0, -20.0, 0.0]])
+AUVS = np.array([[40.0, 5.0, 10.0], [120.0, 60.0, 3.0], [-300.0, 10.0, 25.0]])
+CAST = "depth_m,sound_speed_m_per_s\n0,1525\n8,1524\n25,1492\n30,1490\n"
+
+
+@pytest.fixture(autouse=True)
+def _caches_of_their_own(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+def world(channel: Any, **changes: Any) -> Scenario:
+    data = {"name": "m", "duration_s": 20.0, "acoustics": {"hf": {"channel": channel}}}
+    return Scenario.model_validate({**data, **changes})
+
+
+def snrs(scenario: Scenario) -> np.ndarray:
+    channel = hf_channel(scenario)
+    assert channel is not None
+    return np.asarray(channel.prospects(between(0.0, AUVS, ASVS, 50.0, calling=False))["snr_db"])
+
+
+def in_summer(folder: Path, **channel: Any) -> Scenario:
+    """Return a scenario with a thermocline."""
+    (folder / "cast.csv").write_text(CAST)
+    model = {"model": "table", **QUIET, **channel}
+    return world(model, environment={"ctd": str(folder / "cast.csv")})
+
+
+def test_in_water_without_a_gradient_it_is_the_sonar() -> None:
+    """Straight rays lose what spherical spreading takes, and absorption: SNRs are the sonar's."""
+    table, sonar = (snrs(world({"model": it, **QUIET})) for it in ("table", "sonar"))
+    assert table == pytest.approx(sonar, abs=3e-3)
+
+
+def test_a_thermocline_weakens_what_is_below(tmp_path: Path) -> None:
+    """Above it AUVs are heard as on straight ways, below it several dB weaker."""
+    summer = in_summer(tmp_path)
+    bent, straight = snrs(summer), snrs(world({"model": "sonar", **QUIET}))
+    assert np.abs(bent[1] - straight[1]).max() < 0.5
+    assert (straight[2] - bent[2]).min() > 1.5
+    told = simulate(summer, 1).tables["receptions"]
+    assert told["snr_db"].notna().any()
+
+
+def test_a_mission_hears_by_the_table(tmp_path: Path) -> None:
+    """SNRs of a mission are those of the table at the places of its pings."""
+    summer = in_summer(tmp_path)
+    result = simulate(summer, 1)
+    pings, heard = result.tables["pings"], result.tables["receptions"].dropna(subset="snr_db")
+    channel = hf_channel(summer)
+    assert isinstance(channel, TableChannel)
+    moored = result.tables["tracks"].query("vehicle == 'ASV0'").iloc[0]
+    asv = np.array([[moored.x_m, moored.y_m, 0.0]])
+    rows = heard[heard["asv"] == 0].head(5)
+    spread = summer.acoustics.hf.channel.settings.get("shadowing_sd_db", 3.0)
+    for row in rows.itertuples():
+        ping = pings.iloc[row.ping]
+        auv = np.array([[ping.x_m, ping.y_m, ping.z_m]])
+        mean = float(channel.snr_db(between(0.0, auv, asv, 50.0, calling=False))[0, 0])
+        assert abs(row.snr_db - mean) < 5.0 * spread
+
+
+def test_rays_of_ones_own(tmp_path: Path) -> None:
+    """A file that takes 10 dB more than spherical spreading makes SNRs 10 dB less."""
+    lines = ["range_m,source_depth_m,receiver_depth_m,travel_time_s,loss_db"]
+    for away in (1.0, 20.0, 400.0):
+        for below in (0.0, 30.0):
+            way = float(np.hypot(away, below))
+            loss = 20.0 * np.log10(max(way, 1.0)) + 10.0
+            lines.append(f"{away},0.5,{below},{way / 1500.0},{loss}")
+    (tmp_path / "sound.csv").write_text("\n".join(lines))
+    (tmp_path / "m.yaml").write_text(
+        "name: m\nacoustics: {hf: {channel: {model: table, rays: sound.csv, "
+        "source_level_db: 150, snr_threshold_db: 20}}}\n"
+    )
+    own = load_scenario(tmp_path / "m.yaml")
+    assert snrs(own) == pytest.approx(snrs(world({"model": "sonar", **QUIET})) - 10.0, abs=0.2)
+    assert len(simulate(own, 1).tables["pings"]) > 0
+
+
+@pytest.mark.parametrize(
+    ("channel", "message"),
+    [
+        ({"bottom_m": 8.0}, "the sea, 8 m deep, ends above the survey at 10 m; give its depth"),
+        ({"rays": "x.csv", "bottom_m": 40.0}, "remove it, or rays"),
+        ({"spreading": 1.5}, "spreading"),
+        ({"decoding": "bpsk"}, "pings have none"),
+    ],
+)
+def test_wrong_tables_are_refused(channel: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        world({"model": "table", **channel})
+
+
+def test_a_file_that_is_missing_is_told(tmp_path: Path) -> None:
+    (tmp_path / "m.yaml").write_text(
+        "name: m\nacoustics: {hf: {channel: {model: table, rays: no.csv}}}\n"
+    )
+    with pytest.raises(ScenarioError, match="no such file"):
+        load_scenario(tmp_path / "m.yaml")
+
+
+def test_without_pelagic_only_given_rays_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bindusbl_des.scenario.channel_settings.find_spec", lambda _: None)
+    with pytest.raises(ValueError, match=r"pip install 'bindusbl-des\[bellhop\]'"):
+        world("table")
+    assert world({"model": "table", "rays": "sound.csv"}).acoustics.hf.channel == "table"
+
+
+def test_what_is_traced() -> None:
+    """As far as sound matters, from near the surface to near the bottom."""
+    grid = grid_to(317.0, 30.0)
+    assert grid.ranges_m[-1] == pytest.approx(317.0)
+    assert grid.receiver_depths_m[0] == 0.5
+    assert 29.5 <= grid.receiver_depths_m[-1] < 30.0
+    assert grid_to(1e6, 4000.0).ranges_m[-1] == pytest.approx(5000.0)
+    assert len(grid_to(1e6, 4000.0).receiver_depths_m) == 60
