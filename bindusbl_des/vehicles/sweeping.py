@@ -40,7 +40,7 @@ class Sweep(NamedTuple):
     def area(self, times: Array, vehicle: int | None = None) -> Array:
         """Return how much (m2) was swept by some instants (s), (n,): by all, or first by one."""
         mine = self.at_s if vehicle is None else self.at_s[self.by == vehicle]
-        return self.cell_m2 * np.searchsorted(np.sort(mine), times, side="right")
+        return np.asarray(self.cell_m2 * np.searchsorted(np.sort(mine), times, side="right"))
 
 
 def sweep(area: Area, vehicles: Sequence[Vehicle], swath: float, until: float) -> Sweep | None:
