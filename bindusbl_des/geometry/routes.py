@@ -67,10 +67,10 @@ def lawnmower(
     """Return the boustrophedon path of one AUV over its lanes, and where along it each is (m).
 
     From where it begins the AUV goes straight to the -x end of its first lane, turns about and
-    joins it; with None it begins there.  Turns between lanes are Dubins curves, so lanes closer
-    than twice the turning radius get bulb turns, or are flown in skip-lane order.  Behind the last
-    lane it goes to where it is recovered, if anywhere.  Of two equal turns onto the first lane that
-    which stays within a box about the survey is taken.
+    joins it, or from behind goes straight onto it; with None it begins there.  Turns between lanes
+    are Dubins curves, so lanes closer than twice the turning radius get bulb turns, or are flown in
+    skip-lane order.  Behind the last lane it goes to where it is recovered, if anywhere.  Of two
+    equal turns onto the first lane that which stays within a box about the survey is taken.
     """
     skip = max(1, math.ceil(2 * turning.radius / spacing - LANE_TOLERANCE))
     skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turning.order]
@@ -102,6 +102,11 @@ def _entered(
     """Return the path over lanes with the way from a place to the first of them."""
     first, (x, y) = path.start, begin
     bearing = math.atan2(first.y - y, first.x - x)
+    if math.cos(bearing - first.yaw) >= 0.0:  # from behind: straight onto it
+        onto = dubins_segments(Pose(x, y, bearing), first, turning.radius)
+        whole = Path(Pose(x, y, bearing), (*onto, *path.segments))
+        before = whole.length - path.length
+        return whole, tuple((start + before, end + before) for start, end in lanes)
     way = Segment(0.0, math.hypot(first.x - x, first.y - y))
     entry = Path(Pose(x, y, bearing), (way,))
     turn, joined = turned_onto(entry.end, path, box, turning.radius, turning.join_angle)

@@ -64,6 +64,8 @@ def _tracks_table(world: World) -> pa.Table:
     for number, vessel in enumerate(asvs, len(auvs)):
         note(number, **_pose(vessel.sample(times)))
     for auv in range(len(auvs)):
+        if world.swept is not None:
+            note(auv, swept_m2=world.swept.area(times, auv))
         samples = sample(world, auv, times)
         xx, yy, xy = world.navigator.covariance(auv, samples.odometry).T
         note(

@@ -28,6 +28,7 @@ from ..records.recorder import Recorder
 from ..records.rows import NONE, Rows
 from ..records.worst import worst_of
 from ..scenario.sections.acoustics import Band
+from ..scenario.survey_area import area_of
 from ..vehicles.motion import places
 from .reach import heard_by_auvs, heard_of_auvs
 from .samples import Samples, instants, sample
@@ -61,6 +62,8 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
                 distance_m=distance,
                 speed_m_per_s=distance / duration,
                 saturated_share=vehicle.saturated(duration),
+                lanes_flown_share=world.lanes_flown(auv),
+                swept_m2=world.swept_m2(duration, auv),
             )
         )
         for column in fields(AuvMetrics):
@@ -228,6 +231,7 @@ def utilisation(world: World) -> Utilisation:
     """Return what only the mission as a whole has."""
     record, duration = world.record, world.scenario.duration_s
     ping = world.network.slots.ping_duration
+    covered, area = world.swept_m2(duration), area_of(world.scenario)
     on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
     energies = modem_energies(world)
     drawn = None if energies is None else float(energies[0].sum() + energies[1].sum())
@@ -239,6 +243,10 @@ def utilisation(world: World) -> Utilisation:
         mf_utilisation=sum(on_air) / duration,
         energy_j=drawn,
         energy_per_fix_j=_each(drawn, delivered),
+        duration_s=float(duration),
+        area_covered_m2=covered,
+        area_covered_share=None if covered is None else covered / area.square_m,
+        survey_finished_at_s=world.finished_at,
     )
 
 

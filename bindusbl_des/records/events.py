@@ -175,6 +175,9 @@ class TrackPoint:
     estimate_sd_x_m: float | None = column("m", "standard deviation of estimate_x_m", None)
     estimate_sd_y_m: float | None = column("m", "standard deviation of estimate_y_m", None)
     estimate_cov_xy_m2: float | None = column("m2", "covariance of the two", None)
+    swept_m2: float | None = column(
+        "m2", "area of the survey that this AUV was the first to sweep until then", None
+    )
 
 
 @dataclass(slots=True)
@@ -289,6 +292,12 @@ class AuvMetrics:
         "share of control instants with an actuator at its limit (vehicles with dynamics)",
         worst=LARGEST,
     )
+    lanes_flown_share: float | None = column(
+        "1", "length of its lanes that the AUV has flown / their whole length", None
+    )
+    swept_m2: float | None = column(
+        "m2", "area of the survey that the AUV was the first to sweep", None
+    )
 
 
 @dataclass(slots=True)
@@ -312,4 +321,12 @@ class Utilisation:
     )
     energy_per_fix_j: float | None = column(
         "J", "that energy for each fix delivered to an AUV; null without any"
+    )
+    duration_s: float = column("s", "length of the mission")
+    area_covered_m2: float | None = column(
+        "m2", "area of the survey within half a swath of the way of some AUV", None
+    )
+    area_covered_share: float | None = column("1", "that area / the area of the survey", None)
+    survey_finished_at_s: float | None = column(
+        "s", "instant at which the last AUV had flown all its lanes; null if one has not", None
     )

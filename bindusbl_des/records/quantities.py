@@ -45,9 +45,15 @@ NAMES = {
     "distance_m": "distance travelled",
     "speed_m_per_s": "mean speed over ground",
     "saturated_share": "time at an actuator's limit",
+    "lanes_flown_share": "lanes flown",
+    "swept_m2": "area swept first",
     "rounds": "rounds",
     "hf_utilisation": "HF in use",
     "mf_utilisation": "MF in use",
+    "duration_s": "length of the mission",
+    "area_covered_m2": "area covered",
+    "area_covered_share": "survey covered",
+    "survey_finished_at_s": "survey finished at",
 }
 
 UNITS: dict[str, str] = {
@@ -56,7 +62,10 @@ UNITS: dict[str, str] = {
     for column in fields(it)
 }
 # What has no unit is a count, but for these.
-SHARES = ("hf_coverage", "saturated_share", "hf_utilisation", "mf_utilisation")
+SHARES = (
+    "hf_coverage", "saturated_share", "hf_utilisation", "mf_utilisation", "lanes_flown_share",
+    "area_covered_share",
+)  # fmt: skip
 
 WORST = "worst_"
 

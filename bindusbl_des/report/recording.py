@@ -47,9 +47,10 @@ class Recording:
     """What was recorded of a mission with `record.detail: full`.
 
     Tracks have the shape (vehicles, instants): `truth` of AUVs then ASVs by TRUTH, `own` of AUVs by
-    OWN.  Events are columns by their names in the tables, vehicles by number (-1: none).  `fate`
-    says what became of each ping, `nearest` how far (m) its nearest ASV was, as the HF range counts
-    it, `metrics` what came of it all.
+    OWN; `swept` (instants,) is what of the survey all have swept by then (m2), None if not known.
+    Events are columns by their names in the tables, vehicles by number (-1: none).  `fate` says
+    what became of each ping, `nearest` how far (m) its nearest ASV was, as the HF range counts it,
+    `metrics` what came of it all.
 
     With passive ranging each AUV has a row of `pings` for each ping of an ASV, its own chance to be
     fixed (:mod:`.chances`); `receptions` count these rows.
@@ -59,6 +60,7 @@ class Recording:
     times: Floats
     truth: dict[str, Floats]
     own: dict[str, Floats]
+    swept: Floats | None
     pings: Columns
     receptions: Columns
     fixes: Columns
@@ -115,6 +117,7 @@ def recording(result: "Result") -> Recording:
         times=times,
         truth=truth,
         own={name: track(name)[: scenario.auvs.count] for name in OWN},
+        swept=_swept(tracks.get("swept_m2"), scenario),
         pings=pings,
         receptions=receptions,
         fixes=fixes,
@@ -124,6 +127,15 @@ def recording(result: "Result") -> Recording:
         nearest=_nearest(scenario, depth, receptions),
         metrics=metrics_of(result),
     )
+
+
+def _swept(column: NDArray[Any] | None, scenario: "Scenario") -> Floats | None:
+    """Return what all AUVs have swept by each instant (m2); None where that is not told."""
+    if column is None:  # an older folder
+        return None
+    vehicles = scenario.auvs.count + scenario.asvs.count
+    swept = column.astype(np.float64).reshape(vehicles, -1)[: scenario.auvs.count].sum(axis=0)
+    return None if np.isnan(swept).any() else swept
 
 
 def _events(result: "Result", name: str) -> Columns:

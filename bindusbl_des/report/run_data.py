@@ -55,6 +55,7 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "receptions": _receptions(mission, kept, packer),
         "fixes": _fixes(mission, packer),
         "broadcasts": _broadcasts(mission, packer),
+        "covered": _covered(mission, track_step, packer),
         "thinned": _thinned(mission, track_step, kept),
     }
 
@@ -115,6 +116,14 @@ def _plan(mission: Recording, number: int, packer: Packer) -> dict[str, Any] | N
         "x": packer.add(places[:, 0], quantum=CENTIMETRE),
         "y": packer.add(places[:, 1], quantum=CENTIMETRE),
     }
+
+
+def _covered(mission: Recording, step: int, packer: Packer) -> dict[str, Any] | None:
+    """Pack the share (%) of the survey that is covered at each instant of the tracks."""
+    if mission.swept is None:
+        return None
+    share = 100.0 * mission.swept[::step] / area_of(mission.scenario).square_m
+    return {"share": packer.add(share, quantum=CENTIMETRE)}
 
 
 def _asv(mission: Recording, number: int, step: int, packer: Packer) -> dict[str, Any]:

@@ -69,9 +69,14 @@ TILES: tuple[tuple[str, str, str, int, float], ...] = (
     ("between fixes", "s", "interval_mean_s", 2, 1),
     ("pings in HF range", "%", "hf_coverage", 1, 100),
     ("latency", "s", "latency_mean_s", 3, 1),
+    ("survey covered", "%", "area_covered_share", 1, 100),
+    ("survey finished at", "s", "survey_finished_at_s", 0, 1),
     ("HF in use", "%", "hf_utilisation", 1, 100),
     ("MF in use", "%", "mf_utilisation", 1, 100),
 )
+
+# What missions without lanes, or that do not come to their end, have nothing to say of.
+OF_SURVEYS = ("area_covered_share", "survey_finished_at_s")
 
 
 def run_page(result: "Result") -> str:
@@ -161,6 +166,8 @@ def _tiles(result: "Result") -> str:
     row, auvs = mission_row(result), result.arrow["auvs"].to_pylist()
     tiles = []
     for name, unit, metric, digits, factor in TILES:
+        if metric in OF_SURVEYS and row.get(metric) is None:
+            continue
         told = ""
         if f"worst_{metric}_auv" in row and _differ(auvs, metric):
             worst = number(row[f"worst_{metric}"], digits, factor)

@@ -14,8 +14,16 @@ from ..geometry.turns import there_and_back
 from .consistency import SHORTEST_WAY
 from .planned import route_of, turning_radius
 from .scenario_keys import ScenarioKeys
+from .sections.duration import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 from .sections.routes import Lawnmower
 from .survey_area import area_of, lanes_heading
+
+# What vehicles with dynamics take longer than their plan says: starting from rest (s), and a share
+# of the whole for turns that they follow loosely.
+STARTING_S, LOOSELY = 10.0, 0.05
+
+# Standard deviations of a varying current that are reckoned with.
+SIGMAS = 3.0
 
 
 def planned_path(scenario: ScenarioKeys, index: int) -> Path:
@@ -109,3 +117,32 @@ def _along_points(scenario: ScenarioKeys, points: Sequence[Point], auv: int) -> 
         box, join = area_of(scenario).box, math.radians(scenario.auvs.join_angle_deg)
         tour = there_and_back(path, box, radius, join)
     return FlightPlan(path, ((first, last),), tour)
+
+
+def survey_end(scenario: ScenarioKeys) -> SurveyEnd:
+    """Return when (s) the last AUV has flown its lanes, and is where it is recovered, if anywhere.
+
+    AUVs without dynamics do what is planned.  What others do is known only once they have done it:
+    for them it is an upper bound, the plan at the speed that the current leaves them (it and three
+    standard deviations of what it varies), and a little for starting and turns.
+
+    Raises:
+        ValueError: when there is no plan, it cannot be flown, or a current leaves no headway.
+    """
+    auvs, water, last = scenario.auvs, scenario.environment, 0.0
+    against = water.current_m_per_s + SIGMAS * water.current_variation_m_per_s
+    for auv, plan in enumerate(plans_of(scenario)):
+        length = plan.lanes[-1][1] if auvs.recovery(auv) is None else plan.path.length
+        speed = auvs.speed(auv)
+        if not auvs.vehicle.has_dynamics:
+            last = max(last, length / speed)
+            continue
+        if speed <= against:
+            raise ValueError(
+                f"{SURVEY} has no end: at {speed:g} m/s AUV{auv} makes no headway against a "
+                f"current of up to {against:g} m/s; give the seconds, or ask for more speed"
+            )
+        last = max(last, STARTING_S + (1.0 + LOOSELY) * length / (speed - against))
+    if not SHORTEST_S <= last <= LONGEST_S or not math.isfinite(last):
+        raise ValueError(f"{SURVEY} takes {last:.3g} s; a mission may last {LONGEST_S:g} s")
+    return SurveyEnd(last)

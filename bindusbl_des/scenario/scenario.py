@@ -8,8 +8,9 @@ from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from ..core.wording import plain, shortened
-from .consistency import problems
+from .consistency import Problem, problems
 from .scenario_keys import ScenarioKeys
+from .sections.duration import SURVEY, SurveyEnd
 from .survey_area import area_of
 
 
@@ -64,10 +65,26 @@ class Scenario(ScenarioKeys):
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
         found = problems(self)
+        if not found and isinstance(self.duration_s, SurveyEnd):
+            found = _ended(self)
         if found:
             text = "\n".join(f"{problem.key}: {problem.message}" for problem in found)
             raise PydanticCustomError("inconsistent", "{text}", {"text": text, "problems": found})
         return self
+
+
+def _ended(scenario: Scenario) -> list[Problem]:
+    """Work out when the survey of a mission ends, and with it the mission; or say why not."""
+    if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
+        told = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
+        return [Problem("duration_s", told, ("auvs.route.kind",))]
+    from .plans import survey_end  # with all that plans need, which other missions do not wait for
+
+    try:
+        scenario.__dict__["duration_s"] = survey_end(scenario)
+    except ValueError as error:
+        return [Problem("duration_s", str(error), ("auvs.speed_m_per_s", "survey"))]
+    return problems(scenario)  # more of which can be told once it is known
 
 
 def _leaves(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Any]]:

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from .key_types import LONGEST_NAME, PAPER, Part, Real, Text, key
 from .sections.acoustics import Acoustics
+from .sections.duration import Duration
 from .sections.environment import Environment
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
@@ -32,7 +33,9 @@ class ScenarioKeys(Part):
     """All keys of a scenario, each within its range; :class:`.Scenario` has them agree."""
 
     name: Text = Field(min_length=1, max_length=LONGEST_NAME, description="name of the scenario")
-    duration_s: Real = key(300.0, "s", "length of the mission", PAPER, ge=0.001, le=1e7)
+    duration_s: Duration = key(
+        300.0, "s", "length of the mission; `survey`: until all AUVs have flown their lanes", PAPER
+    )
     survey: Survey = Field(default=Survey(), description="the survey area")
     auvs: Auvs = Field(default=Auvs(), description="underwater vehicles")
     asvs: Asvs = Field(default=Asvs(), description="surface vessels")

@@ -32,6 +32,11 @@ def _area(survey: Survey, origin: Position | None) -> Area:
     return rectangle(survey.side_m, survey.side_m, turn)
 
 
+def swath_of(scenario: ScenarioKeys) -> float | None:
+    """Return how wide (m) a strip an AUV surveys; None where nobody says."""
+    return scenario.survey.swath_m or getattr(scenario.auvs.route, "lane_spacing_m", None)
+
+
 def lanes_heading(scenario: ScenarioKeys) -> float:
     """Return the heading of the frame in which routes are planned (rad): that of the lanes."""
     asked = getattr(scenario.auvs.route, "lane_heading_deg", None)

@@ -187,5 +187,8 @@ class PosedVehicle:
     def path_error(self, times: Array) -> Array:
         return np.zeros(0)  # the mission knows of no plan that it follows
 
+    def along(self, time: float) -> None:
+        return None
+
     def saturated(self, time: float) -> None:
         return None

@@ -42,6 +42,12 @@ class Vehicle(Protocol):
     def path_error(self, times: Array) -> Array:
         """Return the distance from the planned path (m) at each instant; empty without a plan."""
 
+    def along(self, time: float) -> float | None:
+        """Return how far (m) along its plan it is at an instant (s), tours flown again included.
+
+        None without a plan that it is known to follow.
+        """
+
     def saturated(self, time: float) -> float | None:
         """Return the share of control instants before an instant (s) with an actuator at its limit.
 
@@ -76,6 +82,9 @@ class SegmentedTrajectory:
 
     def path_error(self, times: Array) -> Array:
         return np.zeros(len(times) if self._planned else 0)
+
+    def along(self, time: float) -> float | None:
+        return self.distance(time) if self._planned else None
 
     def saturated(self, time: float) -> None:
         return None

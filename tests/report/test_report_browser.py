@@ -118,6 +118,7 @@ def test_a_run_opens(opened: Open, recovery: Path, scheme: str, width: int) -> N
     it = opened(recovery, scheme, width)
     plots = it.ask("bindusbl.plots")
     named = {"error AUV0", "error AUV1", "error AUV2", "fixes", "fates", "latency", "interval"}
+    named |= {"covered"}
     assert named | {"timeline"} == set(plots)
     assert min(plots.values()) > 10
     for canvas in ("#map", "#closeup", "#timeline", "#gaps", "#fixes-plot canvas"):

@@ -1,6 +1,7 @@
 """Surveys of any shape in scenarios: which keys say so, and what follows the area."""
 
 import math
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -202,3 +203,98 @@ def test_vessels_and_routes_outside_a_polygon_are_told() -> None:
         in told["asvs.formation.radius_m"]
     )
     assert area_of(wide).beyond(1200.0, 600.0 + 129.9) == pytest.approx(29.9)
+
+
+def test_a_mission_lasts_until_its_survey_is_flown() -> None:
+    """By hand: two lanes of 90 m 10 m apart, a half circle between them, at 2 m/s."""
+    lanes = {"lane_spacing_m": 10.0, "start": "strip_corner"}
+    mission = scenario(
+        duration_s="survey",
+        survey={"size_m": [100.0, 20.0]},
+        auvs={"count": 1, "speed_m_per_s": 2.0, "turning_radius_m": 5.0, "route": lanes},
+    )
+    length = 90.0 + math.pi * 5.0 + 90.0
+    assert mission.duration_s == pytest.approx(length / 2.0)
+    result = simulate(mission, 1)
+    found = result.mission.iloc[0]
+    assert found.duration_s == mission.duration_s
+    assert found.survey_finished_at_s == pytest.approx(length / 2.0, abs=1e-5)
+    assert found.lanes_flown_share == pytest.approx(1.0)
+    assert result.auvs.distance_m.tolist() == pytest.approx([length])
+    # what circles of 10 m about the way leave of the corners, and a half circle of turn
+    assert found.area_covered_share == pytest.approx(1.0, abs=0.02)
+    tracks = result.tables["tracks"]
+    swept = tracks[tracks.vehicle == "AUV0"].swept_m2
+    assert swept.is_monotonic_increasing
+    assert swept.iloc[-1] <= found.area_covered_m2 == result.auvs.swept_m2.sum()
+    assert tracks[tracks.vehicle == "ASV0"].swept_m2.isna().all()
+
+
+def test_the_word_survey_is_kept() -> None:
+    """It is written as it was given, and worked out anew with other keys."""
+    mission = brief(duration_s="survey", auvs={"speed_m_per_s": 1.0})
+    dumped = mission.model_dump(mode="json")
+    assert dumped["duration_s"] == "survey"
+    assert Scenario.model_validate(dumped) == mission
+    assert pickle.loads(pickle.dumps(mission)).model_dump(mode="json") == dumped
+    dumped["auvs"]["speed_m_per_s"] = 2.0
+    assert Scenario.model_validate(dumped).duration_s == pytest.approx(mission.duration_s / 2.0)
+    recovered = brief(duration_s="survey", auvs={"speed_m_per_s": 1.0, "recovery_m": [[0.0, 0.0]]})
+    assert recovered.duration_s == max(plan.path.length for plan in plans_of(recovered))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"auvs": {"route": {"kind": "hold", "positions_m": [[0.0, 0.0]] * 3}}},
+            "duration_s: survey needs lanes or waypoints",
+        ),
+        (
+            {
+                "auvs": {"vehicle": "bluerov2", "speed_m_per_s": 0.5},
+                "environment": {"current_m_per_s": 0.4, "current_variation_m_per_s": 0.1},
+            },
+            "duration_s: survey has no end: at 0.5 m/s AUV0 makes no headway against a current",
+        ),
+        (
+            {"record": {"metrics_hz": 1000.0}, "auvs": {"speed_m_per_s": 0.001}},
+            "metrics_hz: .* exceed",
+        ),
+        ({"duration_s": "surveys"}, r"needs a number \(>= 0.001 and <= 10000000 s\)"),
+    ],
+)
+def test_a_survey_without_an_end_is_refused(changes: dict[str, Any], message: str) -> None:
+    """What cannot be planned has no end; nor has what a current carries away."""
+    with pytest.raises(ValueError, match=message):
+        scenario(**merged({"duration_s": "survey"}, changes))
+
+
+@pytest.mark.parametrize("current", [0.0, 0.15])
+def test_hulls_are_done_before_their_bound(current: float) -> None:
+    """What steers through the water finishes its lanes within the time that is reckoned for it."""
+    mission = brief(
+        duration_s="survey",
+        survey={"size_m": [60.0, 20.0]},
+        auvs={"count": 1, "vehicle": "bluerov2", "speed_m_per_s": 0.6},
+        environment={"current_m_per_s": current, "current_direction_deg": 40.0},
+    )
+    found = simulate(mission, 1).mission.iloc[0]
+    planned = plans_of(mission)[0].lanes[-1][1] / 0.6
+    assert 0.9 * planned < found.survey_finished_at_s < mission.duration_s == found.duration_s
+    assert found.lanes_flown_share == pytest.approx(1.0)
+
+
+def test_an_unfinished_survey_has_no_end() -> None:
+    """Half of the time is half of the lanes, and nothing has finished."""
+    whole = brief(duration_s="survey", auvs={"count": 1, "route": {"start": "strip_corner"}})
+    half = brief(duration_s=whole.duration_s / 2, auvs=whole.auvs.model_dump(exclude_unset=True))
+    found = simulate(half, 1).mission.iloc[0]
+    assert found.lanes_flown_share == pytest.approx(0.5, abs=0.02)
+    assert math.isnan(found.survey_finished_at_s)
+    held = {"kind": "hold", "positions_m": [[0.0, 0.0]]}
+    nothing = simulate(brief(auvs={"count": 1, "route": held}), 1).mission.iloc[0]
+    assert math.isnan(nothing.lanes_flown_share)
+    assert math.isnan(nothing.area_covered_m2)
+    wide = brief(survey={"swath_m": 30.0}, auvs={"count": 1, "route": held})
+    assert simulate(wide, 1).mission.area_covered_m2[0] == pytest.approx(math.pi * 225.0, rel=0.05)

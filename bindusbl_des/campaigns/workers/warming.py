@@ -9,6 +9,7 @@ from ...core.kept_files import placed
 from ...mission.simulation import simulate
 from ...scenario.families import without_plugins
 from ...scenario.scenario import Scenario
+from ...scenario.sections.duration import SURVEY
 from ..experiments.plan import Plan
 
 # Long enough for a ping to be heard and its fix to be computed.
@@ -36,7 +37,8 @@ def warm(scenario: str, folder: Path) -> None:
         return
     _ready.add(vehicles)
     data = without_plugins(data)  # one's own might do anything
-    data["duration_s"] = min(data["duration_s"], WARMING_S)
+    length = data["duration_s"]
+    data["duration_s"] = WARMING_S if length == SURVEY else min(length, WARMING_S)
     data["protocol"]["schedule"] = "one_per_slot"
     with suppress(Exception):  # what is wrong with a mission is told by the mission
         simulate(Scenario.model_validate(data), 0)

@@ -127,6 +127,22 @@ function errorPlots(mission, playback) {
   playback.onChange((now) => plots.forEach((plot) => nowLine(plot.plot, now)));
 }
 
+function coveredPlot(mission, playback) {
+  if (!mission.covered) return;
+  byId("survey").hidden = false;
+  const options = () => ({
+    height: 220, cursor: { sync: { key: "time" } },
+    scales: { x: { time: false }, y: { range: (u, low, high) => [0, Math.min(Math.max(1.08 * high, 1), 105)] } },
+    axes: [axis("time (s)"), axis("survey covered (%)", { size: 50 })],
+    series: [{ label: "time", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} s`) },
+      { label: "covered", value: (u, v) => (v === null ? "–" : `${v.toFixed(1)} %`), stroke: colours.accent, fill: colours.accent + "33", width: 2, points: { show: false } }],
+    hooks: { ready: [(u) => clickToSeek(u, playback.seek)] },
+  });
+  byId("covered-plot").setAttribute("aria-label", "Share of the survey that is covered over time");
+  const plot = new Plot("covered", byId("covered-plot"), options, [mission.time, mission.covered.share]);
+  playback.onChange((now) => nowLine(plot.plot, now));
+}
+
 function fixesPlot(mission, playback) {
   const tables = mission.landed.map((times) => [
     [0, ...times, mission.duration], [0, ...times.map((_, i) => i + 1), times.length],

@@ -124,6 +124,7 @@ async function start() {
   legend(map, closeup);
   errorPlots(mission, playback);
   fixesPlot(mission, playback);
+  coveredPlot(mission, playback);
   fateBars(mission);
   histograms(mission);
   new Timeline(byId("timeline"), mission, playback);

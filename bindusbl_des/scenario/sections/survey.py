@@ -41,6 +41,12 @@ class Survey(Part):
     depths_m: tuple[Depth, ...] | None = key(
         None, "m", "depth of each AUV; null = depth_m for all of them"
     )
+    swath_m: Annotated[Real, Field(ge=0.01, le=1e5)] | None = key(
+        None,
+        "m",
+        "width of what an AUV surveys as it passes, by which the area covered is told; null = the "
+        "spacing of the lanes",
+    )
 
     # Corners, latitude and longitude (deg), of the polygon in the file, as it was read.
     _corners_deg: tuple[Position, ...] = ()

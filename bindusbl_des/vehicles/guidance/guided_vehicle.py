@@ -1,6 +1,7 @@
 """One vehicle of a fleet under way, as the rest of the mission sees it."""
 
 from collections import deque
+from math import cos, sin
 from typing import Protocol
 
 import numpy as np
@@ -68,6 +69,23 @@ class GuidedVehicle:
         """Return the horizontal distance travelled over ground until an instant (m)."""
         self._fleet.advance(time)
         return distance_at(*self._fleet.motion, self._number, time)
+
+    def along(self, time: float) -> float | None:
+        """Return how far (m) along its path it is, whole rows of the path before it and what of a
+        straight one is behind it; None for a vehicle that keeps a station.
+        """
+        fleet, place = self._fleet, self.at(time)
+        if len(fleet.stations):
+            return None
+        first, _, again = fleet.tracks.bounds[self._number].tolist()
+        flown = fleet.active[self._number, : max(departure.begun(time, fleet.control_s), 1)]
+        row = fleet.tracks.rows[flown[-1]]
+        into = (place.x - row["x"]) * cos(row["yaw"]) + (place.y - row["y"]) * sin(row["yaw"])
+        into = min(max(into, 0.0), row["length"]) if row["curvature"] == 0.0 else 0.0
+        rows = fleet.tracks.rows[first : fleet.tracks.bounds[self._number]["end"]]
+        lap = rows["begin"][-1] + rows["length"][-1] - fleet.tracks.rows[again]["begin"]
+        laps = int((np.diff(flown) < 0).sum())
+        return float(row["begin"] + into + laps * lap)
 
     def saturated(self, time: float) -> float:
         """Return the share of its control instants before an instant (s) at an actuator's limit."""

@@ -1,0 +1,100 @@
+"""How much of a survey vehicles sweep, and by when: on a grid, by their true ways.
+
+A point is swept once a vehicle has passed within half a swath of it, seen from above.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.area import Area
+from .vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+# Cells are this share of a swath wide, unless there were too many of them, or ways too long.
+CELL = 1 / 8
+MOST_CELLS, MOST_PLACES = 250_000, 250_000
+
+# Ways are looked at in steps of so many cells: the scallops between circles about two places are
+# a fourth of a cell deep.
+STEP = 2.0
+
+# Cells coarser than this share of a swath tell nothing.
+COARSEST = 0.5
+
+# Places whose surroundings are worked out at a time.
+BLOCK = 2_000
+
+
+class Sweep(NamedTuple):
+    """When each cell of a survey was first swept (s; infinite: never) and by which vehicle."""
+
+    at_s: Array
+    by: NDArray[np.int64]
+    cell_m2: float
+
+    def area(self, times: Array, vehicle: int | None = None) -> Array:
+        """Return how much (m2) was swept by some instants (s), (n,): by all, or first by one."""
+        mine = self.at_s if vehicle is None else self.at_s[self.by == vehicle]
+        return np.asarray(self.cell_m2 * np.searchsorted(np.sort(mine), times, side="right"))
+
+
+def sweep(area: Area, vehicles: Sequence[Vehicle], swath: float, until: float) -> Sweep | None:
+    """Return which parts of a survey vehicles sweep until an instant (s), with a swath (m).
+
+    A cell counts with its middle, so that the edge of what is swept is off by half a cell at most.
+     None where the survey is too large, or the ways too long, for cells that tell anything.
+    """
+    box = area.box
+    ways = [vehicle.distance(until) for vehicle in vehicles]
+    cell = max(
+        CELL * swath,
+        math.sqrt((box.x_max - box.x_min) * (box.y_max - box.y_min) / MOST_CELLS),
+        sum(ways) / STEP / MOST_PLACES,
+    )
+    if cell > COARSEST * swath:
+        return None
+    x, y = (
+        np.arange(low + cell / 2, high, cell)
+        for low, high in ((box.x_min, box.x_max), (box.y_min, box.y_max))
+    )
+    at, by = np.full((len(x), len(y)), np.inf), np.full((len(x), len(y)), -1)
+    times, places, who = _passed(
+        vehicles, [math.ceil(way / cell / STEP) + 1 for way in ways], until
+    )
+    reach = math.ceil(swath / 2 / cell)
+    offsets = np.arange(-reach, reach + 1)
+    # the latest first, so that whoever came earlier is written over them
+    for last in range(len(times), 0, -BLOCK):
+        block = slice(max(last - BLOCK, 0), last)
+        column = np.floor((places[block, 0] - box.x_min) / cell).astype(np.int64)[:, None] + offsets
+        row = np.floor((places[block, 1] - box.y_min) / cell).astype(np.int64)[:, None] + offsets
+        off_x = box.x_min + cell * (column + 0.5) - places[block, :1]
+        off_y = box.y_min + cell * (row + 0.5) - places[block, 1:]
+        off_x[(column < 0) | (column >= len(x))] = np.inf
+        off_y[(row < 0) | (row >= len(y))] = np.inf
+        near = (off_x**2)[:, :, None] + (off_y**2)[:, None, :] <= (swath / 2) ** 2
+        place, i, j = (found[::-1] for found in np.nonzero(near))
+        cells = column[place, i], row[place, j]
+        at[cells], by[cells] = times[block][place], who[block][place]
+    middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    within = area.contains(middles)
+    return Sweep(at.ravel()[within], by.ravel()[within], area.square_m / max(within.sum(), 1))
+
+
+def _passed(
+    vehicles: Sequence[Vehicle], counts: Sequence[int], until: float
+) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Return instants (n,), s, in their order, at which a vehicle is at a place (n, 2), m, and
+    which one it is.
+    """
+    times = [np.linspace(0.0, until, count) for count in counts]
+    places = [it.sample(at)[:, :2] for it, at in zip(vehicles, times, strict=True)]
+    who = np.repeat(np.arange(len(vehicles)), counts)
+    together = np.concatenate(times)
+    order = np.argsort(together, kind="stable")
+    return together[order], np.concatenate(places)[order], who[order]

@@ -1,0 +1,68 @@
+"""What of a survey is swept, and when: against areas worked out by hand and by shapely."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bindusbl_des.geometry.area import polygon, rectangle
+from bindusbl_des.geometry.paths import Path, Pose, Segment
+from bindusbl_des.vehicles.sweeping import sweep
+from bindusbl_des.vehicles.vehicle import Place, kinematic, moored
+
+
+def test_one_lane_sweeps_its_swath() -> None:
+    """A lane across the whole of a survey sweeps a strip as wide as the swath, at its speed."""
+    lane = kinematic(Path(Pose(-60.0, 0.0, 0.0), (Segment(0.0, 120.0),)), 2.0, 5.0)
+    found = sweep(rectangle(100.0, 80.0), [lane], 16.0, 60.0)
+    assert found is not None
+    times = np.array([0.0, 30.0, 60.0])
+    assert found.area(times) == pytest.approx([0.0, 16.0 * 50.0 + math.pi * 32.0, 1600.0], abs=30.0)
+    assert found.area(times, 0).tolist() == found.area(times).tolist()
+
+
+def test_whoever_comes_first_has_swept_it() -> None:
+    """Two vehicles along one lane: the slower one sweeps what the faster one has not reached."""
+    path = Path(Pose(-50.0, 0.0, 0.0), (Segment(0.0, 100.0),))
+    fast, slow = kinematic(path, 2.0, 5.0), kinematic(path.reversed(), 1.0, 5.0)
+    found = sweep(rectangle(100.0, 40.0), [slow, fast], 20.0, 100.0)
+    assert found is not None
+    end = np.array([100.0])
+    both, shares = found.area(end), [found.area(end, auv)[0] for auv in (0, 1)]
+    assert both == pytest.approx([2000.0], abs=40.0)
+    assert sum(shares) == both[0]
+    assert shares[1] / shares[0] == pytest.approx(2.0, rel=0.2)  # they met after 67 m
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(
+        st.tuples(*[st.floats(-80.0, 80.0)] * 2, st.floats(-3.0, 3.0)), min_size=1, max_size=4
+    ),
+    st.floats(5.0, 40.0),
+    st.floats(-0.1, 0.1),
+)
+def test_what_is_swept_is_the_way_with_its_surroundings(
+    starts: list[tuple[float, float, float]], swath: float, curvature: float
+) -> None:
+    """Against shapely's buffers about the ways, up to half a cell along their edges."""
+    area = polygon([(-60.0, -60.0), (60.0, -60.0), (60.0, 20.0), (0.0, 60.0), (-60.0, 20.0)])
+    paths = [Path(Pose(*start), (Segment(curvature, 60.0),)) for start in starts]
+    found = sweep(area, [kinematic(path, 1.0, 5.0) for path in paths], swath, 60.0)
+    assert found is not None
+    lines = [shapely.LineString(path.sample(np.linspace(0, 60, 200))[:, :2]) for path in paths]
+    around = shapely.intersection(shapely.union_all(shapely.buffer(lines, swath / 2)), area.shape)
+    edge = around.length * swath / 16
+    assert found.area(np.array([60.0]))[0] == pytest.approx(around.area, abs=edge / 2 + 20.0)
+
+
+def test_too_much_is_not_told() -> None:
+    """A swath far narrower than what a grid can tell says nothing rather than something wrong."""
+    lies = moored(Place(0.0, 0.0, 5.0, 0.0))
+    assert sweep(rectangle(1e5, 1e5), [lies], 10.0, 60.0) is None
+    found = sweep(rectangle(100.0, 100.0), [lies], 20.0, 60.0)
+    assert found is not None
+    assert found.area(np.array([0.0])) == pytest.approx([math.pi * 100.0], rel=0.05)
