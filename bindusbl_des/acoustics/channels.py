@@ -4,14 +4,17 @@ from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
 
+import numpy as np
+
 from ..core.plugins import Family, is_plugin
 from ..scenario.channel_settings import Curve, Sonar
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import water_of
-from .channel import AskedChannel, own_channel
+from .channel import AskedChannel, contention_of, own_channel
 from .curve import curve_channel
+from .loss import COMBINERS, LOSS_LAWS, LossTerms
 from .sonar.budget import link_budget
 from .sonar.decoding import Message
 from .sonar.sonar_channel import sonar_channel
@@ -62,3 +65,15 @@ def _channel(
         return curve_channel(settings)
     assert isinstance(settings, Sonar)
     return sonar_channel(settings, link_budget(settings, water_of(scenario)), message, range_m)
+
+
+def loss_of(scenario: Scenario) -> LossTerms:
+    """Return how likely a ping is lost on its way over the disc."""
+    loss = scenario.acoustics.loss
+    law = LOSS_LAWS[loss.law]
+    return LossTerms(
+        np.array((law.a, law.b, law.c, law.d)),
+        list(COMBINERS).index(loss.combine),
+        contention_of(scenario),
+        loss.cap,
+    )
