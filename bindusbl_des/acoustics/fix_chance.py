@@ -1,10 +1,13 @@
 """How likely a ping from a place makes a fix that its AUV gets: what a survey's coverage means."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.plugins import is_plugin
 from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
 from .channel import AskedChannel, between
 from .channels import hf_channel, loss_of, mf_channel
 from .loss import LossTerms, loss_probability
@@ -13,6 +16,35 @@ Floats = NDArray[np.float64]
 
 # The law of the disc's loss is looked up between so many ranges.
 LOOKED_UP = 1001
+
+
+class Grid(NamedTuple):
+    """Square cells that cover a survey: their west, south, east and north (m), how many lie side by
+    side, the middles (n, 3), m, of all at the survey's depth, row by row from south to north, and
+    which of these lie inside (n,).
+    """
+
+    box: tuple[float, float, float, float]
+    across: int
+    middles: Floats
+    inside: NDArray[np.bool_]
+
+
+def survey_grid(scenario: Scenario, cells: int) -> Grid:
+    """Return so many cells over the longer side of a survey, and those that the other takes."""
+    area = area_of(scenario)
+    box = area.box
+    size = max(box.x_max - box.x_min, box.y_max - box.y_min) / cells
+    across = max(round((box.x_max - box.x_min) / size), 1)
+    along = max(round((box.y_max - box.y_min) / size), 1)
+    east, north = box.x_min + across * size, box.y_min + along * size
+    x, y = np.meshgrid(
+        box.x_min + size * (np.arange(across) + 0.5), box.y_min + size * (np.arange(along) + 0.5)
+    )
+    depth = np.full(x.size, scenario.survey.deepest)
+    middles = np.column_stack((x.ravel(), y.ravel(), depth))
+    inside = area.contains(middles[:, :2])
+    return Grid((box.x_min, box.y_min, east, north), across, middles, inside)
 
 
 def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Floats | None:
