@@ -83,7 +83,7 @@ def coverage_figure(
     if chance is not None:
         handles = [Line2D([], [], color=INK, lw=0.7, ls="--", label=_ring_told(scenario, covered))]
         bar = figure.colorbar(chance, ax=axes, fraction=0.046, pad=0.03)
-        bar.set_label("chance that a ping makes a fix which is delivered")
+        bar.set_label("chance that a ping makes a fix which is delivered (1)")
     handles.append(_draw_corners(axes, area, stations))
     if len(stations) <= MOST_ASVS:
         handles.append(_draw_loneliest(axes, area, stations, reach))

@@ -102,3 +102,14 @@ class Sonar(Settings):
                 f"{self.frequency_khz:g}; make it at most twice the frequency"
             )
         return self
+
+
+class PingSonar(Sonar):
+    """The settings of the channel `sonar` of pings, which carry no bits."""
+
+    decoding: Literal["threshold", "non_coherent", "coherent", "rayleigh"] = key(
+        "threshold",
+        "",
+        "what decodes: a threshold of SNR; a matched filter, coherent or not, or in a Rayleigh "
+        "channel",
+    )

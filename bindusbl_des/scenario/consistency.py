@@ -25,9 +25,6 @@ from .survey_area import area_of, lanes_heading
 
 FRAMED_SCHEDULES = ("round_robin", "random")
 
-# What decodes messages of bits, which pings are not
-FRAME_DECODINGS = ("bpsk", "dpsk", "nc_fsk")
-
 # A mission larger than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
 MOST_LANES = 100_000
@@ -71,7 +68,6 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *_formation(scenario),
         *_parts(scenario),
         *_protocol(scenario),
-        *_channels(scenario),
         *_messages(scenario),
         *_usbl(scenario),
         *_drift(scenario),
@@ -339,16 +335,6 @@ def _protocol(scenario: ScenarioKeys) -> Iterator[Problem]:
             "protocol.broadcaster.asv",
             f"there is no ASV{asv}: {count} ASVs are numbered from 0; use at most {count - 1}",
             ("asvs.count",),
-        )
-
-
-def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:
-    decoding = scenario.acoustics.hf.channel.settings.get("decoding")
-    if scenario.acoustics.hf.channel == "sonar" and decoding in FRAME_DECODINGS:
-        yield Problem(
-            "acoustics.hf.channel.decoding",
-            f"{decoding} decodes the bits of frames, and pings have none; use threshold, "
-            "non_coherent, coherent or rayleigh",
         )
 
 
