@@ -19,8 +19,8 @@ from .sonar.budget import link_budget
 from .sonar.decoding import Message
 from .sonar.sonar_channel import sonar_channel
 
-# The channel of a frame that carries so many fixes.
-FrameChannel = Callable[[int], AskedChannel]
+# The channel of a frame that carries so many fixes and is on the air for so long (s).
+FrameChannel = Callable[[int, float], AskedChannel]
 
 
 def hf_channel(scenario: Scenario) -> AskedChannel | None:
@@ -41,14 +41,13 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
         return None
 
     @cache
-    def channel_of(fixes: int) -> AskedChannel:
-        bits = 8 * (mf.header_bytes + fixes * mf.fix_bytes)
-        message = Message(mf.overhead * bits / mf.bit_rate_bps, bits)
+    def channel_of(fixes: int, airtime_s: float) -> AskedChannel:
+        message = Message(airtime_s, 8 * (mf.header_bytes + fixes * mf.fix_bytes))
         channel = _channel(scenario, MF_CHANNEL, message, mf.range_m)
         assert channel is not None
         return channel
 
-    channel_of(1)  # what is wrong with it is told before the mission
+    channel_of(1, 1.0)  # what is wrong with it is told before the mission
     return channel_of
 
 

@@ -88,7 +88,9 @@ def _told(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
     if channel is None:
         decoded = (away <= mf.range_m).astype(float)
     else:
-        decoded = _decoded(channel(scenario.auvs.count), auvs, asvs, mf.range_m)
+        fixes = scenario.auvs.count
+        airtime = mf.overhead * 8 * (mf.header_bytes + fixes * mf.fix_bytes) / mf.bit_rate_bps
+        decoded = _decoded(channel(fixes, airtime), auvs, asvs, mf.range_m)
     if rule == "fixed":
         return np.asarray(decoded[:, rule.settings.get("asv", 0)])
     if rule == "nearest":
