@@ -4,20 +4,23 @@ from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
 
+import numpy as np
+
 from ..core.plugins import Family, is_plugin
 from ..scenario.channel_settings import Curve, Sonar, Table
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import water_of
-from .channel import AskedChannel, own_channel
+from .channel import AskedChannel, contention_of, own_channel
 from .curve import curve_channel
+from .loss import COMBINERS, LOSS_LAWS, LossTerms
 from .sonar.budget import link_budget
 from .sonar.decoding import Message
 from .sonar.sonar_channel import sonar_channel
 
-# The channel of a frame that carries so many fixes.
-FrameChannel = Callable[[int], AskedChannel]
+# The channel of a frame that carries so many fixes and is on the air for so long (s).
+FrameChannel = Callable[[int, float], AskedChannel]
 
 
 def hf_channel(scenario: Scenario) -> AskedChannel | None:
@@ -38,14 +41,13 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
         return None
 
     @cache
-    def channel_of(fixes: int) -> AskedChannel:
-        bits = 8 * (mf.header_bytes + fixes * mf.fix_bytes)
-        message = Message(mf.overhead * bits / mf.bit_rate_bps, bits)
+    def channel_of(fixes: int, airtime_s: float) -> AskedChannel:
+        message = Message(airtime_s, 8 * (mf.header_bytes + fixes * mf.fix_bytes))
         channel = _channel(scenario, MF_CHANNEL, message, mf.range_m)
         assert channel is not None
         return channel
 
-    channel_of(1)  # what is wrong with it is told before the mission
+    channel_of(1, 1.0)  # what is wrong with it is told before the mission
     return channel_of
 
 
@@ -67,8 +69,18 @@ def _channel(
 
 
 def _table(scenario: Scenario, settings: Table, message: Message, range_m: float) -> AskedChannel:
-    from .rays.table_channel import (
-        table_channel,  # brings pyarrow, which other channels do not need
-    )
+    from .rays.table_channel import table_channel  # brings pyarrow
 
     return table_channel(scenario, settings, message, range_m)
+
+
+def loss_of(scenario: Scenario) -> LossTerms:
+    """Return how likely a ping is lost on its way over the disc."""
+    loss = scenario.acoustics.loss
+    law = LOSS_LAWS[loss.law]
+    return LossTerms(
+        np.array((law.a, law.b, law.c, law.d)),
+        list(COMBINERS).index(loss.combine),
+        contention_of(scenario),
+        loss.cap,
+    )

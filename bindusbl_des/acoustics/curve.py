@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scenario.channel_settings import Curve
-from ..scenario.curve_file import read_curve
+from ..scenario.files.curve_file import read_curve
 from .channel import PLAIN, PROSPECT, Prospects, Receiver, Signals
 
 Floats = NDArray[np.float64]

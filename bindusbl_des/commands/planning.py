@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 Stations = list[tuple[float, float]]
 
 # Rows of the timing table; a fleet of more AUVs is shown by its ends.
+# The survey is asked for the chance of a fix in so many cells along each side.
+CELLS = 48
 MOST_ROWS = 12
 
 # What becomes of a round's fixes, in one sentence for each downlink.
@@ -281,7 +283,21 @@ def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[st
         "formation_radius_bound_m": bound,
         "covering_radius_m": covering_radius(area, stations) if few else None,
         "covered_area": covered_area(area, stations, reach),
+        **_chances(scenario, stations),
     }
+
+
+def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
+    """Return how likely pings from the survey make fixes that are delivered: everywhere, and where
+    it is least likely; None where somebody's own channel decides it.
+    """
+    from ..acoustics.fix_chance import fix_chance, survey_grid
+
+    grid = survey_grid(scenario, CELLS)
+    found = fix_chance(scenario, stations, grid.middles[grid.inside])
+    if found is None:
+        return {"fix_chance_mean": None, "fix_chance_least": None}
+    return {"fix_chance_mean": float(found.mean()), "fix_chance_least": float(found.min())}
 
 
 def _told(found: dict[str, Any]) -> Iterator[str]:
@@ -307,3 +323,6 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
         verdict = "within" if radius <= reach else "beyond"
         yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} the HF range"
     yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
+    if (mean := found["fix_chance_mean"]) is not None:
+        least = 100 * found["fix_chance_least"]
+        yield f"{'chance of a fix':<26}{100 * mean:>9.2f} % of pings, {least:.1f} % at worst"

@@ -16,6 +16,7 @@ from .numbers import compared, place, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result
+    from ..scenario.sections.acoustics import Downlink
 
 
 def known_at(result: "Result", fix: Any) -> float:
@@ -69,14 +70,28 @@ def broadcasting(result: "Result", fix: Any) -> Step:
             else "when the ping has arrived in full (reply_at ping_end)"
         )
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
+    mf = result.scenario.acoustics.mf
     within = (away > limit) == (fix.outcome == "out_of_range")
     told = compared(away, limit) if within else "at the edge of the"
+    reached = f"horizontal range of {fix.auv} {told} MF range"
+    if mf.channel != "disc":
+        reached = f"{fix.auv} is {away:.1f} m away"
+        reached += f"; {undecoded(mf, fix)}" if fix.outcome in ("lost", "out_of_range") else ""
     why = (
         f"{_why_then(result, fix, frame)}; {_why_it(result, fix, _turn(frames, frame))}; "
-        f"{_on_air(result, frame)}; horizontal range of {fix.auv} {told} MF range"
+        f"{_on_air(result, frame)}; {reached}"
     )
     number = "the fix alone" if frame.fixes == 1 else f"it among {frame.fixes} fixes"
     return Step(fix.broadcast_at_s, fix.broadcast_by, f"broadcasts {number}", why, facts)
+
+
+def undecoded(mf: "Downlink", fix: Any) -> str:
+    """Tell why an AUV has not decoded the frame with its fix, by a channel other than the disc."""
+    if fix.outcome == "out_of_range":
+        return f"the channel {mf.channel} lets {fix.auv} decode no frame of {fix.broadcast_by}"
+    return (
+        f"{fix.auv} does not decode the frame of {fix.broadcast_by}, by the chance of {mf.channel}"
+    )
 
 
 def _on_air(result: "Result", frame: Any) -> str:

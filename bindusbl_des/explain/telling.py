@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 from .chain import Chain, Part, Step
 from .correcting import arriving
-from .delivering import broadcasting, fixing, latency
+from .delivering import broadcasting, fixing, latency, undecoded
 from .hearing import is_passive, is_sent, receptions, sending, why_unanswered
 from .itself import own_chain, shared_chain
 from .numbers import out_of_range, row_of, rows_where
@@ -71,7 +71,10 @@ def _in_order(steps: list[Step]) -> tuple[Step, ...]:
 def _never_delivered(result: "Result", fix: Any) -> str:
     if fix.outcome == "in_flight":
         return f"fix {fix.fix}, but the mission ends while it is on its way down"
-    reach = result.scenario.acoustics.mf.range_m
+    mf = result.scenario.acoustics.mf
+    if mf.channel != "disc":
+        return f"fix {fix.fix}, never delivered: {undecoded(mf, fix)}"
+    reach = mf.range_m
     return (
         f"fix {fix.fix}, never delivered: {fix.auv} is beyond mf.range_m = {reach:g} m of "
         f"{fix.broadcast_by}"

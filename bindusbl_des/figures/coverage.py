@@ -1,4 +1,4 @@
-"""What of the survey the ASVs hear: HF circles, corners, the loneliest point."""
+"""What of the survey is served: the chance of a fix, HF circles, corners, the loneliest point."""
 
 from typing import TYPE_CHECKING
 
@@ -6,9 +6,11 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 
+from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..core.palette import ALARM, HF, INK
 from ..core.plugins import is_plugin
 from ..geometry.area import Area
@@ -25,6 +27,9 @@ if TYPE_CHECKING:
 Points = list[tuple[float, float]]
 
 UNHEARD = "#f6d9cf"
+
+# The survey is shaded by so many cells along each side.
+CELLS = 96
 
 # The loneliest point takes the fourth power of the number of ASVs: 50 take a moment.
 MOST_ASVS = 50
@@ -69,12 +74,17 @@ def coverage_figure(
     axes, area = figure.add_subplot(), area_of(scenario)
     stations, reach = known or asv_stations(scenario), horizontal_reach(scenario)
     covered = covered_area(area, stations, reach)
-    _draw_area(axes, area, stations, reach)
+    chance = _draw_chance(axes, scenario, stations)
+    _draw_area(axes, area, stations, reach, plain=chance is None)
     handles: list[Artist] = [
         Patch(fc=HF, alpha=0.25, label=f"heard: {100 * covered:.1f} % of the survey"),
         Patch(fc=UNHEARD, label="heard by no ASV"),
-        _draw_corners(axes, area, stations),
     ]
+    if chance is not None:
+        handles = [Line2D([], [], color=INK, lw=0.7, ls="--", label=_ring_told(scenario, covered))]
+        bar = figure.colorbar(chance, ax=axes, fraction=0.046, pad=0.03)
+        bar.set_label("chance that a ping makes a fix which is delivered (1)")
+    handles.append(_draw_corners(axes, area, stations))
     if len(stations) <= MOST_ASVS:
         handles.append(_draw_loneliest(axes, area, stations, reach))
     if unheard is not None:
@@ -91,15 +101,42 @@ def coverage_figure(
     return figure
 
 
-def _draw_area(axes: Axes, area: Area, stations: Points, reach: float) -> None:
-    outline = Polygon(area.outline, fc=UNHEARD, ec=INK, lw=0.8, zorder=0, label="survey")
-    axes.add_patch(outline)
+def _ring_told(scenario: "Scenario", covered: float) -> str:
+    """Tell what the dashed circles are, and what of the survey they cover."""
+    if scenario.acoustics.hf.channel == "disc":
+        return f"HF range: {100 * covered:.1f} % of the survey"
+    return f"HF range that the protocol plans with ({100 * covered:.1f} % of the survey)"
+
+
+def _draw_chance(axes: Axes, scenario: "Scenario", stations: Points) -> AxesImage | None:
+    """Shade the survey by the chance of a fix; None where somebody's own channel decides it."""
+    grid = survey_grid(scenario, CELLS)
+    chance = fix_chance(scenario, stations, grid.middles)
+    if chance is None:
+        return None
+    west, south, east, north = grid.box
+    shaded = axes.imshow(
+        chance.reshape(-1, grid.across), vmin=0.0, vmax=1.0, cmap="cividis", alpha=0.75, zorder=0,
+        extent=(west, east, south, north), origin="lower",
+    )  # fmt: skip
+    shaded.set_clip_path(Polygon(area_of(scenario).outline, transform=axes.transData))
+    return shaded
+
+
+def _draw_area(axes: Axes, area: Area, stations: Points, reach: float, *, plain: bool) -> None:
+    """Draw survey, ASVs and HF circles; `plain` with what these cover, on the ground of nothing."""
+    ground = UNHEARD if plain else "none"
+    axes.add_patch(Polygon(area.outline, fc=ground, ec=INK, lw=0.8, zorder=0.5, label="survey"))
     for number, place in enumerate(stations):
-        inside = Polygon(area.outline, transform=axes.transData)
-        under = axes.add_patch(Circle(place, reach, fc="white", lw=0, zorder=1))
-        under.set_clip_path(inside)
-        axes.add_patch(Circle(place, reach, fc=HF, alpha=0.25, lw=0, zorder=2, label="HF range"))
-        axes.add_patch(Circle(place, reach, fill=False, ec=HF, lw=0.7, ls="--", zorder=2))
+        if plain:
+            inside = Polygon(area.outline, transform=axes.transData)
+            under = axes.add_patch(Circle(place, reach, fc="white", lw=0, zorder=1))
+            under.set_clip_path(inside)
+            axes.add_patch(Circle(place, reach, fc=HF, alpha=0.25, lw=0, zorder=2))
+        colour = HF if plain else INK
+        axes.add_patch(
+            Circle(place, reach, fill=False, ec=colour, lw=0.7, ls="--", zorder=2, label="HF range")
+        )
         if len(stations) <= LARGEST_LEGEND:
             axes.annotate(f"ASV{number}", place, (4, 4), textcoords="offset points")
     x, y = zip(*stations, strict=True)

@@ -3,9 +3,7 @@
 import numpy as np
 import simpy
 
-from ..acoustics.channel import contention_of
-from ..acoustics.channels import hf_channel, mf_channel
-from ..acoustics.loss import COMBINERS, LOSS_LAWS, LossTerms
+from ..acoustics.channels import hf_channel, loss_of, mf_channel
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
@@ -192,15 +190,3 @@ def usbl_of(scenario: Scenario) -> Usbl:
 def reply_delay_of(scenario: Scenario) -> float:
     """Return how long after a ping's front an ASV answers it (s)."""
     return scenario.acoustics.hf.ping_s if scenario.protocol.reply_at == "ping_end" else 0.0
-
-
-def loss_of(scenario: Scenario) -> LossTerms:
-    """Return how likely a ping is lost on its way."""
-    loss = scenario.acoustics.loss
-    law = LOSS_LAWS[loss.law]
-    return LossTerms(
-        np.array((law.a, law.b, law.c, law.d)),
-        list(COMBINERS).index(loss.combine),
-        contention_of(scenario),
-        loss.cap,
-    )

@@ -73,7 +73,7 @@ class MfDownlink(Deliveries):
         foreseen = self._auvs.foreseen and self._asvs.foreseen
         if self._channel is not None:
             frame = self._fixes.array[rows.start : rows.stop]
-            self._decode(self._channel(len(rows)), frame, asv, time)
+            self._decode(self._channel(len(rows), airtime), frame, asv, time)
         last = arrivals(
             self._fixes.array, rows.start, rows.stop, asv, time, airtime, processing, foreseen,
             *self._limits, *self._auvs.motion, *self._asvs.motion,

@@ -156,7 +156,12 @@ def _fates(pings: int, receptions: Columns, fixes: Columns, of: Whole) -> Whole:
     fate = np.full(pings, OUT_OF_HF, dtype=np.int64)
     for outcome, code in (("in_flight", IN_FLIGHT), ("lost", LOST), ("collided", COLLIDED)):
         fate[receptions["ping"][receptions["outcome"] == outcome]] = code
-    codes = {"in_flight": IN_FLIGHT, "out_of_range": OUT_OF_MF, "delivered": DELIVERED}
+    codes = {
+        "in_flight": IN_FLIGHT,
+        "out_of_range": OUT_OF_MF,
+        "lost": OUT_OF_MF,
+        "delivered": DELIVERED,
+    }
     for outcome, code in codes.items():
         fate[of[fixes["outcome"] == outcome]] = code
     return fate

@@ -10,6 +10,7 @@ from ..scenario.plans import planned_path
 from ..scenario.survey_area import area_of
 from ..scenario.water import sound_speed_of
 from .envelope import error_envelope
+from .fields import fields
 from .packing import Packer
 from .recording import FATES, Recording
 
@@ -26,7 +27,7 @@ MOST_PLAN_POINTS = 30_000
 CENTIMETRE, MILLIMETRE, TENTH_OF_MS, CENTIRADIAN = 0.01, 0.001, 1e-4, 0.01
 
 OUTCOMES = ("heard", "lost", "collided", "in_flight")
-FIX_OUTCOMES = ("delivered", "out_of_range", "in_flight")
+FIX_OUTCOMES = ("delivered", "out_of_range", "in_flight", "lost")
 
 
 def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer) -> dict[str, Any]:
@@ -40,6 +41,10 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "outline": area_of(scenario).outline,
         "hf": {"range": acoustics.hf.range_m, "reach": horizontal_reach(scenario)},
         "mf": {"range": acoustics.mf.range_m},
+        "discs": {"hf": acoustics.hf.channel == "disc", "mf": acoustics.mf.channel == "disc"},
+        "broadcasting": not scenario.protocol.is_passive
+        and scenario.protocol.downlink != "direct_reply",
+        "fields": fields(mission, packer),
         "soundSpeed": sound_speed_of(scenario),
         "pingLength": acoustics.hf.ping_s,
         "passive": scenario.protocol.is_passive,

@@ -26,6 +26,7 @@ REASONS = {
     "out_of_mf": "were heard, but the fix was broadcast beyond MF range of the AUV",
     "in_flight": "were still under way when the mission ended",
 }
+UNDECODED = "were heard, but the AUV did not decode the frame with its fix"
 HEARD_BY_ITSELF = {"collided": "were overlapped by another ping at the AUV"}
 
 
@@ -146,6 +147,8 @@ def _why(mission: Recording, auv: Service) -> str:
     ordered = sorted(fates.items(), key=lambda it: -it[1])
     told = {"out_of_hf": f"were sent {escape(out_of_range(mission.scenario.acoustics.hf))}"}
     told |= REASONS | (HEARD_BY_ITSELF if passive else {})
+    if mission.scenario.acoustics.mf.channel != "disc":
+        told["out_of_mf"] = UNDECODED
     reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {told[name]}" for name, n in ordered)
     whose = "of the ASVs" if passive else "it sent"
     text = f"<b>Why:</b> of {counted(sent, 'ping')} {whose} in those gaps, {reasons}"
@@ -212,6 +215,12 @@ def _beyond_reach(mission: Recording) -> list[str]:
     made = missed + int(np.sum(mission.fate == DELIVERED))
     if not missed:
         return []
+    if mission.scenario.acoustics.mf.channel != "disc":
+        return [
+            f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were in "
+            f"frames that their AUV did not decode (acoustics.mf.channel: "
+            f"{escape(mission.scenario.acoustics.mf.channel)})."
+        ]
     away, nearest = broadcast_distances(mission)
     reach = mission.scenario.acoustics.mf.range_m
     return [

@@ -125,6 +125,25 @@ class Table(Sound):
         return self
 
 
+class _OfPings(Sound):
+    """Sound that carries no bits."""
+
+    decoding: Literal["threshold", "non_coherent", "coherent", "rayleigh"] = key(
+        "threshold",
+        "",
+        "what decodes: a threshold of SNR; a matched filter, coherent or not, or in a Rayleigh "
+        "channel",
+    )
+
+
+class PingSonar(_OfPings, Sonar):
+    """The settings of the channel `sonar` of pings."""
+
+
+class PingTable(_OfPings, Table):
+    """The settings of the channel `table` of pings."""
+
+
 def table_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[str, str]]:
     """Yield what keeps rays from being traced for a survey as deep (m), each with its setting."""
     if channel != "table" or channel.settings.get("rays") is not None:

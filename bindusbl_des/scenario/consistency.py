@@ -26,9 +26,6 @@ from .survey_area import area_of, lanes_heading
 
 FRAMED_SCHEDULES = ("round_robin", "random")
 
-# What decodes messages of bits, which pings are not
-FRAME_DECODINGS = ("bpsk", "dpsk", "nc_fsk")
-
 # A mission larger than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
 MOST_LANES = 100_000
@@ -72,7 +69,6 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *_formation(scenario),
         *_parts(scenario),
         *_protocol(scenario),
-        *_channels(scenario),
         *_messages(scenario),
         *_usbl(scenario),
         *_drift(scenario),
@@ -344,13 +340,6 @@ def _protocol(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:
-    decoding = scenario.acoustics.hf.channel.settings.get("decoding")
-    if scenario.acoustics.hf.channel in ("sonar", "table") and decoding in FRAME_DECODINGS:
-        yield Problem(
-            "acoustics.hf.channel.decoding",
-            f"{decoding} decodes the bits of frames, and pings have none; use threshold, "
-            "non_coherent, coherent or rayleigh",
-        )
     for band in ("hf", "mf"):
         channel = getattr(scenario.acoustics, band).channel
         for setting, message in table_mistakes(channel, scenario.survey.deepest):

@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
-from .channel_settings import Curve, Sonar, Table
+from .channel_settings import Curve, PingSonar, PingTable, Sonar, Table
 from .instrument_settings import Datasheet
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
@@ -81,12 +81,13 @@ BROADCASTER = Family(
     "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
 )
 RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
-CHANNEL_SETTINGS = {"curve": Curve, "sonar": Sonar, "table": Table}
 CHANNEL = Family(
-    "acoustics.hf.channel", "channel", CHANNELS, ("signals",), settings=CHANNEL_SETTINGS
+    *("acoustics.hf.channel", "channel", CHANNELS, ("signals",)),
+    settings={"curve": Curve, "sonar": PingSonar, "table": PingTable},
 )
 MF_CHANNEL = Family(
-    "acoustics.mf.channel", "mf_channel", CHANNELS, ("signals",), settings=CHANNEL_SETTINGS
+    *("acoustics.mf.channel", "mf_channel", CHANNELS, ("signals",)),
+    settings={"curve": Curve, "sonar": Sonar, "table": Table},
 )
 INSTRUMENT = Family(
     *("usbl.model", "instrument", INSTRUMENTS, ("sounding",)), settings={"datasheet": Datasheet}

@@ -11,7 +11,9 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.acoustics.channels import hf_channel
+from bindusbl_des.acoustics.sonar.budget import link_budget
 from bindusbl_des.explain.telling import explain_ping
+from bindusbl_des.scenario.channel_settings import Sonar
 
 CURVE = "range_m,note,delivery_ratio\n10,near,0.9\n50,a dip,0.3\n90,far,0.8\n"
 RANGES = (5.0, 30.0, 50.0, 80.0, 90.0, 91.0)  # of AUVs at the surface
@@ -99,7 +101,7 @@ def test_a_sonar_is_delivered_as_its_levels_say(duration_s: float) -> None:
     result = simulate(world, 4)
     channel = hf_channel(world)
     assert channel is not None
-    mean = channel.budget.snr_db(RANGES)  # type: ignore[attr-defined]
+    mean = link_budget(Sonar()).snr_db(RANGES)
     threshold = channel.receiver.threshold_db
     chances = [0.5 * math.erfc((threshold - it) / 3.0 / math.sqrt(2.0)) for it in mean]
     assert chances[2] == pytest.approx(0.5)

@@ -574,3 +574,39 @@ def test_numbers_are_no_powers_of_ten(
 ) -> None:
     """Round-off is nothing, and large numbers are written out."""
     assert opened(swept).ask(f"plusMinus({value}, {half})") == shown
+
+
+@pytest.mark.parametrize("field", ["chance", "age", "error"])
+def test_the_survey_can_be_shaded(opened: Open, recovery: Path, field: str) -> None:
+    """By what is to be expected of fixes there, with a ramp that says what its ends are."""
+    it = opened(recovery)
+    before = it.ask("byId('map').toDataURL()")
+    it.page.select_option("#field", field)
+    assert it.ask("byId('map').toDataURL()") != before
+    unit = {"chance": "100 %", "age": "s or more", "error": "m or more"}[field]
+    assert unit in it.page.inner_text("#field-scale")
+    values = it.ask(f"Array.from(bindusbl.mission.fields.{field}).filter(Number.isFinite)")
+    assert len(values) > 1000
+    it.page.select_option("#field", "")
+    assert it.ask("byId('map').toDataURL()") == before
+    assert it.page.inner_text("#field-scale") == ""
+
+
+@pytest.mark.parametrize(
+    ("changes", "there", "absent"),
+    [
+        (["protocol.ranging=passive"], ["HF range", "fixes"], ["MF range", "no ASV", "broadcasts"]),
+        (["acoustics.hf.channel=sonar"], ["the protocol plans with"], ["no ASV in range"]),
+        (["protocol.downlink=direct_reply"], ["answers and fixes"], ["MF range", "broadcasts"]),
+    ],
+)
+def test_legends_name_what_there_is(
+    opened: Open, tmp_path: Path, changes: list[str], there: list[str], absent: list[str]
+) -> None:
+    """No band that nothing is sent on, and no range for a channel that cuts nothing at one."""
+    changes = [*changes, "duration_s=20"]
+    path = tmp_path / "run.html"
+    path.write_text(run_page(simulate(load_scenario("quickstart", overrides=changes), 1)))
+    told = opened(path).page.inner_text("#marks")
+    assert all(words in told for words in there), told
+    assert not any(words in told for words in absent), told

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import load_scenario
-from bindusbl_des.scenario.curve_file import read_curve
+from bindusbl_des.scenario.files.curve_file import read_curve
 from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 HEAD = "range_m,delivery_ratio\n"
@@ -51,7 +51,7 @@ def test_a_curve_needs_its_file(tmp_path: Path) -> None:
 def test_pings_have_no_bits(tmp_path: Path) -> None:
     lines = "name: m\nacoustics: {hf: {channel: {model: sonar, decoding: bpsk}}}\n"
     (tmp_path / "m.yaml").write_text(lines)
-    with pytest.raises(ScenarioError, match=r"decoding: bpsk decodes the bits of frames"):
+    with pytest.raises(ScenarioError, match=r"hf.channel.decoding: must be .*; got .*bpsk"):
         load_scenario(tmp_path / "m.yaml")
 
 

@@ -1,9 +1,8 @@
 """The channel `sonar`: whether a signal is decoded follows from its signal-to-noise ratio."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,67 +18,53 @@ Floats = NDArray[np.float64]
 # at 0.1 dB it is within 1e-3 of itself even without shadowing.
 LOOKED_UP = np.linspace(-60.0, 80.0, 1401)
 
-# Sound from farther (m) is that from here: nothing in a scenario is farther off.
-FARTHEST = 1e7
+# Slant ranges (m) at which everything is worked out once, and between which it changes over from
+# one to the next: levels are those of a range within 0.02 % of the true one.  Farther is as there.
+FARTHEST = 1e6
+RANGES = np.geomspace(REFERENCE_M, FARTHEST, 40_001)
+CHANGES_OVER = np.sqrt(RANGES[1:] * RANGES[:-1])
 
 
 @dataclass(frozen=True)
 class SonarChannel:
-    """Signals are decoded as often as their SNR says, and drown others down to `faintest_db`.
+    """Signals are decoded as often as their SNR says; `told` is what becomes of them at RANGES."""
 
-    `decoded` turns mean SNRs (dB) into probabilities.
-    """
-
-    budget: LinkBudget
-    decoded: Callable[[Floats], Floats]
-    faintest_db: float
+    told: Prospects
     receiver: Receiver
     audible_m: float
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return what becomes of each signal."""
-        snr = self.budget.snr_db(signals.ranges)
-        chance = self.decoded(snr)
-        told = np.empty(snr.shape, PROSPECT)
-        told["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
-        told["snr_db"] = snr
-        told["sound"] = np.where(snr >= self.faintest_db, 10.0 ** (snr / 10.0), 0.0)
-        return told
+        return self.told.take(CHANGES_OVER.searchsorted(signals.ranges))
 
 
+@lru_cache(maxsize=16)
 def sonar_channel(
     sonar: Sonar, budget: LinkBudget, message: Message, band_range_m: float
 ) -> SonarChannel:
     """Return the channel of a band on which messages of one kind are sent.
 
     `band_range_m` (m) is the protocol's range, at which every other message is decoded where no
-    threshold is given.
+    threshold is given.  Signals drown others as far as their SNR is above the threshold less
+    `interference_db`.
     """
+    snr = budget.snr_db(RANGES)
     if sonar.decoding == "threshold":
         threshold = threshold_db(sonar, budget, band_range_m)
-        decoded = partial(_over_threshold, sonar, message, threshold)
+        chance = chance_decoded(sonar, snr, message, threshold)
     else:
-        chances = _chances(sonar, message)
+        chances = chance_decoded(sonar, LOOKED_UP, message)
         threshold = float(np.interp(0.5, chances, LOOKED_UP))
-        decoded = partial(np.interp, xp=LOOKED_UP, fp=chances)
+        chance = np.interp(snr, LOOKED_UP, chances)
     faintest = threshold - sonar.interference_db
+    told = np.empty(len(RANGES), PROSPECT)
+    told["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
+    told["snr_db"] = snr
+    told["sound"] = np.where(snr >= faintest, 10.0 ** (snr / 10.0), 0.0)
+    told.setflags(write=False)
     capture = math.inf if sonar.capture_db is None else 10.0 ** (sonar.capture_db / 10.0)
-    return SonarChannel(
-        budget,
-        decoded,
-        faintest,
-        Receiver(capture, sonar.shadowing_sd_db, budget.noise_db, threshold),
-        reach_m(budget, faintest),
-    )
-
-
-def _over_threshold(sonar: Sonar, message: Message, threshold: float, snr_db: Floats) -> Floats:
-    return chance_decoded(sonar, snr_db, message, threshold)
-
-
-@lru_cache(maxsize=64)
-def _chances(sonar: Sonar, message: Message) -> Floats:
-    return chance_decoded(sonar, LOOKED_UP, message)
+    receiver = Receiver(capture, sonar.shadowing_sd_db, budget.noise_db, threshold)
+    return SonarChannel(told, receiver, reach_m(budget, faintest))
 
 
 def reach_m(budget: LinkBudget, snr_db: float) -> float:

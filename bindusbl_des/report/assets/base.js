@@ -63,6 +63,20 @@ const DASHES = [dashed(), dashed(8, 4), dashed(2, 3), dashed(10, 3, 2, 3)];
 const seriesColour = (i) => colours.series[i % colours.series.length];
 const seriesDash = (i) => DASHES[(i + Math.floor(i / 8)) % DASHES.length];
 
+// Cividis: even steps of lightness, the same for every kind of colour vision.
+const CIVIDIS = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
+
+function cividis(share) {
+  const at = Math.min(Math.max(share, 0), 1) * (CIVIDIS.length - 1), k = Math.min(Math.floor(at), CIVIDIS.length - 2);
+  return CIVIDIS[k].map((value, i) => Math.round(value + (at - k) * (CIVIDIS[k + 1][i] - value)));
+}
+
+// A ramp of it with what its ends mean.
+function ramp(low, high) {
+  const stops = Array.from({ length: 11 }, (_, i) => `rgb(${cividis(i / 10).join(",")})`).join(",");
+  return make("div", { class: "ramp" }, make("span", {}, low), make("i", { style: `background:linear-gradient(90deg,${stops})` }), make("span", {}, high));
+}
+
 const repaints = [];
 function onTheme(repaint) { repaints.push(repaint); }
 function setTheme(theme) {

@@ -1,14 +1,6 @@
 "use strict";
 // A table whose cells are coloured by their values.
 
-// Cividis: even steps of lightness, the same for every kind of colour vision.
-const CIVIDIS = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
-
-function cividis(share) {
-  const at = Math.min(Math.max(share, 0), 1) * (CIVIDIS.length - 1), k = Math.min(Math.floor(at), CIVIDIS.length - 2);
-  return CIVIDIS[k].map((value, i) => Math.round(value + (at - k) * (CIVIDIS[k + 1][i] - value)));
-}
-
 // How light a colour is, as WCAG counts it; black and white differ as much from 0.179.
 function luminance(rgb) {
   const [red, green, blue] = rgb.map((it) => (it / 255 <= 0.04045 ? it / 255 / 12.92 : ((it / 255 + 0.055) / 1.055) ** 2.4));
@@ -43,7 +35,6 @@ function heatmap(host, scale, { rows, columns, rowName, columnName, cells, unit 
     return text;
   })));
   host.replaceChildren(make("table", { class: "heat" }, make("thead", {}, top), make("tbody", {}, ...body)));
-  const stops = Array.from({ length: 11 }, (_, i) => `rgb(${cividis(i / 10).join(",")})`).join(",");
-  scale.replaceChildren(make("div", { class: "ramp" }, make("span", {}, `${significant(low)} ${unit}`), make("i", { style: `background:linear-gradient(90deg,${stops})` }), make("span", {}, `${significant(high)} ${unit}`)));
+  scale.replaceChildren(ramp(`${significant(low)} ${unit}`, `${significant(high)} ${unit}`));
   bindusbl.plots.heatmap = known.length;
 }

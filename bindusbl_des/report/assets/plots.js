@@ -207,7 +207,15 @@ const FATE_LOOKS = {
   out_of_hf: ["out of HF range", "repeating-linear-gradient(45deg, var(--hf) 0 2px, var(--sheet) 2px 6px)"],
   in_flight: ["in flight at the end", "var(--line)"],
 };
+// Beyond a channel that is no disc there is no range that one could name.
+function fateLooks({ discs }) {
+  const looks = { ...FATE_LOOKS };
+  if (!discs.hf) looks.out_of_hf = ["beyond what the HF channel lets through", looks.out_of_hf[1]];
+  if (!discs.mf) looks.out_of_mf = ["fix not decoded on MF", looks.out_of_mf[1]];
+  return looks;
+}
 function fateBars(mission) {
+  const looks = fateLooks(mission);
   const bars = make("div", { class: "bars" }), key = make("div", { class: "key" }), told = [], used = new Set();
   const totals = mission.auvs.map(() => ({}));
   mission.pings.auv.forEach((auv, i) => {
@@ -216,16 +224,16 @@ function fateBars(mission) {
   });
   totals.forEach((total, i) => {
     const { name } = mission.auvs[i], all = Object.values(total).reduce((a, b) => a + b, 0), bar = make("div", { class: "bar" });
-    for (const [fate, [words, look]] of Object.entries(FATE_LOOKS)) {
+    for (const [fate, [words, look]] of Object.entries(looks)) {
       if (!total[fate]) continue;
       used.add(fate);
       const share = 100 * total[fate] / all;
       bar.append(make("span", { title: `${name}: ${total[fate]} of ${all} pings (${share.toFixed(1)} %) ${words}`, style: `width:${share}%;background:${look}` }));
     }
-    told.push(`${name}: ${Object.entries(total).map(([fate, n]) => `${n} ${FATE_LOOKS[fate][0]}`).join(", ")}`);
+    told.push(`${name}: ${Object.entries(total).map(([fate, n]) => `${n} ${looks[fate][0]}`).join(", ")}`);
     bars.append(make("span", {}, name), bar);
   });
-  for (const [fate, [words, look]] of Object.entries(FATE_LOOKS)) {
+  for (const [fate, [words, look]] of Object.entries(looks)) {
     if (used.has(fate)) key.append(make("span", {}, make("span", { class: "swatch", style: `background:${look}` }), words));
   }
   byId("fates-plot").replaceChildren(bars, key, make("p", { class: "hidden" }, told.join("; ")));

@@ -50,15 +50,32 @@ function gapStrip(mission) {
   canvas.title = "Times without fixes, a line for each AUV";
 }
 
+// The choice of what the survey is shaded by, and what the colours mean.
+function shading(map) {
+  const { fields } = map.mission, select = byId("field"), scale = byId("field-scale");
+  if (!fields) return select.closest("label").remove();
+  select.append(make("option", { value: "" }, "nothing"));
+  for (const [field, [words]] of Object.entries(FIELDS)) if (fields[field]) select.append(make("option", { value: field }, words));
+  select.addEventListener("change", () => {
+    map.field = select.value;
+    map.sheet.paint();
+    if (!map.field) return scale.replaceChildren();
+    const [, words, told] = FIELDS[map.field], [low, high] = fieldEnds(map.field, fields[map.field]);
+    const none = fields[map.field].every(Number.isFinite) ? "" : "; unshaded where no fix is to be expected";
+    scale.replaceChildren(make("span", {}, `${words}${none}`), ramp(told(low), map.field === "chance" ? told(high) : `${told(high)} or more`));
+  });
+}
+
 function legend(map, closeup) {
-  const host = byId("marks");
-  for (const [layer, words] of LAYERS) {
+  const host = byId("marks"), { mission } = map, absent = mission.passive ? ["cross"] : [];
+  const nobody = mission.discs.hf ? "no ASV in range" : "beyond what the channel lets through to any ASV";
+  for (const [layer, words] of layersOf(mission)) {
     const box = make("input", { type: "checkbox", checked: "" }), sample = make("canvas", { "aria-hidden": "true" });
     box.addEventListener("change", () => { map.hidden[box.checked ? "delete" : "add"](layer); map.sheet.paint(); closeup.map.sheet.paint(); });
     host.append(make("label", {}, box, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, layer, width, height));
   }
-  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", "no ASV in range"], ["ring", "fix delivered"], ["gap", "bar over the slider: time without fixes"]]) {
+  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => !absent.includes(mark))) {
     const sample = make("canvas", { "aria-hidden": "true" });
     host.append(make("label", {}, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, mark, width, height));
@@ -122,6 +139,7 @@ async function start() {
   byId("speed").addEventListener("change", () => slowed(playback));
   gapStrip(mission);
   legend(map, closeup);
+  shading(map);
   errorPlots(mission, playback);
   fixesPlot(mission, playback);
   coveredPlot(mission, playback);

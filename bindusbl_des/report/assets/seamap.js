@@ -7,11 +7,36 @@ const LAYERS = [
   ["downlink", "broadcasts and fixes"],
 ];
 
+// Those of a mission, and what they are called in it: no band that nothing is sent on, and no range
+// of the protocol for one that decides what is decoded.
+function layersOf({ discs, broadcasting, passive }) {
+  const names = {
+    hf: discs.hf ? "HF range" : "HF range that the protocol plans with",
+    mf: broadcasting && (discs.mf ? "MF range" : "MF range as set; the channel decides"),
+    downlink: broadcasting ? "broadcasts and fixes" : passive ? "fixes" : "answers and fixes",
+  };
+  return LAYERS.map(([layer, words]) => [layer, names[layer] ?? words]).filter(([, words]) => words);
+}
+
+// What the survey can be shaded by: its name, what it is, and how a value is written.
+const FIELDS = {
+  chance: ["chance of a fix", "chance that a ping makes a fix which is delivered, if no other sound overlaps it", (value) => `${+(100 * value).toFixed(value > 0.1 && value < 0.999 ? 0 : 1)} %`],
+  age: ["age of a fix", "time since the last fix was made, to be expected (mean)", (value) => `${significant(value)} s`],
+  error: ["error", "horizontal position error to be expected (RMS)", (value) => `${significant(value)} m`],
+};
+
 // Where fronts are held to be seen, no more of them than can be told apart.
 const MOST_RINGS = 6;
 
 // The ellipse that holds a normal error in the plane with 95 %, in standard deviations.
 const SURE = Math.sqrt(-2 * Math.log(0.05));
+
+// What the ends of a field's colours stand for: chances from 0 to 1, else what there is.
+function fieldEnds(field, values) {
+  if (field === "chance") return [0, 1];
+  const known = values.filter(Number.isFinite);
+  return known.length ? [known.reduce((a, b) => Math.min(a, b)), quantile(known, 0.98)] : [0, 1];
+}
 
 class SeaMap {
   constructor(canvas, mission, options = {}) {
@@ -100,13 +125,14 @@ class SeaMap {
   // What does not move is drawn once for each view.
   drawPaths() {
     const ratio = pixelRatio();
-    const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper].join();
+    const key = [this.width, this.height, ratio, JSON.stringify(this.view), [...this.hidden], colours.paper, this.field].join();
     if (key === this.drawn) return;
     this.drawn = key;
     this.paths.width = Math.round(this.width * ratio);
     this.paths.height = Math.round(this.height * ratio);
     const context = this.paths.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.drawField(context);
     this.drawGrid(context);
     const { auvs } = this.mission;
     if (!this.hidden.has("plan")) for (const { plan } of auvs) if (plan) this.line(context, plan.x, plan.y, { colour: colours.plan, width: 1 });
@@ -117,6 +143,24 @@ class SeaMap {
       if (!this.hidden.has("truth")) this.line(context, auv.x, auv.y, { colour, width: 4, alpha: 0.25 });
       if (!this.hidden.has("fused")) this.line(context, sum(auv.x, auv.off_x), sum(auv.y, auv.off_y), { colour, width: 1, alpha: 0.8 });
     });
+  }
+  // The field that is chosen, cell by cell; cells without a value stay as the sea is.
+  drawField(context) {
+    const values = this.mission.fields?.[this.field];
+    if (!values) return;
+    const { box: [west, south, east, north], across } = this.mission.fields;
+    const [low, high] = fieldEnds(this.field, values), [width, height] = [(east - west) / across, (north - south) * across / values.length];
+    context.save();
+    context.globalAlpha = 0.6;
+    values.forEach((value, i) => {
+      if (!Number.isFinite(value)) return;
+      const column = i % across, row = Math.floor(i / across);
+      const [px, py] = this.at(west + column * width, south + (row + 1) * height).map(Math.round);
+      const [qx, qy] = this.at(west + (column + 1) * width, south + row * height).map(Math.round);
+      context.fillStyle = `rgb(${cividis(high > low ? (value - low) / (high - low) : 1)})`;
+      context.fillRect(px, py, qx - px, qy - py);
+    });
+    context.restore();
   }
   line(context, xs, ys, { colour, width, dash = [], alpha = 1 }) {
     context.save();
@@ -193,7 +237,7 @@ class SeaMap {
     const { x, y } = this.mission.asvAt(number, this.now);
     const { hf, mf } = this.mission;
     if (!this.hidden.has("hf")) this.ring(context, x, y, hf.reach, colours.hf, { dash: [7, 4], alpha: 0.8, width: 1.3 });
-    if (!this.hidden.has("mf")) this.ring(context, x, y, mf.range, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
+    if (this.mission.broadcasting && !this.hidden.has("mf")) this.ring(context, x, y, mf.range, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
     const [px, py] = this.at(x, y);
     this.star(context, px, py);
     this.label(context, this.mission.asvs[number].name, px + 9, py - 8, colours.ink);

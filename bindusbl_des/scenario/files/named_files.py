@@ -59,7 +59,7 @@ def _cast(file: str) -> None:
 
 
 def _curve(file: str) -> None:
-    from ..curve_file import read_curve
+    from .curve_file import read_curve
 
     read_curve(file)
 

@@ -1,0 +1,70 @@
+"""The chance that a ping makes a fix is the share of pings of which missions make one."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import binom  # type: ignore[import-untyped,unused-ignore]
+from worlds import QUIET_NAVIGATION, merged, scenario
+
+from bindusbl_des import Scenario, simulate
+from bindusbl_des.acoustics.channel import Signals
+from bindusbl_des.acoustics.fix_chance import fix_chance
+from bindusbl_des.scenario.planned import asv_stations
+
+PLACES = [(30.0, 5.0), (-40.0, 10.0), (0.0, 60.0)]
+
+
+def world(**changes: Any) -> Scenario:
+    """Return AUVs that hold still 10 m deep under two ASVs, each in a slot of its own."""
+    base = {
+        "survey": {"side_m": 120.0},
+        "auvs": {"count": 3, "route": {"kind": "hold", "positions_m": PLACES}},
+        "asvs": {"count": 2, "formation": {"radius_m": 25.0}},
+        "acoustics": {"hf": {"range_m": 45.0}, "mf": {"range_m": 60.0}},
+        "protocol": {"schedule": "one_per_slot"},
+        "navigation": QUIET_NAVIGATION,
+    }
+    return scenario(**merged(base, changes))
+
+
+def chances(of: Scenario) -> np.ndarray:
+    found = fix_chance(of, asv_stations(of), [(*place, 10.0) for place in PLACES])
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"acoustics": {"loss": {"law": "head", "combine": "clamp_first"}}},
+        {"acoustics": {"hf": {"channel": "sonar"}, "mf": {"channel": "sonar"}}},
+        {"acoustics": {"hf": {"channel": "sonar"}}, "protocol": {"ranging": "twtt"}},
+        {"acoustics": {"hf": {"channel": "sonar"}}, "protocol": {"ranging": "passive"}},
+        {"acoustics": {"hf": {"channel": "sonar"}}, "protocol": {"broadcaster": "fixed"}},
+        {"acoustics": {"hf": {"channel": "sonar"}}, "protocol": {"downlink": "direct_reply"}},
+    ],
+)
+def test_missions_make_as_many_fixes(changes: dict[str, Any]) -> None:
+    """Within binomial bounds of 99.9 %, whatever the channels and who broadcasts."""
+    of = world(duration_s=400.0, **changes)
+    result = simulate(of, 5)
+    pings = result.auvs.pings - result.auvs.fixes_in_flight
+    for chance, made, sent in zip(chances(of), result.auvs.fixes_delivered, pings, strict=True):
+        low, high = binom.ppf([0.0005 / 3, 1.0 - 0.0005 / 3], sent, chance)
+        assert low - 2 <= made <= high + 2  # a ping or two are under way at the end
+
+
+def test_the_disc_without_loss_covers_or_does_not() -> None:
+    """Who is in range of one ASV or more has every fix that he is in MF range to be told."""
+    assert chances(world()).tolist() == [1.0, 0.5, 0.0]  # AUV1 is 65.8 m from the other ASV
+
+
+def half(signals: Signals) -> np.ndarray:
+    """A channel of somebody's own."""
+    return np.full(signals.ranges.shape, 0.5)
+
+
+def test_a_channel_of_ones_own_is_not_asked() -> None:
+    of = world(acoustics={"hf": {"channel": half}})
+    assert fix_chance(of, asv_stations(of), [(0.0, 0.0, 0.0)]) is None

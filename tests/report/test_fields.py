@@ -1,0 +1,89 @@
+"""Fields over the survey: what is expected there is what missions have there."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from worlds import scenario
+
+from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des.acoustics.channel import Signals
+from bindusbl_des.acoustics.fix_chance import survey_grid
+from bindusbl_des.report.fields import expected_age, fields
+from bindusbl_des.report.packing import Packer
+from bindusbl_des.report.recording import recording
+from bindusbl_des.report.run_page import run_page
+
+
+def world(**changes: Any) -> Scenario:
+    """Return the default mission over 60 m, which 45 m of HF range nearly cover."""
+    base = {"duration_s": 300.0, "survey": {"side_m": 60.0}, "asvs": {"count": 2}}
+    return scenario(**{**base, **changes})
+
+
+def field_of(result: Result) -> dict[str, np.ndarray]:
+    """Return the fields of a report as they were before they were packed."""
+
+    class Keeping(Packer):
+        def add(self, values: Any, *, quantum: float = 1.0) -> Any:
+            return np.asarray(values)
+
+    found = fields(recording(result), Keeping())
+    assert found is not None
+    return found
+
+
+def test_cells_lie_over_the_survey_row_by_row() -> None:
+    grid = survey_grid(world(), 3)
+    assert grid.box == (-30.0, -30.0, 30.0, 30.0)
+    assert grid.middles[0].tolist() == [-20.0, -20.0, 10.0]
+    assert grid.middles[1].tolist() == [0.0, -20.0, 10.0]
+    assert len(grid.middles) == 9
+
+
+def test_ages_are_those_of_geometric_waits() -> None:
+    """Of pings once a second of which a third make a fix: the time mean of the age, drawn."""
+    random = np.random.default_rng(1)
+    waits = random.geometric(1 / 3, 400_000).astype(float)
+    age = expected_age(np.array([1 / 3, 1.0, 0.0]), 1.0)
+    assert age[0] == pytest.approx((waits**2).sum() / (2 * waits.sum()), rel=0.01)
+    assert age[1] == 0.5
+    assert np.isnan(age[2])
+
+
+@pytest.mark.parametrize(
+    "navigation",
+    [
+        {"filter": "kalman"},
+        {"filter": "fixed_gain"},
+        {"filter": "fixed_gain", "gain": 0.4, "delay_compensation": "none"},
+    ],
+)
+def test_expected_errors_are_of_the_size_that_missions_have(navigation: dict[str, Any]) -> None:
+    """Where every ping makes a fix the field's mean and the mission's error agree within a third,
+    once the filter has learnt the bias.
+    """
+    result = simulate(world(navigation=navigation), 2)
+    field = field_of(result)
+    assert (field["chance"] == 1.0).mean() > 0.5
+    tracks = result.tables["tracks"].query("time_s > 60 and vehicle.str.startswith('AUV')")
+    rms = float(np.sqrt((tracks.position_error_m**2).mean()))
+    expected = float(np.sqrt(np.nanmean(field["error"] ** 2)))
+    assert expected == pytest.approx(rms, rel=0.35)
+
+
+def test_who_takes_no_fixes_has_no_expected_error() -> None:
+    found = field_of(simulate(world(duration_s=20.0, navigation={"filter": "dead_reckoning"}), 1))
+    assert set(found) == {"box", "across", "chance", "age"}
+
+
+def half(signals: Signals) -> np.ndarray:
+    """A channel of somebody's own."""
+    return np.full(signals.ranges.shape, 0.5)
+
+
+def test_nothing_is_shaded_where_ones_own_channel_decides() -> None:
+    """It is not asked again, and no legend speaks of a range that cuts nothing."""
+    page = run_page(simulate(world(duration_s=20.0, acoustics={"hf": {"channel": half}}), 1))
+    assert '"fields":null' in page.replace(" ", "")
+    assert '"hf":false' in page.replace(" ", "")
