@@ -1,8 +1,9 @@
-"""Make the pictures of the README and the tutorial again: `python docs/figures/make.py`.
+"""Make the pictures of the README and the manual again: `python docs/figures/make.py`.
 
 They show the pages and figures of this version, for scenarios that pin all that matters: the report
 of the recovery mission as `run` writes it (without advice, which takes time of the machine's), its
-playback at an instant, and the figure of a sweep.  Needs Chromium and the extra `dev`.
+playback at an instant, the figure of a sweep, and the map of the survey that the page on surveys
+describes.  Needs Chromium and the extra `dev`.
 """
 
 import shutil
@@ -10,9 +11,10 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import yaml
 from playwright.sync_api import sync_playwright
 
-from bindusbl_des import simulate, sweep
+from bindusbl_des import Scenario, simulate, sweep
 
 FOLDER = Path(__file__).parent
 SCENARIO = FOLDER.parents[1] / "scenarios" / "recovery_140m.yaml"
@@ -26,7 +28,7 @@ WIDTH, HEIGHT, MARGIN = 1000, 1000, 8
 
 
 def main() -> None:
-    """Write report.png, playback.png and sweep.svg beside this file."""
+    """Write report.png, playback.png, sweep.svg and basin.png beside this file."""
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "report.html"
         simulate(SCENARIO, seed=0).report(page)
@@ -36,6 +38,17 @@ def main() -> None:
     campaign.plot(
         "curves", FOLDER / "sweep.svg", x="asvs.formation.angle_deg", series="asvs.count", width=6.0
     )
+
+    simulate(described("surveys.md", "basin.yaml"), seed=0).plot(
+        "trajectory", FOLDER / "basin.png", width=3.2
+    )
+
+
+def described(page: str, name: str) -> Scenario:
+    """Return the scenario that a page of the manual gives as a file of that name."""
+    text = (FOLDER.parent / page).read_text()
+    block = next(it for it in text.split("```yaml\n") if it.startswith(f"# {name}\n"))
+    return Scenario.model_validate(yaml.safe_load(block.partition("```")[0]))
 
 
 def photograph(report: Path) -> None:
