@@ -21,6 +21,7 @@ from bindusbl_des.scenario.consistency import REPLACED_BY_DRIFT
 from bindusbl_des.scenario.instrument_settings import OF_ACCURACY, OF_ANGLES
 from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.scenario.sections.acoustics import Downlink, modem_values
+from bindusbl_des.scenario.sections.survey import SHAPES
 from bindusbl_des.vehicles.guidance import GuidanceError
 from bindusbl_des.vehicles.hulls import DivergenceError, parameters
 
@@ -38,8 +39,9 @@ WRITTEN, AT_AN_END, NULL = 0.35, 0.4, 0.3
 SETTLED = 0.9
 
 
-# Shapes of the survey, and lists with an item per AUV (and an item, where none is drawn).
-SHAPES = ("side_m", "size_m", "polygon_m")
+CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
+
+# Lists with an item per AUV (and an item, where none is drawn).
 LISTED: dict[tuple[str, str], list[Any]] = {
     ("survey", "depths_m"): [10.0],
     ("auvs", "speeds_m_per_s"): [0.6],
@@ -184,8 +186,10 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         if given.get(name) is not None:
             given[name] = [(given[name] or LISTED[section, name])[0]] * few
     formation = data.get("asvs", {}).get("formation", {})
-    if draw.random() < 0.9:
-        formation.pop("positions_deg", None)  # which need a place on Earth
+    if draw.random() < 0.9:  # these need a place on Earth
+        formation.pop("positions_deg", None)
+        route.pop("positions_deg", None)
+        route.pop("points_deg", None)
     if formation.get("positions_m") is not None:
         count = min(counts["asvs"], 200)
         formation["positions_m"] = [_point(draw) for _ in range(count)]
@@ -205,8 +209,9 @@ def _shaped(survey: dict[str, Any], draw: random.Random) -> None:
             survey.pop(name, None)
     if kept == "side_m" and survey.get("side_m", 1.0) is None:
         del survey["side_m"]
-    if kept == "polygon_m":
+    if kept in ("polygon_m", "area"):
         survey.pop("rotation_deg", None)
+    if kept == "polygon_m":
         bearings = [2 * math.pi * k / 7 for k in range(7)]
         (x, y), scale = _point(draw), draw.choice((3.0, 100.0, 1e4))
         survey["polygon_m"] = [
@@ -227,6 +232,10 @@ def _settled(data: dict[str, Any], draw: random.Random) -> None:
     if "survey" in data and draw.random() < 0.97:
         _shaped(data["survey"], draw)
     _sized(data.get("acoustics", {}).get("mf", {}))
+    for band in ("hf", "mf"):
+        channel = data.get("acoustics", {}).get(band, {}).get("channel")
+        if channel is not None and draw.random() < 0.9:
+            data["acoustics"][band]["channel"] = _sounding(channel)
     origin = water.get("origin") or {}
     if len(origin) != 2 or None in origin.values():
         water.pop("origin", None)
@@ -272,6 +281,20 @@ def _sized(mf: dict[str, Any]) -> None:
     needed = mf.get("header_bytes", 8) + mf.get("fix_bytes", 16)
     if not needed <= (size.get("payload_bytes") or most) <= most:
         mf["payload_bytes"] = needed
+
+
+def _sounding(channel: Any) -> Any:
+    """Let a curve be one that ships, and sound fit its band."""
+    given = channel if isinstance(channel, dict) else {"model": channel}
+    if given["model"] == "curve":
+        return {**given, "file": CURVE}
+    if given["model"] not in ("sonar", "table"):
+        return channel
+    width = min(given.get("bandwidth_khz", 10.0), 2 * given.get("frequency_khz", 25.0))
+    fitting = {**given, "bandwidth_khz": width}
+    for name in ("snr_threshold_db", "rays", "bottom_m"):
+        fitting.pop(name, None)
+    return fitting
 
 
 def _one_drift(navigation: dict[str, Any], draw: random.Random) -> None:
