@@ -7,7 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate
+from bindusbl_des import (
+    Scenario,
+    ScenarioError,
+    load_campaign,
+    load_result,
+    load_scenario,
+    simulate,
+)
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.geometry.geodesy import geodetic_from_ned
@@ -103,8 +110,9 @@ def test_areas_are_varied_as_other_keys_are(tmp_path: Path) -> None:
     (tmp_path / "areas.yaml").write_text(
         "scenario: fjord.yaml\nseeds: 1\nvary: {survey.area: [fjord.geojson, half.geojson]}\n"
     )
-    campaign = sweep(load_experiment(tmp_path / "areas.yaml"), tmp_path / "out", workers=1)
-    rows = campaign.missions
+    sweep(load_experiment(tmp_path / "areas.yaml"), tmp_path / "out", workers=1)
+    (tmp_path / "fjord.geojson").unlink()
+    rows = load_campaign(tmp_path / "out").missions
     assert sorted(it.partition("-")[0] for it in rows["survey.area"]) == [
         "charts/fjord",
         "charts/half",

@@ -82,7 +82,7 @@ class Experiment:
 
         return cls(
             record["name"],
-            renamed(as_it_was(record["scenario_as_given"], base), within),
+            as_it_was(renamed(record["scenario_as_given"], within), renamed(base, within)),
             tuple(renamed_point(point, within) for point in record["points"]),
             tuple(record["seeds"]),
             record["detail"],
