@@ -13,9 +13,9 @@ from ...records.rows import Rows
 from ..currents import CONTROL_S
 from ..hulls.frames import Floats
 from ..hulls.models import Model
-from . import bluerov2, cybership2, flight, otter, remus100
+from . import flight
+from .autopilots import Body, Start, follower, keeper
 
-WATCH_CIRCLES = {"otter": otter.WATCH_CIRCLE, "cybership2": cybership2.WATCH_CIRCLE}
 LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
 PATIENCE_S = 120.0  # off or without headway for longer: ten times the memory of the slowest loop
 WHOLE = 1e-9  # rounding, in steps, within which a control interval is a whole number of them
@@ -139,19 +139,14 @@ def on_paths(
     carried by the current.
     """
     vessels = _vessels(kind, body, len(paths))
+    own_body, begin = Body(kind.name, body, {}, vessels.hull), follower(kind.name).begin
     vessels.own["order"]["speed"], vessels.own["order"]["depth"] = speed, depth
     vessels.own["watch"]["reach"] = np.inf
     vessels.states[:, 2] = depth
     for number, path in enumerate(paths):
         state, own = vessels.states[number], vessels.own[number]
         state[0], state[1], state[kind.heading] = path.start
-        if kind.name == "bluerov2":
-            own["bluerov2"]["most"] = body.thruster_limit_n
-            bluerov2.begin(missed * current, vessels.hull, own["bluerov2"], state)
-        else:
-            fast = float(speed[number])
-            own["remus100"]["trim"] = remus100.revolutions(fast, vessels.hull)
-            remus100.begin(fast, current, vessels.hull, state)
+        begin(own_body, Start(float(speed[number]), current, missed), own, state)
     return vessels
 
 
@@ -163,10 +158,9 @@ def at_stations(
     vessels.states[:, :2] = stations
     if current.any():
         vessels.states[:, kind.heading] = np.arctan2(-current[1], -current[0])
-    order, helm = vessels.own["order"], vessels.own["otter"]
+    order, autopilot = vessels.own["order"], keeper(kind.name)
     order["north"], order["east"] = stations.T
     order["depth"] = depth
-    vessels.own["watch"]["reach"] = LOST_CIRCLES * WATCH_CIRCLES[kind.name]
-    if kind.name == "otter":
-        helm["most_ahead"], helm["most_astern"] = otter.greatest_thrust(vessels.hull)
+    vessels.own["watch"]["reach"] = LOST_CIRCLES * autopilot.watch_circle_m
+    autopilot.begin(Body(kind.name, body, {}, vessels.hull), vessels.own)
     return vessels

@@ -14,14 +14,12 @@ from ..hulls.frames import Floats
 from ..hulls.models import find, parameters
 from ..motion import Motion
 from . import belief, departure, flight, tracks
+from .autopilots import AUTOPILOTS, PathFollower, follower, keeper
 from .belief import SteeringDrift
-from .departure import LOST_CIRCLES, PATIENCE_S, WATCH_CIRCLES, Intervals, Plan, Vessels
+from .departure import LOST_CIRCLES, PATIENCE_S, Intervals, Plan, Vessels
 from .guided_vehicle import GuidedVehicle
-from .limits import FOLLOWERS, KEEPERS, GuidanceError, refuse_impossible, smallest_turn
+from .limits import GuidanceError, refuse_impossible, smallest_turn
 
-STEP_S = 0.05  # s
-# An Otter's propellers reverse within a few hundredths of a second; a REMUS takes its time.
-STEPS_S = {"otter": 0.02, "remus100": 0.1, "remus100_pvs": 0.1}
 USUAL = Intervals()
 
 
@@ -64,7 +62,7 @@ class GuidedFleet:
         count = len(self.stations) if paths is None else len(paths)
         self.names = _names(model, plan.names, count)
         self.control_s, self.duration_s = float(intervals.control_s), float(duration_s)
-        step = STEPS_S.get(model, STEP_S) if intervals.step_s is None else intervals.step_s
+        step = AUTOPILOTS[model].step_s if intervals.step_s is None else intervals.step_s
         self.step_s = float(step)
         self._steps = departure.whole_steps(model, self.control_s, self.step_s)
         self._intervals = max(1, departure.begun(self.duration_s, self.control_s))
@@ -110,7 +108,7 @@ class GuidedFleet:
         vessels = departure.on_paths(
             model, body, paths, speed, depth, self._currents[0], float(self._drift.through_water)
         )
-        if model.name != "bluerov2":
+        if follower(model.name).cannot_stop:
             paths = [
                 departure.circled(path, smallest_turn(model.name, own, overrides))
                 for path, own in zip(paths, speed.tolist(), strict=True)
@@ -150,7 +148,7 @@ class GuidedFleet:
         """Return why a vehicle is lost."""
         status, state = int(self._lost[0]), self._vessels.states[vehicle]
         if status == flight.ADRIFT:
-            circle = LOST_CIRCLES * WATCH_CIRCLES[self.model.name]
+            circle = LOST_CIRCLES * keeper(self.model.name).watch_circle_m
             return (
                 f"more than {circle:g} m off its station for {PATIENCE_S:g} s; the current is "
                 "stronger than its thrust, or the station was never reached"
@@ -192,13 +190,15 @@ class GuidedFleet:
 
 def _refuse_wrong_plan(model: str, plan: Plan) -> None:
     """Raise ValueError unless AUVs have paths and ASVs stations."""
-    paths, stations, follows = plan.paths, plan.stations, model in FOLLOWERS
-    if not follows and model not in KEEPERS:
-        raise ValueError(f"{model} has no controller; known: {', '.join(FOLLOWERS + KEEPERS)}")
+    if model not in AUTOPILOTS:
+        raise ValueError(f"{model} has no controller; known: {', '.join(AUTOPILOTS)}")
+    following = [name for name, it in AUTOPILOTS.items() if isinstance(it, PathFollower)]
+    keeping = [name for name in AUTOPILOTS if name not in following]
+    paths, stations, follows = plan.paths, plan.stations, model in following
     if (paths is not None) != follows or (stations is not None) == follows or paths == ():
         raise ValueError(
-            f"{model}: give paths, and no stations, to {', '.join(FOLLOWERS)}; "
-            f"stations, and no paths, to {', '.join(KEEPERS)}"
+            f"{model}: give paths, and no stations, to {', '.join(following)}; "
+            f"stations, and no paths, to {', '.join(keeping)}"
         )
 
 

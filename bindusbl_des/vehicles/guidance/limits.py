@@ -2,18 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from ..hulls import MODELS, parameters, steady_speed, steady_turn
-from ..hulls import bluerov2 as rov
+from ..hulls import MODELS, parameters, steady_speed
 from ..hulls.frames import Floats
-from . import bluerov2, cybership2, remus100
-
-FOLLOWERS = ("remus100", "remus100_pvs", "bluerov2")  # fly along paths
-KEEPERS = ("otter", "cybership2")  # keep stations
-TURN_MARGIN = 1.3  # over the REMUS's tightest circle: curvature steps, its rudder and yaw do not
+from .autopilots import AUTOPILOTS, Body, PathFollower, follower
 
 
 class GuidanceError(RuntimeError):
@@ -44,21 +38,14 @@ def top_speed(model: str, overrides: Mapping[str, float] | None = None) -> float
 
 @cache
 def _top_speed(model: str, overrides: tuple[tuple[str, float], ...]) -> float:
-    body = parameters(model, dict(overrides))
-    step = 0.02 if model == "otter" else 0.05
-    return steady_speed(model, _full_ahead(model, body), overrides=dict(overrides), step_s=step)
+    command = AUTOPILOTS[model].full_ahead(_body(model, overrides))
+    step = AUTOPILOTS[model].settling_step_s
+    return steady_speed(model, command, overrides=dict(overrides), step_s=step)
 
 
-def _full_ahead(model: str, body: Any) -> list[float]:
-    """Return the command that drives a vehicle straight ahead with all it has."""
-    if model == "bluerov2":
-        sinking = MODELS[model].pack(body)[rov.SINKING]
-        return [body.thruster_limit_n / bluerov2.PER_PUSH, 0.0, -sinking, 0.0, 0.0, 0.0]
-    if model == "otter":
-        return [body.propeller_limit_ahead_rad_per_s] * 2
-    if model == "cybership2":
-        return [cybership2.SURGE_LIMIT, 0.0, 0.0]
-    return [0.0, 0.0, body.propeller_limit_rpm]
+def _body(model: str, overrides: tuple[tuple[str, float], ...]) -> Body:
+    own = parameters(model, dict(overrides))
+    return Body(model, own, dict(overrides), MODELS[model].pack(own))
 
 
 def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | None = None) -> float:
@@ -71,11 +58,7 @@ def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | Non
     >>> round(smallest_turn("bluerov2", 0.6), 2), round(smallest_turn("remus100", 1.5), 1)
     (1.01, 27.2)
     """
-    if model not in FOLLOWERS:
-        raise ValueError(
-            f"{model} keeps a station and plans no turns; models that follow paths: "
-            f"{', '.join(FOLLOWERS)}"
-        )
+    follower(model)
     fastest = top_speed(model, overrides)
     if not 0.0 < speed <= fastest:
         raise ValueError(
@@ -87,12 +70,7 @@ def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | Non
 
 @cache
 def _smallest_turn(model: str, speed: float, overrides: tuple[tuple[str, float], ...]) -> float:
-    body = parameters(model, dict(overrides))
-    p = MODELS[model].pack(body)
-    if model == "bluerov2":
-        return bluerov2.smallest_turn(speed, p, body.thruster_limit_n)
-    command = np.array([body.fin_limit_rad, 0.0, 60.0 * remus100.revolutions(speed, p)])
-    return TURN_MARGIN * steady_turn(model, command, overrides=dict(overrides)).radius_m
+    return follower(model).smallest_turn(_body(model, overrides), speed)
 
 
 def refuse_impossible(
@@ -107,17 +85,19 @@ def refuse_impossible(
     `speed` (n,) m/s, not read for vehicles that keep stations; of `currents` (k, 2) m/s the mean
     counts, since a vehicle makes up for what a gust has cost it.
     """
-    fastest = top_speed(model, overrides)
+    fastest, autopilot = top_speed(model, overrides), AUTOPILOTS[model]
+    follows = isinstance(autopilot, PathFollower)
+    cannot_stop = isinstance(autopilot, PathFollower) and autopilot.cannot_stop
     mean = float(np.hypot(*currents.mean(axis=0)))
     for vehicle, asked in zip(names, speed.tolist(), strict=True):
-        if model in FOLLOWERS and not 0.0 < asked <= fastest:
+        if follows and not 0.0 < asked <= fastest:
             raise GuidanceError(
                 vehicle,
                 0.0,
                 f"asked for {asked:g} m/s, but a {model} reaches {fastest:.3f} m/s; ask for a "
                 "speed above zero and not above that",
             )
-        own = asked if model.startswith("remus100") else fastest
+        own = asked if cannot_stop else fastest
         if mean >= own:
             raise GuidanceError(
                 vehicle,
