@@ -72,14 +72,11 @@ ROUTES: dict[str, Data] = {
 
 # What a curve is of, where one is chosen
 CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
-# Parts that need settings, with some.
-EXAMPLES: dict[Any, Any] = {"datasheet": {"model": "datasheet", "bearing_sd_deg": 2.0}}
-
-
-def whole(value: Any) -> Any:
-    """Return a value, of a part that needs settings one with them."""
-    return EXAMPLES.get(value, value) if isinstance(value, str) else value
-
+# Parts that need settings, with some
+EXAMPLES: dict[str, Data] = {
+    "curve": {"model": "curve", "file": CURVE},
+    "datasheet": {"model": "datasheet", "bearing_sd_deg": 2.0},
+}
 
 # Values for keys whose default cannot just be made a little larger.
 OTHERS: dict[str, list[Any]] = {
@@ -118,7 +115,7 @@ OTHERS: dict[str, list[Any]] = {
     "navigation.gain": [0.4],
     "navigation.nis_gate": [0.1],
     "usbl.preset": ["tracklink_1500", "cerulean_rovl"],
-    **{family.key: [whole(name) for name in family.siblings] for family in FAMILIES},
+    **{family.key: list(family.siblings) for family in FAMILIES},
 }
 
 # What tables do not show: names, places for exports, lists that belong to a number of vehicles.
@@ -148,7 +145,7 @@ SWITCHED_OFF: tuple[tuple[str, Any], ...] = (
 
 def modes() -> list[tuple[str, Any]]:
     """Return every choice of every key, and what can be switched off."""
-    choices = [(row.key, whole(choice)) for row in keys() for choice in row.choices]
+    choices = [(row.key, choice) for row in keys() for choice in row.choices]
     return [*(it for it in choices if it[1] != OWN_PART), *SWITCHED_OFF]
 
 
@@ -181,7 +178,7 @@ def put(data: Data, key: str, value: Any) -> Data:
     part = out
     for name in sections:
         part = part.setdefault(name, {})
-    part[last] = {"model": "curve", "file": CURVE} if value == "curve" else value
+    part[last] = EXAMPLES.get(value, value) if isinstance(value, str) else value
     return out
 
 

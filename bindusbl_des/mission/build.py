@@ -19,7 +19,7 @@ from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
 from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
-from ..scenario.lasting_kinds import told_of
+from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS

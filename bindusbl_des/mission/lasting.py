@@ -8,7 +8,7 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..records.rows import NONE
-from ..scenario.lasting_kinds import kinds, told_of
+from ..scenario.instruments.lasting_kinds import kinds, told_of
 from ..scenario.scenario import Scenario
 from ..usbl.systematic import SYSTEMATIC, Systematic
 from .closed_loop import Array, slow_gnss

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import Rows
-from ..scenario.own_sensors import own_sensors
+from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of

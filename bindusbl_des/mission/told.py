@@ -11,8 +11,8 @@ import numpy as np
 
 from ..navigation.belief import STATES, Belief, Growth, first_belief
 from ..scenario.families import NAVIGATOR, Kalman
-from ..scenario.lasting_kinds import told_of
-from ..scenario.own_sensors import own_sensors
+from ..scenario.instruments.lasting_kinds import told_of
+from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.part_settings import shipped_part
 from ..scenario.scenario import Scenario
 

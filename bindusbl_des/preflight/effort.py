@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ..navigation.belief import STATES
 from ..navigation.navigators import REMEMBERED
-from ..scenario.lasting_kinds import told_of
+from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of, lanes_heading

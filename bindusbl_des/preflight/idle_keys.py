@@ -4,18 +4,18 @@
 tables: it fails where a key does nothing and no rule here says so, and where a rule here is wrong.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
-from ..core.plugins import is_plugin
 from ..core.wording import plain
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
 from ..scenario.families import SCHEDULES
 from ..scenario.key_types import Part
 from ..scenario.places.on_earth import lacks_depths
 from ..scenario.scenario import Scenario
-from ..scenario.sections.usbl import Usbl
 from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
+from .idle import GIVEN, OWN, Idle
+from .idle_instruments import INSTRUMENTS
 
 UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
 WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
@@ -28,52 +28,12 @@ BROADCASTS = (
     "acoustics.mf.receive_w", "acoustics.mf.idle_w",
     "protocol.downlink_guard_s", "protocol.shortest_downlink_slot_s",
 )  # fmt: skip
-# Files from before filters weighed by default have keys that belong to the paper's gain.
-FIXED = "remove it, or set navigation.filter: fixed_gain"
 STEERING = tuple(
     f"auvs.{name}"
     for name in (
         "turning_radius_m", "join_angle_deg", "launch_m", "recovery_m",
     )
 )  # fmt: skip
-
-
-CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
-
-# Vessels keep their stations by GNSS, too.
-BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
-ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in BESIDES)
-
-
-class _Own(tuple[str, ...]):
-    """The names of all parts of somebody's own."""
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and is_plugin(name)
-
-
-class _Given(tuple[str, ...]):
-    """Whatever somebody may give at a key that is null if nobody does."""
-
-    def __contains__(self, value: object) -> bool:
-        return value is not None
-
-
-OWN, GIVEN = _Own(), _Given()
-
-
-class Idle(NamedTuple):
-    """Keys without effect where other keys have one of these values, why, and what to do.
-
-    `but` tells of a scenario whether they have one all the same.
-    """
-
-    mode: Mapping[str, tuple[Any, ...]]
-    keys: tuple[str, ...]
-    why: str
-    effect: str = "has no effect"
-    remedy: str = "remove it"
-    but: Callable[[Scenario], bool] = lambda _: False
 
 
 RULES = (
@@ -104,6 +64,11 @@ RULES = (
     Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
     Idle(
+        {"auvs.route.kind": ("hold", "track"), "navigation.drift.line_m": (None,)},
+        ("auvs.speed_m_per_s", "auvs.speeds_m_per_s"),
+        "the AUVs lie still, or repeat their tracks",
+    ),
+    Idle(
         {
             "auvs.route.kind": ("track",),
             "environment.temperature_c": (None,),
@@ -128,16 +93,6 @@ RULES = (
         "the AUVs lie still, or repeat their tracks",
     ),
     Idle(
-        {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
-        ("navigation.bias_frame",),
-        "AUVs that hold still head along +x, so that both frames are one",
-    ),
-    Idle(
-        {"navigation.velocity_bias_sd_m_per_s": (0.0,)},
-        ("navigation.velocity_bias_time_constant_s",),
-        "no velocity bias is drawn, the constant one does not wander",
-    ),
-    Idle(
         {"auvs.vehicle": WITH_DYNAMICS},
         ("auvs.turning_radius_m",),
         "the model's own turning radius is planned with",
@@ -147,17 +102,6 @@ RULES = (
         ("protocol.turnaround_s",),
         "AUVs ping on their own clocks, without being called",
     ),
-    Idle(
-        {"protocol.ranging": ("twtt",)},
-        CLOCKS,
-        "AUVs answer calls, whatever their clocks say",
-    ),
-    Idle(
-        {"usbl.gnss_correlated_sd_m": (0.0,)},
-        ("usbl.gnss_time_constant_s",),
-        "GNSS has no slow error",
-    ),
-    Idle({"usbl.outlier_share": (0.0,)}, ("usbl.outlier_sd_m",), "there are no outliers"),
     Idle(
         {"protocol.schedule": UNFRAMED},
         ("protocol.frame_s",),
@@ -214,13 +158,6 @@ RULES = (
         "the curve says how far frames are decoded",
     ),
     Idle(
-        {"usbl.model": ("datasheet",)},
-        tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
-        "the sheet says what all of them make together",
-        remedy="remove it, or set usbl.model: array",
-    ),
-    Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
-    Idle(
         {"acoustics.loss.combine": ("off",)},
         ("acoustics.loss.contention_per_auv",),
         "the loss is that of the range alone",
@@ -273,69 +210,13 @@ RULES = (
     ),
     Idle(
         {
-            "environment.current_m_per_s": (0.0,),
-            "environment.current_variation_m_per_s": (0.0,),
-            "auvs.feedback": ("truth",),
-        },
-        ("navigation.velocity",),
-        "through still water is over ground",
-    ),
-    Idle(
-        {"navigation.filter": ("kalman", "smoother")},
-        ("navigation.gain",),
-        "each fix is weighed by its covariance",
-        remedy=FIXED,
-    ),
-    Idle(
-        {"navigation.filter": ("dead_reckoning",)},
-        ("navigation.gain",),
-        "no fix is taken in",
-        remedy=FIXED,
-    ),
-    Idle(
-        {"navigation.filter": ("kalman", "smoother")},
-        ("navigation.delay_compensation",),
-        "a fix always speaks of the instant at which it holds",
-        remedy=FIXED,
-    ),
-    Idle(
-        {"navigation.filter": ("fixed_gain", "dead_reckoning")},
-        ("navigation.nis_gate",),
-        "only a filter that weighs refuses fixes",
-    ),
-    Idle(
-        {
-            "navigation.velocity_bias_m_per_s": ((0.0, 0.0),),
-            "navigation.velocity_bias_sd_m_per_s": (0.0,),
-            "navigation.drift.m_per_hour": (None,),
-            "navigation.drift.line_m": (None,),
-        },
-        ("navigation.bias_frame",),
-        "there is no bias",
-    ),
-    Idle(
-        {
-            "navigation.drift.percent_of_distance": (None,),
-            "navigation.drift.m_per_hour": (None,),
-        },
-        tuple(f"navigation.drift.{name}" for name in ("statistic", "line_m", "time_constant_s")),
-        "no drift is stated",
-        remedy="remove it, or set navigation.drift.percent_of_distance or m_per_hour",
-    ),
-    Idle(
-        {"navigation.drift.line_m": (None,)},
-        ("navigation.drift.time_constant_s",),
-        "the drift holds at any distance, its errors do not wander",
-        remedy="remove it, or set navigation.drift.line_m",
-    ),
-    Idle(
-        {
             "survey.depth_m": (0.0,),
             "auvs.route.kind": ("lawnmower", "waypoints", "hold"),
         },
         ("acoustics.hf.range_metric",),
         "AUVs at the surface are as far as they look from above",
     ),
+    *INSTRUMENTS,
 )
 
 

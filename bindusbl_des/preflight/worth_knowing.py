@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
+from ..scenario.instruments.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
-from ..scenario.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.places.on_earth import positioned, recorded_track
 from ..scenario.scenario import Scenario
 from ..scenario.sections.routes import Hold, Waypoints
@@ -24,7 +24,7 @@ MOST_NAMED = 5
 FEWEST_SAMPLES = 10
 
 # Channels of the HF band that tell how much louder than the noise a ping is
-WITH_SNR = ("sonar",)
+WITH_SNR = ("sonar", "table")
 
 # Instants at which a track is looked at, to tell for how long it is outside the survey.
 LOOKS = 2001
@@ -47,8 +47,17 @@ def cautions(scenario: Scenario) -> list[Caution]:
     return [
         Caution(*found)
         for look in (
-            *(_former_words, modems, messages, guards, _formation, _told, _sheet, _route),
-            *(_tracks, _frames, _ticks),
+            _former_words,
+            modems,
+            messages,
+            guards,
+            _formation,
+            _told,
+            _sheet,
+            _route,
+            _tracks,
+            _frames,
+            _ticks,
             _samples,
         )
         for found in look(scenario)

@@ -6,7 +6,7 @@ from math import hypot, inf, radians
 import numpy as np
 
 from ..navigation.belief import STATES, Belief, Growth, first_belief
-from ..scenario.own_sensors import own_sensors
+from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of
 from ..usbl.instrument import range_sd

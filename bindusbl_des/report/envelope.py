@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scenario.own_sensors import own_sensors
+from ..scenario.instruments.own_sensors import own_sensors
 
 if TYPE_CHECKING:
     from .recording import Recording

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from string import Template
 from typing import TYPE_CHECKING, Any
 
-from ..scenario.own_sensors import drift_told
+from ..scenario.instruments.own_sensors import drift_told
 from ..scenario.survey_area import area_of
 from .calibration import calibration_told
 from .envelope import envelope_made_of

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..scenario.own_sensors import straight_drift_rms
+from ..scenario.instruments.own_sensors import straight_drift_rms
 from .recording import FATES, Recording
 
 if TYPE_CHECKING:

@@ -7,12 +7,12 @@ from math import dist
 from typing import NamedTuple
 
 from ..core.plugins import is_plugin
-from ..core.wording import did_you_mean, plain
+from ..core.wording import did_you_mean
 from ..geometry.lanes import lane_count
 from ..presets.airtimes import airtime_table
 from .channel_settings import table_mistakes
 from .families import parts_of
-from .part_choice import PartChoice
+from .instruments.agreement import contradictions
 from .part_settings import shipped_mistakes
 from .places.checks import misplaced
 from .places.on_earth import origin_of, positioned
@@ -20,7 +20,6 @@ from .scenario_keys import ScenarioKeys
 from .sections.environment import Environment
 from .sections.routes import Lawnmower
 from .sections.survey import SHAPES
-from .sections.usbl import usbl_values
 from .sections.vehicles import Formation
 from .survey_area import area_of, lanes_heading
 
@@ -30,19 +29,8 @@ FRAMED_SCHEDULES = ("round_robin", "random")
 LARGEST_SAMPLES = 5e8
 MOST_LANES = 100_000
 
-# The greatest distance (m) between two hydrophones of each of hydrophones.ARRAYS
-ARRAY_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
-
 # The speed of sound (m/s) that is not given
 USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
-# What the sheet of an inertial system says with one figure, and what these keys say of nothing
-REPLACED_BY_DRIFT = {
-    "velocity_bias_m_per_s": (0.0, 0.0),
-    "velocity_bias_sd_m_per_s": 0.0,
-    "velocity_bias_time_constant_s": None,
-    "random_walk_m_per_sqrt_s": 0.0,
-}
-
 # Shorter lanes and ways (m) are no lanes: a vehicle cannot be said to go along them.
 SHORTEST_WAY = 0.001
 
@@ -70,8 +58,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *_parts(scenario),
         *_protocol(scenario),
         *_messages(scenario),
-        *_usbl(scenario),
-        *_drift(scenario),
+        *(Problem(*it) for it in contradictions(scenario)),
         *_sizes(scenario),
     ]
 
@@ -378,49 +365,6 @@ def _messages(scenario: ScenarioKeys) -> Iterator[Problem]:
             f"fix_bytes = {needed} B; make these smaller, or use a modem with larger messages",
             ("acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "acoustics.mf.modem"),
         )
-
-
-def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
-    name, model = scenario.usbl.preset, scenario.usbl.model
-    if name is not None and model != PartChoice.read(usbl_values(name)["model"], str):
-        yield Problem(
-            "usbl.model",
-            f"is not that of the preset {name}, which says what an arrival measures; keep one of "
-            f"them; got {model.told}",
-            ("usbl.preset",),
-        )
-    size, speed = ARRAY_SIZES_M[scenario.usbl.array], scenario.environment.sound_speed_m_per_s
-    for name, meant in (("tdoa_sd_s", "noise"), ("quantum_s", "a quantum")):
-        time = getattr(scenario.usbl, name)
-        if time * speed > size:
-            yield Problem(
-                f"usbl.{name}",
-                f"{meant} of {time:g} s is {time * speed:.3g} m of sound, more than the "
-                f"{1e3 * size:.0f} mm of the array {scenario.usbl.array}: no direction could be "
-                f"told; use {0.9 * size / speed:.1e} at most",
-                ("usbl.array", "environment.sound_speed_m_per_s"),
-            )
-
-
-def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:
-    navigation, drift = scenario.navigation, scenario.navigation.drift
-    if not drift.is_stated:
-        return
-    stated = "percent_of_distance" if drift.m_per_hour is None else "m_per_hour"
-    if drift.percent_of_distance is not None and drift.m_per_hour is not None:
-        yield Problem(
-            "navigation.drift.m_per_hour",
-            "is another statement of the same as percent_of_distance; keep one of them",
-            ("navigation.drift.percent_of_distance",),
-        )
-    for name, none in REPLACED_BY_DRIFT.items():
-        if (value := getattr(navigation, name)) != none:
-            yield Problem(
-                f"navigation.{name}",
-                f"is replaced by navigation.drift, which says how far dead reckoning goes astray "
-                f"in all; remove it or set it to {plain(none)}; got {plain(value)}",
-                (f"navigation.drift.{stated}",),
-            )
 
 
 def _sizes(scenario: ScenarioKeys) -> Iterator[Problem]:

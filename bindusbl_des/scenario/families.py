@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
 from .channel_settings import Curve, PingSonar, PingTable, Sonar, Table
-from .instrument_settings import Datasheet
+from .instruments.datasheet import Datasheet
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes

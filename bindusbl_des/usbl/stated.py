@@ -5,7 +5,7 @@ from typing import cast
 
 from ..core.spreads import per_axis_sd
 from ..scenario.families import INSTRUMENT
-from ..scenario.instrument_settings import Datasheet
+from ..scenario.instruments.datasheet import Datasheet
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from .sheet import Sheet

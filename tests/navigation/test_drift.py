@@ -16,7 +16,7 @@ from bindusbl_des.mission.closed_loop import Water
 from bindusbl_des.mission.own_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.report.run_page import run_page
-from bindusbl_des.scenario.own_sensors import own_sensors, straight_drift_rms
+from bindusbl_des.scenario.instruments.own_sensors import own_sensors, straight_drift_rms
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from toggles import BASES, alternatives, columns_that_differ, modes, put, toggled, value_of, whole
+from toggles import BASES, alternatives, columns_that_differ, modes, put, toggled, value_of
 
 from bindusbl_des import (
     Scenario,
@@ -78,7 +78,7 @@ def in_mode(data: dict[str, Any], rule: Any) -> "dict[str, Any]":
     """Return a mission in the mode of a rule."""
     for key, values in rule.mode.items():
         if value_of(data, key) not in values:
-            data = put(data, key, whole(values[0]) if values else OWN[key])
+            data = put(data, key, values[0] if values else OWN[key])
     return data
 
 

@@ -205,6 +205,26 @@ def test_a_sheet_that_says_nothing_or_too_much_is_refused(message: str) -> None:
         scenario(usbl=sheet(**WRONG[message]))
 
 
+def test_a_sonar_tells_how_sure_the_angles_are() -> None:
+    """What is worse by 20 dB of reference is ten times as unsure, in the same receptions."""
+
+    def sds(reference_snr_db: float, ranging: str) -> Array:
+        quiet = {"model": "sonar", "shadowing_sd_db": 0.0, "snr_threshold_db": 0.0}
+        heard = scenario(
+            duration_s=20.0,
+            asvs={"count": 1},
+            acoustics={"hf": {"channel": quiet}},
+            protocol={"ranging": ranging},
+            usbl=sheet(bearing_sd_deg=0.1, reference_snr_db=reference_snr_db),
+        )
+        return simulate(heard, 0).tables["fixes"][["sd_x_m", "sd_y_m"]].to_numpy()
+
+    for ranging in ("owtt_sync", "passive"):
+        one, worse = sds(30.0, ranging), sds(50.0, ranging)
+        assert len(one) == len(worse) > 5
+        assert worse == pytest.approx(10.0 * one, rel=0.2)
+
+
 def test_an_snr_that_no_channel_tells_of_has_no_effect_and_is_told() -> None:
     told = {it.key: it.message for it in cautions(scenario(usbl=sheet(
         bearing_sd_deg=1.0, reference_snr_db=20.0

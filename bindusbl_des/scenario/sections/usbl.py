@@ -15,7 +15,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from ...presets.catalogue import CATALOGUE, preset
-from ..instrument_settings import Datasheet
+from ..instruments.datasheet import Datasheet
 from ..key_types import PAPER, THESIS, Part, Real, key
 from ..part_choice import SET, PartChoice
 

@@ -3,10 +3,10 @@
 import math
 from typing import NamedTuple
 
-from ..core.plugins import is_plugin
+from ...core.plugins import is_plugin
+from ..scenario import Scenario
+from ..water import assumed_sound_speed_of, sound_speed_of
 from .own_sensors import own_sensors
-from .scenario import Scenario
-from .water import assumed_sound_speed_of, sound_speed_of
 
 # Vessels whose own errors a filter is told of: each has up to three states in every AUV
 MOST_TOLD = 16

@@ -2,9 +2,9 @@
 
 from pydantic import model_validator
 
-from ..core.spreads import Statistic
-from .key_types import Real, key
-from .part_settings import Settings
+from ...core.spreads import Statistic
+from ..key_types import Real, key
+from ..part_settings import Settings
 
 
 class Datasheet(Settings):

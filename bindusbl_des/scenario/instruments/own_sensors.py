@@ -2,7 +2,7 @@
 
 A sheet says how far off a system is after a straight way without fixes, in percent of that way or
 in m per hour, with the circle that it means.  Both are read as a circular Gaussian of s along each
-axis (:mod:`..core.spreads`):
+axis (:mod:`...core.spreads`):
 
 * a percentage that holds at any distance is an error in proportion to the way: a scale factor along
   it and a heading error across, each drawn for the mission with s / way;
@@ -18,8 +18,8 @@ heading error that are given are further errors, independent of it.
 import math
 from typing import NamedTuple
 
-from ..core.spreads import drift_rms, per_axis_sd, wandering_rms
-from .scenario_keys import ScenarioKeys
+from ...core.spreads import drift_rms, per_axis_sd, wandering_rms
+from ..scenario_keys import ScenarioKeys
 
 
 class OwnSensors(NamedTuple):
@@ -51,7 +51,7 @@ def own_sensors(scenario: ScenarioKeys) -> OwnSensors:
     )
     if not drift.is_stated:
         return given
-    speed = max(scenario.auvs.speeds)
+    speed = scenario.auvs.speeds[0]  # that of all where a line is given
     if drift.line_m is not None:
         time = drift.line_m / speed
         lasts = time if drift.time_constant_s is None else drift.time_constant_s
@@ -75,7 +75,7 @@ def straight_drift_rms(scenario: ScenarioKeys, time: float) -> float:
 
     Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias adds
     2 sd^2 t^2 (less if it wanders), a scale factor and a heading their variances times the square
-    of the way.
+    of the way, the longest of all AUVs'.
     """
     sensors = own_sensors(scenario)
     lasts = sensors.bias_time_constant_s or math.inf
