@@ -31,7 +31,7 @@ from .effects import (
 from .fusion import product
 from .instrument import Instrument, clocked, locate, offset_of, placed, sighted
 from .levers import add, add_own, noise_of
-from .sheet import UNKNOWN_SNR, path_sd
+from .sheet import path_sd
 from .systematic import Systematic, astray, jump
 from .two_way import Sighting
 
@@ -57,7 +57,8 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
     It is the ASV's place less the offset measured.
     """
     image, covariance = locate(
-        -own.place, -_source(own), own.yaw, own.reception.travel_time_s, UNKNOWN_SNR, own.noise,
+        -own.place, -_source(own), own.yaw, own.reception.travel_time_s,
+        own.reception.snr_db, own.noise,
         instrument,
     )  # fmt: skip
     return -image, covariance
@@ -72,7 +73,7 @@ def located_astray(
     its misalignment, its clock is late, the ASV is slowly astray.
     """
     ping, it, levels = own.ping, own.reception, instrument.levels
-    unit, believed = sighted(-own.place, -_source(own), own.yaw, UNKNOWN_SNR, own.noise, instrument)
+    unit, believed = sighted(-own.place, -_source(own), own.yaw, it.snr_db, own.noise, instrument)
     turn, turned = rotation(0.0, 0.0, lasting.misalignments[it.auv]), np.zeros(3)
     for i in range(3):
         for j in range(3):
@@ -81,7 +82,7 @@ def located_astray(
     took = it.travel_time_s - late - later * it.arrived_at_s
     path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
     origin = -_source(own) - astray(it.asv, ping.sent_at_s, lasting)
-    seen = Sighting(origin, turned, product(turn, believed), path, UNKNOWN_SNR)
+    seen = Sighting(origin, turned, product(turn, believed), path, it.snr_db)
     image, covariance = placed(
         origin, turned, seen.believed, path, path_sd(path, levels), seen.snr_db, own.noise,
         instrument,

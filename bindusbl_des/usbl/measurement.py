@@ -9,7 +9,6 @@ from ..records.rows import Row
 from ..vehicles.motion import Floats, Motion, where
 from .fusion import fuse_pair
 from .instrument import Instrument, locate
-from .sheet import UNKNOWN_SNR
 from .two_way import Heard, two_way
 
 
@@ -31,7 +30,7 @@ def measured(
         it = heard.receptions[row]
         x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
         fix, spread = locate(
-            source, np.array((x, y, z)), yaw, it.travel_time_s, UNKNOWN_SNR, heard.noise[row],
+            source, np.array((x, y, z)), yaw, it.travel_time_s, it.snr_db, heard.noise[row],
             instrument,
         )  # fmt: skip
         if row == heard.rows[0]:

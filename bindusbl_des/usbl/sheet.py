@@ -34,9 +34,6 @@ NO_SHEET = (0, 0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0)
 # elements of an array, of which they are else, there are none.
 SPREAD_NOISE = 2
 
-# The signal-to-noise ratio of a reception of which the channel tells none
-UNKNOWN_SNR = nan
-
 
 class Sheet(NamedTuple):
     """What a sheet states, as standard deviations.

@@ -15,7 +15,7 @@ from ..vehicles.motion import Floats, Ints, Motion, where
 from .fusion import fuse_shared
 from .instrument import Instrument, clocked, placed, sighted
 from .round_trip import OwnRange, PathErrors, dated, own_range
-from .sheet import UNKNOWN_SNR, path_sd, spread_sd
+from .sheet import path_sd, spread_sd
 
 
 class Heard(NamedTuple):
@@ -102,9 +102,9 @@ def sighting(
     ping, it, noise = heard.ping, heard.receptions[row], heard.noise[row]
     x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
     vessel, source = np.array((x, y, z)), np.array((ping.x_m, ping.y_m, ping.z_m))
-    unit, believed = sighted(source, vessel, yaw, UNKNOWN_SNR, noise, instrument)
+    unit, believed = sighted(source, vessel, yaw, it.snr_db, noise, instrument)
     path = instrument.levels.sound_speed_m_per_s * clocked(under_way, noise, instrument)
-    return Sighting(vessel, unit, believed, path, UNKNOWN_SNR)
+    return Sighting(vessel, unit, believed, path, it.snr_db)
 
 
 @compiled
