@@ -7,7 +7,7 @@ from operator import attrgetter
 import numpy as np
 
 from ..core.plugins import Family, is_plugin
-from ..scenario.channel_settings import Curve, Sonar, Table
+from ..scenario.channel_settings import Curve, Sonar, Sound, Table
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
@@ -91,8 +91,9 @@ def timing_sd_of(scenario: Scenario) -> float:
     sonar that knows of levels.
     """
     hf = scenario.acoustics.hf
-    if hf.channel != "sonar":
+    timing = hf.channel.settings.get("timing", "constant")
+    if hf.channel not in ("sonar", "table") or timing == "constant":
         return 0.0
     settings = settings_of(CHANNEL, hf.channel)
-    assert isinstance(settings, Sonar)
-    return float(timing_sd_s(settings, 0.0, hf.ping_s, 0.0))
+    assert isinstance(settings, Sound)
+    return float(timing_sd_s(settings, 0.0, hf.ping_s, 0.0, timing == "carrier"))

@@ -120,7 +120,7 @@ def test_a_sharp_sonar_and_a_square_curve_are_the_disc(ranging: str, tmp_path: P
     (tmp_path / "square.csv").write_text("range_m,delivery_ratio\n0,1\n45,1\n")
     channels: list[Any] = [
         "disc",
-        {"model": "sonar", "shadowing_sd_db": 0.0, "interference_db": 0.0, "timing": "constant"},
+        {"model": "sonar", "shadowing_sd_db": 0.0, "interference_db": 0.0},
         {"model": "curve", "file": str(tmp_path / "square.csv")},
     ]
     worlds = [
@@ -180,6 +180,7 @@ def test_directions_are_worse_where_signals_are_weak() -> None:
     sds, nees = [], []
     for level in (200.0, 124.5):  # dB: an SNR of 86 and of 10 dB at 60 m
         channel = {"model": "sonar", "source_level_db": level, "shadowing_sd_db": 0.0}
+        channel["timing"] = "envelope"
         world = lying(
             (60.0, 0.0), duration_s=200.0,
             acoustics={"hf": {"range_m": 61.0, "channel": channel}, "mf": {"range_m": 100.0}},
