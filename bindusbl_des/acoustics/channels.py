@@ -7,7 +7,7 @@ from operator import attrgetter
 import numpy as np
 
 from ..core.plugins import Family, is_plugin
-from ..scenario.channel_settings import Curve, Sonar, Table
+from ..scenario.channel_settings import Curve, Sonar, Sound, Table
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
@@ -16,7 +16,7 @@ from .channel import AskedChannel, contention_of, own_channel
 from .curve import curve_channel
 from .loss import COMBINERS, LOSS_LAWS, LossTerms
 from .sonar.budget import link_budget
-from .sonar.decoding import Message
+from .sonar.decoding import Message, timing_sd_s
 from .sonar.sonar_channel import sonar_channel
 
 # The channel of a frame that carries so many fixes and is on the air for so long (s).
@@ -84,3 +84,16 @@ def loss_of(scenario: Scenario) -> LossTerms:
         contention_of(scenario),
         loss.cap,
     )
+
+
+def timing_sd_of(scenario: Scenario) -> float:
+    """Return what a ping of 0 dB adds to the noise (s) of the elements that time it; 0 without a
+    sonar that knows of levels.
+    """
+    hf = scenario.acoustics.hf
+    timing = hf.channel.settings.get("timing", "constant")
+    if hf.channel not in ("sonar", "table") or timing == "constant":
+        return 0.0
+    settings = settings_of(CHANNEL, hf.channel)
+    assert isinstance(settings, Sound)
+    return float(timing_sd_s(settings, 0.0, hf.ping_s, 0.0, timing == "carrier"))

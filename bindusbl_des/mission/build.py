@@ -3,7 +3,7 @@
 import numpy as np
 import simpy
 
-from ..acoustics.channels import hf_channel, loss_of, mf_channel
+from ..acoustics.channels import hf_channel, loss_of, mf_channel, timing_sd_of
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
@@ -184,6 +184,7 @@ def usbl_of(scenario: Scenario) -> Usbl:
         assumed_sound_speed_of(scenario),
         sound_speed_of(scenario),
         sheet_of(scenario),
+        timing_sd_of(scenario),
     )
 
 

@@ -134,6 +134,12 @@ class _OfPings(Sound):
         "what decodes: a threshold of SNR; a matched filter, coherent or not, or in a Rayleigh "
         "channel",
     )
+    timing: Literal["constant", "envelope", "carrier"] = key(
+        "constant",
+        "",
+        "what an array's time differences lose as SNR falls: nothing, or as arrivals are timed by "
+        "the envelope, or by the carrier as well",
+    )
 
 
 class PingSonar(_OfPings, Sonar):

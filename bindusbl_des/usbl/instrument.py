@@ -34,7 +34,8 @@ NOISE_WIDTH = 12
 # What all measurements of an instrument share: the sound speed that it computes with and the true
 # one (m/s), the noise of one element by itself and with what its clock's steps add (s), that of a
 # travel time (s), the step (s), the noise of a range by one way (m), of GNSS along each axis (m),
-# and of roll, pitch and heading (rad); what a sheet says in the place of the array.
+# and of roll, pitch and heading (rad); what an SNR of 0 dB adds to the noise of an element (s);
+# what a sheet says in the place of the array.
 LEVELS = np.dtype(
     [
         ("sound_speed_m_per_s", "f8"),
@@ -46,6 +47,7 @@ LEVELS = np.dtype(
         ("range_sd_m", "f8"),
         ("gnss_sd_m", "f8"),
         ("attitude_sd_rad", "f8", (3,)),
+        ("timing_sd_s", "f8"),
         *SHEET,
     ]
 )
@@ -129,7 +131,7 @@ def sighted(
     else:
         differences = arrival_differences(
             instrument.array, seen, levels.true_sound_speed_m_per_s,
-            levels.element_sd_s * noise[:5], levels.quantum_s,
+            timed_sd(levels.element_sd_s, snr_db, levels) * noise[:5], levels.quantum_s,
         )  # fmt: skip
         within = direction(
             instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric
@@ -143,6 +145,16 @@ def sighted(
             believed[k, 0] * within[0] + believed[k, 1] * within[1] + believed[k, 2] * within[2]
         )
     return unit, believed
+
+
+@compiled
+def timed_sd(floor: float, snr_db: float, levels: Row) -> float:
+    """Return the noise (s) of an element that has a `floor` (s) of its own, and what a signal of
+    that SNR adds; nothing where no SNR is known.
+    """
+    if levels.timing_sd_s > 0.0 and not math.isnan(snr_db):
+        return math.sqrt(floor**2 + levels.timing_sd_s**2 * 10.0 ** (-snr_db / 10.0))
+    return floor
 
 
 @compiled
@@ -176,7 +188,8 @@ def placed(
     if levels.by_sheet:
         across = across_by_sheet(offset, angle_sds(snr_db, levels))
     else:
-        direction_sd = levels.sound_speed_m_per_s * levels.stepped_element_sd_s
+        timing_sd = timed_sd(levels.stepped_element_sd_s, snr_db, levels)
+        direction_sd = levels.sound_speed_m_per_s * timing_sd
         across = across_by_array(offset, believed, instrument.metric, direction_sd)
     covariance = fix_covariance(offset, believed, across, ranging_sd, levels.attitude_sd_rad, 0.0)
     shrinkage, spread = debias(ahead, covariance, ranging_sd), spread_sd(reach, levels)
@@ -219,6 +232,7 @@ class Usbl:
     sound_speed: float
     true_sound_speed: float | None = None
     sheet: Sheet | None = None
+    timing_sd: float = 0.0
     metric: Vector = field(init=False, repr=False)
     levels: Rows = field(init=False, repr=False)  # (1,)
 
@@ -234,6 +248,7 @@ class Usbl:
             range_sd(self.travel_time_sd, self.quantum, self.sound_speed, ways=1),
             self.gnss_sd,
             self.attitude_sd,
+            self.timing_sd,
             *(NO_SHEET if self.sheet is None else self.sheet.levels),
         )
         metric = scatter(self.array)

@@ -175,6 +175,24 @@ def test_the_stronger_of_two_survives_where_it_may() -> None:
     assert found == [{"collided"}, {"heard"}, {"collided"}]
 
 
+def test_directions_are_worse_where_signals_are_weak() -> None:
+    """The array's timing loses what the SNR says: fixes say so, and err as they say."""
+    sds, nees = [], []
+    for level in (200.0, 124.5):  # dB: an SNR of 86 and of 10 dB at 60 m
+        channel = {"model": "sonar", "source_level_db": level, "shadowing_sd_db": 0.0}
+        channel["timing"] = "envelope"
+        world = lying(
+            (60.0, 0.0), duration_s=200.0,
+            acoustics={"hf": {"range_m": 61.0, "channel": channel}, "mf": {"range_m": 100.0}},
+            usbl={"tdoa_sd_s": 2.6e-7, "travel_time_sd_s": 6.7e-6},
+        )  # fmt: skip
+        fixes = simulate(world, 2).tables["fixes"]
+        sds.append(fixes.sd_y_m.mean())
+        nees.append((((fixes.y_m - 0.0) / fixes.sd_y_m) ** 2).mean())
+    assert sds[1] > 4.0 * sds[0]
+    assert nees == pytest.approx([1.0, 1.0], abs=4.0 * math.sqrt(2.0 / 100.0))
+
+
 def test_frames_are_decoded_by_chance_of_their_own(curve: dict[str, Any]) -> None:
     """On the MF band the share delivered is the curve's, and pings are what they were without."""
     mf = {"channel": curve, "range_m": 100.0}
