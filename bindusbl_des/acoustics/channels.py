@@ -7,6 +7,7 @@ from operator import attrgetter
 import numpy as np
 
 from ..core.plugins import Family, is_plugin
+from ..presets.catalogue import preset
 from ..scenario.channel_settings import Curve, Sonar, Table
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
@@ -62,9 +63,10 @@ def _channel(
     settings = settings_of(family, choice)
     if isinstance(settings, Curve):
         return curve_channel(settings)
+    assert isinstance(settings, Sonar)
+    settings = _as_sold(settings, attrgetter(family.key.rpartition(".")[0])(scenario).modem)
     if isinstance(settings, Table):
         return _table(scenario, settings, message, range_m)
-    assert isinstance(settings, Sonar)
     return sonar_channel(settings, link_budget(settings, water_of(scenario)), message, range_m)
 
 
@@ -84,3 +86,12 @@ def loss_of(scenario: Scenario) -> LossTerms:
         contention_of(scenario),
         loss.cap,
     )
+
+
+def _as_sold(settings: Sonar, modem: str | None) -> Sonar:
+    """Let the figures of a band's modem stand for settings that are not given."""
+    if modem is None:
+        return settings
+    values = preset("modem", modem).values
+    names = (values.keys() & Sonar.model_fields) - settings.model_fields_set
+    return settings.model_copy(update={name: values[name] for name in names})

@@ -21,8 +21,8 @@ UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
 WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
 BROADCASTS = (
     "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
-    "acoustics.mf.overhead",
-    "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "protocol.broadcaster",
+    "acoustics.mf.overhead", "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes",
+    "protocol.broadcaster",
     "acoustics.mf.airtimes", "acoustics.mf.processing_s", "acoustics.mf.payload_bytes",
     "acoustics.mf.overfull", "acoustics.mf.modem", "acoustics.mf.transmit_w",
     "acoustics.mf.receive_w", "acoustics.mf.idle_w",
