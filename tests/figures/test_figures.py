@@ -482,5 +482,5 @@ def test_messages_of_one_broadcast_share_a_slot() -> None:
     assert (run.tables["broadcasts"]["round"] == 0).sum() == 2
     (slot,) = downlink_slots(run, 0)
     assert slot.length == pytest.approx(rounds.downlink_s[0])
-    for kind in ("anatomy", "timeline"):
+    for kind in ("round", "timeline"):
         assert KINDS[kind](run, 7.0).axes
