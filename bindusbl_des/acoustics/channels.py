@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from .loss import COMBINERS, LOSS_LAWS, LossTerms
 from .sonar.budget import link_budget
 from .sonar.decoding import Message
 from .sonar.sonar_channel import sonar_channel
+
+# The settings of a channel that knows levels
+Sounding = TypeVar("Sounding", Sonar, Table)
 
 # The channel of a frame that carries so many fixes and is on the air for so long (s).
 FrameChannel = Callable[[int, float], AskedChannel]
@@ -63,10 +67,11 @@ def _channel(
     settings = settings_of(family, choice)
     if isinstance(settings, Curve):
         return curve_channel(settings)
-    assert isinstance(settings, Sonar)
-    settings = _as_sold(settings, attrgetter(family.key.rpartition(".")[0])(scenario).modem)
+    modem = attrgetter(family.key.rpartition(".")[0])(scenario).modem
     if isinstance(settings, Table):
-        return _table(scenario, settings, message, range_m)
+        return _table(scenario, _as_sold(settings, modem), message, range_m)
+    assert isinstance(settings, Sonar)
+    settings = _as_sold(settings, modem)
     return sonar_channel(settings, link_budget(settings, water_of(scenario)), message, range_m)
 
 
@@ -88,10 +93,10 @@ def loss_of(scenario: Scenario) -> LossTerms:
     )
 
 
-def _as_sold(settings: Sonar, modem: str | None) -> Sonar:
+def _as_sold(settings: Sounding, modem: str | None) -> Sounding:
     """Let the figures of a band's modem stand for settings that are not given."""
     if modem is None:
         return settings
     values = preset("modem", modem).values
-    names = (values.keys() & Sonar.model_fields) - settings.model_fields_set
+    names = (values.keys() & type(settings).model_fields) - settings.model_fields_set
     return settings.model_copy(update={name: values[name] for name in names})

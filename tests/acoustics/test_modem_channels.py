@@ -8,6 +8,7 @@ import pytest
 from bindusbl_des import Scenario
 from bindusbl_des.acoustics.channel import AskedChannel, Signals
 from bindusbl_des.acoustics.channels import hf_channel, mf_channel
+from bindusbl_des.protocol.slots import slots_of
 
 
 def bands(**acoustics: Any) -> Scenario:
@@ -37,16 +38,21 @@ def test_the_figures_of_a_modem_stand_for_settings_of_the_sonar() -> None:
 def test_bits_of_frames_are_sent_as_long_as_the_table_says() -> None:
     """A frame of 56 B in 0.770 s has less energy for each bit than one sent in 1.54 s."""
     sonar = {"model": "sonar", "decoding": "bpsk", "source_level_db": 125.0, "shadowing_sd_db": 0.0}
-    lost = [
-        _loss(mf_channel(bands(mf={**modem, "channel": sonar})))
-        for modem in ({"modem": "s2c_instant"}, {"bit_rate_bps": 56 * 8 * 2 / 0.770201})
-    ]
-    assert lost[0] == pytest.approx(lost[1])
-    slower = _loss(mf_channel(bands(mf={"bit_rate_bps": 56 * 8 / 0.770201, "channel": sonar})))
-    assert slower < lost[0]
+    table, same, slower = (
+        _loss(bands(mf={**modem, "channel": sonar}))
+        for modem in (
+            {"modem": "s2c_instant"},
+            {"bit_rate_bps": 56 * 8 * 2 / 0.770201},
+            {"bit_rate_bps": 56 * 8 / 0.770201},
+        )
+    )
+    assert table == pytest.approx(same)
+    assert slower < table
 
 
-def _loss(channel: Any) -> float:
+def _loss(scenario: Scenario) -> float:
+    channel_of, airtime = mf_channel(scenario), slots_of(scenario).airtime(3)
+    assert channel_of is not None
     ranges = np.full((1, 1), 300.0)
     signals = Signals(0.0, np.zeros((1, 3)), np.array([[300.0, 0.0, 0.0]]), ranges, 100.0, True)
-    return float(channel(3).prospects(signals)["loss"][0, 0])
+    return float(channel_of(3, airtime).prospects(signals)["loss"][0, 0])
