@@ -3,10 +3,12 @@
 from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
+from typing import TypeVar
 
 import numpy as np
 
 from ..core.plugins import Family, is_plugin
+from ..presets.catalogue import preset
 from ..scenario.channel_settings import Curve, Sonar, Sound, Table
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
@@ -18,6 +20,9 @@ from .loss import COMBINERS, LOSS_LAWS, LossTerms
 from .sonar.budget import link_budget
 from .sonar.decoding import Message, timing_sd_s
 from .sonar.sonar_channel import sonar_channel
+
+# The settings of a channel that knows levels
+Sounding = TypeVar("Sounding", bound=Sound)
 
 # The channel of a frame that carries so many fixes and is on the air for so long (s).
 FrameChannel = Callable[[int, float], AskedChannel]
@@ -62,9 +67,11 @@ def _channel(
     settings = settings_of(family, choice)
     if isinstance(settings, Curve):
         return curve_channel(settings)
+    modem = attrgetter(family.key.rpartition(".")[0])(scenario).modem
     if isinstance(settings, Table):
-        return _table(scenario, settings, message, range_m)
+        return _table(scenario, _as_sold(settings, modem), message, range_m)
     assert isinstance(settings, Sonar)
+    settings = _as_sold(settings, modem)
     return sonar_channel(settings, link_budget(settings, water_of(scenario)), message, range_m)
 
 
@@ -96,4 +103,14 @@ def timing_sd_of(scenario: Scenario) -> float:
         return 0.0
     settings = settings_of(CHANNEL, hf.channel)
     assert isinstance(settings, Sound)
+    settings = _as_sold(settings, hf.modem)
     return float(timing_sd_s(settings, 0.0, hf.ping_s, 0.0, timing == "carrier"))
+
+
+def _as_sold(settings: Sounding, modem: str | None) -> Sounding:
+    """Let the figures of a band's modem stand for settings that are not given."""
+    if modem is None:
+        return settings
+    values = preset("modem", modem).values
+    names = (values.keys() & type(settings).model_fields) - settings.model_fields_set
+    return settings.model_copy(update={name: values[name] for name in names})

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from ..presets.airtimes import AirtimeTable
+from ..presets.airtimes import AirtimeTable, airtime_table
+from ..scenario.scenario import Scenario
 
 
 def payload_bytes(fix_count: int, header: int = 8, record: int = 16) -> int:
@@ -85,3 +86,13 @@ class Messages:
     def delay(self, fixes: int) -> float:
         """Return how long (s) after its end one message is handed over."""
         return self.modem.delay(self.payload_bytes(fixes))
+
+
+def messages_of(scenario: Scenario) -> Messages:
+    """Return the messages of a scenario's downlink."""
+    mf = scenario.acoustics.mf
+    table = None if mf.airtimes is None else airtime_table(mf.airtimes)
+    modem = Modem(mf.bit_rate_bps, mf.overhead, table, mf.processing_s)
+    size = mf.payload_bytes if table is None else mf.payload_bytes or table.most_bytes
+    most = None if size is None else (size - mf.header_bytes) // mf.fix_bytes
+    return Messages(modem, mf.header_bytes, mf.fix_bytes, most, mf.overfull == "split")

@@ -120,7 +120,7 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
     slot = row_slot(result, fix) if policy == "pipelined_group" else len(slots) - 1
     if int(frame["round"]) != int(fix["round"]) and policy == "sequential":
         most = slots_of(result.scenario).messages.most
-        return f"{policy}: a message holds {most} fixes, older ones filled those before"
+        return f"{policy}: older fixes filled the messages before, of {most} each"
     ends = slots[slot].end
     which = "its slot" if policy == "pipelined_group" else "the last slot of its round"
     told = f"{policy}: {which} ended at {ends:.4f} s"

@@ -88,9 +88,9 @@ def _network(
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = slots_of(scenario), scenario.protocol
+    messages = slots.messages
     sound_speed = sound_speed_of(scenario)
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
-    messages = slots.messages
     uplink = Uplink(
         auvs,
         asvs,

@@ -7,10 +7,9 @@ as the survey grows (paper, section TDMA Acoustic Protocol).
 import math
 from dataclasses import dataclass
 
-from ..acoustics.modem import Messages, Modem
+from ..acoustics.modem import Messages, messages_of
 from ..core.clock import Clock, ExactClock, TickClock
 from ..core.plugins import PluginError, asked, loaded, shown
-from ..presets.airtimes import airtime_table
 from ..scenario.families import RANGING
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
@@ -158,16 +157,6 @@ def slots_of(scenario: Scenario) -> Slots:
         crossing, hf.ping_s, longest, _uplink_slot_of(scenario, longest, crossing), *guards,
         messages_of(scenario), clock_of(scenario),
     )  # fmt: skip
-
-
-def messages_of(scenario: Scenario) -> Messages:
-    """Return the messages of a scenario's downlink."""
-    mf = scenario.acoustics.mf
-    table = None if mf.airtimes is None else airtime_table(mf.airtimes)
-    modem = Modem(mf.bit_rate_bps, mf.overhead, table, mf.processing_s)
-    size = mf.payload_bytes if table is None else mf.payload_bytes or table.most_bytes
-    most = None if size is None else (size - mf.header_bytes) // mf.fix_bytes
-    return Messages(modem, mf.header_bytes, mf.fix_bytes, most, mf.overfull == "split")
 
 
 def _uplink_slot_of(scenario: Scenario, longest: float, crossing: float) -> float:

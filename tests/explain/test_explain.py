@@ -483,3 +483,27 @@ def test_what_was_wrong_all_the_time_is_told_with_the_fix() -> None:
     assert (
         "ranges 2.04 % too short: sound is assumed to travel at 1470, not at 1500 m/s" in made.why
     )
+
+
+def test_a_modem_hands_a_fix_over_later() -> None:
+    """The airtime of the table is told, and the parts of the latency with the delay add up."""
+    mf = {"modem": "s2c_instant", "payload_bytes": 24}
+    result = simulate(around((0.0, 0.0), (1.0, 0.0), auvs=2, acoustics={"mf": mf}))
+    fix = result.tables["fixes"].iloc[1]
+    chain = chain_of_fix(result, 1)
+    sending = next(
+        it for it in chain.steps if it.who == fix.broadcast_by and "broadcasts" in it.what
+    )
+    assert "24 B by the table of airtimes of s2c_instant = 0.4179 s on the air" in sending.why
+    assert "frame 0 is that of ASV 0 mod 2 = 0" in sending.why
+    parts = {part.name: part.duration_s for part in chain.parts}
+    assert parts["modem hands it over"] == 0.08861
+    assert sum(parts.values()) == pytest.approx(fix.latency_s)
+
+
+def test_what_waited_for_older_fixes_says_so() -> None:
+    """A fix that its round's message did not hold."""
+    mf = {"modem": "s2c_instant", "payload_bytes": 24, "overfull": "oldest_first"}
+    result = simulate(around((0.0, 0.0), auvs=2, acoustics={"mf": mf}))
+    told = "\n".join(it.why for it in chain_of_fix(result, 1).steps)
+    assert "sequential: older fixes filled the messages before, of 1 each" in told

@@ -472,3 +472,15 @@ def test_figures_of_campaigns_show_the_means(draw: Callable[..., Figure], campai
         }
         assert len(axes.texts) == 4
         assert figure.axes[1].get_ylabel() == "mean latency (s)"
+
+
+def test_messages_of_one_broadcast_share_a_slot() -> None:
+    """Two frames, one downlink slot, as long as the round says; anatomy and timeline are drawn."""
+    mf = {"modem": "s2c_instant", "payload_bytes": 24}
+    run = simulate(still(2, duration_s=4.0, acoustics={"mf": mf}))
+    rounds = run.tables["rounds"]
+    assert (run.tables["broadcasts"]["round"] == 0).sum() == 2
+    (slot,) = downlink_slots(run, 0)
+    assert slot.length == pytest.approx(rounds.downlink_s[0])
+    for kind in ("round", "timeline"):
+        assert KINDS[kind](run, 7.0).axes
