@@ -22,11 +22,13 @@ from bindusbl_des.scenario.keys import keys
 
 ROOT = Path(__file__).parents[1]
 MANUAL = (
-    "index.md", "tutorial.md", "python.md", "model.md", "navigation.md", "replay.md", "modems.md",
-    "instruments.md", "acoustics.md", "surveys.md",
+    "index.md", "tutorial.md", "tutorial_real_plan.md", "python.md", "model.md", "navigation.md",
+    "replay.md", "modems.md", "instruments.md", "acoustics.md", "surveys.md",
     "vehicles.md", "frames.md", "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
 PICTURES = (".png", ".svg")
+# Language, the file that it is if it has a title, and content
+FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 
 
@@ -80,8 +82,10 @@ def test_manual_does_what_it_says(
     monkeypatch.syspath_prepend(tmp_path)
     printed, names = "", {"__name__": "page"}
     text = (ROOT / "docs" / page).read_text()
-    for language, block in re.findall(r"^```(\w+)\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
-        if language == "console":
+    for language, file, block in re.findall(FENCED, text, re.DOTALL | re.MULTILINE):
+        if file:
+            Path(file).write_text(block)
+        elif language == "console":
             printed = "".join(map(typed, block.splitlines()))
         elif language == "python":
             printed = shown_by(block, names)

@@ -303,7 +303,7 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
 def _told(found: dict[str, Any]) -> Iterator[str]:
     stations, reach = found["asvs"], found["reach_m"]
     for it in stations[:MOST_ROWS]:
-        yield f"ASV{it['asv']:<23}{it['x_m']:>9.2f}, {it['y_m']:.2f} m"
+        yield f"ASV{it['asv']:<23}{it['x_m']:>z9.2f}, {it['y_m']:z.2f} m"
     if len(stations) > MOST_ROWS:
         yield f"... {len(stations) - MOST_ROWS} more ASVs"
     metric = found["range_metric"]

@@ -2,10 +2,11 @@
 
 They show the pages and figures of this version, for scenarios that pin all that matters: the report
 of the recovery mission as `run` writes it (without advice, which takes time of the machine's), its
-playback at an instant, the figure of a sweep, and the map of the survey that the page on surveys
-describes.  Needs Chromium and the extra `dev`.
+playback at an instant, the figure of a sweep, the map of the survey that the page on surveys
+describes, and the answer of the second tutorial.  Needs Chromium and the extra `dev`.
 """
 
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 import yaml
 from playwright.sync_api import sync_playwright
 
-from bindusbl_des import Scenario, simulate, sweep
+from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
 
 FOLDER = Path(__file__).parent
 SCENARIO = FOLDER.parents[1] / "scenarios" / "recovery_140m.yaml"
@@ -26,9 +27,12 @@ SHOWN_AT = 128.0
 # Size of the window (CSS px), and what is left above and below what is cut out of it
 WIDTH, HEIGHT, MARGIN = 1000, 1000, 8
 
+# Of the drawing of a mission, so that it loads quickly
+DPI = 100
+
 
 def main() -> None:
-    """Write report.png, playback.png, sweep.svg and basin.png beside this file."""
+    """Write report.png, playback.png, sweep.svg, basin.png and fjord.png beside this file."""
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "report.html"
         simulate(SCENARIO, seed=0).report(page)
@@ -38,10 +42,23 @@ def main() -> None:
     campaign.plot(
         "curves", FOLDER / "sweep.svg", x="asvs.formation.angle_deg", series="asvs.count", width=6.0
     )
-
     simulate(described("surveys.md", "basin.yaml"), seed=0).plot(
         "trajectory", FOLDER / "basin.png", width=3.2
     )
+    with tempfile.TemporaryDirectory() as folder:
+        fjord(Path(folder)).plot("trajectory").savefig(FOLDER / "fjord.png", dpi=DPI)
+
+
+def fjord(folder: Path) -> Result:
+    """Return the mission that the tutorial of a real plan ends with; its files go to a folder."""
+    page = (FOLDER.parent / "tutorial_real_plan.md").read_text()
+    for name, text in re.findall(r'^```\w+ title="([\w.]+)"\n(.*?)^```', page, re.M | re.S):
+        (folder / name).write_text(text)
+    (scenario,) = re.findall(r"^```yaml\n# fjord.yaml\n(.*?)^```", page, re.M | re.S)
+    (folder / "fjord.yaml").write_text(scenario)
+    (answer,) = re.findall(r"^bindusbl-des run fjord.yaml (.*) --out results/two$", page, re.M)
+    settings = re.findall(r"--set (\S+)", answer)
+    return simulate(load_scenario(folder / "fjord.yaml", overrides=settings), seed=0)
 
 
 def described(page: str, name: str) -> Scenario:
