@@ -165,8 +165,8 @@ def _tables() -> Iterator[str]:
     yield "## Tables\n"
     yield (
         "Parquet files of a result folder. A value that does not exist is null; vehicles are named "
-        "AUV0, ASV0, ...; positions and headings are in the survey frame: x along the lanes, y "
-        "across, z down.\n"
+        "AUV0, ASV0, ...; positions and headings are in the survey frame: x north, y east, "
+        "z down.\n"
     )
     for table, columns in data_dictionary().items():
         yield f"### {table}\n"

@@ -1,8 +1,8 @@
 """What can happen in a mission, in the words of its result tables.
 
 Each class is one kind of row: its fields are the columns of the table of the same name, with unit
-and meaning.  An instant is in seconds of mission time, a position in the survey frame: x along the
-lanes, y across them, z down from the surface (metres).  What has not happened is ``None``.
+and meaning.  An instant is in seconds of mission time, a position in the survey frame: x north, y
+east, z down from the surface (metres).  What has not happened is ``None``.
 """
 
 from dataclasses import MISSING, dataclass, field
@@ -55,8 +55,8 @@ class Ping:
     slot: int = column("1", "uplink slot (ping group) within the round")
     auv: int | None = column("", "AUV that pinged; null where an ASV did (passive)")
     sent_at_s: float = column("s", "instant at which the ping began, or of a call without answer")
-    x_m: float = column("m", "true position of who pinged at that instant, along the lanes")
-    y_m: float = column("m", "true position of who pinged at that instant, across the lanes")
+    x_m: float = column("m", "true position of who pinged at that instant, north")
+    y_m: float = column("m", "true position of who pinged at that instant, east")
     z_m: float = column("m", "true depth of who pinged at that instant")
     in_range_of: int = column("1", "ASVs (passive: AUVs) within HF range at that instant", 0)
     heard_by: int = column("1", "ASVs (passive: AUVs) that decoded the ping", 0)
@@ -124,8 +124,8 @@ class Fix:
     asvs: str = column("", "ASVs whose measurements were fused (passive: that pinged)")
     pinged_at_s: float = column("s", "instant at which that ping was sent")
     valid_at_s: float = column("s", "instant at which the fix holds")
-    x_m: float = column("m", "position along the lanes")
-    y_m: float = column("m", "position across the lanes")
+    x_m: float = column("m", "position, north")
+    y_m: float = column("m", "position, east")
     z_m: float = column("m", "depth")
     sd_x_m: float = column("m", "standard deviation of x_m")
     sd_y_m: float = column("m", "standard deviation of y_m")
@@ -156,15 +156,15 @@ class TrackPoint:
 
     time_s: float = column("s", "instant")
     vehicle: str = column("", "vehicle")
-    x_m: float = column("m", "true position along the lanes")
-    y_m: float = column("m", "true position across the lanes")
+    x_m: float = column("m", "true position, north")
+    y_m: float = column("m", "true position, east")
     z_m: float = column("m", "true depth")
     yaw_rad: float = column("rad", "true heading from +x towards +y, in (-pi, pi]")
-    estimate_x_m: float | None = column("m", "fused estimate along the lanes", None)
-    estimate_y_m: float | None = column("m", "fused estimate across the lanes", None)
+    estimate_x_m: float | None = column("m", "fused estimate, north", None)
+    estimate_y_m: float | None = column("m", "fused estimate, east", None)
     estimate_z_m: float | None = column("m", "depth by the pressure sensor", None)
-    imu_x_m: float | None = column("m", "dead reckoning without any fix, along the lanes", None)
-    imu_y_m: float | None = column("m", "dead reckoning without any fix, across the lanes", None)
+    imu_x_m: float | None = column("m", "dead reckoning without any fix, north", None)
+    imu_y_m: float | None = column("m", "dead reckoning without any fix, east", None)
     position_error_m: float | None = column("m", "horizontal |estimate - truth|", None)
     cross_track_error_m: float | None = column(
         "m", "estimate - truth, perpendicular to the heading, positive to starboard", None

@@ -44,7 +44,7 @@ TABLES = (*ROWS, "mission")
 # Columns that hold a vehicle's number in the record and its name in the table.
 VEHICLES = {"auv": "AUV", "asv": "ASV", "broadcast_by": "ASV", "called_by": "ASV"}
 
-SURVEY_FRAME = "survey: x along the lanes, y across, z down, origin at the centre of the surface"
+SURVEY_FRAME = "survey: x north, y east, z down from the surface, origin as in the scenario"
 SCHEMA_VERSION = 1
 
 ARROW_TYPES = {int: pa.int64(), float: pa.float64(), str: pa.string()}

@@ -1,6 +1,6 @@
 """Where a ping comes from: the direction that a small array of hydrophones makes out.
 
-Frames: the survey frame has x along the lanes, y across them and z down; the array frame has x
+Frames: the survey frame has x north, y east and z down; the array frame has x
 forward, y to starboard and z down, so a target below the array has a positive z.  Angles are in
 radians: azimuth from x towards y, elevation positive downwards.
 """
