@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean
-from ..geometry.lanes import lane_count
 from ..presets.airtimes import airtime_table
 from .channel_settings import table_mistakes
 from .families import parts_of
@@ -18,21 +17,16 @@ from .places.checks import misplaced
 from .places.on_earth import origin_of, positioned
 from .scenario_keys import ScenarioKeys
 from .sections.environment import Environment
-from .sections.routes import Lawnmower
-from .sections.survey import SHAPES
 from .sections.vehicles import Formation
-from .survey_area import area_of, lanes_heading
+from .survey.agreement import SHORTEST_WAY, unsurveyable
 
 FRAMED_SCHEDULES = ("round_robin", "random")
 
 # A mission larger than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
-MOST_LANES = 100_000
 
 # The speed of sound (m/s) that is not given
 USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
-# Shorter lanes and ways (m) are no lanes: a vehicle cannot be said to go along them.
-SHORTEST_WAY = 0.001
 
 
 class Problem(NamedTuple):
@@ -46,14 +40,12 @@ class Problem(NamedTuple):
 def problems(scenario: ScenarioKeys) -> list[Problem]:
     """Return every contradiction: dotted key, rule, value and remedy."""
     return [
-        *(shape := list(_survey(scenario))),
+        *(Problem(*found) for found in unsurveyable(scenario)),
         *_vehicles(scenario),
-        *_fleet(scenario),
         *_origin(scenario),
         *_water(scenario),
         *(Problem(*found) for found in misplaced(scenario)),
         *_route(scenario),
-        *([] if shape else _lanes(scenario)),
         *_formation(scenario),
         *_parts(scenario),
         *_protocol(scenario),
@@ -180,91 +172,6 @@ def _route(scenario: ScenarioKeys) -> Iterator[Problem]:
                     f"auvs.route.{name}.{number}",
                     f"needs at least two points, those in a row {SHORTEST_WAY:g} m apart or more",
                 )
-
-
-def _survey(scenario: ScenarioKeys) -> Iterator[Problem]:
-    """Yield what is wrong with the shape of the survey."""
-    survey, shapes = scenario.survey, scenario.survey.shapes
-    if len(shapes) != 1:
-        first = shapes[0] if shapes else "side_m"
-        yield Problem(
-            f"survey.{shapes[1] if shapes else first}",
-            f"excludes {first}: either says what the survey is; keep one, and set the other to "
-            "null where it comes from elsewhere"
-            if shapes
-            else f"says of no survey what it is; give one of {', '.join(SHAPES)}",
-            tuple(f"survey.{name}" for name in SHAPES),
-        )
-        return
-    if shapes[0] in ("polygon_m", "area") and survey.rotation_deg:
-        yield Problem(
-            "survey.rotation_deg",
-            "turns squares and rectangles; turn the corners of a polygon, and remove it",
-            (f"survey.{shapes[0]}",),
-        )
-    try:
-        area_of(scenario)
-    except ValueError as error:
-        yield Problem(f"survey.{shapes[0]}", str(error))
-
-
-def _fleet(scenario: ScenarioKeys) -> Iterator[Problem]:
-    """Yield lists of what each AUV has that do not fit the number of AUVs."""
-    auvs, survey = scenario.auvs, scenario.survey
-    for name, given, what in (
-        ("survey.depths_m", survey.depths_m, "depth"),
-        ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed"),
-        ("auvs.launch_m", auvs.launch_m, "[x, y]"),
-        ("auvs.recovery_m", auvs.recovery_m, "[x, y]"),
-    ):
-        alone = what == "[x, y]" and given is not None and len(given) == 1
-        if given is not None and len(given) != auvs.count and not alone:
-            yield Problem(
-                name,
-                f"needs one {what} per AUV{', or one for all' if what == '[x, y]' else ''}: "
-                f"{auvs.count} expected, {len(given)} given",
-                ("auvs.count",),
-            )
-
-
-def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
-    """Yield why the survey cannot be swept in lanes as asked for."""
-    auvs, route = scenario.auvs, scenario.auvs.route
-    if not isinstance(route, Lawnmower):
-        return
-    area, shape = area_of(scenario), f"survey.{scenario.survey.shapes[0]}"
-    box = area.along(lanes_heading(scenario)).box
-    spacing, across = route.lane_spacing_m, box.y_max - box.y_min
-    if across / spacing > MOST_LANES:
-        yield Problem(
-            "auvs.route.lane_spacing_m",
-            f"makes {across / spacing:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
-            (shape, "auvs.route.kind"),
-        )
-    elif route.division == "equal_length" and lane_count(across, spacing) < auvs.count:
-        yield Problem(
-            "auvs.route.division",
-            f"shares {lane_count(across, spacing)} lanes out among {auvs.count} AUVs, of which "
-            f"each needs one; use a spacing of {across / auvs.count:.4g} m or less, fewer AUVs, or "
-            "strips",
-            ("auvs.route.lane_spacing_m", "auvs.count", shape),
-        )
-    margin = spacing / 2 if route.end_margin_m is None else route.end_margin_m
-    along = box.x_max - box.x_min
-    if along - 2 * margin < SHORTEST_WAY:
-        yield Problem(
-            f"auvs.route.{'lane_spacing_m' if route.end_margin_m is None else 'end_margin_m'}",
-            f"leaves no lane: margins of 2 x {margin:g} m fill the "
-            f"{'side' if area.side else 'length'} of {along:g} m; use a smaller one",
-            (shape, "auvs.route.kind"),
-        )
-    if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > area.across:
-        yield Problem(
-            "auvs.turning_radius_m",
-            f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.told}; "
-            f"use at most {area.across / 2:g}",
-            (shape, "auvs.vehicle", "auvs.route.kind"),
-        )
 
 
 def _formation(scenario: ScenarioKeys) -> Iterator[Problem]:

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.plugins import Family, PluginError, asked, shown
 from ..vehicles.tracks import FARTHEST, FASTEST, Track
-from .consistency import SHORTEST_WAY
 from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice
 from .part_settings import own_part
 from .scenario_keys import ScenarioKeys
+from .survey.agreement import SHORTEST_WAY
 
 Array = NDArray[np.float64]
 
