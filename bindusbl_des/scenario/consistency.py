@@ -49,6 +49,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *_formation(scenario),
         *_parts(scenario),
         *_protocol(scenario),
+        *_channels(scenario),
         *_messages(scenario),
         *(Problem(*it) for it in contradictions(scenario)),
         *_sizes(scenario),
