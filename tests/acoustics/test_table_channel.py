@@ -101,7 +101,7 @@ def test_rays_of_ones_own(tmp_path: Path) -> None:
         ({"bottom_m": 8.0}, "the sea, 8 m deep, ends above the survey at 10 m; give its depth"),
         ({"rays": "x.csv", "bottom_m": 40.0}, "remove it, or rays"),
         ({"spreading": 1.5}, "spreading"),
-        ({"decoding": "bpsk"}, "pings have none"),
+        ({"decoding": "bpsk"}, "decoding: must be 'threshold'"),
     ],
 )
 def test_wrong_tables_are_refused(channel: dict[str, Any], message: str) -> None:
