@@ -76,7 +76,8 @@ def settle(
     duration: float, capture: float, shadowing_sd_db: float,
     fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
     asv_table: Floats, asv_first: Ints, asv_step: float,
-    array: Floats | None, metric: Floats, levels: Rows, strayed: Floats | None,
+    array: Floats | None, metric: Floats, levels: Rows, has_sheet: bool | None,
+    strayed: Floats | None,
     known: Rows | None, variances: Floats, misalignments: Floats, gnss: Floats, clocks: Floats,
     levers: Floats, left: Floats,
 ) -> tuple[int, int, int]:  # fmt: skip
@@ -107,7 +108,7 @@ def settle(
             begin(row, pings[ping], only)
             heard = Heard(pings[ping], receptions[row.first : row.end], hearers, measuring)
             if array is not None:
-                instrument = Instrument(array, metric, levels[0])
+                instrument = Instrument(array, metric, levels[0], has_sheet)
                 if known is not None:
                     lasting = Systematic(known[0], variances, misalignments, gnss, clocks)
                     place, covariance, lever, left[fix] = measured_astray(

@@ -85,9 +85,9 @@ class Uplink:
         outliers = 0
         if isinstance(instrument, Astray):
             (instrument, self._lasting), outliers = instrument, OUTLIER_WIDTH
-        array: tuple[Any, ...] = (None, None, None)
+        array: tuple[Any, ...] = (None,) * 4
         if isinstance(instrument, Usbl):
-            array = instrument.array, instrument.metric, instrument.levels
+            array = instrument.flat
         self._law, self._asvs_move = (*self._loss, *air), not asvs.foreseen
         self._measuring = (*array, strayed)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)

@@ -6,7 +6,7 @@ own position from GNSS.  Frames are those of :mod:`.array`.
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from ..core.compiled import compiled
 from ..records.rows import Row, Rows
 from .array import arrival_differences, direction, rotation, scatter
-from .covariance import across_by_array, across_by_sheet, debias, fix_covariance, not_nothing
+from .covariance import (
+    Across,
+    across_by_array,
+    across_by_sheet,
+    debias,
+    fix_covariance,
+    not_nothing,
+)
 from .sheet import (
     NO_SHEET,
     SHEET,
@@ -55,12 +62,14 @@ LEVELS = np.dtype(
 
 class Instrument(NamedTuple):
     """What ASVs measure with: the places of the elements (5, 3), m, their scatter matrix (3, 3), m2
-    (:mod:`.array`), and a record of LEVELS.
+    (:mod:`.array`), and a record of LEVELS; a data sheet is in their place where it `has_sheet`
+    (None: there is none, and nothing of it is compiled).
     """
 
     array: Vector
     metric: Vector
     levels: Row
+    has_sheet: bool | None
 
 
 def element_sd(tdoa_sd: float, quantum: float = 0.0, elements: int = 5) -> float:
@@ -126,16 +135,7 @@ def sighted(
     seen = np.empty(3)  # the source as the array sees it
     for k in range(3):
         seen[k] = truth[0, k] * offset[0] + truth[1, k] * offset[1] + truth[2, k] * offset[2]
-    if levels.by_sheet:
-        within = stated_direction(seen, angle_sds(snr_db, levels), noise)
-    else:
-        differences = arrival_differences(
-            instrument.array, seen, levels.true_sound_speed_m_per_s,
-            timed_sd(levels.element_sd_s, snr_db, levels) * noise[:5], levels.quantum_s,
-        )  # fmt: skip
-        within = direction(
-            instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric
-        )
+    within = _made_out(seen, snr_db, noise, instrument, instrument.has_sheet)
     believed = rotation(
         attitude_sd[0] * noise[6], attitude_sd[1] * noise[7], yaw + attitude_sd[2] * noise[8]
     )
@@ -145,6 +145,36 @@ def sighted(
             believed[k, 0] * within[0] + believed[k, 1] * within[1] + believed[k, 2] * within[2]
         )
     return unit, believed
+
+
+@compiled
+def _made_out(
+    seen: Vector, snr_db: float, noise: Vector, instrument: Instrument, has_sheet: bool | None
+) -> Vector:
+    """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
+    frame.
+    """
+    levels = instrument.levels
+    if has_sheet is not None:
+        return stated_direction(seen, angle_sds(snr_db, levels), noise)
+    differences = arrival_differences(
+        instrument.array, seen, levels.true_sound_speed_m_per_s,
+        timed_sd(levels.element_sd_s, snr_db, levels) * noise[:5], levels.quantum_s,
+    )  # fmt: skip
+    return direction(instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric)
+
+
+@compiled
+def _across(
+    offset: Vector, believed: Vector, snr_db: float, instrument: Instrument, has_sheet: bool | None
+) -> Across:
+    """Return what the direction of an offset (3,), m, errs by."""
+    levels = instrument.levels
+    if has_sheet is not None:
+        return across_by_sheet(offset, angle_sds(snr_db, levels))
+    timing_sd = timed_sd(levels.stepped_element_sd_s, snr_db, levels)
+    direction_sd = levels.sound_speed_m_per_s * timing_sd
+    return across_by_array(offset, believed, instrument.metric, direction_sd)
 
 
 @compiled
@@ -185,12 +215,7 @@ def placed(
     """
     ahead, levels = reach * unit, instrument.levels
     offset = not_nothing(ahead)
-    if levels.by_sheet:
-        across = across_by_sheet(offset, angle_sds(snr_db, levels))
-    else:
-        timing_sd = timed_sd(levels.stepped_element_sd_s, snr_db, levels)
-        direction_sd = levels.sound_speed_m_per_s * timing_sd
-        across = across_by_array(offset, believed, instrument.metric, direction_sd)
+    across = _across(offset, believed, snr_db, instrument, instrument.has_sheet)
     covariance = fix_covariance(offset, believed, across, ranging_sd, levels.attitude_sd_rad, 0.0)
     shrinkage, spread = debias(ahead, covariance, ranging_sd), spread_sd(reach, levels)
     fix = np.empty(3)
@@ -261,6 +286,11 @@ class Usbl:
         object.__setattr__(self, "levels", levels)  # derived once, then frozen
         object.__setattr__(self, "metric", metric)
 
+    @property
+    def flat(self) -> tuple[Any, ...]:
+        """The instrument as compiled code takes it: as of :class:`Instrument`, levels (1,)."""
+        return self.array, self.metric, self.levels, None if self.sheet is None else True
+
     def locate(
         self,
         source: Vector,
@@ -271,5 +301,6 @@ class Usbl:
         snr_db: float = math.nan,
     ) -> tuple[Vector, Vector]:
         """Measure one ping; see :func:`locate`."""
-        instrument = Instrument(self.array, self.metric, self.levels[0])
+        array, metric, levels, has_sheet = self.flat
+        instrument = Instrument(array, metric, levels[0], has_sheet)
         return locate(source, vessel, yaw, travel_time, snr_db, noise, instrument)

@@ -15,20 +15,17 @@ from ..records.rows import Row
 
 Vector = NDArray[np.float64]
 
-# Whether there is a sheet, the noise of bearing and elevation (rad), the share of a path that is
-# noise of its length, the noise of the place along each axis (m) and its share of the range, the
-# SNR (dB) at which angles are as noisy as that (nan: at any), and what they never fall below (rad).
+# The noise of bearing and elevation (rad), the share of a path that is noise of its length, the
+# noise of the place along each axis (m) and its share of the range, the SNR (dB) at which angles
+# are as noisy as that (nan: at any), and what they never fall below (rad).
 SHEET = [
-    ("by_sheet", "i8"),
-    *(
-        (name, "f8")
-        for name in (
-            *("bearing_sd_rad", "elevation_sd_rad", "path_share", "spread_sd_m", "spread_share"),
-            *("reference_snr_db", "angle_floor_rad"),
-        )
-    ),
+    (name, "f8")
+    for name in (
+        *("bearing_sd_rad", "elevation_sd_rad", "path_share", "spread_sd_m", "spread_share"),
+        *("reference_snr_db", "angle_floor_rad"),
+    )
 ]
-NO_SHEET = (0, 0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0)
+NO_SHEET = (0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0)
 
 # Of a row of noise the first two numbers are bearing and elevation, the next three the spread:
 # elements of an array, of which they are else, there are none.
@@ -56,7 +53,7 @@ class Sheet(NamedTuple):
     def levels(self) -> tuple[Any, ...]:
         """The fields SHEET of this sheet."""
         return (
-            *(1, self.bearing_sd, self.elevation_sd, self.path_share),
+            *(self.bearing_sd, self.elevation_sd, self.path_share),
             *(self.spread_sd, self.spread_share, self.reference_snr_db, self.angle_floor),
         )
 

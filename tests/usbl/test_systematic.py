@@ -73,7 +73,7 @@ class Sea:
             levels[0], self.sds**2, self.wrong[:3],
             self.wrong[3:9].reshape(3, 1, 2), self.wrong[None, 10:],
         )  # fmt: skip
-        instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0])
+        instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
         strayed = None if self.called_by == NONE else np.zeros(1)
         fleet = together([vessel.legs for vessel in vessels])
         return measured_astray(heard, fleet, instrument, strayed, lasting)

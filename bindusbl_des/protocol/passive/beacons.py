@@ -59,9 +59,9 @@ class Beacons:
         outliers = 0
         if isinstance(instrument, Astray):
             (instrument, self._lasting), outliers = instrument, OUTLIER_WIDTH
-        self._measuring: tuple[Any, ...] = (None, None, None)
+        self._measuring: tuple[Any, ...] = (None,) * 4
         if isinstance(instrument, Usbl):
-            self._measuring = instrument.array, instrument.metric, instrument.levels
+            self._measuring = instrument.flat
         self._law = (*loss, *air)
         self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))

@@ -30,7 +30,7 @@ def settle(
     capture: float, shadowing_sd_db: float, gnss_noise: Floats,
     fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
     auv_table: Floats, auv_first: Ints, auv_step: float,
-    array: Floats | None, metric: Floats, levels: Rows,
+    array: Floats | None, metric: Floats, levels: Rows, has_sheet: bool | None,
     known: Rows | None, variances: Floats, misalignments: Floats, gnss: Floats, clocks: Floats,
     levers: Floats, left: Floats,
 ) -> tuple[int, int, int]:  # fmt: skip
@@ -59,7 +59,7 @@ def settle(
         line.fix = fix
         _begin_own(line, ping, it, row, duration)
         if array is not None:
-            instrument = Instrument(array, metric, levels[0])
+            instrument = Instrument(array, metric, levels[0], has_sheet)
             x, y, z, yaw = where(auvs, it.auv, it.arrived_at_s)
             measuring = drawn.copy()
             measuring[9:12] = gnss_noise[it.ping]  # one error of the ASV for all that hear it
