@@ -9,16 +9,17 @@ import numpy as np
 
 from ..core.plugins import Family, is_plugin
 from ..presets.catalogue import preset
-from ..scenario.channel_settings import Curve, Sonar, Sound, Table
+from ..scenario.channel_settings import Curve, PingSonar, Sonar, Sound, Table
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
-from ..scenario.water import water_of
+from ..scenario.water import sound_speed_of, water_of
 from .channel import AskedChannel, contention_of, own_channel
 from .curve import curve_channel
 from .loss import COMBINERS, LOSS_LAWS, LossTerms
 from .sonar.budget import link_budget
 from .sonar.decoding import Message, timing_sd_s
+from .sonar.echoing import echoing_sonar
 from .sonar.sonar_channel import sonar_channel
 
 # The settings of a channel that knows levels
@@ -72,7 +73,18 @@ def _channel(
         return _table(scenario, _as_sold(settings, modem), message, range_m)
     assert isinstance(settings, Sonar)
     settings = _as_sold(settings, modem)
-    return sonar_channel(settings, link_budget(settings, water_of(scenario)), message, range_m)
+    budget = link_budget(settings, water_of(scenario))
+    if isinstance(settings, PingSonar) and echoing(scenario):
+        speed = sound_speed_of(scenario)
+        return echoing_sonar(settings, budget, message, range_m, speed)
+    return sonar_channel(settings, budget, message, range_m)
+
+
+def echoing(scenario: Scenario) -> bool:
+    """Tell whether pings have echoes: those of AUVs, by a sonar, where a bottom is given."""
+    channel = scenario.acoustics.hf.channel
+    given = channel == "sonar" and channel.settings.get("bottom_m") is not None
+    return given and not scenario.protocol.is_passive
 
 
 def _table(scenario: Scenario, settings: Table, message: Message, range_m: float) -> AskedChannel:

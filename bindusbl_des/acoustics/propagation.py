@@ -165,6 +165,7 @@ def _reach(
             line.loss = lost(line.slant_range_m, number, asv, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
             line.sound, line.snr_db = strength, snr(number, asv, way)
+            line.late_s = line.lowered = nan
             row += 1
             if strength > 0.0:
                 ping.longest_s = max(ping.longest_s, travel)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.channel import AskedChannel, Signals
-from ..acoustics.channels import hf_channel
+from ..acoustics.channels import echoing, hf_channel
 from ..core.plugins import is_plugin
 
 if TYPE_CHECKING:
@@ -40,6 +40,8 @@ def decided_by_channel(result: "Result", reception: Any, others: list[str]) -> t
     scenario, outcome = result.scenario, reception.outcome
     level, chance = _level(scenario, reception), _chance(scenario, reception)
     overlap = f"overlaps {', '.join(others)}" if others else "no other ping overlaps"
+    if outcome == "collided" and not others:
+        overlap = "overlaps the echo of another ping"
     if outcome == "out_of_range":
         return "cannot decode it", level or chance
     if outcome == "in_flight":
@@ -83,6 +85,8 @@ def _chance(scenario: "Scenario", reception: Any) -> str:
         name = Path(channel.settings["file"]).name
         return f"loss probability {loss:.3f} by the curve {name} at {away:.1f} m"
     spread = _asked(scenario).receiver.shadowing_sd_db
+    if echoing(scenario):
+        return f"{spread:g} dB of shadowing about the level that echoes leave"
     return f"loss probability {loss:.3f}, with {spread:g} dB of shadowing about the level expected"
 
 

@@ -54,6 +54,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
             _formation,
             _told,
             _sheet,
+            _sonar,
             _route,
             _tracks,
             _frames,
@@ -127,6 +128,26 @@ def _sheet(scenario: Scenario) -> Iterator[Problem]:
             "ratio, angles are as stated); remove it",
             ("acoustics.hf.channel",),
         )
+
+
+def _sonar(scenario: Scenario) -> Iterator[Problem]:
+    """Yield settings of a sonar that do nothing here."""
+    settings, model = scenario.acoustics.hf.channel.settings, scenario.usbl.model
+    if "timing" in settings and model != "array":
+        yield Problem(
+            "acoustics.hf.channel.timing",
+            f"has no effect with usbl.model: {model} (how directions err is said there, arrivals "
+            "at an array are not timed); remove it",
+            ("usbl.model",),
+        )
+    if scenario.acoustics.hf.channel == "sonar" and scenario.protocol.is_passive:
+        for name in {"bottom_m", "surface_sd_m", "transducer_m"} & settings.keys():
+            yield Problem(
+                f"acoustics.hf.channel.{name}",
+                "has no effect with protocol.ranging: passive (the pings of ASVs have no echoes); "
+                "remove it",
+                ("protocol.ranging",),
+            )
 
 
 def _route(scenario: Scenario) -> Iterator[Problem]:

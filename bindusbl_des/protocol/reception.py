@@ -39,8 +39,9 @@ class Noise(NamedTuple):
 
 
 @compiled
-def overlapped(row: int, air: Air) -> bool:
-    """Tell whether other pings that overlap this one at its ASV destroy it; touching is no overlap.
+def overlapped(row: int, air: Air, echoes: Rows | None) -> bool:
+    """Tell whether other pings that overlap this one at its ASV destroy it, or (if not None) the
+    `echoes` of these; touching is no overlap.
 
     Pings are on record in the order in which they were sent, so the search ends at one that was
     over before this arrival, or sent after it.
@@ -53,10 +54,14 @@ def overlapped(row: int, air: Air) -> bool:
         if sent_at + longest + air.duration < it.arrived_at_s:
             break
         others += _beside(it, receptions[other], air.duration)
+        if echoes is not None:
+            others += _echoed(it, receptions[other], echoes[other], air.duration)
     for other in range(row + 1, len(receptions)):
         if pings[receptions[other].ping].sent_at_s > it.arrived_at_s + air.duration:
             break
         others += _beside(it, receptions[other], air.duration)
+        if echoes is not None:
+            others += _echoed(it, receptions[other], echoes[other], air.duration)
     return drowns(it.sound, others, air.capture)
 
 
@@ -70,9 +75,21 @@ def _beside(it: Row, other: Row, duration: float) -> float:
     return float(other.sound)
 
 
+@compiled
+def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
+    """Return how strong the echoes of another ping are at the same ASV while this one lasts."""
+    strength = 0.0
+    if other.asv == it.asv:
+        for way in range(len(echo.later_s)):
+            if overlap(it.arrived_at_s, other.arrived_at_s + echo.later_s[way], duration):
+                strength += echo.sound[way]
+    return strength
+
+
 @entry
 def settle(
-    time: float, first: int, only: int, pings: Rows, receptions: Rows, calls: Rows,
+    time: float, first: int, only: int, pings: Rows, receptions: Rows, echoes: Rows | None,
+    calls: Rows,
     duration: float, capture: float, shadowing_sd_db: float,
     fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
     asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -86,7 +103,8 @@ def settle(
 
     Return the number of fixes then, and NONE, NONE; or, when the noise of a pair of an AUV and an
     ASV is used up, these: it must be refilled and the function called again.  What decides at a
-    receiver, `capture` and the shadowing (dB), is as of :class:`.channel.Receiver`.  `strayed` (n,)
+    receiver, `capture` and the shadowing (dB), is as of :class:`.channel.Receiver`; `echoes`, row by
+    row those of `receptions` (:data:`.echoing.ECHO`), None where pings have none.  `strayed` (n,)
     is how far each AUV may have gone between a call and its answer (variance along its course, m2);
     None where nobody calls.  Where the `array` is None, an instrument of somebody's own measures
     later.
@@ -99,7 +117,7 @@ def settle(
     asvs = Motion(asv_table, asv_first, asv_step)
     due = np.array([first]) if only != NONE else _due(pings, first, time)
     for ping in due:
-        dry, hearers, measuring = _decide(ping, only, air, noise)
+        dry, hearers, measuring = _decide(ping, only, air, echoes, noise)
         if dry != NONE:
             return fix, pings[ping].auv, dry
         if hearers.size > 0:
@@ -141,7 +159,9 @@ def _due(pings: Rows, first: int, time: float) -> Ints:
 
 
 @compiled
-def _decide(ping: int, only: int, air: Air, noise: Noise) -> tuple[int, Ints, Floats]:
+def _decide(
+    ping: int, only: int, air: Air, echoes: Rows | None, noise: Noise
+) -> tuple[int, Ints, Floats]:
     """Decide the receptions of a ping, or `only` one.
 
     Return NONE; of these receptions (n,) those to make a fix of, which were heard if nobody heard
@@ -167,7 +187,7 @@ def _decide(ping: int, only: int, air: Air, noise: Noise) -> tuple[int, Ints, Fl
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
         for n in range(len(drawn)):
             measuring[k, n] = drawn[n]
-        it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air)
+        it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air, echoes)
         it.snr_db += air.shadowing_sd_db * drawn[NOISE_WIDTH]
         if it.outcome == HEARD:
             heard[hearers] = k
@@ -178,10 +198,10 @@ def _decide(ping: int, only: int, air: Air, noise: Noise) -> tuple[int, Ints, Fl
 
 
 @compiled
-def _outcome(row: int, luck: float, air: Air) -> int:
+def _outcome(row: int, luck: float, air: Air, echoes: Rows | None) -> int:
     """Return what becomes of a ping at an ASV, where it is lost by `luck`, a standard normal."""
     it = air.receptions[row]
-    if overlapped(row, air) or drowned(air.pings[it.ping], it, air.duration, air.calls):
+    if overlapped(row, air, echoes) or drowned(air.pings[it.ping], it, air.duration, air.calls):
         return COLLIDED
     return by_luck(it, luck)
 
@@ -195,11 +215,11 @@ def by_luck(it: Row, luck: float) -> int:
 
 @entry
 def foretold(
-    row: int, luck: float, pings: Rows, receptions: Rows, calls: Rows, duration: float,
-    capture: float,
+    row: int, luck: float, pings: Rows, receptions: Rows, echoes: Rows | None, calls: Rows,
+    duration: float, capture: float,
 ) -> int:  # fmt: skip
     """Return what will be decided of a reception, once the ping has passed its ASV."""
-    return _outcome(row, luck, Air(pings, receptions, calls, duration, capture, 0.0))
+    return _outcome(row, luck, Air(pings, receptions, calls, duration, capture, 0.0), echoes)
 
 
 @compiled

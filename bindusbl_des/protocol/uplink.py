@@ -11,6 +11,7 @@ from ..acoustics.channel import DISC, PLAIN, AskedChannel, Prospects, Receiver, 
 from ..acoustics.loss import LossTerms
 from ..acoustics.prediction import amend
 from ..acoustics.propagation import Band, spread
+from ..acoustics.sonar.echoing import ECHO, EchoingSonar
 from ..acoustics.travel_time import travel_time
 from ..core.streams import NoiseStore, Purpose, Streams
 from ..records.events import HEARD, IN_FLIGHT
@@ -80,6 +81,7 @@ class Uplink:
         self._auvs, self._asvs, self._record = auvs, asvs, record
         self._channel = None if isinstance(channel, LossTerms) else channel
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
+        self._echoes = EventBuffer(ECHO) if isinstance(channel, EchoingSonar) else None
         self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
         self._lasting: Systematic | None = None
         outliers = 0
@@ -117,6 +119,10 @@ class Uplink:
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         return answers
+
+    @property
+    def _echo_rows(self) -> Rows | None:
+        return None if self._echoes is None else self._echoes.rows
 
     @property
     def foresees_calls(self) -> bool:
@@ -174,7 +180,7 @@ class Uplink:
         self._auvs.reach(time)
         if self._asvs_move:
             self._asvs.reach(time)
-        prospects = self._prospects(group, time)
+        prospects, row = self._prospects(group, time), receptions.count
         receptions.count = spread(
             members(tuple(group)), round_number, slot, time, called, self._calls.count,
             pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
@@ -182,9 +188,26 @@ class Uplink:
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
+        if self._echoes is not None:
+            self._echo(group, first, row, self._echoes)
         if self.on_sent is not None:
             self.on_sent(range(first, pings.count))
         return range(first, pings.count)
+
+    def _echo(self, group: Sequence[int], first: int, row: int, echoes: EventBuffer) -> None:
+        """Note the echoes of pings from `first` on, whose receptions begin with a row."""
+        assert isinstance(self._channel, EchoingSonar)
+        pings, receptions = self._record.pings.rows, self._record.receptions.rows[row:]
+        sent_at = float(pings["sent_at_s"][first])
+        heard = self._channel.heard(self._signals(group, sent_at, calling=False))[1]
+        found = heard[receptions["ping"] - first, receptions["asv"]]
+        echoes.room_for(len(found))[row : row + len(found)] = found
+        echoes.count = row + len(found)
+        for name in ("late_s", "lowered"):
+            receptions[name] = found[name]
+        last = (receptions["travel_time_s"] + found["later_s"].max(axis=1)).max(initial=0.0)
+        longest = pings["longest_s"][first:]
+        np.maximum(longest, last, out=longest)
 
     def decide_passed(self, time: float) -> range:
         """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""
@@ -212,9 +235,9 @@ class Uplink:
         if self._lasting is not None:
             lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
         fixes.count, auv, asv = settle(
-            time, ping, only, pings.rows, receptions.rows, self._calls.rows, self.band.duration,
-            self.receiver.capture, self.receiver.shadowing_sd_db, room, fixes.count,
-            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
+            time, ping, only, pings.rows, receptions.rows, self._echo_rows, self._calls.rows,
+            self.band.duration, self.receiver.capture, self.receiver.shadowing_sd_db, room,
+            fixes.count, noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
             *self._measuring, *lasting,
         )  # fmt: skip
         if self._instrument is not None:
@@ -287,7 +310,9 @@ class Uplink:
         ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
         luck = float(self._noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
         calls, duration, receiver = self._calls.rows, self.band.duration, self.receiver
-        outcome = foretold(row, luck, pings, receptions, calls, duration, receiver.capture)
+        outcome = foretold(
+            row, luck, pings, receptions, self._echo_rows, calls, duration, receiver.capture
+        )
         return outcome, float(it["snr_db"]) + receiver.shadowing_sd_db * luck
 
     def close(self, time: float) -> None:

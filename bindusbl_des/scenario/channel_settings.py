@@ -145,22 +145,51 @@ class _OfPings(Sound):
 class PingSonar(_OfPings, Sonar):
     """The settings of the channel `sonar` of pings."""
 
+    bottom_m: Real | None = key(
+        None, "m", "depth of a flat sea that echoes pings; null = no echoes", ge=1, le=12_000
+    )
+    surface_sd_m: Real = key(
+        0.0, "m", "standard deviation of the surface's height, for its echoes", ge=0, le=20
+    )
+    transducer_m: Real = key(
+        0.5, "m", "depth at which ASVs carry their transducers, for echoes", ge=0.01, le=100
+    )
+
+    @model_validator(mode="after")
+    def _echoes_of_a_bottom(self) -> "PingSonar":
+        """Refuse what only echoes depend on where there are none, and what lies below the sea."""
+        given = self.model_fields_set & {"surface_sd_m", "transducer_m"}
+        if self.bottom_m is None and given:
+            raise ValueError(
+                f"{' and '.join(sorted(given))} matter for echoes; add bottom_m, or remove them"
+            )
+        if self.bottom_m is not None and self.transducer_m >= self.bottom_m:
+            raise ValueError(
+                f"transducer_m {self.transducer_m:g} lies on the bottom at {self.bottom_m:g} m or "
+                "below it; make it less"
+            )
+        return self
+
 
 class PingTable(_OfPings, Table):
     """The settings of the channel `table` of pings."""
 
 
 def table_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[str, str]]:
-    """Yield what keeps rays from being traced for a survey as deep (m), each with its setting."""
-    if channel != "table" or channel.settings.get("rays") is not None:
+    """Yield what keeps rays from being traced, or pings from having echoes, for a survey as deep
+    (m), each with its setting.
+    """
+    traced = channel == "table" and channel.settings.get("rays") is None
+    if not traced and channel != "sonar":
         return
-    bottom = channel.settings.get("bottom_m", Table.model_fields["bottom_m"].default)
+    usual = Table.model_fields["bottom_m"].default if traced else None
+    bottom = channel.settings.get("bottom_m", usual)
     if isinstance(bottom, int | float) and bottom <= deepest_m:
         yield (
             "bottom_m",
             f"the sea, {bottom:g} m deep, ends above the survey at {deepest_m:g} m; give its depth",
         )
-    if find_spec("pelagic") is None:
+    if traced and find_spec("pelagic") is None:
         yield (
             "rays",
             "rays are traced by the package pelagic (pip install 'bindusbl-des[bellhop]'); or give "

@@ -9,7 +9,7 @@ from ..records.rows import Row
 from ..vehicles.motion import Floats, Motion, where
 from .fusion import fuse_pair
 from .instrument import Instrument, locate
-from .two_way import Heard, two_way
+from .two_way import Heard, seeming, travelled, two_way
 
 
 @compiled
@@ -24,13 +24,13 @@ def measured(
     if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
         if not isnan(ping.called_at_s):
             return two_way(heard, asvs, instrument, strayed[ping.auv])
-    source = np.array((ping.x_m, ping.y_m, ping.z_m))
     estimate, covariance = np.zeros(3), np.zeros((3, 3))
     for row in heard.rows:
         it = heard.receptions[row]
         x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
+        vessel = np.array((x, y, z))
         fix, spread = locate(
-            source, np.array((x, y, z)), yaw, it.travel_time_s, it.snr_db, heard.noise[row],
+            seeming(ping, vessel, it), vessel, yaw, travelled(it), it.snr_db, heard.noise[row],
             instrument,
         )  # fmt: skip
         if row == heard.rows[0]:

@@ -36,7 +36,7 @@ from .fusion import fuse_shared, product
 from .instrument import NOISE_WIDTH, Instrument, Usbl, offset_of, placed
 from .levers import add, add_own, move, noise_of, spread_out
 from .sheet import path_sd
-from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, way_to_caller
+from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, travelled, way_to_caller
 
 # What is known: standard deviations along these columns but for the clock, that of its offset (s)
 # and of its drift, the standard normal number below which a measurement is an outlier and the
@@ -167,10 +167,10 @@ def _seen(
     """Return what an ASV measures that is turned and astray, by the clock of the AUV or of all."""
     ping, it = heard.ping, heard.receptions[row]
     if _called(heard):
-        under_way = ping.call_time_s + it.travel_time_s
+        under_way = ping.call_time_s + travelled(it)
     else:
         late, later = lasting.clocks[ping.auv]
-        under_way = it.travel_time_s + late + later * ping.sent_at_s
+        under_way = travelled(it) + late + later * ping.sent_at_s
     seen = sighting(heard, row, under_way, asvs, instrument)
     turn, unit = rotation(0.0, 0.0, lasting.misalignments[it.asv]), np.zeros(3)
     for i in range(3):

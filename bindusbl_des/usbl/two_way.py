@@ -5,6 +5,7 @@ the caller if it heard the answer.  That tells when the AUV answered, and with i
 others, whose errors contain that of the first (eq. rtt; the turnaround is known and removed).
 """
 
+from math import hypot, isnan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from ..core.compiled import compiled
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats, Ints, Motion, where
+from .covariance import SHORTEST_RANGE
 from .fusion import fuse_shared
 from .instrument import Instrument, clocked, placed, sighted
 from .round_trip import OwnRange, PathErrors, dated, own_range
@@ -90,7 +92,7 @@ def first_to_locate(heard: Heard) -> int:
 @compiled
 def answered(heard: Heard, row: int, asvs: Motion, instrument: Instrument) -> Sighting:
     """Return what an ASV measures of a reception of an answer."""
-    under_way = heard.ping.call_time_s + heard.receptions[row].travel_time_s
+    under_way = heard.ping.call_time_s + travelled(heard.receptions[row])
     return sighting(heard, row, under_way, asvs, instrument)
 
 
@@ -101,10 +103,33 @@ def sighting(
     """Return what an ASV measures of a reception of sound that was `under_way` so long (s)."""
     ping, it, noise = heard.ping, heard.receptions[row], heard.noise[row]
     x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
-    vessel, source = np.array((x, y, z)), np.array((ping.x_m, ping.y_m, ping.z_m))
+    vessel = np.array((x, y, z))
+    source = seeming(ping, vessel, it)
     unit, believed = sighted(source, vessel, yaw, it.snr_db, noise, instrument)
     path = instrument.levels.sound_speed_m_per_s * clocked(under_way, noise, instrument)
     return Sighting(vessel, unit, believed, path, it.snr_db)
+
+
+@compiled
+def travelled(it: Row) -> float:
+    """Return how long (s) a ping seems to have been under way, with echoes that blend into it."""
+    return float(it.travel_time_s if isnan(it.lowered) else it.travel_time_s + it.late_s)
+
+
+@compiled
+def seeming(ping: Row, vessel: Floats, it: Row) -> Floats:
+    """Return where a ping seems to have been sent (3,), m, as seen from a vessel (3,), m: higher or
+    lower where echoes blend into it.
+    """
+    source = np.array((ping.x_m, ping.y_m, ping.z_m))
+    if not isnan(it.lowered):
+        x, y, z = source[0] - vessel[0], source[1] - vessel[1], source[2] - vessel[2]
+        reach = max(hypot(hypot(x, y), z), SHORTEST_RANGE)
+        sine = min(max(z / reach + it.lowered, -1.0), 1.0)
+        outward = reach * sqrt(1.0 - sine * sine) / max(hypot(x, y), SHORTEST_RANGE)
+        source[0], source[1] = vessel[0] + outward * x, vessel[1] + outward * y
+        source[2] = vessel[2] + reach * sine
+    return source
 
 
 @compiled

@@ -1,6 +1,5 @@
 """The channel `table`: a sonar whose sound goes along bent rays."""
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,10 +8,10 @@ import numpy as np
 from ...scenario.channel_settings import Table
 from ...scenario.scenario import Scenario
 from ...scenario.water import profile_of, water_of
-from ..channel import PROSPECT, SELDOM, Prospects, Receiver, Signals
+from ..channel import Prospects, Receiver, Signals
 from ..sonar.budget import LinkBudget, link_budget
-from ..sonar.decoding import Message, chance_decoded, threshold_db
-from ..sonar.sonar_channel import LOOKED_UP, reach_m
+from ..sonar.decoding import Message
+from ..sonar.sonar_channel import Listener, listener, reach_m
 from .kept import kept_table
 from .reading import read_table
 from .table import Floats, Grid, SoundTable, slant_range_m
@@ -27,50 +26,26 @@ SHALLOWEST_M, STEP_M, MOST_DEPTHS = 0.5, 2.0, 60
 
 @dataclass(frozen=True)
 class TableChannel:
-    """A sonar that asks a table what spreading takes, between true places.
+    """A sonar that asks a table what spreading takes, between true places."""
 
-    `chances` are those of decoding at LOOKED_UP (dB) by other ways than a threshold; signals drown
-    others down to `faintest_db`.
-    """
-
-    settings: Table
+    hears: Listener
     budget: LinkBudget
     table: SoundTable
-    message: Message
-    threshold_db: float
-    chances: Floats
-
-    @property
-    def faintest_db(self) -> float:
-        """The least SNR (dB) with which signals drown others."""
-        return self.threshold_db - self.settings.interference_db
 
     @property
     def receiver(self) -> Receiver:
         """What decides at its receivers."""
-        capture = self.settings.capture_db
-        ratio = math.inf if capture is None else 10.0 ** (capture / 10.0)
-        spread = self.settings.shadowing_sd_db
-        return Receiver(ratio, spread, self.budget.noise_db, self.threshold_db)
+        return self.hears.receiver(self.budget.noise_db)
 
     @cached_property
     def audible_m(self) -> float:
         """How far (m) signals may drown others: rays that are focused carry farther."""
         focused = min(float(self.table.beyond_db.min()), 0.0)
-        return reach_m(self.budget, self.faintest_db + focused)
+        return reach_m(self.budget, self.hears.faintest_db + focused)
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return what becomes of each signal."""
-        snr = self.snr_db(signals)
-        if self.settings.decoding == "threshold":
-            chance = chance_decoded(self.settings, snr, self.message, self.threshold_db)
-        else:
-            chance = np.interp(snr, LOOKED_UP, self.chances)
-        told = np.empty(snr.shape, PROSPECT)
-        told["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
-        told["snr_db"] = snr
-        told["sound"] = np.where(snr >= self.faintest_db, 10.0 ** (snr / 10.0), 0.0)
-        return told
+        return self.hears.told(self.snr_db(signals))
 
     def snr_db(self, signals: Signals) -> Floats:
         """Return the SNR (dB) of each signal (n, m)."""
@@ -96,18 +71,13 @@ def table_channel(
         ImportError: without pelagic, where rays are to be traced.
     """
     budget = link_budget(settings, water_of(scenario))
-    chances, profile = np.empty(0), profile_of(scenario)
-    if settings.decoding == "threshold":
-        threshold = threshold_db(settings, budget, band_range_m)
-    else:
-        chances = chance_decoded(settings, LOOKED_UP, message)
-        threshold = float(np.interp(0.5, chances, LOOKED_UP))
+    hears, profile = listener(settings, budget, message, band_range_m), profile_of(scenario)
     if settings.rays is None:
-        reach = reach_m(budget, threshold - settings.interference_db)
+        reach = reach_m(budget, hears.faintest_db)
         table = kept_table(profile, grid_to(reach, settings.bottom_m), settings.bottom_m)
     else:
         table = read_table(settings.rays, profile)
-    return TableChannel(settings, budget, table, message, threshold, chances)
+    return TableChannel(hears, budget, table)
 
 
 def grid_to(reach: float, bottom_m: float) -> Grid:

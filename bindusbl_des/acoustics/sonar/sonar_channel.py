@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scenario.channel_settings import Sonar
+from ...scenario.channel_settings import Sonar, Sound
 from ..channel import PROSPECT, SELDOM, Prospects, Receiver, Signals
 from .budget import REFERENCE_M, LinkBudget
 from .decoding import Message, chance_decoded, threshold_db
@@ -23,6 +23,58 @@ LOOKED_UP = np.linspace(-60.0, 80.0, 1401)
 FARTHEST = 1e6
 RANGES = np.geomspace(REFERENCE_M, FARTHEST, 40_001)
 CHANGES_OVER = np.sqrt(RANGES[1:] * RANGES[:-1])
+
+
+@dataclass(frozen=True)
+class Listener:
+    """A receiver of messages of one kind, by their SNR.
+
+    `threshold_db` is the SNR at which half of all are decoded, and `chances` those at LOOKED_UP
+    (dB) by other ways than a threshold.
+    """
+
+    sonar: Sound
+    message: Message
+    threshold_db: float
+    chances: Floats
+
+    @property
+    def faintest_db(self) -> float:
+        """The least SNR (dB) with which signals drown others."""
+        return self.threshold_db - self.sonar.interference_db
+
+    def receiver(self, noise_db: float) -> Receiver:
+        """Return what decides, in noise of a level (dB)."""
+        capture = self.sonar.capture_db
+        ratio = math.inf if capture is None else 10.0 ** (capture / 10.0)
+        return Receiver(ratio, self.sonar.shadowing_sd_db, noise_db, self.threshold_db)
+
+    def told(self, snr_db: Floats) -> Prospects:
+        """Return what becomes of signals of an SNR (dB), of any shape."""
+        if self.sonar.decoding == "threshold":
+            chance = chance_decoded(self.sonar, snr_db, self.message, self.threshold_db)
+        else:
+            chance = np.interp(snr_db, LOOKED_UP, self.chances)
+        told = np.empty(snr_db.shape, PROSPECT)
+        told["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
+        told["snr_db"] = snr_db
+        told["sound"] = self.loud(snr_db)
+        return told
+
+    def loud(self, snr_db: Floats) -> Floats:
+        """Return how strong sounds of an SNR (dB) are, in units of the noise; 0 if too faint."""
+        return np.where(snr_db >= self.faintest_db, 10.0 ** (snr_db / 10.0), 0.0)
+
+
+def listener(sonar: Sound, budget: LinkBudget, message: Message, band_range_m: float) -> Listener:
+    """Return the receiver of a band; where no threshold is given, half of all messages are decoded
+    over the band's range (m).
+    """
+    if sonar.decoding == "threshold":
+        threshold = threshold_db(sonar, budget, band_range_m)
+        return Listener(sonar, message, threshold, np.empty(0))
+    chances = chance_decoded(sonar, LOOKED_UP, message)
+    return Listener(sonar, message, float(np.interp(0.5, chances, LOOKED_UP)), chances)
 
 
 @dataclass(frozen=True)
@@ -48,23 +100,10 @@ def sonar_channel(
     threshold is given.  Signals drown others as far as their SNR is above the threshold less
     `interference_db`.
     """
-    snr = budget.snr_db(RANGES)
-    if sonar.decoding == "threshold":
-        threshold = threshold_db(sonar, budget, band_range_m)
-        chance = chance_decoded(sonar, snr, message, threshold)
-    else:
-        chances = chance_decoded(sonar, LOOKED_UP, message)
-        threshold = float(np.interp(0.5, chances, LOOKED_UP))
-        chance = np.interp(snr, LOOKED_UP, chances)
-    faintest = threshold - sonar.interference_db
-    told = np.empty(len(RANGES), PROSPECT)
-    told["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
-    told["snr_db"] = snr
-    told["sound"] = np.where(snr >= faintest, 10.0 ** (snr / 10.0), 0.0)
+    hears = listener(sonar, budget, message, band_range_m)
+    told = hears.told(budget.snr_db(RANGES))
     told.setflags(write=False)
-    capture = math.inf if sonar.capture_db is None else 10.0 ** (sonar.capture_db / 10.0)
-    receiver = Receiver(capture, sonar.shadowing_sd_db, budget.noise_db, threshold)
-    return SonarChannel(told, receiver, reach_m(budget, faintest))
+    return SonarChannel(told, hears.receiver(budget.noise_db), reach_m(budget, hears.faintest_db))
 
 
 def reach_m(budget: LinkBudget, snr_db: float) -> float:
