@@ -292,7 +292,7 @@ def _sounding(channel: Any) -> Any:
         return channel
     width = min(given.get("bandwidth_khz", 10.0), 2 * given.get("frequency_khz", 25.0))
     fitting = {**given, "bandwidth_khz": width}
-    for name in ("snr_threshold_db", "rays", "bottom_m"):
+    for name in ("snr_threshold_db", "rays", "bottom_m", "surface_sd_m", "transducer_m"):
         fitting.pop(name, None)
     return fitting
 
