@@ -103,8 +103,8 @@ def settle(
 
     Return the number of fixes then, and NONE, NONE; or, when the noise of a pair of an AUV and an
     ASV is used up, these: it must be refilled and the function called again.  What decides at a
-    receiver, `capture` and the shadowing (dB), is as of :class:`.channel.Receiver`; `echoes`, row by
-    row those of `receptions` (:data:`.echoing.ECHO`), None where pings have none.  `strayed` (n,)
+    receiver, `capture` and the shadowing (dB), is as of :class:`.channel.Receiver`; `echoes`, row
+    by row of `receptions`, as of :data:`.echoing.ECHO`, None where pings have none.  `strayed` (n,)
     is how far each AUV may have gone between a call and its answer (variance along its course, m2);
     None where nobody calls.  Where the `array` is None, an instrument of somebody's own measures
     later.
