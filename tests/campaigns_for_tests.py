@@ -90,7 +90,7 @@ def hand_made(
             metrics |= {"auv": number, "imu_error_m": 9.0, "path_error_m": None, **given}
             metrics["fix_benefit_m"] = metrics["imu_error_m"] - metrics["position_error_m"]
             rows.append(AuvMetrics(**metrics))
-        mission = mission_metrics(rows, Utilisation(10, 0, 0.5, 0.5))
+        mission = mission_metrics(rows, Utilisation(10, 0, 0.5, 0.5, None, None, 100.0))
         columns = {name: [value] for name, value in mission.items()}
         return SimpleNamespace(
             arrow={"auvs": from_rows("auvs", rows), "mission": from_columns("mission", columns)}

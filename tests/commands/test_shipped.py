@@ -72,7 +72,10 @@ def test_a_file_of_that_name_wins_and_a_folder_does_not() -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("run", "quikstart"), "ships; did you mean 'quickstart'? These do: the scenarios base"),
+        (
+            ("run", "quikstart"),
+            "ships; did you mean 'quickstart'? These do: the scenarios ahoi_100m",
+        ),
         (("timing", "xyzzy"), "xyzzy: no such file, and nothing of that name ships; these do: the"),
         (("run", "table_1"), "is an experiment, of many missions; `bindusbl-des sweep table_1`"),
         (("run", "scenarios/quickstart.yaml"), "quickstart ships, so write `quickstart` alone"),

@@ -162,7 +162,7 @@ def test_coefficients_change_the_vehicle() -> None:
     from bindusbl_des.scenario.planned import turning_radius
 
     def radius(vehicle: object) -> float:
-        return turning_radius(scenario(auvs={"vehicle": vehicle, "speed_m_per_s": 1.5}))
+        return turning_radius(scenario(auvs={"vehicle": vehicle, "speed_m_per_s": 1.5}), 0)
 
     stiff, agile = radius("remus100"), radius({"model": "remus100", "yaw_time_constant_s": 5})
     assert stiff == pytest.approx(27.0, rel=0.03)

@@ -26,6 +26,7 @@ from bindusbl_des.scenario.families import (
     CHANNEL,
     DOWNLINK,
     FAMILIES,
+    INSTRUMENT,
     MF_CHANNEL,
     SCHEDULE,
     parts_of,
@@ -147,6 +148,7 @@ OWN_PARTS = {family: f"own_parts:{family.noun}" for family in FAMILIES}
 FIRST = {family for family in FAMILIES if family.word or family in (AUV, ASV)}
 SHIPPED = {family: family.siblings[: 1 if family in FIRST else None] for family in FAMILIES}
 SHIPPED |= dict.fromkeys((CHANNEL, MF_CHANNEL), ("disc", "sonar"))  # a curve needs its file
+SHIPPED[INSTRUMENT] = ("array",)  # a sheet needs its figures
 PARTS = [(family, name) for family in FAMILIES for name in (*SHIPPED[family], OWN_PARTS[family])]
 
 
