@@ -350,10 +350,11 @@ def test_overlaps_are_found_with_pings_sent_later_as_well_as_earlier() -> None:
     pings, receptions = record.pings.rows, record.receptions.rows
     assert receptions["arrived_at_s"] == pytest.approx([1.0, 0.6, 1.005, 1.02])
     calls = np.empty(0, dtype=CALL)
-    found = [overlapped(row, Air(pings, receptions, calls, PING, *ANY)) for row in range(4)]
+    air = Air(pings, receptions, calls, PING, *ANY)
+    found = [overlapped(row, air, None) for row in range(4)]
     assert found == [True, False, True, False]
     sooner = Air(pings, receptions[:2], calls, PING, *ANY)  # none sent later yet
-    assert [overlapped(row, sooner) for row in range(2)] == [False, False]
+    assert [overlapped(row, sooner, None) for row in range(2)] == [False, False]
 
 
 @settings(max_examples=200, deadline=None)
@@ -393,7 +394,7 @@ def test_overlaps_are_those_that_comparing_all_pairs_finds(
             )
             calls = np.empty(0, dtype=CALL)
             air = Air(record.pings.rows, record.receptions.rows, calls, PING, *ANY)
-            assert expected == overlapped(row, air)
+            assert expected == overlapped(row, air, None)
 
 
 NOISY = Usbl(ARRAYS["oem5"], 1e-6, 1e-5, 1e-6, (0.01, 0.01, 0.02), 0.5, SOUND)
