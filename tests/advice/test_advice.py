@@ -53,9 +53,12 @@ def mission(asked: Scenario, seed: int = 0) -> Result:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_every_line_can_be_laid_over_the_file_as_written(name: str) -> None:
+def test_every_line_can_be_laid_over_the_file_as_written(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Whatever a file says of its formation, each proposal and each pair is accepted over it."""
     text = FILES[name]
+    monkeypatch.chdir(SCENARIOS)  # for the files that it names
     asked = parse_scenario(text)
     plan = changed(asked, {"duration_s": 10.0, "record.detail": "summary"})
     assert plan is not None
