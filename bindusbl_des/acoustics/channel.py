@@ -6,7 +6,7 @@ All others are asked, in numpy, for all signals that begin at one instant.
 
 from dataclasses import dataclass
 from math import inf, nan
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +108,14 @@ class AskedChannel(Protocol):
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return what becomes of each signal (n, m), :data:`PROSPECT`."""
+
+
+@runtime_checkable
+class Bending(Protocol):
+    """A channel on whose ways sound takes another time than straight on."""
+
+    def late_s(self, signals: Signals) -> Array:
+        """Return how much later (s) each signal arrives (n, m); below 0 if sooner."""
 
 
 @dataclass(frozen=True)

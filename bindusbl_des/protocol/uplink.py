@@ -7,7 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from ..acoustics.channel import DISC, PLAIN, AskedChannel, Prospects, Receiver, Signals, between
+from ..acoustics.channel import (
+    DISC,
+    PLAIN,
+    AskedChannel,
+    Bending,
+    Prospects,
+    Receiver,
+    Signals,
+    between,
+)
 from ..acoustics.loss import LossTerms
 from ..acoustics.prediction import amend
 from ..acoustics.propagation import Band, spread
@@ -81,6 +90,7 @@ class Uplink:
         self._auvs, self._asvs, self._record = auvs, asvs, record
         self._channel = None if isinstance(channel, LossTerms) else channel
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
+        self._bending = channel if isinstance(channel, Bending) else None
         self._echoes = EventBuffer(ECHO) if isinstance(channel, EchoingSonar) else None
         self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
         self._lasting: Systematic | None = None
@@ -190,6 +200,8 @@ class Uplink:
         pings.count = first + count
         if self._echoes is not None:
             self._echo(group, first, row, self._echoes)
+        elif self._bending is not None:
+            self._bend(self._bending, group, first, row)
         if self.on_sent is not None:
             self.on_sent(range(first, pings.count))
         return range(first, pings.count)
@@ -208,6 +220,14 @@ class Uplink:
         last = (receptions["travel_time_s"] + found["later_s"].max(axis=1)).max(initial=0.0)
         longest = pings["longest_s"][first:]
         np.maximum(longest, last, out=longest)
+
+    def _bend(self, channel: Bending, group: Sequence[int], first: int, row: int) -> None:
+        """Note how late pings from `first` on come, whose receptions begin with a row."""
+        receptions = self._record.receptions.rows[row:]
+        sent_at = float(self._record.pings.rows["sent_at_s"][first])
+        late = channel.late_s(self._signals(group, sent_at, calling=False))
+        receptions["late_s"] = late[receptions["ping"] - first, receptions["asv"]]
+        receptions["lowered"] = 0.0
 
     def decide_passed(self, time: float) -> range:
         """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""

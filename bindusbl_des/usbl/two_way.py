@@ -112,7 +112,7 @@ def sighting(
 
 @compiled
 def travelled(it: Row) -> float:
-    """Return how long (s) a ping seems to have been under way, with echoes that blend into it."""
+    """Return how long (s) a ping seems to have been under way: rays bend, echoes blend into it."""
     return float(it.travel_time_s if isnan(it.lowered) else it.travel_time_s + it.late_s)
 
 

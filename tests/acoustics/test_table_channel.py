@@ -11,6 +11,7 @@ from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.channels import hf_channel
 from bindusbl_des.acoustics.rays.table_channel import TableChannel, grid_to
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
+from bindusbl_des.scenario.water import sound_speed_of
 
 QUIET = {"source_level_db": 150.0, "snr_threshold_db": 20.0}
 ASVS = np.array([[0.0, 0.0, 0.0], [30.0, -20.0, 0.0]])
@@ -132,3 +133,29 @@ def test_what_is_traced() -> None:
     assert 29.5 <= grid.receiver_depths_m[-1] < 30.0
     assert grid_to(1e6, 4000.0).ranges_m[-1] == pytest.approx(5000.0)
     assert len(grid_to(1e6, 4000.0).receiver_depths_m) == 60
+
+
+def test_ranges_are_measured_along_bent_rays(tmp_path: Path) -> None:
+    """A fix without noise is as much nearer than the AUV as sound is there sooner."""
+    exact = dict.fromkeys(
+        ("tdoa_sd_s", "travel_time_sd_s", "quantum_s", "roll_sd_deg", "pitch_sd_deg",
+         "heading_sd_deg"), 0.0,
+    )  # fmt: skip
+    summer = in_summer(tmp_path)
+    place = {
+        "auvs": {"count": 1, "route": {"kind": "hold", "positions_m": [[200.0, 0.0]]}},
+        "asvs": {"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}},
+        "acoustics": {**summer.model_dump()["acoustics"], "mf": {"range_m": 300.0}},
+        "environment": summer.model_dump()["environment"],
+        "usbl": exact,
+    }
+    held = world({"model": "table", **QUIET}, **place)
+    channel = hf_channel(held)
+    assert isinstance(channel, TableChannel)
+    here = np.array([[200.0, 0.0, 10.0]]), np.zeros((1, 3))
+    late = channel.late_s(between(0.0, *here, 50.0, calling=False))[0, 0]
+    assert -1e-3 < late < -1e-5
+    fixes = simulate(held, 1).tables["fixes"]
+    nearer = 200.0 - np.hypot(fixes.x_m, fixes.y_m)
+    assert len(fixes) > 3
+    assert nearer.to_numpy() == pytest.approx(-late * sound_speed_of(held), rel=2e-3)

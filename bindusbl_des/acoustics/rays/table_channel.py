@@ -47,16 +47,22 @@ class TableChannel:
         """Return what becomes of each signal."""
         return self.hears.told(self.snr_db(signals))
 
+    def late_s(self, signals: Signals) -> Floats:
+        """Return how much later (s) each signal arrives than straight on (n, m): below 0."""
+        return self.table.excess_time_s(*_ends(signals))
+
     def snr_db(self, signals: Signals) -> Floats:
         """Return the SNR (dB) of each signal (n, m)."""
-        away = np.hypot(
-            signals.auvs[:, None, 0] - signals.asvs[:, 0],
-            signals.auvs[:, None, 1] - signals.asvs[:, 1],
-        )
-        places = away, signals.asvs[:, 2], signals.auvs[:, None, 2]
+        places = _ends(signals)
         spread = self.table.loss_db(*places)
         absorbed = self.budget.absorption_db_per_km * slant_range_m(*places) / 1e3
         return np.asarray(self.budget.source_level_db - spread - absorbed - self.budget.noise_db)
+
+
+def _ends(signals: Signals) -> tuple[Floats, Floats, Floats]:
+    """Return how far apart (m) both ends of signals are, level, and how deep: ASVs', AUVs'."""
+    apart = signals.auvs[:, None, :2] - signals.asvs[:, :2]
+    return np.hypot(apart[..., 0], apart[..., 1]), signals.asvs[:, 2], signals.auvs[:, None, 2]
 
 
 def table_channel(
