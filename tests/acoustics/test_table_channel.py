@@ -158,4 +158,5 @@ def test_ranges_are_measured_along_bent_rays(tmp_path: Path) -> None:
     fixes = simulate(held, 1).tables["fixes"]
     nearer = 200.0 - np.hypot(fixes.x_m, fixes.y_m)
     assert len(fixes) > 3
-    assert nearer.to_numpy() == pytest.approx(-late * sound_speed_of(held), rel=2e-3)
+    # the straight way is that of the harmonic mean from the surface, to a millimetre
+    assert nearer.to_numpy() == pytest.approx(-late * sound_speed_of(held), abs=1e-3)
