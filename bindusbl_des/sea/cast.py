@@ -1,14 +1,14 @@
 """A cast of a CTD: conductivity, temperature and depth, or the speed of sound, read from CSV."""
 
-import csv
 import math
-import os
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .csv_cells import cells_of
 
 Floats = NDArray[np.float64]
 
@@ -45,21 +45,11 @@ def read_cast(path: str | Path) -> Cast:
     Raises:
         ValueError: naming file, line and remedy, when the file is not such a cast.
     """
-    try:
-        found = os.stat(path)
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read as a CSV file: {error}") from None
-    return _read(str(path), found.st_mtime_ns, found.st_size)
+    return _read(str(path), cells_of(path))
 
 
 @lru_cache(maxsize=16)
-def _read(path: str, _changed_at: int, _size: int) -> Cast:
-    """Return what is in a file; one that has not changed since is not read again."""
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path}: cannot be read as a CSV file: {error}") from None
+def _read(path: str, rows: tuple[tuple[str, ...], ...]) -> Cast:
     header = [name.strip() for name in rows[0]] if rows else []
     names = [name for name in LIMITS if name in header]
     has_water = all(name in names for name in WATER)
@@ -83,7 +73,7 @@ def _read(path: str, _changed_at: int, _size: int) -> Cast:
     return Cast(columns["depth_m"], *(columns.get(name) for name in (*WATER, SPEED)))
 
 
-def _sample(path: str, line: int, row: list[str], places: dict[str, int]) -> list[float]:
+def _sample(path: str, line: int, row: tuple[str, ...], places: dict[str, int]) -> list[float]:
     sample = []
     for name, place in places.items():
         text = row[place].strip() if place < len(row) else ""

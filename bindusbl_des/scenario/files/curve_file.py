@@ -1,10 +1,10 @@
 """Curves of delivery over range, read from CSV files."""
 
-import csv
 import math
-import os
 from functools import lru_cache
 from pathlib import Path
+
+from ...sea.csv_cells import cells_of
 
 COLUMNS = ("range_m", "delivery_ratio")
 
@@ -23,21 +23,11 @@ def read_curve(path: str | Path) -> Curve:
     Raises:
         ValueError: naming file, line, value and remedy, when the file is not such a curve.
     """
-    try:
-        found = os.stat(path)
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read as a CSV file: {error}") from None
-    return _read(str(path), found.st_mtime_ns, found.st_size)
+    return _read(str(path), cells_of(path))
 
 
 @lru_cache(maxsize=16)
-def _read(path: str, _changed_at: int, _size: int) -> Curve:
-    """Return what is in a file; one that has not changed since is not read again."""
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path}: cannot be read as a CSV file: {error}") from None
+def _read(path: str, rows: tuple[tuple[str, ...], ...]) -> Curve:
     header = [name.strip() for name in rows[0]] if rows else []
     missing = [name for name in COLUMNS if name not in header]
     if missing:
@@ -56,7 +46,7 @@ def _read(path: str, _changed_at: int, _size: int) -> Curve:
 
 
 def _point(
-    where: str, row: list[str], places: list[int], before: list[tuple[float, float]]
+    where: str, row: tuple[str, ...], places: list[int], before: list[tuple[float, float]]
 ) -> tuple[float, float]:
     """Return the range (m) and the delivery ratio of a line, which comes after those `before`."""
     if len(row) <= max(places):
