@@ -11,6 +11,7 @@ from ..scenario.survey_area import area_of
 from .channel import AskedChannel, between
 from .channels import hf_channel, loss_of, mf_channel
 from .loss import LossTerms, loss_probability
+from .modem import messages_of
 
 Floats = NDArray[np.float64]
 
@@ -88,9 +89,9 @@ def _told(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
     if channel is None:
         decoded = (away <= mf.range_m).astype(float)
     else:
-        fixes = scenario.auvs.count
-        airtime = mf.overhead * 8 * (mf.header_bytes + fixes * mf.fix_bytes) / mf.bit_rate_bps
-        decoded = _decoded(channel(fixes, airtime), auvs, asvs, mf.range_m)
+        messages = messages_of(scenario)
+        fixes = messages.of(scenario.auvs.count)[0]
+        decoded = _decoded(channel(fixes, messages.airtime(fixes)), auvs, asvs, mf.range_m)
     if rule == "fixed":
         return np.asarray(decoded[:, rule.settings.get("asv", 0)])
     if rule == "nearest":

@@ -11,9 +11,11 @@ from ..scenario.instruments.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.places.on_earth import positioned, recorded_track
 from ..scenario.scenario import Scenario
+from ..scenario.sections.environment import Environment
 from ..scenario.sections.routes import Hold, Waypoints
 from ..scenario.sections.vehicles import Formation
 from ..scenario.survey_area import area_of
+from ..sea.cast import read_cast
 from .idle_keys import idle_keys
 from .messages import guards, messages, modems
 
@@ -25,6 +27,8 @@ FEWEST_SAMPLES = 10
 
 # Channels of the HF band that tell how much louder than the noise a ping is
 WITH_SNR = ("sonar", "table")
+MATCHED_FILTERS = ("non_coherent", "coherent", "rayleigh")
+USUAL_LAW = Environment.model_fields["sound_speed_law"].default
 
 # Instants at which a track is looked at, to tell for how long it is outside the survey.
 LOOKS = 2001
@@ -55,6 +59,8 @@ def cautions(scenario: Scenario) -> list[Caution]:
             _told,
             _sheet,
             _sonar,
+            _levels,
+            _cast,
             _route,
             _tracks,
             _frames,
@@ -148,6 +154,39 @@ def _sonar(scenario: Scenario) -> Iterator[Problem]:
                 "remove it",
                 ("protocol.ranging",),
             )
+
+
+def _levels(scenario: Scenario) -> Iterator[Problem]:
+    """Yield settings of channels with levels that another of their settings leaves out."""
+    for band in ("hf", "mf"):
+        channel = getattr(scenario.acoustics, band).channel
+        if channel not in WITH_SNR:
+            continue
+        given = channel.settings
+        decoding = given.get("decoding", "threshold")
+        for name, chooser, chosen, idle in (
+            ("ph", "absorption", given.get("absorption"), given.get("absorption") == "thorp"),
+            ("false_alarm", "decoding", decoding, decoding not in MATCHED_FILTERS),
+        ):
+            if idle and name in given:
+                yield Problem(
+                    f"acoustics.{band}.channel.{name}",
+                    f"has no effect with {chooser}: {chosen}; remove it",
+                    (f"acoustics.{band}.channel.{chooser}",),
+                )
+
+
+def _cast(scenario: Scenario) -> Iterator[Problem]:
+    """Yield a law of sound speed where the cast says what it is."""
+    water = scenario.environment
+    if water.ctd is None or "sound_speed_law" not in water.model_fields_set:
+        return
+    if water.sound_speed_law != USUAL_LAW and read_cast(water.ctd).speeds_m_per_s is not None:
+        yield Problem(
+            "environment.sound_speed_law",
+            "has no effect on a cast that has speeds of sound itself; remove it",
+            ("environment.ctd",),
+        )
 
 
 def _route(scenario: Scenario) -> Iterator[Problem]:

@@ -369,3 +369,30 @@ def test_starters_have_nothing_to_warn_of(name: str, tmp_path: Path) -> None:
     """A starter shows no key at work that does nothing."""
     (tmp_path / "f.yaml").write_text(template(name))
     assert read_scenario(tmp_path / "f.yaml").warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("settings", "key"),
+    [
+        ({"absorption": "thorp", "ph": 7.9}, "ph"),
+        ({"false_alarm": 1e-3}, "false_alarm"),
+        ({"ph": 7.9}, None),
+        ({"decoding": "coherent", "false_alarm": 1e-3}, None),
+    ],
+)
+@pytest.mark.parametrize("band", ["hf", "mf"])
+def test_settings_that_others_leave_out_are_told(
+    band: str, settings: dict[str, Any], key: str | None
+) -> None:
+    found = told(acoustics={band: {"channel": {"model": "sonar", **settings}}})
+    names = [name for name in found if name.startswith(f"acoustics.{band}.channel")]
+    assert names == ([] if key is None else [f"acoustics.{band}.channel.{key}"])
+
+
+def test_a_law_is_not_for_a_cast_of_speeds(tmp_path: Path) -> None:
+    speeds, water = tmp_path / "speeds.csv", tmp_path / "water.csv"
+    speeds.write_text("depth_m,sound_speed_m_per_s\n0,1500\n30,1490\n")
+    water.write_text("depth_m,temperature_c,salinity_psu\n0,15,35\n30,10,35\n")
+    for file, is_told in ((speeds, True), (water, False)):
+        found = told(environment={"ctd": str(file), "sound_speed_law": "medwin"})
+        assert ("environment.sound_speed_law" in found) == is_told
