@@ -15,7 +15,6 @@ from ..scenario.sections.environment import Environment
 from ..scenario.sections.routes import Hold, Waypoints
 from ..scenario.sections.vehicles import Formation
 from ..scenario.survey_area import area_of
-from ..sea.cast import read_cast
 from .idle_keys import idle_keys
 from .messages import guards, messages, modems
 
@@ -181,6 +180,8 @@ def _cast(scenario: Scenario) -> Iterator[Problem]:
     water = scenario.environment
     if water.ctd is None or "sound_speed_law" not in water.model_fields_set:
         return
+    from ..sea.cast import read_cast  # needs numpy, which few scenarios wait for here
+
     if water.sound_speed_law != USUAL_LAW and read_cast(water.ctd).speeds_m_per_s is not None:
         yield Problem(
             "environment.sound_speed_law",
