@@ -23,7 +23,7 @@ from bindusbl_des.scenario.keys import keys
 ROOT = Path(__file__).parents[1]
 MANUAL = (
     "index.md", "tutorial.md", "tutorial_real_plan.md", "python.md", "model.md", "navigation.md",
-    "replay.md", "modems.md", "instruments.md", "acoustics.md", "surveys.md",
+    "replay.md", "modems.md", "instruments.md", "acoustics.md", "surveys.md", "planning.md",
     "vehicles.md", "frames.md", "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
 PICTURES = (".png", ".svg")
