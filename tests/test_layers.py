@@ -12,8 +12,8 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 ROOMS = [
     *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
-    *("explain", "report", "figures", "export", "replay", "campaigns", "advice", "planning", "benchmark"),
-    "reproduction",
+    *("explain", "report", "figures", "export", "replay", "campaigns", "advice"),
+    *("planning", "benchmark", "reproduction"),
     *("commands", "cli", "manual", "dynamics"),
 ]
 
