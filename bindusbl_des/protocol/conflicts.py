@@ -4,14 +4,17 @@ Schedules of one's own get the graph; those that ship need none (:mod:`.colourin
 """
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.propagation import within
 from ..core.compiled import compiled, entry
 from ..vehicles.motion import Ints, Motion, where
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]
@@ -86,6 +89,8 @@ def conflict_graph(heard: Hearing) -> "nx.Graph[int]":
 
 def _graph(heard: bytes, auvs: int, asvs: int) -> "nx.Graph[int]":
     """Return the conflict graph, frozen because rounds share it."""
+    import networkx as nx  # takes as long as a mission, and no schedule that ships asks for it
+
     hears = np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs).astype(np.float32)
     graph: nx.Graph[int] = nx.Graph()
     graph.add_nodes_from(range(auvs))

@@ -9,9 +9,8 @@ is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +21,9 @@ from ..scenario.families import SCHEDULE
 from ..scenario.part_settings import own_part, shipped_part
 from .colouring import dsatur_groups, greedy_groups
 from .conflicts import Hearing, conflict_graph
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 Array = NDArray[np.float64]
 Groups = Sequence[Sequence[int]]
