@@ -174,7 +174,7 @@ class PosedVehicle:
         return self._lines(times)[:, HEADINGS]
 
     def _lines(self, times: Array) -> Array:
-        instants = np.ascontiguousarray(times, dtype=np.float64)
+        instants = np.array(times, dtype=np.float64)
         if len(instants):
             self._poses.advance(float(instants.max()))
         found: Array = lines(*self._motion, self._number, instants)

@@ -72,7 +72,8 @@ class SegmentedTrajectory:
         return self._lines(times)[:, PLACE]
 
     def _lines(self, times: Array) -> Array:
-        return motion.lines(*self._motion, 0, np.ascontiguousarray(times, dtype=np.float64))
+        instants = np.array(times, dtype=np.float64)  # its own, as code for what is not is another
+        return motion.lines(*self._motion, 0, instants)
 
     def heading_integral(self, times: Array) -> Array:
         return self._lines(times)[:, HEADINGS]

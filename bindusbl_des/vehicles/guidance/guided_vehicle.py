@@ -40,7 +40,7 @@ class GuidedVehicle:
 
     def _table(self, times: Floats) -> Floats:
         """Return the interpolated line of the log of each instant, (n, 6)."""
-        instants = np.ascontiguousarray(times, dtype=np.float64)
+        instants = np.array(times, dtype=np.float64)
         if len(instants):
             self._fleet.advance(float(instants.max()))
         return lines(*self._fleet.motion, self._number, instants)
