@@ -3,7 +3,7 @@
 import pytest
 from fuzzing.checking import check
 
-COUNTS = (("run", 40), ("campaign", 10))
+COUNTS = (("run", 15), ("campaign", 4))
 MANY = (("run", 4000), ("campaign", 1000))
 
 

@@ -5,7 +5,7 @@ from fuzzing.checking import check
 
 
 @pytest.mark.parametrize(
-    ("kind", "count"), [("scenario", 400), ("experiment", 300), ("track", 300)]
+    ("kind", "count"), [("scenario", 150), ("experiment", 100), ("track", 100)]
 )
 def test_damaged_files_end_as_documented(kind: str, count: int) -> None:
     """Codes 0 to 3 and no traceback, within 5 s of processor time and 1 GB each."""

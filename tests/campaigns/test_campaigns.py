@@ -31,6 +31,7 @@ from bindusbl_des.campaigns.storage.folder import (
 from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.parts import committed, done
 from bindusbl_des.campaigns.storage.soundness import part_path
+from bindusbl_des.campaigns.workers import pools
 from bindusbl_des.campaigns.workers.batches import Row, run_batch
 from bindusbl_des.campaigns.workers.pools import LocalPool
 from bindusbl_des.campaigns.workers.progress import Progress
@@ -462,8 +463,11 @@ def test_sampled_points_fill_their_ranges(experiment: Path, home: Path) -> None:
     assert all(0 <= p["asvs.formation.angle_deg"] <= 120 for p in points)
 
 
-def test_a_missing_cluster_package_is_named(experiment: Path) -> None:
+def test_a_missing_cluster_package_is_named(
+    experiment: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The message has the line to install it, and nothing is left."""
+    monkeypatch.setattr(pools, "PATIENCE", "1s")
     told = call("sweep", experiment, "--backend", "dask:tcp://127.0.0.1:1")
     assert told.exit_code == 1
     assert not Path("results").exists()

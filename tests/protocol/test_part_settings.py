@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from campaigns_for_tests import OneThread
 from click.testing import CliRunner, Result
 from families_for_tests import each_but_slow_ones
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, sweep
+from bindusbl_des.campaigns import running
 from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, Family, PluginError, allow
@@ -271,7 +273,12 @@ def parts(scenario: Scenario) -> Iterator[tuple[Family, PartChoice]]:
 
 
 @EACH
-def test_in_python_the_model_is_the_object_itself(home: Path, family: Family) -> None:
+def test_in_python_the_model_is_the_object_itself(
+    home: Path, family: Family, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same part, refused alike, and known to the workers of a campaign."""
+    if family is not SCHEDULE:  # to start a process takes longer than all the rest
+        monkeypatch.setattr(running, "pool_for", OneThread)
     import set_parts  # type: ignore[import-not-found]  # written by `home`
 
     word, one, _, wrong, said = SETTINGS[family]

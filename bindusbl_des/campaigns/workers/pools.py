@@ -22,6 +22,10 @@ ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in LIBRARIES}
 REMEDY = 'Dask is not installed; install it with: python -m pip install "bindusbl-des[cluster]"'
 
 
+# How long a cluster may take to answer.
+PATIENCE = "10s"
+
+
 class BackendMissing(RuntimeError):
     """The backend asked for is not installed or cannot be reached."""
 
@@ -187,7 +191,7 @@ class ClusterPool:
         # A scheduler that is lost is told in one line, below, and not by Dask with a traceback.
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
         try:
-            self._client: Any = distributed.Client(address, timeout="10s")
+            self._client: Any = distributed.Client(address, timeout=PATIENCE)
             self._address = address
         except (OSError, ValueError) as error:
             raise BackendMissing(f"no Dask scheduler at {address}: {error}") from None
