@@ -61,11 +61,32 @@ def be_quiet(context: click.Context) -> None:
     context.meta[QUIET] = True
 
 
-def tell_of_compiling() -> None:
-    """Tell the user why the first mission after an installation takes longer, if it does."""
-    from ..core.compiled import before_compiling
+@contextmanager
+def compiling_told(functions: int | None = None) -> Iterator[None]:
+    """Tell the user why the first mission after an installation takes longer, if it does.
 
-    before_compiling(lambda: talk("Compiling the equations, once; this takes 10 to 30 s ..."))
+    On a terminal a line counts down the equations if there are about so many `functions`.
+    """
+    from ..core.compiled import watch_compiling
+    from ..core.progress import ProgressLine, duration
+
+    line, has_begun = ProgressLine(quiet=is_quiet(), on_terminals=True), False
+
+    def note(made: int, spent: float) -> None:
+        nonlocal has_begun
+        if not has_begun:
+            has_begun = True
+            talk("Compiling the equations, once; this takes 10 to 30 s ...")
+        if functions is not None and 0 < made < functions:
+            left = duration(spent * (functions - made) / made)
+            line.tell(lambda: f"{made} of about {functions} equations compiled, {left} left")
+
+    watch_compiling(note)
+    try:
+        yield
+    finally:
+        watch_compiling(None)
+        line.clear()
 
 
 def print_json(data: Any) -> None:

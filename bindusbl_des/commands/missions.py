@@ -15,6 +15,7 @@ from ..core.wording import counted
 from .advising import SECONDS, advice_on, advice_options
 from .console import (
     RunFailed,
+    compiling_told,
     is_quiet,
     print_json,
     reading_from,
@@ -23,7 +24,6 @@ from .console import (
     say,
     talk,
     talk_of,
-    tell_of_compiling,
     weigh,
     writing,
 )
@@ -125,15 +125,15 @@ def models(scenario: "Scenario") -> str:
 def _simulated(scenario: "Scenario", seed: int, draft: Path) -> "Result":
     """Return a mission's result; a Ctrl-C that Python cannot obey yet takes the draft along."""
     from ..mission.simulation import simulate
+    from ..preflight.compiling import functions_to_compile
 
     def end(asked: int) -> None:
         shutil.rmtree(draft.parent, ignore_errors=True)
         end_now(asked)
 
-    tell_of_compiling()
     progress = MissionProgress(scenario.duration_s, quiet=is_quiet())
     try:
-        with answered(end):
+        with answered(end), compiling_told(functions_to_compile(scenario)):
             return simulate(scenario, seed=seed, progress=progress.note)
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, OSError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {_reason(error)}") from error
@@ -146,14 +146,16 @@ class MissionProgress:
 
     def __init__(self, duration_s: float, *, quiet: bool) -> None:
         self._duration, self._line = duration_s, ProgressLine(quiet=quiet)
-        self._now = self._first = 0.0
+        self._now = self._first = self._compiling = 0.0
         self._began: float | None = None
 
     def note(self, time: float) -> None:
         """Note the instant (s) that the mission has come to."""
-        self._now = time
-        if self._began is None:  # what came before was set-up, and perhaps compiling
-            self._first, self._began = time, monotonic()
+        from ..core.compiled import compiling_s
+
+        self._now, self._compiling = time, compiling_s()
+        if self._began is None:  # what came before was set-up
+            self._first, self._began = time, monotonic() - self._compiling
         self._line.tell(self._text)
 
     def end(self) -> None:
@@ -163,7 +165,7 @@ class MissionProgress:
     def _text(self) -> str:
         simulated, left = self._now - self._first, "?"
         if self._began is not None and simulated:
-            spent = monotonic() - self._began
+            spent = monotonic() - self._began - self._compiling
             left = duration(spent * (self._duration - self._now) / simulated)
         return f"{self._now:.0f} of {self._duration:.0f} s simulated, {left} left"
 

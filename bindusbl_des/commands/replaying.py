@@ -8,12 +8,12 @@ import click
 
 from .console import (
     check_file,
+    compiling_told,
     print_json,
     refuse,
     say,
     scenario_from,
     talk,
-    tell_of_compiling,
     write_new,
     writing,
 )
@@ -110,12 +110,12 @@ def fit(
     if out is not None:
         check_file(Path(out), force)
     read = _read(log, vehicle, speed)
-    tell_of_compiling()
-    try:
-        placed, _ = placed_log(read)
-    except BadLog as error:
-        refuse(str(error))
-    found = fitted(placed)
+    with compiling_told():
+        try:
+            placed, _ = placed_log(read)
+        except BadLog as error:
+            refuse(str(error))
+        found = fitted(placed)
     if out is not None:
         write_new(Path(out), noise_file(found, placed), force)
     if as_json:
@@ -141,9 +141,9 @@ def _replayed(log: "Log", noise: Any) -> "Replay":
     from ..replay.log import BadLog
     from ..replay.replaying import replay as replayed
 
-    tell_of_compiling()
     try:
-        found = replayed(log, noise)
+        with compiling_told():
+            found = replayed(log, noise)
     except BadLog as error:
         refuse(str(error))
     if found.reference is None and log.stated is not None and log.has_ranges:

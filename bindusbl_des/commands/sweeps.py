@@ -13,6 +13,7 @@ import click
 
 from .console import (
     RunFailed,
+    compiling_told,
     is_quiet,
     print_json,
     refuse,
@@ -20,7 +21,6 @@ from .console import (
     say,
     talk,
     talk_of,
-    tell_of_compiling,
     weigh,
 )
 from .options import (
@@ -94,16 +94,16 @@ def sweep(
             return
         from ..campaigns.running import sweep as sweep_experiment
 
-        tell_of_compiling()
-        campaign = sweep_experiment(
-            plan,
-            folder,
-            workers=workers,
-            backend=backend,
-            shard=shard,
-            quiet=is_quiet(),
-            mission_timeout_s=mission_timeout,
-        )
+        with compiling_told():
+            campaign = sweep_experiment(
+                plan,
+                folder,
+                workers=workers,
+                backend=backend,
+                shard=shard,
+                quiet=is_quiet(),
+                mission_timeout_s=mission_timeout,
+            )
     _report(campaign, as_json)
 
 
@@ -145,17 +145,17 @@ def resume(
     with mistakes_told():
         from ..campaigns.running import resume as resume_campaign
 
-        tell_of_compiling()
-        campaign = resume_campaign(
-            folder,
-            retry_failed=retry_failed,
-            allow_plugins=allow_plugins,
-            tell=lambda line: click.echo(line, err=True),
-            workers=workers,
-            backend=backend,
-            quiet=is_quiet(),
-            mission_timeout_s=mission_timeout,
-        )
+        with compiling_told():
+            campaign = resume_campaign(
+                folder,
+                retry_failed=retry_failed,
+                allow_plugins=allow_plugins,
+                tell=lambda line: click.echo(line, err=True),
+                workers=workers,
+                backend=backend,
+                quiet=is_quiet(),
+                mission_timeout_s=mission_timeout,
+            )
     _report(campaign, as_json)
 
 

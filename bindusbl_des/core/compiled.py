@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
+from time import monotonic
 from typing import Any, TypeVar, cast
 
 import numba
@@ -245,27 +246,50 @@ def kept_and_loaded() -> bool:
     return bool(again.stats.cache_hits)
 
 
+# Hears, as each function is begun, how many were begun before it, and for how long (s) all took.
+Told = Callable[[int, float], None]
+
+
 class _Watch(event.Listener):
-    """Sees functions being compiled that no cache holds; tells whoever asked last, once."""
+    """Sees functions being compiled that no cache holds; tells whoever asked last."""
 
-    tell: Callable[[], None] | None = None
+    def __init__(self) -> None:
+        self.functions = self._open = 0
+        self._spent = self._began = 0.0
+        self.tell: Told | None = None
 
-    def on_start(self, event: object) -> None:
-        tell, self.tell = self.tell, None
-        if tell is not None:
-            tell()
+    @property
+    def seconds(self) -> float:
+        """The time (s) that all compiling has taken so far."""
+        return self._spent + (monotonic() - self._began if self._open else 0.0)
 
-    def on_end(self, event: object) -> None:
-        pass
+    def on_start(self, _: Any) -> None:
+        if not self._open:
+            self._began = monotonic()
+        self._open += 1
+        if self.tell is not None:
+            self.tell(self.functions, self.seconds)
+        self.functions += 1
+
+    def on_end(self, _: Any) -> None:
+        self._open -= 1  # one function is compiled in the midst of another that calls it
+        if not self._open:
+            self._spent += monotonic() - self._began
 
 
 _WATCH = _Watch()
 event.register("numba:compile", _WATCH)  # type: ignore[no-untyped-call]
 
 
-def before_compiling(tell: Callable[[], None]) -> None:
-    """Have somebody told, once, before the next function is compiled that no cache holds."""
-    _WATCH.tell = tell
+def watch_compiling(tell: Told | None) -> None:
+    """Have somebody told from now on, in the place of whoever asked before, how far it is."""
+    functions, seconds = _WATCH.functions, _WATCH.seconds
+    _WATCH.tell = tell and (lambda made, spent: tell(made - functions, spent - seconds))
+
+
+def compiling_s() -> float:
+    """Return the time (s) that compiling has taken in this process so far."""
+    return _WATCH.seconds
 
 
 def _file(function: Callable[..., object]) -> Path:

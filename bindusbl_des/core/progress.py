@@ -14,12 +14,17 @@ PATIENCE_S = 2.0
 
 
 class ProgressLine:
-    """A line that is redrawn on a terminal, and written anew now and then elsewhere."""
+    """A line that is redrawn on a terminal, and written anew now and then elsewhere.
 
-    def __init__(self, *, quiet: bool, stream: TextIO | None = None) -> None:
+    One that is only `on_terminals` is not written elsewhere.
+    """
+
+    def __init__(
+        self, *, quiet: bool, stream: TextIO | None = None, on_terminals: bool = False
+    ) -> None:
         self._stream = stream or sys.stderr
-        self._quiet = quiet
         self._redrawn = self._stream.isatty()
+        self._quiet = quiet or (on_terminals and not self._redrawn)
         self._every = REDRAWN_EVERY_S if self._redrawn else LINE_EVERY_S
         self._drawn = False
         self._due = monotonic() + PATIENCE_S
@@ -34,6 +39,11 @@ class ProgressLine:
         if self._redrawn and self._drawn:
             self._tell(line())
             self._write("\n")
+
+    def clear(self) -> None:
+        """Take back the line that was redrawn: another will say more, or nothing is left to say."""
+        if self._redrawn and self._drawn:
+            self._write("\r\x1b[K")
 
     def _tell(self, line: str) -> None:
         self._due = monotonic() + self._every

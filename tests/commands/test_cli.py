@@ -1,6 +1,7 @@
 """The command line: results to stdout, talk to stderr, mistakes told with exit code 2."""
 
 import errno
+import io
 import json
 import os
 import signal
@@ -563,15 +564,49 @@ def test_a_mission_is_not_lost_for_want_of_talk() -> None:
     assert load_result("o").seed == 0
 
 
-def test_the_first_compilation_is_told_once() -> None:
-    """Why the first mission takes longer is said before it does, and not again."""
-    from bindusbl_des.core.compiled import before_compiling, compiled
+def test_who_waits_for_compiling_hears_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each function that is compiled is told, with the time that those before it took."""
+    from bindusbl_des.core import compiled as watched
+    from bindusbl_des.core.compiled import compiled
 
-    told: list[str] = []
-    before_compiling(lambda: told.append("compiling"))
-
+    clock = iter(range(100))
+    monkeypatch.setattr(watched, "monotonic", lambda: float(next(clock)))
+    told: list[tuple[int, float]] = []
+    before = watched.compiling_s()
+    watched.watch_compiling(lambda made, spent: told.append((made, spent)))
     for number in (2, 4):
         names: dict[str, Any] = {}
         exec(f"def share(x): return x / {number}", names)  # without a file there is no cache
         assert compiled(names["share"])(1.0) == 1.0 / number
-    assert told == ["compiling"]
+    watched.watch_compiling(None)
+    assert [made for made, _ in told] == [0, 1]
+    assert told[0][1] >= 0.0
+    assert told[1][1] > told[0][1]
+    assert watched.compiling_s() > before
+
+
+class Terminal(io.StringIO):
+    """What a terminal would get."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_terminal_counts_the_equations_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How many are compiled and how long the rest takes, in a line that is gone in the end."""
+    from bindusbl_des.commands.console import compiling_told
+    from bindusbl_des.core import compiled, progress
+
+    screen, clock = Terminal(), iter(range(0, 1000, 5))
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(progress, "monotonic", lambda: float(next(clock)))
+    with compiling_told(100):
+        tell = compiled._WATCH.tell
+        assert tell is not None
+        made, spent = compiled._WATCH.functions, compiled.compiling_s()
+        tell(made, spent)
+        tell(made + 25, spent + 10.0)
+    said = screen.getvalue()
+    assert said.startswith("Compiling the equations, once; this takes 10 to 30 s ...\n")
+    assert "\r25 of about 100 equations compiled, 30 s left\x1b[K" in said
+    assert said.endswith("\r\x1b[K")

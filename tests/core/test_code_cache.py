@@ -19,7 +19,7 @@ from numba.core.caching import _CacheLocator
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.core import code_cache
-from bindusbl_des.core.compiled import before_compiling
+from bindusbl_des.core.compiled import watch_compiling
 from bindusbl_des.protocol import conflicts
 
 TINY = """
@@ -40,7 +40,7 @@ class Bomb:
 
 @pytest.fixture(autouse=True)
 def _untold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before_compiling(lambda: None)  # what earlier commands wanted to be told
+    watch_compiling(None)  # what earlier commands wanted to be told
     monkeypatch.setenv(code_cache.TOLD, "")  # so that it is taken back
     monkeypatch.delenv(code_cache.TOLD)
     monkeypatch.setattr(code_cache, "troubles", [])
