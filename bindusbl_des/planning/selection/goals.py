@@ -1,4 +1,4 @@
-"""What is asked of a team: a metric below or above a limit, of each mission's worst AUV or others."""
+"""What is asked of a team: a metric of each mission's worst AUV, or of others, within a limit."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -75,7 +75,9 @@ class Goal:
 
     def _refuse_of(self) -> None:
         rule = "be worst, mean, or a share of the AUVs in (0, 1]"
-        refuse(f"goal {self.metric}: of", plain(self.of), rule, "leave it out to judge the worst AUV")
+        refuse(
+            f"goal {self.metric}: of", plain(self.of), rule, "leave it out to judge the worst AUV"
+        )
 
     @property
     def is_below(self) -> bool:
@@ -101,12 +103,12 @@ class Goal:
         share of AUVs that is judged has values without it.
         """
         if self.of == "mean":
-            return values.mean(axis=1)
+            return np.asarray(values.mean(axis=1), np.float64)
         sign = 1.0 if self.is_below else -1.0
         share = 1.0 if isinstance(self.of, str) else self.of
         best_first = np.sort(sign * values, axis=1)  # nan comes last
         last = ceil(round(share * values.shape[1], 9)) - 1
-        return sign * best_first[:, last]
+        return np.asarray(sign * best_first[:, last], np.float64)
 
     def record(self) -> dict[str, Any]:
         """Return the goal as it is written in files: metric, below or above, of."""

@@ -14,9 +14,10 @@ Floats = NDArray[np.float64]
 # may return those of the first of them only.
 Sample = Callable[[Sequence[tuple[int, int]]], Floats]
 
-# met: all goals.  not met: one is missed.  too close to tell: neither is shown, so it is not chosen.
-# outdone: open, but another of its cost meets the goals and is better, or better by less than would
-# matter.  not needed: it costs more than the answer.  no time: open when the time was up.
+# met: all goals.  not met: one is missed.  too close to tell: neither is shown, or they are met by
+# less than would matter; it is not chosen.  outdone: it was open when another of its cost met the
+# goals, and is better than that by less than would matter, if at all.  not needed: it costs more
+# than the answer.  no time: it was open when the time was up.
 Verdict = Literal["met", "not met", "too close to tell", "outdone", "not needed", "no time"]
 
 
