@@ -13,9 +13,13 @@ NAN = float("nan")
     [
         ("position_error_p95=1", r"no metric 'position_error_p95'; did you mean '.*p95_m'\?"),
         ("worst_latency_mean=1", r"did you mean 'latency_mean_s'\?"),
-        ("position_error_m", r"needs METRIC=VALUE, such as position_error_p95_m=1"),
+        ("crew=1", r"^no metric 'crew'; metrics are columns of the tables auvs and mission$"),
+        (
+            "position_error_m",
+            r"^'position_error_m': needs METRIC=VALUE, such as position_error_p95_m=1",
+        ),
         ("position_error_m=deep", r"needs METRIC=VALUE"),
-        ("position_error_m=nan", r"must be a number; met nan"),
+        ("position_error_m=nan", r"^position_error_m must be a number; met nan"),
         ("hf_coverage=0.9", r"hf_coverage: more of it is better; write above: 0\.9"),
     ],
 )
@@ -39,7 +43,7 @@ def test_a_metric_that_is_better_when_small_has_no_lower_limit() -> None:
         ([{"metric": "hf_coverage", "over": 1}], r"^goal\[0\]: no key 'over'"),
         ({"metric": "hf_coverage", "abov": 1}, r"did you mean 'above'\?"),
         ({"below": 1}, r"^goal.metric: needs the name of a metric"),
-        ({"metric": "position_error_m"}, r"needs either below or above; got neither"),
+        ({"metric": "position_error_m"}, r"^goal: .* needs either below or above; got neither"),
         ({"metric": "pings", "below": 1, "above": 0}, r"needs either below or above; got both"),
         (
             {"metric": "position_error_m", "below": "1 m"},

@@ -54,18 +54,20 @@ class Goal:
         known = (*OF_AUVS, *OF_MISSIONS)
         if self.metric not in known:
             asked = self.metric.removeprefix(WORST)
-            hint = did_you_mean(asked, known) or "; the columns of auvs and mission are"
-            raise ValueError(f"goal: no metric {self.metric!r}{hint}")
+            hint = (
+                did_you_mean(asked, known) or "; metrics are columns of the tables auvs and mission"
+            )
+            raise ValueError(f"no metric {self.metric!r}{hint}")
         if (self.below is None) == (self.above is None):
             both = "neither" if self.below is None else "both"
-            raise ValueError(f"goal {self.metric}: needs either below or above; got {both}")
+            raise ValueError(f"{self.metric}: needs either below or above; got {both}")
         if not isfinite(self.limit):
-            refuse(f"goal {self.metric}", plain(self.limit), "be a number", "give one in its unit")
+            refuse(self.metric, plain(self.limit), "be a number", "give one in its unit")
         less = LESS_IS_BETTER.get(self.metric)
         if less is not None and less != self.is_below:
             better, right = ("less", "below") if less else ("more", "above")
             raise ValueError(
-                f"goal {self.metric}: {better} of it is better; write {right}: {plain(self.limit)}"
+                f"{self.metric}: {better} of it is better; write {right}: {plain(self.limit)}"
             )
         if isinstance(self.of, str):
             if self.of not in ("worst", "mean"):
@@ -75,9 +77,7 @@ class Goal:
 
     def _refuse_of(self) -> None:
         rule = "be worst, mean, or a share of the AUVs in (0, 1]"
-        refuse(
-            f"goal {self.metric}: of", plain(self.of), rule, "leave it out to judge the worst AUV"
-        )
+        refuse(f"{self.metric}: of", plain(self.of), rule, "leave it out to judge the worst AUV")
 
     @property
     def is_below(self) -> bool:
@@ -146,7 +146,7 @@ def goal_of(written: str, is_below: bool = True, of: Of = "worst") -> Goal:
         equals = ""
     if not equals:
         raise ValueError(
-            f"goal {written!r}: needs METRIC=VALUE, such as position_error_p95_m=1"
+            f"{written!r}: needs METRIC=VALUE, such as position_error_p95_m=1"
         ) from None
     return Goal(metric, limit if is_below else None, None if is_below else limit, of)
 
@@ -183,4 +183,7 @@ def _goal(written: object, where: str) -> Goal:
     if isinstance(of, bool) or not isinstance(of, str | int | float):
         raise ValueError(f"{where}.of: needs worst, mean or a share; got {described(of)}")
     limits = {key: None if written.get(key) is None else float(written[key]) for key in KEYS[1:3]}
-    return Goal(written["metric"], limits["below"], limits["above"], of)  # type: ignore[arg-type]
+    try:
+        return Goal(written["metric"], limits["below"], limits["above"], of)  # type: ignore[arg-type]
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
