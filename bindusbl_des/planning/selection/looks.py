@@ -1,0 +1,55 @@
+"""When candidates are looked at, and how far from a limit a mean must lie for a verdict.
+
+Who looks often, at many, is wrong often: each look at each candidate is one more chance to be
+misled.  Looks are therefore at numbers of seeds that were fixed before, and the risk that is left
+by the confidence is shared among three mistakes, and of each among the occasions of making it
+(Bonferroni's inequality, which seeds that are paired cannot break):
+
+* a candidate that misses a goal is chosen: among all candidates and their looks;
+* the right candidate, one and unknown, drops out as missing a goal: among its looks and goals, not
+  among candidates, since nobody minds what happens to others;
+* it is outdone by one that is worse: among those that could do so, and their looks.
+"""
+
+from dataclasses import dataclass
+from math import inf
+
+from ...campaigns.experiments.precision import checkpoints
+from ...campaigns.statistics.intervals import student
+
+# At so few seeds candidates may only drop out, which skewed errors do not make riskier.
+FEW_SEEDS = (4, 6)
+
+
+@dataclass(frozen=True)
+class Look:
+    """A number of seeds, and so many standard errors from a limit to be sure of each verdict.
+
+    `met` is None, and `outdone` infinite, where such a verdict would be premature.
+    """
+
+    seeds: int
+    met: float | None
+    missed: float
+    outdone: float
+
+
+def looks(most_seeds: int, confidence: float, candidates: int, goals: int) -> list[Look]:
+    """Return all looks at a candidate, by number of seeds.
+
+    >>> [look.seeds for look in looks(20, 0.95, 12, 1)]
+    [4, 6, 8, 12, 16, 20]
+    """
+    judged = list(checkpoints(most_seeds))
+    risk = (1 - confidence) / 3
+    missed = risk / ((len(FEW_SEEDS) + len(judged)) * goals)
+    met = risk / (len(judged) * candidates)
+    outdone = risk / (len(judged) * max(candidates - 1, 1))
+    few = [Look(seeds, None, _errors(seeds, missed), inf) for seeds in FEW_SEEDS]
+    risks = (met, missed, outdone)
+    return [*few, *(Look(seeds, *(_errors(seeds, it) for it in risks)) for seeds in judged)]
+
+
+def _errors(seeds: int, risk: float) -> float:
+    """Return how many standard errors a mean is off at most, but for a risk (one-sided)."""
+    return student(seeds - 1, 1 - 2 * risk)

@@ -1,0 +1,103 @@
+"""The way to the least cost at which a candidate meets the goals, and to the best of that cost."""
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
+
+from ...core.wording import counted, plain
+from .evidence import Evidence, OutOfTime
+from .group import Group
+from .selection import Candidate, Selection, Verdict
+
+
+class Search:
+    """A search among candidates of which nothing is known but their costs and predictions."""
+
+    def __init__(
+        self, candidates: Sequence[Candidate], evidence: Evidence, is_over: Callable[[], bool]
+    ) -> None:
+        self._candidates, self._evidence, self._is_over = candidates, evidence, is_over
+        by_cost = sorted(range(len(candidates)), key=lambda it: candidates[it].cost)
+        groups = groupby(by_cost, key=lambda it: candidates[it].cost)
+        self._groups = [Group(evidence, list(members)) for _, members in groups]
+        self._cheapest: int | None = None  # number of the group in which one meets the goals
+
+    def run(self) -> None:
+        """Find the cheapest group in which a candidate meets the goals, then the best of them.
+
+        Costs are tried downwards from the one that is predicted to do, then upwards, so that there
+        is an answer early; in the end all that are cheaper than the answer have been tried.
+
+        Raises:
+            OutOfTime: when that came first.
+        """
+        start = self._predicted()
+        for number in (*range(start, -1, -1), *range(start + 1, len(self._groups))):
+            if self._cheapest is not None and number > self._cheapest:
+                break
+            group = self._groups[number]
+            while group.having(None) and not group.meets:
+                self._look(group)
+            if group.meets:
+                self._cheapest = number
+        if self._cheapest is not None:
+            group = self._groups[self._cheapest]
+            while len(group.running) > 1 and not group.is_flown:
+                self._look(group)
+
+    def _predicted(self) -> int:
+        """Return the number of the cheapest group in which one is predicted to meet the goals."""
+        for number, group in enumerate(self._groups):
+            for it in group.members:
+                prior = self._candidates[it].prior
+                if prior is not None and self._evidence.keeps(prior):
+                    return number
+        return 0
+
+    def _look(self, group: Group) -> None:
+        if self._is_over():
+            raise OutOfTime
+        group.look()
+
+    def selection(self) -> Selection:
+        """Return what is known now."""
+        best = None if self._cheapest is None else self._groups[self._cheapest]
+        dearer = [] if self._cheapest is None else self._groups[self._cheapest + 1 :]
+        verdicts = list[Verdict](it or "no time" for it in self._evidence.verdicts)
+        for group in dearer:
+            for it in group.having(None):
+                verdicts[it] = "not needed"
+        numbers = range(len(verdicts))
+        doubts = list(self._doubts(best))
+        return Selection(
+            None if best is None else best.leader,
+            tuple(verdicts),
+            tuple(self._evidence.estimates(it) for it in numbers),
+            tuple(self._evidence.missions(it) for it in numbers),
+            not doubts,
+            " ".join([self._found(best), *doubts]),
+        )
+
+    def _found(self, best: Group | None) -> str:
+        if best is not None:
+            cost = plain(self._candidates[best.leader].cost)
+            return f"Candidate {best.leader} meets the goals at cost {cost}."
+        if all(it == "not met" for it in self._evidence.verdicts):
+            return "No candidate meets the goals."
+        return "No candidate is shown to meet the goals."
+
+    def _doubts(self, best: Group | None) -> Iterator[str]:
+        """Yield what keeps the answer from being as sure as was asked."""
+        cheaper = self._groups if self._cheapest is None else self._groups[: self._cheapest]
+        if untold := sum(len(group.having(None)) for group in cheaper):
+            whose = "candidates" if best is None else "cheaper candidates"
+            yield f"The time was up before it was told of {untold} {whose}."
+        considered = [it for group in cheaper for it in group.members]
+        if unsure := sum(self._evidence.is_cut_short[it] for it in considered):
+            whose = counted(unsure, "candidate" if best is None else "cheaper candidate")
+            yield f"Of {whose} it cannot be told with {self._evidence.looks[-1].seeds} seeds."
+        if best is None:
+            return
+        unsure = sum(self._evidence.is_cut_short[it] for it in best.members)
+        if rivals := len(best.running) - 1 + unsure:
+            until = f"with {self._evidence.looks[-1].seeds} seeds" if best.is_flown else "in time"
+            yield f"Whether {rivals} of equal cost are better is not told {until}."
