@@ -11,7 +11,12 @@ from typing import Any
 import numpy as np
 
 from ...scenario.scenario import Scenario
+from .instruments import lasting_of, navigator_of
+from .medium import access_of, slots_of
 from .parts import Access, Chances, FixNoise, Lasting, Navigator, Slots, Ways
+from .tables import fix_noise, hf_chances, mf_chances
+from .told import approximations
+from .ways import ways_of
 
 
 @dataclass(frozen=True)
@@ -46,5 +51,22 @@ def _plain(value: Any) -> Any:
 
 
 def inputs_of(scenario: Scenario) -> Inputs:
-    """Return what the prediction of a scenario is made of."""
-    raise NotImplementedError
+    """Return what the prediction of a scenario is made of.
+
+    What does not depend on the placement of the ASVs is worked out once for all that differ in it.
+
+    Raises:
+        ValueError: when the route cannot be flown, or the file of a channel cannot be read.
+    """
+    return Inputs(
+        float(scenario.duration_s),
+        ways_of(scenario),
+        hf_chances(scenario),
+        mf_chances(scenario),
+        fix_noise(scenario),
+        lasting_of(scenario),
+        slots_of(scenario),
+        access_of(scenario),
+        navigator_of(scenario),
+        tuple(approximations(scenario)),
+    )
