@@ -46,9 +46,7 @@ def navigator_of(scenario: Scenario) -> Navigator:
     )
 
 
-def _bias(
-    scenario: Scenario, sensors: OwnSensors, told: tuple[float, float]
-) -> list[Source]:
+def _bias(scenario: Scenario, sensors: OwnSensors, told: tuple[float, float]) -> list[Source]:
     drawn = 0.0 if sensors.bias_time_constant_s is not None else sensors.bias_sd_m_per_s
     mean = sensors.bias_m_per_s
     if not any((*mean, drawn, *told)):

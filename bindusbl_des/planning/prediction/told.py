@@ -20,5 +20,8 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
     if scenario.usbl.outlier_share:
         yield "Outliers of the fixes are left out."
-    if scenario.acoustics.mf.payload_bytes is not None and scenario.acoustics.mf.overfull != "split":
+    if (
+        scenario.acoustics.mf.payload_bytes is not None
+        and scenario.acoustics.mf.overfull != "split"
+    ):
         yield "No fix waits for a later broadcast, however full the first is."
