@@ -1,7 +1,8 @@
 """How an error of position grows and shrinks: its mean, its covariance, and what a filter thinks.
 
-States are the error (m) along x and y, and two numbers of each source of drift, as in
-:mod:`...navigation.belief`.  Three things are carried on side by side: the covariance that the
+States are the error (m) along x and y, two numbers of each source of drift, as in
+:mod:`...navigation.belief`, and last what the error has summed up to over time (m s), of which no
+fix changes what is past.  Three things are carried on side by side: the covariance that the
 filter believes in, by which it weighs fixes, and the true mean and covariance of its errors, which
 follow from the same gains.  They differ where the filter is told something else than the truth, or
 weighs by no covariance at all.
@@ -18,15 +19,15 @@ from ...core.compiled import compiled
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-BODY, WORLD, WAY = 0, 1, 2
+BODY, WORLD, WAY, NOT_AT_ALL = 0, 1, 2, 3
 FRAMES = {"body": BODY, "world": WORLD, "way": WAY}
 
 
 class Drifts(NamedTuple):
-    """The sources of drift: which frame each turns with (s,), its time constant (s,), s, infinite
-    if it has none; the variances per second with which they wander by random walk (s,); the
-    standing variances (2 s,), true and believed; and the random walk of the position (m2/s), true
-    and believed.
+    """The sources of drift: which frame each turns with (s,), or none (the last, if `has_common`,
+    is an error of fixes); its time constant (s,), s, infinite if it has none; the variances per
+    second with which they wander by random walk (s,); the standing variances (2 s,), true and
+    believed; and the random walk of the position (m2/s), true and believed.
     """
 
     frames: Ints
@@ -36,6 +37,7 @@ class Drifts(NamedTuple):
     told: Floats
     walk: float
     told_walk: float
+    has_common: bool
 
 
 class Moment(NamedTuple):
@@ -79,6 +81,7 @@ def carry(state: State, begin: Moment, end: Moment, drifts: Drifts) -> None:
     passed = end.time - begin.time
     if passed <= 0.0:
         return
+    _sum_up(state, passed / 2.0)
     for source in range(drifts.frames.size):
         frame, k = drifts.frames[source], 2 + 2 * source
         ahead, aside = passed, 0.0
@@ -86,6 +89,8 @@ def carry(state: State, begin: Moment, end: Moment, drifts: Drifts) -> None:
             ahead, aside = end.cosine - begin.cosine, end.sine - begin.sine
         elif frame == WAY:
             ahead, aside = end.x - begin.x, end.y - begin.y
+        elif frame == NOT_AT_ALL:
+            ahead = 0.0
         share = passed / drifts.time_constants[source]
         left = -expm1(-share) / share if share > 0.0 else 1.0
         _drive(state.mean, k, left * ahead, left * aside)
@@ -106,6 +111,19 @@ def carry(state: State, begin: Moment, end: Moment, drifts: Drifts) -> None:
     for axis in range(2):
         state.true[axis, axis] += drifts.walk * passed
         state.believed[axis, axis] += drifts.told_walk * passed
+    _sum_up(state, passed / 2.0)
+
+
+@compiled
+def _sum_up(state: State, lasts: float) -> None:
+    """Add what the error is to its sum, as often as it lasts (s)."""
+    first = state.mean.size - 2
+    for axis in range(2):
+        state.mean[first + axis] += lasts * state.mean[axis]
+        for i in range(state.mean.size):
+            state.true[first + axis, i] += lasts * state.true[axis, i]
+        for i in range(state.mean.size):
+            state.true[i, first + axis] += lasts * state.true[i, axis]
 
 
 @compiled

@@ -4,7 +4,7 @@ from math import cos, hypot, radians, sin, sqrt
 
 from ...core.plugins import is_plugin
 from ...mission.told import told_to
-from ...scenario.instruments.lasting_kinds import kinds
+from ...scenario.instruments.lasting_kinds import kinds, told_of
 from ...scenario.instruments.own_sensors import OwnSensors, own_sensors
 from ...scenario.scenario import Scenario
 from .parts import Lasting, Navigator, Source
@@ -17,8 +17,10 @@ def lasting_of(scenario: Scenario) -> Lasting:
     return Lasting(
         found.get("misalignment", (0.0,))[0],
         found.get("gnss", (0.0,))[0],
+        scenario.usbl.gnss_time_constant_s,
         found.get("sound_speed", (0.0,))[0],
         hypot(offset, drift * float(scenario.duration_s) / 2),
+        len(told_of(scenario)) == len(found),
     )
 
 

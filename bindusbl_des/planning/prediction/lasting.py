@@ -1,7 +1,8 @@
 """What fixes have in common all the time: errors of arrays, of GNSS, of sound speed and clocks.
 
-Each is taken as a standard deviation, and stays in the estimate as it is in the fix: nothing is
-learnt of it.
+All of it is taken for one error of place that the fixes of an AUV share: it has the covariance that
+belongs to where the AUV is, and falls apart as GNSS errors wander and as the AUV moves on around
+the ASVs.
 """
 
 import numpy as np
@@ -12,8 +13,11 @@ from .inputs import Inputs
 Floats = NDArray[np.float64]
 
 
-def of_each(inputs: Inputs, level: Floats, slant: Floats, line: tuple[Floats, Floats]) -> Floats:
-    """Return xx, yy, xy (..., 3), m2, of what lasts in fixes by single arrays.
+def of_each(
+    inputs: Inputs, level: Floats, slant: Floats, line: tuple[Floats, Floats]
+) -> tuple[Floats, Floats]:
+    """Return xx, yy, xy (..., 3), m2, of what lasts in fixes by single arrays, and at which rate
+    (...), 1/s, it falls apart.
 
     They are `level` (...), m, away seen from above and `slant` in truth, in the direction `line`,
     its cosine and sine.
@@ -22,7 +26,7 @@ def of_each(inputs: Inputs, level: Floats, slant: Floats, line: tuple[Floats, Fl
     late = lasting.clock_s * inputs.slots.sound_speed_m_per_s * share
     along = (lasting.sound_speed_share * level) ** 2 + late**2 + lasting.gnss_m**2
     across = (lasting.misalignment_rad * level) ** 2 + lasting.gnss_m**2
-    return turned(along, across, line)
+    return turned(along, across, line), _rate(inputs, along + across, level)
 
 
 def of_all(
@@ -32,8 +36,9 @@ def of_all(
     line: tuple[Floats, Floats],
     weights: Floats,
     errors: tuple[Floats, Floats],
-) -> Floats:
-    """Return xx, yy, xy (n, k, 1, 3), m2, of what lasts in fixes that ASVs make together.
+) -> tuple[Floats, Floats]:
+    """Return xx, yy, xy (n, k, 1, 3), m2, of what lasts in fixes that ASVs make together, and at
+    which rate (n, k, 1), 1/s, it falls apart.
 
     Arguments (n, k, m) as of :func:`of_each`; `weights` tell how likely each hears a ping, `errors`
     (m2) what else the fix of each errs by along and across its line.  What each array has by itself
@@ -69,7 +74,24 @@ def of_all(
                 for axis in (i, j)
             ]
             out[..., k] += moved[0] * moved[1]
-    return out[:, :, np.newaxis]
+    heard = np.maximum(_added(weights), 1e-9)
+    apart = _added(weights * level) / heard
+    rate = _rate(inputs, out[..., 0] + out[..., 1], apart, heard)
+    return out[:, :, np.newaxis], rate[:, :, np.newaxis]
+
+
+def _rate(inputs: Inputs, square: Floats, level: Floats, arrays: Floats | float = 1.0) -> Floats:
+    """Return the rate (1/s) at which an error of some mean `square` (m2) falls apart.
+
+    What is of GNSS wanders with its time constant; all else turns with the direction of ASVs that
+    are `level` (m) away on average.
+    """
+    ways, lasting = inputs.ways, inputs.lasting
+    moved = np.diff(ways.places_m, axis=1)
+    speed = np.sqrt((moved * moved).sum(axis=2)).sum(axis=1) / inputs.duration_s
+    by_gnss = np.minimum(2.0 * lasting.gnss_m**2 / arrays / np.maximum(square, 1e-30), 1.0)
+    turning = speed.reshape(-1, *(1,) * (level.ndim - 1)) / np.maximum(level, 1.0)
+    return np.asarray(by_gnss / lasting.gnss_time_constant_s + (1.0 - by_gnss) * turning)
 
 
 def turned(along: Floats, across: Floats, line: tuple[Floats, Floats]) -> Floats:

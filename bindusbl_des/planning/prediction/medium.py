@@ -1,4 +1,4 @@
-"""The protocol of a scenario as a prediction takes it: its slots, and who pings and answers when."""
+"""The protocol of a scenario as a prediction takes it: slots, and who pings and answers when."""
 
 import numpy as np
 

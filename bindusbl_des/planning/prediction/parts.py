@@ -1,6 +1,6 @@
 """The parts of what a prediction is made of: plain numbers and arrays (:mod:`.inputs`)."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,19 +56,22 @@ class FixNoise:
 class Lasting:
     """Errors that fixes have in common all the time, as standard deviations.
 
-    Of each array's heading (rad) and GNSS position per axis (m); of all ranges the share by which
-    they are too long, and how late (s) an AUV's clock is.
+    Of each array's heading (rad) and GNSS position per axis (m), which wanders with a time constant
+    (s); of all ranges the share by which they are too long, and how late (s) an AUV's clock is.
+    Whether the filter is told of them (`is_told`), so that it estimates them.
     """
 
-    misalignment_rad: float = 0.0
-    gnss_m: float = 0.0
-    sound_speed_share: float = 0.0
-    clock_s: float = 0.0
+    misalignment_rad: float
+    gnss_m: float
+    gnss_time_constant_s: float
+    sound_speed_share: float
+    clock_s: float
+    is_told: bool
 
     @property
     def is_none(self) -> bool:
         """Whether there are no such errors."""
-        return not any(asdict(self).values())
+        return not (self.misalignment_rad or self.gnss_m or self.sound_speed_share or self.clock_s)
 
 
 @dataclass(frozen=True)

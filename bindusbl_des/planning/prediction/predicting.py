@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...records.worst import WORST_IS_LARGEST
+from .afterwards import smoothed
 from .errors import errors_of
 from .inputs import Inputs
 from .rounds import planned_rounds, turns_of
 from .sights import SELDOM, fixes, seen
-from .sizes import mean_size, quantile, sizes_of_all, squares
+from .sizes import expected_largest, mean_size, quantile, scatter, sizes_of_all, squares
 from .waiting import waiting
 
 Floats = NDArray[np.float64]
@@ -19,7 +20,8 @@ Floats = NDArray[np.float64]
 class Prediction(NamedTuple):
     """What is expected of each of n AUVs; fields are those of table `auvs`.
 
-    (n,) each but for `error_over_time` (n, k), m, at the instants of the inputs' ways.
+    (n,) each but for `error_over_time` (n, k), m, at the instants of the inputs' ways.  Errors over
+    single missions scatter about those expected by a share that `varies` (n,).
     """
 
     hf_coverage: Floats
@@ -31,14 +33,21 @@ class Prediction(NamedTuple):
     position_error_rms_m: Floats
     position_error_p95_m: Floats
     error_over_time: Floats
+    varies: Floats
 
     def of_fleet(self, metric: str) -> float:
         """Return the mean of a metric over all AUVs."""
         return float(getattr(self, metric).mean())
 
     def worst(self, metric: str) -> float:
-        """Return a metric of the worst AUV."""
+        """Return a metric of the worst AUV, as it is expected of single missions.
+
+        Which AUV fares worst is partly luck, so that the largest error of a mission is more than
+        that of the AUV of which the largest is expected.
+        """
         values = getattr(self, metric)
+        if metric.startswith("position_error"):
+            return expected_largest(values, self.varies)
         return float(values.max() if WORST_IS_LARGEST[metric] else values.min())
 
 
@@ -48,7 +57,8 @@ def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
     sights = seen(inputs, asvs)
     plan = planned_rounds(inputs, sights)
     turns = turns_of(inputs, sights, plan)
-    errors = errors_of(inputs, turns, fixes(inputs, sights, inputs.ways.places_m, asvs))
+    known = smoothed if inputs.navigator.filter == "smoother" else errors_of
+    errors = known(inputs, turns, fixes(inputs, sights, inputs.ways.places_m, asvs))
     waits = waiting(turns, inputs.duration_s)
     square, shape = squares(errors)
     over_time = mean_size(square, shape)
@@ -61,4 +71,5 @@ def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
         np.sqrt(square.mean(axis=1)),
         quantile(sizes_of_all(square, shape).reshape(len(square), -1), 0.95),
         over_time,
+        scatter(errors, square, over_time),
     )

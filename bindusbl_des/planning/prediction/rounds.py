@@ -69,7 +69,7 @@ def planned_rounds(inputs: Inputs, sights: Sights) -> Plan:
     """Return how rounds go at each instant of the ways."""
     access, slots = inputs.access, inputs.slots
     uplink = uplink_slot(slots, inputs.hf.range_m, inputs.hf.by_slant)
-    auvs, instants, asvs = sights.in_range.shape
+    auvs, instants = sights.in_range.shape[:2]
     found = located(inputs, sights).sum(axis=2)
     expected = np.minimum(_added(found), float(auvs))
     if access.ranging == "passive":
@@ -177,7 +177,7 @@ def _tick(slots: Slots) -> float:
 
 
 def _by_sender(inputs: Inputs, sights: Sights, number: Ints, at: Ints) -> tuple[Floats, Floats]:
-    """Return how likely AUVs decode the broadcasts of some numbers (n, r), and over which way (m)."""
+    """Return how likely AUVs decode broadcasts of some numbers (n, r), and over which way (m)."""
     rule, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
     asvs = sights.told.shape[2]
     if rule == "random":

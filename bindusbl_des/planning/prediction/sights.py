@@ -15,6 +15,9 @@ Flags = NDArray[np.bool_]
 # Signals that are decoded more seldom are out of range, as those of :mod:`...acoustics.channel`.
 SELDOM = 1e-6
 
+# An AUV so near (m) to where an ASV is, seen from above, is below it.
+CLOSE_M = 1e-6
+
 
 class Sights(NamedTuple):
     """What n AUVs and m ASVs are to each other at k instants.
@@ -31,14 +34,15 @@ class Sights(NamedTuple):
 
 
 class Fixes(NamedTuple):
-    """What a fix errs by: variances and covariance xx, yy, xy (n, k, w, 3), m2, of which `lasts`
-    (n, k, w, 3), m2, is what fixes have in common all the time, and the first is what they have not.
+    """What fixes err by: variances and covariance xx, yy, xy (n, k, w, 3), m2, of `noise` of their
+    own, and of what `lasts`, which falls apart at a `rate` (n, k, w), 1/s.
 
     There are as many kinds w of fixes as ASVs where each is of one of them, else one.
     """
 
     noise: Floats
     lasts: Floats
+    rate: Floats
 
 
 def looked_up(table: Floats, step: float, away: Floats) -> Floats:
@@ -60,7 +64,7 @@ def seen(inputs: Inputs, stations: Floats) -> Sights:
 
 
 def sights(inputs: Inputs, places: Floats, stations: Floats) -> Sights:
-    """Return what AUVs at places (n, k, 2), m, and ASVs at stations (m, 2), m, are to each other."""
+    """Return what AUVs at places (n, k, 2), m, and ASVs at stations (m, 2), are to each other."""
     east = places[:, :, np.newaxis, 0] - stations[:, 0]
     north = places[:, :, np.newaxis, 1] - stations[:, 1]
     squares = east * east + north * north
@@ -104,20 +108,21 @@ def fixes(inputs: Inputs, sights: Sights, places: Floats, stations: Floats) -> F
         looked_up(table, noise.step_m, level)
         for table in (noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2)
     )
-    away = np.maximum(level, 1e-9)
-    cosine = (places[:, :, np.newaxis, 0] - stations[:, 0]) / away
-    sine = (places[:, :, np.newaxis, 1] - stations[:, 1]) / away
+    above = level < CLOSE_M  # where any line will do
+    away = np.where(above, 1.0, level)
+    cosine = np.where(above, 1.0, (places[:, :, np.newaxis, 0] - stations[:, 0]) / away)
+    sine = np.where(above, 0.0, (places[:, :, np.newaxis, 1] - stations[:, 1]) / away)
     line, apart = (cosine, sine), (level, sights.slant_m)
     if inputs.access.ranging == "passive":
         one = lasting.turned(along, across, line)
-        return Fixes(one, lasting.of_each(inputs, *apart, line))
+        return Fixes(one, *lasting.of_each(inputs, *apart, line))
     weights = sights.heard
     if inputs.access.downlink == "direct_reply":  # the first to hear it answers by itself
         weights = np.where(level == level.min(axis=2, keepdims=True), weights, 0.0)
     fused = _fused((along, across, down, leaning), weights, line)
     if inputs.lasting.is_none:
-        return Fixes(fused, np.zeros(fused.shape))
-    return Fixes(fused, lasting.of_all(inputs, *apart, line, weights, (along, across)))
+        return Fixes(fused, np.zeros(fused.shape), np.zeros(fused.shape[:3]))
+    return Fixes(fused, *lasting.of_all(inputs, *apart, line, weights, (along, across)))
 
 
 def _fused(

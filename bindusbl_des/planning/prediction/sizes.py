@@ -40,9 +40,8 @@ def squares(errors: Errors) -> tuple[Floats, Floats]:
 def mean_size(square: Floats, shape: Floats) -> Floats:
     """Return the mean length of errors (m) by their mean square (m2) and its `shape`."""
     known = np.where(np.isinf(shape), 1.0, shape)
-    return np.where(
-        np.isinf(shape), np.sqrt(square), np.sqrt(square / known) * gamma_quotient(known)
-    )
+    varying = np.sqrt(square / known) * gamma_quotient(known)
+    return np.asarray(np.where(np.isinf(shape), np.sqrt(square), varying))
 
 
 def gamma_quotient(shape: Floats) -> Floats:
@@ -53,12 +52,12 @@ def gamma_quotient(shape: Floats) -> Floats:
     >>> round(float(gamma_quotient(np.array(1.0))), 9), round(float(np.sqrt(np.pi) / 2), 9)
     (0.886226925, 0.886226925)
     """
-    quotient = np.ones(np.shape(shape))
+    quotient: Floats = np.ones(np.shape(shape))
     for k in range(RAISED):
         quotient = quotient * (shape + k) / (shape + k + 0.5)
     z = shape + RAISED
     expansion = 1.0 - 1.0 / (8.0 * z) + 1.0 / (128.0 * z**2) + 5.0 / (1024.0 * z**3)
-    return np.asarray(quotient * np.sqrt(z) * (expansion - 21.0 / (32768.0 * z**4)))
+    return np.asarray(quotient * np.sqrt(z) * (expansion - 21.0 / (32768.0 * z**4)), np.float64)
 
 
 def sizes_of_all(square: Floats, shape: Floats) -> Floats:
@@ -77,3 +76,35 @@ def quantile(values: Floats, share: float) -> Floats:
     place = share * (rising.shape[1] - 1)
     low = min(int(place), rising.shape[1] - 2)
     return np.asarray(rising[:, low] + (place - low) * (rising[:, low + 1] - rising[:, low]))
+
+
+def scatter(errors: Errors, square: Floats, size: Floats) -> Floats:
+    """Return the standard deviations (n,) of the mean length over one mission, as shares of it.
+
+    `square` (m2) and `size` (m), (n, k), are the mean square and mean length of errors.  Lengths
+    are correlated as the squares of the errors' own correlations, which for an exponential one
+    makes of 1 / n independent ones, as far as the mean varies, 1 / (2 n - 1).
+    """
+    varies = (errors.covariance[..., 0] + errors.covariance[..., 1]).mean(axis=1)
+    alike = np.minimum(errors.of_mean / np.maximum(varies, 1e-30), 1.0)
+    spread = np.maximum(square - size * size, 0.0).mean(axis=1)
+    return np.asarray(
+        np.sqrt(spread * alike / (2.0 - alike)) / np.maximum(size.mean(axis=1), 1e-30)
+    )
+
+
+def expected_largest(values: Floats, varies: Floats) -> float:
+    """Return the expected largest of independent numbers (n,) that each scatter by a share (n,).
+
+    They are taken for gamma variables, each for its twenty values that are as likely.
+    """
+    third = varies[:, np.newaxis] / 3.0
+    cases = values[:, np.newaxis] * np.maximum(1.0 - third**2 + TWENTIETHS * third, 0.0) ** 3
+    order = np.argsort(cases, axis=None, kind="stable")
+    passed, below, total = np.zeros(len(values)), 0.0, 0.0
+    for place in order.tolist():
+        passed[place // len(TWENTIETHS)] += 1.0 / len(TWENTIETHS)
+        largest = float(passed.prod())
+        total += (largest - below) * float(cases.flat[place])
+        below = largest
+    return total
