@@ -1,0 +1,158 @@
+"""The errors of each AUV over time: a march through the fixes that it may expect."""
+
+from math import inf, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.compiled import compiled, entry
+from .correction import WEIGHED, Fix, correct
+from .drift import FRAMES, NOT_AT_ALL, Drifts, State, carry, moment_at
+from .inputs import Inputs
+from .parts import Source
+from .rounds import Turns
+from .sights import Fixes
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Fixes less likely than this are none.
+NONE = 1e-9
+
+
+class Errors(NamedTuple):
+    """The errors of n AUVs at k instants: true mean (n, k, 2), m, and covariance xx, yy, xy
+    (n, k, 3), m2; and the variance (n,), m2, of their mean over time, both axes added.
+    """
+
+    mean: Floats
+    covariance: Floats
+    of_mean: Floats
+
+
+def errors_of(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
+    """Return the errors of all AUVs by what they may expect of the rounds."""
+    navigator, ways = inputs.navigator, inputs.ways
+    drifts, begin = drifts_of(inputs)
+    gain = {"fixed_gain": navigator.gain, "dead_reckoning": 0.0}.get(navigator.filter, WEIGHED)
+    flat: tuple[Any, ...] = (*turns, *fixes, gain, navigator.at_ping, *drifts, *begin)
+    return Errors(*_march(float(ways.times_s[1]), ways.places_m, ways.headings_s, *flat))
+
+
+def drifts_of(inputs: Inputs) -> tuple[Drifts, State]:
+    """Return what makes errors grow, and what they are at the start.
+
+    What fixes have in common is two numbers without a unit, of which a fix has some metres.
+    """
+    navigator, lasting = inputs.navigator, inputs.lasting
+    sources, frames = navigator.sources, [FRAMES[own.frame] for own in navigator.sources]
+    if not lasting.is_none:
+        told = (1.0, 1.0) if lasting.is_told else (0.0, 0.0)
+        sources = (*sources, Source("none", (0.0, 0.0), (1.0, 1.0), told))
+        frames.append(NOT_AT_ALL)
+    mean = np.array([0.0, 0.0, *(it for own in sources for it in own.mean), 0.0, 0.0])
+    drawn = np.array([it * it for own in sources for it in own.drawn_sd])
+    thought = np.array([it * it for own in sources for it in own.told_sd])
+    start, believed = navigator.start_sd_m**2, navigator.told_start_sd_m**2
+    state = State(
+        mean,
+        np.diag([start, start, *drawn, 0.0, 0.0]),
+        np.diag([believed, believed, *thought, 0.0, 0.0]),
+    )
+    drifts = Drifts(
+        np.array(frames, dtype=np.int64),
+        np.array([own.time_constant_s or inf for own in sources], dtype=np.float64),
+        np.array([own.wander_per_s for own in sources], dtype=np.float64),
+        drawn,
+        thought,
+        navigator.walk_m2_per_s,
+        navigator.told_walk_m2_per_s,
+        not lasting.is_none,
+    )
+    return drifts, state
+
+
+@entry
+def _march(
+    step: float, places: Floats, headings: Floats,
+    pinged: Floats, told: Floats, chance: Floats, at: Ints, kind: Ints, many: int,
+    noise: Floats, lasts: Floats, rate: Floats, gain: float, at_ping: bool,
+    frames: Ints, time_constants: Floats, wanders: Floats, variances: Floats, believed: Floats,
+    walk: float, told_walk: float, has_common: bool, mean: Floats, true: Floats, thought: Floats,
+) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    drifts = Drifts(
+        frames, time_constants, wanders, variances, believed, walk, told_walk, has_common
+    )
+    auvs, instants = places.shape[0], places.shape[1]
+    end = (instants - 1) * step
+    means, spreads = np.empty((auvs, instants, 2)), np.empty((auvs, instants, 3))
+    of_mean = np.empty(auvs)
+    ahead = State(mean.copy(), true.copy(), thought.copy())
+    for auv in range(auvs):
+        state = State(mean.copy(), true.copy(), thought.copy())
+        way, turned = places[auv], headings[auv]
+        known, next_one = moment_at(0.0, step, way, turned), 0
+        for turn in range(pinged.shape[1] + 1):
+            until = inf
+            if turn < pinged.shape[1]:
+                if chance[auv, turn] < NONE:
+                    continue
+                until = told[auv, turn]
+            while next_one < instants and next_one * step < until:
+                _copy(state, ahead)
+                carry(ahead, known, moment_at(next_one * step, step, way, turned), drifts)
+                _note(ahead, means[auv, next_one], spreads[auv, next_one])
+                next_one += 1
+            if next_one == instants:
+                break
+            holds = pinged[auv, turn] if at_ping else until
+            then = moment_at(holds, step, way, turned)
+            carry(state, known, then, drifts)
+            place, which = at[auv, turn], kind[auv, turn]
+            fix = _fix(noise[auv, place, which], lasts[auv, place, which], drifts)
+            here = moment_at(pinged[auv, turn], step, way, turned)
+            behind = then.x - here.x, then.y - here.y
+            correct(state, fix, many * chance[auv, turn], gain, behind)
+            if has_common:
+                time_constants[-1] = 1.0 / rate[auv, place, which]
+            known = then
+        _copy(state, ahead)
+        carry(ahead, known, moment_at(end, step, way, turned), drifts)
+        of_mean[auv] = _summed(ahead) / (end * end)
+    return means, spreads, of_mean
+
+
+@compiled
+def _copy(state: State, out: State) -> None:
+    for i in range(state.mean.size):
+        out.mean[i] = state.mean[i]
+        for j in range(state.mean.size):
+            out.true[i, j], out.believed[i, j] = state.true[i, j], state.believed[i, j]
+
+
+@compiled
+def _note(state: State, mean: Floats, spread: Floats) -> None:
+    mean[0], mean[1] = state.mean[0], state.mean[1]
+    spread[0], spread[1], spread[2] = state.true[0, 0], state.true[1, 1], state.true[0, 1]
+
+
+@compiled
+def _fix(noise: Floats, lasts: Floats, drifts: Drifts) -> Fix:
+    """Return a fix with noise, and what it has in common with others, each xx, yy, xy (3,), m2."""
+    own = noise[0], noise[1], noise[2]
+    if not drifts.has_common:
+        return Fix(own, own, 0, 0.0, 0.0, 0.0)
+    thought, last = own, 2 * drifts.frames.size
+    if drifts.told[last - 2] == 0.0:  # to a filter that is not told it is noise as any
+        thought = own[0] + lasts[0], own[1] + lasts[1], own[2] + lasts[2]
+    xx = sqrt(lasts[0])
+    yx = lasts[2] / xx if xx > 0.0 else 0.0
+    return Fix(own, thought, last, xx, yx, sqrt(max(lasts[1] - yx * yx, 0.0)))
+
+
+@compiled
+def _summed(state: State) -> float:
+    """Return the variance (m2 s2) of what the error has summed up to, both axes added."""
+    first = state.mean.size - 2
+    return float(state.true[first, first] + state.true[first + 1, first + 1])

@@ -1,0 +1,156 @@
+"""What error an AUV settles at where it dwells: a map of a survey, without any way through it."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import Errors
+from .inputs import Inputs
+from .parts import FixNoise, Ways
+from .rounds import Plan, planned_rounds
+from .sights import Sights, fixes, located, seen, sights
+from .sizes import mean_size, squares
+
+Floats = NDArray[np.float64]
+
+# Fixes that come more seldom than one in so many rounds are none.
+SELDOM = 1e-3
+
+
+class ErrorMap(NamedTuple):
+    """What is expected at p places: the mean error (p,), m, of an AUV that dwells there, and how
+    likely a round brings it a fix (p,).
+
+    Where none comes, the error is what dead reckoning has drifted by on average over the mission.
+    """
+
+    error_m: Floats
+    chance: Floats
+
+
+def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMap:
+    """Return the errors at `places` (p, 2), m, with ASVs at `stations` (m, 2), m.
+
+    Rounds are as long as the fleet's on average, the AUV is the first of them, and sources of drift
+    are known as well as fixes of a whole mission tell them (Kalman), or not at all (fixed gain).
+    """
+    asvs, spots = (np.asarray(it, dtype=np.float64) for it in (stations, places))
+    plan = planned_rounds(inputs, seen(inputs, asvs))
+    period = 1.0 / float((1.0 / plan.period_s).mean())
+    noise, ways = inputs.noise, inputs.ways
+    here = replace(
+        inputs,
+        ways=Ways(ways.times_s, spots[np.newaxis], ways.headings_s[:1], ways.depths_m[:1]),
+        noise=FixNoise(noise.step_m, *(it[:1] for it in _tables(noise))),
+    )
+    around = sights(here, spots[np.newaxis], asvs)
+    found, own = located(here, around)[0], fixes(here, around, spots[np.newaxis], asvs)
+    if inputs.access.ranging == "passive":
+        chance, kind = found.max(axis=1), found.argmax(axis=1)
+        period *= len(asvs) / np.maximum(found.sum(axis=1) / np.maximum(chance, SELDOM), 1.0)
+    else:
+        chance, kind = found[:, 0] * _told(here, around), np.zeros(len(spots), dtype=np.int64)
+    if inputs.access.schedule in ("round_robin", "random"):
+        period *= len(ways.places_m)
+    spread = own.noise[0, np.arange(len(spots)), kind]
+    lasts = own.lasts[0, np.arange(len(spots)), kind]
+    lost = _drifted(inputs)
+    pauses = Pauses(period / np.maximum(chance, SELDOM), chance, _late(inputs, plan))
+    settled = _settled(inputs, pauses, spread)
+    settled = settled._replace(covariance=settled.covariance + lasts)
+    error = mean_size(*squares(settled))
+    corrected = (chance > SELDOM) & (inputs.navigator.filter != "dead_reckoning")
+    return ErrorMap(np.where(corrected, np.minimum(error, lost), lost), chance)
+
+
+def _tables(noise: FixNoise) -> tuple[Floats, Floats, Floats, Floats]:
+    return noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2
+
+
+def _told(inputs: Inputs, around: Sights) -> Floats:
+    """Return how likely an AUV decodes a broadcast (p,)."""
+    rule, told = inputs.access.broadcaster, around.told[0]
+    if inputs.access.downlink == "direct_reply":
+        return np.ones(len(told))
+    if rule == "fixed":
+        return np.asarray(told[:, inputs.access.fixed_asv])
+    if rule == "nearest":
+        return np.asarray(told[np.arange(len(told)), around.level_m[0].argmin(axis=1)])
+    return np.asarray(told.mean(axis=1))
+
+
+class Pauses(NamedTuple):
+    """What lies between fixes: their mean interval (p,), s, how likely a round brings one (p,), and
+    how late (s) they take effect.
+    """
+
+    interval_s: Floats
+    chance: Floats
+    late_s: float
+
+
+def _late(inputs: Inputs, plan: Plan) -> float:
+    """Return how long after its ping (s) an AUV is told of it, on average."""
+    if inputs.access.ranging == "passive" or inputs.access.downlink == "direct_reply":
+        return 0.0
+    waited = 0.0 if inputs.access.downlink == "pipelined_group" else plan.slot * plan.pitch_s
+    return float((plan.send_s + plan.frame_s - waited).mean())
+
+
+def _settled(inputs: Inputs, pauses: Pauses, noise: Floats) -> Errors:
+    """Return the errors (p,) that settle; drift that is not estimated is taken to be along x."""
+    navigator, (interval, chance, late) = inputs.navigator, pauses
+    walk, biases, mean = navigator.walk_m2_per_s, _velocities(inputs), np.zeros((len(noise), 2))
+    varies = interval * interval * (1.0 - np.minimum(chance, 1.0))
+    age = (interval * interval + varies) / (2.0 * interval) + late  # of the last fix, over time
+    if navigator.filter == "fixed_gain":
+        gain = navigator.gain
+        left = (1.0 - gain) ** 2 / (gain * (2.0 - gain))
+        since = interval * interval / 12.0 + varies
+        mean[:, 0] = np.sqrt(biases) * ((1.0 - gain) / gain * interval + age)
+        grown = left * walk * interval + walk * age
+        out = gain / (2.0 - gain) * noise
+        out[:, 0] += biases * (varies * left + since)
+    else:
+        half = 0.5 * walk * interval
+        grown = walk * age - half
+        count = np.maximum(inputs.duration_s / interval, 1.0)
+        out = _settling(walk * interval, noise) + (4.0 / count)[:, np.newaxis] * noise
+    out[:, 0] += grown
+    out[:, 1] += grown
+    return Errors(mean, out, out[:, 0])
+
+
+def _settling(walk: Floats, noise: Floats) -> Floats:
+    """Return sqrt(q^2 / 4 + q R) for walks q (p,), m2, and noise R of xx, yy, xy (p, 3), m2: the
+    covariance in the middle between two fixes of a Kalman filter (scalar Riccati equation).
+
+    The square root of a matrix M of two rows is (M + s) / t, s its determinant's square root and t
+    that of its trace and 2 s.
+    """
+    quarter = 0.25 * walk * walk
+    xx, yy = quarter + walk * noise[:, 0], quarter + walk * noise[:, 1]
+    xy = walk * noise[:, 2]
+    root = np.sqrt(np.maximum(xx * yy - xy * xy, 0.0))
+    trace = np.maximum(np.sqrt(xx + yy + 2.0 * root), 1e-30)
+    return np.stack(((xx + root) / trace, (yy + root) / trace, xy / trace), axis=-1)
+
+
+def _velocities(inputs: Inputs) -> float:
+    """Return the mean square (m2/s2) of the velocity by which dead reckoning is off."""
+    ways, total = inputs.ways, 0.0
+    moved = np.diff(ways.places_m[0], axis=0)
+    speed = float(np.sqrt((moved * moved).sum(axis=1)).sum()) / inputs.duration_s
+    for source in inputs.navigator.sources:
+        scale = speed if source.frame == "way" else 1.0
+        total += sum((scale * it) ** 2 for it in (*source.mean, *source.drawn_sd))
+    return total
+
+
+def _drifted(inputs: Inputs) -> float:
+    """Return how far off (m) dead reckoning is on average over the mission, going straight."""
+    end, walk = inputs.duration_s, inputs.navigator.walk_m2_per_s
+    start = 2.0 * inputs.navigator.start_sd_m**2
+    return float(np.sqrt(start + _velocities(inputs) * end * end / 4.0 + walk * end))
