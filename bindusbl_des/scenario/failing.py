@@ -1,59 +1,16 @@
-"""Which ASVs have failed when.
-
-A failure holds from its instant on, and to the instant from which its ASV works again, that one
-excluded.  The whole fleet knows of it at once.
-"""
+"""Which ASVs of a scenario fail, and when; the whole fleet knows of it at once."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from ..vehicles.failures import Failures
 from .scenario_keys import ScenarioKeys
 from .sections.failures import Failure
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-
-
-class Failures(NamedTuple):
-    """The failures of a mission, (k,) each: whose, and from when until when (s).
-
-    `count` is how many ASVs there are.
-    """
-
-    count: int
-    asvs: NDArray[np.intp]
-    begin_s: Floats
-    end_s: Floats
-
-    def alive(self, time: float) -> Flags:
-        """Return which ASVs work at an instant (s), shape (count,)."""
-        working = np.ones(self.count, dtype=np.bool_)
-        working[self.asvs[(self.begin_s <= time) & (time < self.end_s)]] = False
-        return working
-
-    def meet(self, asvs: ArrayLike, begins_s: ArrayLike, ends_s: ArrayLike) -> tuple[Flags, Flags]:
-        """Tell of spans of time at ASVs, (n,) each, which begin during a failure, and which are cut
-        by one that comes later: two of (n,).  A failure at the end of a span cuts nothing of it.
-        """
-        whose, begins, ends = (np.asarray(it)[..., None] for it in (asvs, begins_s, ends_s))
-        same = whose == self.asvs
-        failed = same & (self.begin_s <= begins) & (begins < self.end_s)
-        cut = same & (begins < self.begin_s) & (self.begin_s < ends)
-        late: Flags = cut.any(axis=-1) & ~failed.any(axis=-1)
-        return failed.any(axis=-1), late
-
-    def next_change(self, time: float) -> float:
-        """Return when (s) after an instant the next ASV fails or works again; infinite if none."""
-        changes = np.concatenate((self.begin_s, self.end_s))
-        later = changes[changes > time]
-        return float(later.min()) if len(later) else np.inf
-
 
 def failures_of(scenario: ScenarioKeys) -> Failures | None:
-    """Return the failures of a scenario; None where no ASV fails."""
+    """Return the failures of a scenario's ASVs; None where none fails."""
     given = scenario.asvs.failures
     if not given:
         return None
