@@ -1,1 +1,1 @@
-"""The error of each AUV without simulation: from fixes that can be expected, and from drift."""
+"""The error of each AUV, predicted without simulation."""

@@ -1,0 +1,172 @@
+"""How an error of position grows and shrinks: its mean, its covariance, and what a filter thinks.
+
+States are the error (m) along x and y, and two numbers of each source of drift, as in
+:mod:`...navigation.belief`.  Three things are carried on side by side: the covariance that the
+filter believes in, by which it weighs fixes, and the true mean and covariance of its errors, which
+follow from the same gains.  They differ where the filter is told something else than the truth, or
+weighs by no covariance at all.
+"""
+
+from math import exp, expm1
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.compiled import compiled
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+BODY, WORLD, WAY = 0, 1, 2
+FRAMES = {"body": BODY, "world": WORLD, "way": WAY}
+
+
+class Drifts(NamedTuple):
+    """The sources of drift: which frame each turns with (s,), its time constant (s,), s, infinite
+    if it has none; the variances per second with which they wander by random walk (s,); the
+    standing variances (2 s,), true and believed; and the random walk of the position (m2/s), true
+    and believed.
+    """
+
+    frames: Ints
+    time_constants: Floats
+    wanders: Floats
+    variances: Floats
+    told: Floats
+    walk: float
+    told_walk: float
+
+
+class Moment(NamedTuple):
+    """An instant (s), the integrals of the heading (s) and the place (m) of an AUV then."""
+
+    time: float
+    cosine: float
+    sine: float
+    x: float
+    y: float
+
+
+class State(NamedTuple):
+    """What is known of errors at one instant: their true mean (k,) and covariance (k, k), and the
+    covariance (k, k) that the filter believes in.
+    """
+
+    mean: Floats
+    true: Floats
+    believed: Floats
+
+
+@compiled
+def moment_at(time: float, step: float, places: Floats, headings: Floats) -> Moment:
+    """Return an AUV's moment at an instant (s), straight between those of its way (k, 2)."""
+    place = min(max(time / step, 0.0), len(places) - 1.0)
+    low = min(int(place), len(places) - 2)
+    share = place - low
+    return Moment(
+        time,
+        headings[low, 0] + share * (headings[low + 1, 0] - headings[low, 0]),
+        headings[low, 1] + share * (headings[low + 1, 1] - headings[low, 1]),
+        places[low, 0] + share * (places[low + 1, 0] - places[low, 0]),
+        places[low, 1] + share * (places[low + 1, 1] - places[low, 1]),
+    )
+
+
+@compiled
+def carry(state: State, begin: Moment, end: Moment, drifts: Drifts) -> None:
+    """Carry errors, in their place, from one moment to a later one."""
+    passed = end.time - begin.time
+    if passed <= 0.0:
+        return
+    for source in range(drifts.frames.size):
+        frame, k = drifts.frames[source], 2 + 2 * source
+        ahead, aside = passed, 0.0
+        if frame == BODY:
+            ahead, aside = end.cosine - begin.cosine, end.sine - begin.sine
+        elif frame == WAY:
+            ahead, aside = end.x - begin.x, end.y - begin.y
+        share = passed / drifts.time_constants[source]
+        left = -expm1(-share) / share if share > 0.0 else 1.0
+        _drive(state.mean, k, left * ahead, left * aside)
+        _spread(state.true, k, left * ahead, left * aside)
+        _spread(state.believed, k, left * ahead, left * aside)
+        if share > 0.0:
+            kept = exp(-share)
+            state.mean[k] *= kept
+            state.mean[k + 1] *= kept
+            _fade(state.true, k, kept, drifts.variances)
+            _fade(state.believed, k, kept, drifts.told)
+            line = ahead / passed, aside / passed
+            _roam(state.true, k, line, passed, drifts.time_constants[source], drifts.variances)
+            _roam(state.believed, k, line, passed, drifts.time_constants[source], drifts.told)
+        if drifts.wanders[source] > 0.0:
+            _wander(state.true, k, passed, drifts.wanders[source])
+            _wander(state.believed, k, passed, drifts.wanders[source])
+    for axis in range(2):
+        state.true[axis, axis] += drifts.walk * passed
+        state.believed[axis, axis] += drifts.told_walk * passed
+
+
+@compiled
+def _drive(mean: Floats, k: int, ahead: float, aside: float) -> None:
+    mean[0] += ahead * mean[k] - aside * mean[k + 1]
+    mean[1] += aside * mean[k] + ahead * mean[k + 1]
+
+
+@compiled
+def _spread(spread: Floats, k: int, ahead: float, aside: float) -> None:
+    """Let the states k and k + 1 change the error (F P F^T)."""
+    for i in range(len(spread)):
+        spread[0, i] += ahead * spread[k, i] - aside * spread[k + 1, i]
+        spread[1, i] += aside * spread[k, i] + ahead * spread[k + 1, i]
+    for i in range(len(spread)):
+        spread[i, 0] += ahead * spread[i, k] - aside * spread[i, k + 1]
+        spread[i, 1] += aside * spread[i, k] + ahead * spread[i, k + 1]
+
+
+@compiled
+def _fade(spread: Floats, k: int, kept: float, variances: Floats) -> None:
+    """Let the states k and k + 1 fall towards their mean, and new noise come to them."""
+    for j in range(k, k + 2):
+        for i in range(len(spread)):
+            spread[j, i] *= kept
+        for i in range(len(spread)):
+            spread[i, j] *= kept
+        spread[j, j] += variances[j - 2] * (1.0 - kept * kept)
+
+
+@compiled
+def _roam(
+    spread: Floats,
+    k: int,
+    line: tuple[float, float],
+    passed: float,
+    lasts: float,
+    variances: Floats,
+) -> None:
+    """Add what the new noise of a Gauss-Markov process has done to the error meanwhile (s)."""
+    share, variance = passed / lasts, variances[k - 2]
+    gone = -expm1(-share)
+    own = 2.0 * (share - gone) - gone * gone if share > 1e-3 else 2.0 * share * share * share / 3.0
+    cosine, sine = line
+    own *= variance * lasts * lasts * (cosine * cosine + sine * sine)
+    beside = variance * lasts * gone * gone
+    for axis in range(2):
+        spread[axis, axis] += own
+        spread[axis, k + axis] += beside * cosine
+        spread[k + axis, axis] += beside * cosine
+    spread[0, k + 1] -= beside * sine
+    spread[k + 1, 0] -= beside * sine
+    spread[1, k] += beside * sine
+    spread[k, 1] += beside * sine
+
+
+@compiled
+def _wander(spread: Floats, k: int, passed: float, rate: float) -> None:
+    """Add what a random walk of a velocity has done to it and to the error."""
+    for axis in range(2):
+        spread[axis, axis] += rate * passed * passed * passed / 3.0
+        spread[axis, k + axis] += rate * passed * passed / 2.0
+        spread[k + axis, axis] += rate * passed * passed / 2.0
+        spread[k + axis, k + axis] += rate * passed

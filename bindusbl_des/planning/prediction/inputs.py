@@ -1,0 +1,72 @@
+"""What a prediction is made of: plain numbers and arrays, worked out once for many placements.
+
+Where the ASVs are is not among them: :func:`.predicting.predict` takes that beside them, so that a
+placement can be tried in milliseconds.  :meth:`Inputs.plain` is all that another program needs to
+predict the same, in whatever language.
+"""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ...scenario.scenario import Scenario
+from .instruments import lasting_of, navigator_of
+from .medium import access_of, slots_of
+from .parts import Access, Chances, FixNoise, Lasting, Navigator, Slots, Ways
+from .tables import fix_noise, hf_chances, mf_chances
+from .told import approximations
+from .ways import ways_of
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """All that a prediction is made of but for the stations of the ASVs.
+
+    `approximations` are sentences on what the prediction leaves out of the scenario.
+    """
+
+    duration_s: float
+    ways: Ways
+    hf: Chances
+    mf: Chances
+    noise: FixNoise
+    lasting: Lasting
+    slots: Slots
+    access: Access
+    navigator: Navigator
+    approximations: tuple[str, ...] = ()
+
+    def plain(self) -> dict[str, Any]:
+        """Return the same as plain data, as JSON can have it: nested names, lists and numbers."""
+        return {name: _plain(value) for name, value in asdict(self).items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(own) for name, own in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(own) for own in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def inputs_of(scenario: Scenario) -> Inputs:
+    """Return what the prediction of a scenario is made of.
+
+    What does not depend on the placement of the ASVs is worked out once for all that differ in it.
+
+    Raises:
+        ValueError: when the route cannot be flown, or the file of a channel cannot be read.
+    """
+    return Inputs(
+        float(scenario.duration_s),
+        ways_of(scenario),
+        hf_chances(scenario),
+        mf_chances(scenario),
+        fix_noise(scenario),
+        lasting_of(scenario),
+        slots_of(scenario),
+        access_of(scenario),
+        navigator_of(scenario),
+        tuple(approximations(scenario)),
+    )

@@ -1,0 +1,151 @@
+"""The parts of what a prediction is made of: plain numbers and arrays (:mod:`.inputs`)."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ways:
+    """Where n AUVs are going to be at k even instants (k,), s, from the start to the end.
+
+    Their places (n, k, 2), m, the integrals of the cosine and sine of their headings (n, k, 2), s,
+    and their depths (n,), m.
+    """
+
+    times_s: Floats
+    places_m: Floats
+    headings_s: Floats
+    depths_m: Floats
+
+
+@dataclass(frozen=True)
+class Chances:
+    """How likely a signal is decoded: by slant range, and nothing beyond `range_m` if it `is_cut`.
+
+    `chances` (g,) belong to slant ranges 0, `step_m`, 2 `step_m` and so on, straight in between and
+    the last of them beyond.  `by_slant` tells which distance is compared with the range.
+    """
+
+    range_m: float
+    is_cut: bool
+    by_slant: bool
+    step_m: float
+    chances: Floats
+
+
+@dataclass(frozen=True)
+class FixNoise:
+    """What a fix by one array errs by: variances (n, g), m2, of n AUVs by horizontal distance.
+
+    Along the line of sight seen from above, across it, downwards, and the covariance of along and
+    down.  They belong to distances 0, `step_m`, 2 `step_m` and so on, as those of :class:`Chances`.
+    """
+
+    step_m: float
+    along_m2: Floats
+    across_m2: Floats
+    down_m2: Floats
+    leaning_m2: Floats
+
+
+@dataclass(frozen=True)
+class Lasting:
+    """Errors that fixes have in common all the time, as standard deviations.
+
+    Of each array's heading (rad) and GNSS position per axis (m); of all ranges the share by which
+    they are too long, and how late (s) an AUV's clock is.
+    """
+
+    misalignment_rad: float = 0.0
+    gnss_m: float = 0.0
+    sound_speed_share: float = 0.0
+    clock_s: float = 0.0
+
+    @property
+    def is_none(self) -> bool:
+        """Whether there are no such errors."""
+        return not any(asdict(self).values())
+
+
+@dataclass(frozen=True)
+class Slots:
+    """How long slots last (s).
+
+    An uplink slot holds `ways` times the ping of `ping_s` and the longest way, the turnaround and
+    `uplink_guard_s`, and lasts `shortest_uplink_s` at least; `fixed_uplink_s` (None: there is none)
+    is that of a ranging of one's own.  The longest way is the HF range, or reaches to `deepest_m`
+    where that is horizontal, at `sound_speed_m_per_s`.  Downlink slots and what a frame's delivery
+    takes after it begins are those of 0, 1, ... n fixes (n + 1,).  All are whole ticks of
+    `tick_rate_hz`; 0: there are none.
+    """
+
+    ping_s: float
+    ways: int
+    turnaround_s: float
+    uplink_guard_s: float
+    shortest_uplink_s: float
+    fixed_uplink_s: float | None
+    deepest_m: float
+    sound_speed_m_per_s: float
+    tick_rate_hz: float
+    downlink_s: Floats
+    frame_s: Floats
+
+
+@dataclass(frozen=True)
+class Access:
+    """Who pings when, and who answers how; names are those of the scenario.
+
+    `frame_s` is 0 unless the schedule has frames; `fixed_asv` broadcasts if the broadcaster is
+    fixed; a direct reply sets out `reply_s` after a ping's front.
+    """
+
+    schedule: str
+    downlink: str
+    broadcaster: str
+    fixed_asv: int
+    ranging: str
+    frame_s: float
+    reply_s: float
+
+
+@dataclass(frozen=True)
+class Source:
+    """What makes dead reckoning drift: two numbers, constant but for what is said of them here.
+
+    They turn with the `frame`: `body` (velocity ahead and to starboard, m/s), `world` (velocity
+    along x and y, m/s), `way` (share by which the way is stretched, and turned).  Their true mean,
+    the standard deviations with which they are drawn, and those which the filter is told.  They
+    wander as a Gauss-Markov process of `time_constant_s` (None: they are constant), or as a random
+    walk with the variance `wander_per_s`.
+    """
+
+    frame: str
+    mean: tuple[float, float]
+    drawn_sd: tuple[float, float]
+    told_sd: tuple[float, float]
+    time_constant_s: float | None = None
+    wander_per_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Navigator:
+    """How an AUV navigates: its filter, and how wrong its dead reckoning is.
+
+    `gain` is that of `fixed_gain`; fixes are compared with what is believed of their ping
+    (`at_ping`), or of their delivery.  Positions at the start and the random walk (m2/s per axis)
+    as they are, and as the filter is told.
+    """
+
+    filter: str
+    gain: float
+    at_ping: bool
+    start_sd_m: float
+    told_start_sd_m: float
+    walk_m2_per_s: float
+    told_walk_m2_per_s: float
+    sources: tuple[Source, ...]

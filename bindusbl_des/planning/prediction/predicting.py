@@ -1,0 +1,64 @@
+"""The error of each AUV, predicted without simulation (see docs/planning.md, Predicted error)."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...records.worst import WORST_IS_LARGEST
+from .errors import errors_of
+from .inputs import Inputs
+from .rounds import planned_rounds, turns_of
+from .sights import SELDOM, fixes, seen
+from .sizes import mean_size, quantile, sizes_of_all, squares
+from .waiting import waiting
+
+Floats = NDArray[np.float64]
+
+
+class Prediction(NamedTuple):
+    """What is expected of each of n AUVs; fields are those of table `auvs`.
+
+    (n,) each but for `error_over_time` (n, k), m, at the instants of the inputs' ways.
+    """
+
+    hf_coverage: Floats
+    fix_rate_hz: Floats
+    fix_age_mean_s: Floats
+    fix_age_p95_s: Floats
+    fix_age_max_s: Floats
+    position_error_m: Floats
+    position_error_rms_m: Floats
+    position_error_p95_m: Floats
+    error_over_time: Floats
+
+    def of_fleet(self, metric: str) -> float:
+        """Return the mean of a metric over all AUVs."""
+        return float(getattr(self, metric).mean())
+
+    def worst(self, metric: str) -> float:
+        """Return a metric of the worst AUV."""
+        values = getattr(self, metric)
+        return float(values.max() if WORST_IS_LARGEST[metric] else values.min())
+
+
+def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
+    """Return what is expected of each AUV with ASVs at `stations` (m, 2), m."""
+    asvs = np.asarray(stations, dtype=np.float64)
+    sights = seen(inputs, asvs)
+    plan = planned_rounds(inputs, sights)
+    turns = turns_of(inputs, sights, plan)
+    errors = errors_of(inputs, turns, fixes(inputs, sights, inputs.ways.places_m, asvs))
+    waits = waiting(turns, inputs.duration_s)
+    square, shape = squares(errors)
+    over_time = mean_size(square, shape)
+    rounds = 1.0 / plan.period_s
+    covered = (sights.heard > SELDOM).any(axis=2)
+    return Prediction(
+        (covered * rounds).sum(axis=1) / rounds.sum(),
+        *waits,
+        over_time.mean(axis=1),
+        np.sqrt(square.mean(axis=1)),
+        quantile(sizes_of_all(square, shape).reshape(len(square), -1), 0.95),
+        over_time,
+    )

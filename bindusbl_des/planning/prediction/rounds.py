@@ -1,0 +1,215 @@
+"""The rounds of a mission, as its plan lets them be expected: when each AUV pings, and is told."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.compiled import entry
+from ...protocol.colouring import dsatur_groups, greedy_groups
+from .inputs import Inputs
+from .parts import Slots
+from .sights import Flags, Sights, located
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# More rounds than this are taken so many at a time, each a fix of as many.
+MOST_ROUNDS = 3000
+
+
+class Plan(NamedTuple):
+    """How rounds go at each of k instants: the slot of each AUV (n, k), how long (s) it is from one
+    slot to the next, from the start of a round to its broadcast, from that to the end of the frame,
+    and from one round to the next (k,); how many times it broadcasts (k,).
+    """
+
+    slot: Ints
+    pitch_s: Floats
+    send_s: Floats
+    frame_s: Floats
+    period_s: Floats
+    broadcasts: Ints
+
+
+class Turns(NamedTuple):
+    """What n AUVs may expect of r rounds: when they ping and are told of it (n, r), s; how likely
+    that is (n, r); the instant (n, r) of the ways at which it is, and the kind of fix (n, r).
+
+    Each round stands for `many` equal ones.
+    """
+
+    pinged_s: Floats
+    told_s: Floats
+    chance: Floats
+    at: Ints
+    kind: Ints
+    many: int
+
+
+def uplink_slot(slots: Slots, hf_range: float, by_slant: bool) -> float:
+    """Return how long (s) an uplink slot lasts (eq. UL_slot) with an HF range (m)."""
+    if slots.fixed_uplink_s is not None:
+        return in_ticks(slots, slots.fixed_uplink_s)
+    way = hf_range if by_slant else math.sqrt(hf_range**2 + slots.deepest_m**2)
+    ways = slots.ways * (slots.ping_s + way / slots.sound_speed_m_per_s)
+    return in_ticks(
+        slots, max(ways + slots.turnaround_s + slots.uplink_guard_s, slots.shortest_uplink_s)
+    )
+
+
+def in_ticks(slots: Slots, duration: float) -> float:
+    """Return a duration (s) rounded up to whole ticks, if there are any."""
+    rate = slots.tick_rate_hz
+    return duration if rate == 0.0 else math.ceil(duration * rate - 1e-9) / rate
+
+
+def planned_rounds(inputs: Inputs, sights: Sights) -> Plan:
+    """Return how rounds go at each instant of the ways."""
+    access, slots = inputs.access, inputs.slots
+    uplink = uplink_slot(slots, inputs.hf.range_m, inputs.hf.by_slant)
+    auvs, instants, asvs = sights.in_range.shape
+    found = located(inputs, sights).sum(axis=2)
+    expected = np.minimum(_added(found), float(auvs))
+    if access.ranging == "passive":
+        ones, zeros = np.ones(instants), np.zeros((auvs, instants), dtype=np.int64)
+        return Plan(zeros, uplink * ones, 0.0 * ones, 0.0 * ones, uplink * ones, _whole(ones))
+    if access.frame_s > 0.0:
+        expected = expected / auvs
+    slot, groups = _grouped(access.schedule, sights.in_range)
+    busy = groups * uplink
+    if access.downlink == "direct_reply":
+        period = np.maximum(busy, access.frame_s)
+        none = np.zeros(instants)
+        return Plan(slot, uplink + none, none, none, period, _whole(none))
+    by_group = access.downlink == "pipelined_group"
+    fixes = expected / groups if by_group else expected
+    downlink, frame = _between(slots.downlink_s, fixes), _between(slots.frame_s, fixes)
+    if by_group:
+        pitch = np.maximum(uplink, downlink)
+        period = np.maximum(groups * pitch, access.frame_s)
+        return Plan(slot, pitch, pitch, frame, period, _whole(groups))
+    if access.downlink == "pipelined_round":
+        send = np.maximum(busy, downlink)
+        period = np.maximum(send, access.frame_s)
+    else:
+        send, period = busy, np.maximum(busy + downlink, access.frame_s)
+    once = np.ones(instants, dtype=np.int64)
+    return Plan(slot, np.full(instants, uplink), send, frame, period, once)
+
+
+def _added(parts: Floats) -> Floats:
+    total = np.zeros(parts.shape[1])
+    for own in parts:
+        total = total + own
+    return total
+
+
+def _whole(numbers: Floats) -> Ints:
+    return numbers.astype(np.int64)
+
+
+def _between(table: Floats, fixes: Floats) -> Floats:
+    """Return what belongs to numbers of fixes that need not be whole."""
+    low = np.minimum(fixes.astype(np.int64), max(len(table) - 2, 0))
+    return np.asarray(table[low] + (fixes - low) * (table[low + 1] - table[low]))
+
+
+def _grouped(schedule: str, in_range: Flags) -> tuple[Ints, Floats]:
+    """Return the slot of each AUV (n, k), and how many slots there are (k,)."""
+    auvs, instants, _ = in_range.shape
+    slot = np.zeros((auvs, instants), dtype=np.int64)
+    if schedule == "one_per_slot":
+        slot[:] = np.arange(auvs)[:, np.newaxis]
+        return slot, np.full(instants, float(auvs))
+    if schedule in ("round_robin", "random"):
+        return slot, np.ones(instants)
+    colour = dsatur_groups if schedule == "dsatur" else greedy_groups
+    counts = np.empty(instants)
+    for instant in range(instants):
+        groups = colour(np.ascontiguousarray(in_range[:, instant]))
+        counts[instant] = len(groups)
+        for number, group in enumerate(groups):
+            slot[list(group), instant] = number
+    return slot, counts
+
+
+def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:
+    """Return what AUVs may expect of all rounds of a mission."""
+    access, ways = inputs.access, inputs.ways
+    step, end = ways.times_s[1], inputs.duration_s
+    expected = end * float((1.0 / plan.period_s).mean())
+    many = max(math.ceil(expected / MOST_ROUNDS), 1)
+    begin, at, number = _begun(plan.period_s, plan.broadcasts, step, end, many)
+    auvs, _, asvs = sights.heard.shape
+    slot, pitch = plan.slot[:, at], plan.pitch_s[at]
+    pinged = begin + slot * pitch
+    late = np.minimum((pinged / step + 0.5).astype(np.int64), len(ways.times_s) - 1)
+    rows = np.arange(auvs)[:, np.newaxis]
+    found, c = located(inputs, sights), inputs.slots.sound_speed_m_per_s
+    if access.ranging == "passive":
+        kind = np.broadcast_to(number % asvs, pinged.shape)
+        chance = found[rows, late, kind]
+        told = pinged + sights.slant_m[rows, late, kind] / c + inputs.slots.ping_s
+        return Turns(pinged, told, chance, late, kind, many)
+    kind = np.zeros(pinged.shape, dtype=np.int64)
+    chance = found[rows, late, kind]
+    if access.schedule == "round_robin":
+        chance = np.where(np.arange(len(at)) % auvs == rows, chance, 0.0)
+    elif access.schedule == "random":
+        chance = chance / auvs
+    if access.downlink == "direct_reply":
+        way = sights.slant_m.min(axis=2)
+        return Turns(
+            pinged, pinged + 2.0 * way[rows, late] / c + access.reply_s, chance, late, kind, many
+        )
+    by_group = access.downlink == "pipelined_group"
+    base = pinged + plan.send_s[at] if by_group else begin + plan.send_s[at]
+    sender = number + slot if by_group else np.broadcast_to(number, pinged.shape)
+    hears, way = _by_sender(inputs, sights, sender, late)
+    told = base + plan.frame_s[at] + way / c + 0.5 * _tick(inputs.slots)
+    return Turns(pinged, told, chance * hears, late, kind, many)
+
+
+def _tick(slots: Slots) -> float:
+    return 0.0 if slots.tick_rate_hz == 0.0 else 1.0 / slots.tick_rate_hz
+
+
+def _by_sender(inputs: Inputs, sights: Sights, number: Ints, at: Ints) -> tuple[Floats, Floats]:
+    """Return how likely AUVs decode the broadcasts of some numbers (n, r), and over which way (m)."""
+    rule, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
+    asvs = sights.told.shape[2]
+    if rule == "random":
+        return sights.told.mean(axis=2)[rows, at], sights.level_m.mean(axis=2)[rows, at]
+    if rule == "rotate":
+        sender = number % asvs
+    elif rule == "fixed":
+        sender = np.full(number.shape, inputs.access.fixed_asv)
+    else:
+        weights = located(inputs, sights) if rule == "nearest" else np.ones(1)
+        score = -sights.heard if rule == "most_fixes" else weights * sights.level_m
+        if inputs.access.frame_s > 0.0:  # of the one AUV whose fix is broadcast
+            best = score.argmin(axis=2)
+        else:
+            best = np.broadcast_to(score.sum(axis=0).argmin(axis=1), score.shape[:2])
+        sender = best[rows, at]
+    return sights.told[rows, at, sender], sights.level_m[rows, at, sender]
+
+
+@entry
+def _begun(
+    period: Floats, broadcasts: Ints, step: float, end: float, many: int
+) -> tuple[Floats, Ints, Ints]:
+    """Return when rounds begin (r,), s, at which instant (r,), and the number of each one's first
+    broadcast (r,).
+    """
+    begin, at = np.empty(4 * MOST_ROUNDS), np.empty(4 * MOST_ROUNDS, dtype=np.int64)
+    number, count, time, sent = np.empty(4 * MOST_ROUNDS, dtype=np.int64), 0, 0.0, 0
+    while time < end and count < begin.size:
+        k = min(int(time / step + 0.5), period.size - 1)
+        begin[count], at[count], number[count] = time, k, sent
+        time += many * period[k]
+        sent += broadcasts[k]
+        count += 1
+    return begin[:count].copy(), at[:count].copy(), number[:count].copy()

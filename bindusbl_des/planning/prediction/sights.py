@@ -1,0 +1,153 @@
+"""Who hears whom on the way, how likely, and what a fix errs by then: with stations of the ASVs."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import lasting
+from .inputs import Inputs
+from .parts import Chances
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# Signals that are decoded more seldom are out of range, as those of :mod:`...acoustics.channel`.
+SELDOM = 1e-6
+
+
+class Sights(NamedTuple):
+    """What n AUVs and m ASVs are to each other at k instants.
+
+    How far away they are (n, k, m), m, seen from above and slant; which are in range as the
+    protocol counts it (n, k, m); how likely a ping is decoded (n, k, m), and a frame.
+    """
+
+    level_m: Floats
+    slant_m: Floats
+    in_range: Flags
+    heard: Floats
+    told: Floats
+
+
+class Fixes(NamedTuple):
+    """What a fix errs by: variances and covariance xx, yy, xy (n, k, w, 3), m2, of which `lasts`
+    (n, k, w, 3), m2, is what fixes have in common all the time, and the first is what they have not.
+
+    There are as many kinds w of fixes as ASVs where each is of one of them, else one.
+    """
+
+    noise: Floats
+    lasts: Floats
+
+
+def looked_up(table: Floats, step: float, away: Floats) -> Floats:
+    """Return the values of tables (n, g) or (g,) at distances (n, ...): straight between the steps,
+    the last one beyond them.
+    """
+    place = np.minimum(away / step, table.shape[-1] - 1.0)
+    low = np.minimum(place.astype(np.int64), table.shape[-1] - 2)
+    share = place - low
+    if table.ndim == 1:
+        return np.asarray(table[low] + share * (table[low + 1] - table[low]))
+    rows = np.arange(len(table)).reshape(-1, *(1,) * (away.ndim - 1))
+    return np.asarray(table[rows, low] + share * (table[rows, low + 1] - table[rows, low]))
+
+
+def seen(inputs: Inputs, stations: Floats) -> Sights:
+    """Return what AUVs on their ways and ASVs at stations (m, 2), m, are to each other."""
+    return sights(inputs, inputs.ways.places_m, stations)
+
+
+def sights(inputs: Inputs, places: Floats, stations: Floats) -> Sights:
+    """Return what AUVs at places (n, k, 2), m, and ASVs at stations (m, 2), m, are to each other."""
+    east = places[:, :, np.newaxis, 0] - stations[:, 0]
+    north = places[:, :, np.newaxis, 1] - stations[:, 1]
+    squares = east * east + north * north
+    depths = inputs.ways.depths_m[:, np.newaxis, np.newaxis]
+    level, slant = np.sqrt(squares), np.sqrt(squares + depths * depths)
+    counted = slant if inputs.hf.by_slant else level
+    in_range = counted <= inputs.hf.range_m
+    heard = _chance(inputs.hf, level, slant)
+    told = _chance(inputs.mf, level, slant)
+    return Sights(level, slant, in_range, heard, told)
+
+
+def _chance(chances: Chances, level: Floats, slant: Floats) -> Floats:
+    found = looked_up(chances.chances, chances.step_m, slant)
+    if not chances.is_cut:
+        return found
+    return np.where((slant if chances.by_slant else level) <= chances.range_m, found, 0.0)
+
+
+def located(inputs: Inputs, sights: Sights) -> Floats:
+    """Return how likely a ping of an AUV makes a fix (n, k, w): of all ASVs that hear it together,
+    or (passive) the ping of each ASV one of its own.
+    """
+    heard = sights.heard
+    if inputs.access.ranging == "passive":
+        return heard
+    missed = np.ones(heard.shape[:2])
+    for asv in range(heard.shape[2]):
+        missed = missed * (1.0 - heard[:, :, asv])
+    found = 1.0 - missed
+    if inputs.access.ranging == "twtt":
+        nearest = sights.level_m.argmin(axis=2)[:, :, np.newaxis]
+        found = found * np.take_along_axis(heard, nearest, axis=2)[:, :, 0]
+    return np.asarray(found[:, :, np.newaxis])
+
+
+def fixes(inputs: Inputs, sights: Sights, places: Floats, stations: Floats) -> Fixes:
+    """Return what fixes err by at places (n, k, 2), m."""
+    noise, level = inputs.noise, sights.level_m
+    along, across, down, leaning = (
+        looked_up(table, noise.step_m, level)
+        for table in (noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2)
+    )
+    away = np.maximum(level, 1e-9)
+    cosine = (places[:, :, np.newaxis, 0] - stations[:, 0]) / away
+    sine = (places[:, :, np.newaxis, 1] - stations[:, 1]) / away
+    line, apart = (cosine, sine), (level, sights.slant_m)
+    if inputs.access.ranging == "passive":
+        one = lasting.turned(along, across, line)
+        return Fixes(one, lasting.of_each(inputs, *apart, line))
+    weights = sights.heard
+    if inputs.access.downlink == "direct_reply":  # the first to hear it answers by itself
+        weights = np.where(level == level.min(axis=2, keepdims=True), weights, 0.0)
+    fused = _fused((along, across, down, leaning), weights, line)
+    if inputs.lasting.is_none:
+        return Fixes(fused, np.zeros(fused.shape))
+    return Fixes(fused, lasting.of_all(inputs, *apart, line, weights, (along, across)))
+
+
+def _fused(
+    errors: tuple[Floats, Floats, Floats, Floats], weights: Floats, line: tuple[Floats, Floats]
+) -> Floats:
+    """Return the covariance (n, k, 1, 3) of the fix that ASVs make together of one ping.
+
+    Their information adds up, each by how likely it hears a ping that is heard; it is that of three
+    axes, since depths that several measure tell of the distances too.
+    """
+    (along, across, down, leaning), (cosine, sine) = errors, line
+    missed = np.ones(weights.shape[:2])
+    for asv in range(weights.shape[2]):
+        missed = missed * (1.0 - weights[:, :, asv])
+    share = weights / np.maximum(1.0 - missed, SELDOM)[:, :, np.newaxis]
+    determinant = np.maximum(along * down - leaning * leaning, 1e-30)
+    by_along, by_down = share * down / determinant, share * along / determinant
+    by_both, by_across = -share * leaning / determinant, share / np.maximum(across, 1e-30)
+    plain = lasting.turned(by_along, by_across, line)
+    xx, yy, xy = (_added(plain[:, :, :, k]) for k in range(3))
+    zz, xz, yz = _added(by_down), _added(by_both * cosine), _added(by_both * sine)
+    zz = np.maximum(zz, 1e-30)
+    xx, yy, xy = xx - xz * xz / zz, yy - yz * yz / zz, xy - xz * yz / zz
+    determinant = np.maximum(xx * yy - xy * xy, 1e-30)
+    return np.stack((yy / determinant, xx / determinant, -xy / determinant), axis=-1)[:, :, None]
+
+
+def _added(parts: Floats) -> Floats:
+    """Return the sum over ASVs (n, k) of parts (n, k, m), the first ASV first."""
+    total = np.zeros(parts.shape[:2])
+    for asv in range(parts.shape[2]):
+        total = total + parts[:, :, asv]
+    return total

@@ -1,0 +1,27 @@
+"""What a prediction leaves out of a scenario, in words."""
+
+from collections.abc import Iterator
+
+from ...core.plugins import is_plugin
+from ...scenario.families import plugins_of
+from ...scenario.scenario import Scenario
+
+
+def approximations(scenario: Scenario) -> Iterator[str]:
+    """Yield sentences on what of a scenario is predicted by something else, or left out."""
+    for key, name in plugins_of(scenario).items():
+        if key not in ("asvs.formation", "auvs.route"):
+            yield f"{key} {name} is taken for the part that ships with the program."
+    if scenario.auvs.vehicle.has_dynamics:
+        yield "AUVs are taken to follow their plans exactly, whatever moves them."
+    if scenario.asvs.vehicle.has_dynamics or is_plugin(str(scenario.asvs.vehicle)):
+        yield "ASVs are taken to keep their stations exactly."
+    if scenario.protocol.positions != "truth":
+        yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
+    if scenario.usbl.outlier_share:
+        yield "Outliers of the fixes are left out."
+    if (
+        scenario.acoustics.mf.payload_bytes is not None
+        and scenario.acoustics.mf.overfull != "split"
+    ):
+        yield "No fix waits for a later broadcast, however full the first is."
