@@ -56,14 +56,14 @@ def k_centre(places: ArrayLike, count: int) -> Centres:
         centres = _exact(different, count)
     else:
         starts = _starts(different)
-        tried = [_improved(different, _farthest_first(different, count, it)) for it in starts]
-        centres = min(tried, key=lambda it: float(_distances(different, it).min(axis=1).max()))
+        tried = [_improved(different, farthest_first(different, count, it)) for it in starts]
+        centres = min(tried, key=lambda it: float(distances(different, it).min(axis=1).max()))
     centres = centres[np.lexsort(centres.T[::-1])]  # by x, then y
-    away = _distances(points, centres)
+    away = distances(points, centres)
     return Centres(centres, away.argmin(axis=1), float(away.min(axis=1).max()))
 
 
-def _distances(points: Floats, centres: Floats) -> Floats:
+def distances(points: Floats, centres: Floats) -> Floats:
     """Return the distance (m) of each point (n, 2) from each centre (k, 2), shape (n, k)."""
     apart = points[:, None, :] - centres
     return np.hypot(apart[..., 0], apart[..., 1])
@@ -79,7 +79,7 @@ def _exact(points: Floats, count: int) -> Floats:
     pairs = [diametral(np.array(it)) for it in combinations(points, 2)]
     triples = [circumscribed(np.array(it)) for it in combinations(points, 3)]
     circles = np.array([*pairs, *(it for it in triples if np.isfinite(it.radius))])
-    away = _distances(points, np.vstack((points, circles[:, :2])))  # (n, circles)
+    away = distances(points, np.vstack((points, circles[:, :2])))  # (n, circles)
     critical = np.unique(circles[:, 2])
     low, high = 0, len(critical) - 1  # the last is enough: it holds all
     best = None
@@ -126,11 +126,11 @@ def _starts(points: Floats) -> Numbers:
     """Return which points farthest-first traversals begin at: the most central, and far ones."""
     middle = points.mean(axis=0)
     away = np.hypot(*(points - middle).T)
-    far = _farthest_first(points, min(STARTS, len(points)) - 1, int(away.argmax()))
+    far = farthest_first(points, min(STARTS, len(points)) - 1, int(away.argmax()))
     return np.concatenate(([int(away.argmin())], far))
 
 
-def _farthest_first(points: Floats, count: int, first: int) -> Numbers:
+def farthest_first(points: Floats, count: int, first: int) -> Numbers:
     """Return the numbers (count,) of points, each the farthest from those before it."""
     chosen = [first]
     away = np.hypot(*(points - points[first]).T)
@@ -144,7 +144,7 @@ def _improved(points: Floats, chosen: Numbers) -> Floats:
     """Return centres (k, 2) that begin at chosen points and move to the middles of their own."""
     centres, before = points[chosen], None
     for _ in range(ROUNDS):
-        nearest = _distances(points, centres).argmin(axis=1)
+        nearest = distances(points, centres).argmin(axis=1)
         if before is not None and (nearest == before).all():
             break
         before = nearest
