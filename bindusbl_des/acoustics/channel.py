@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ..core.plugins import Family, PluginError, asked, shown
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
-from .loss import contention_loss
+from .loss import LossTerms, contention_loss
+from .propagation import Band
 
 Array = NDArray[np.float64]
 Prospects = NDArray[np.void]
@@ -53,6 +54,9 @@ class Receiver(NamedTuple):
 
 
 PLAIN = Receiver()
+
+# What stands for the compiled loss where another channel is asked
+NO_LOSS = LossTerms(np.zeros(4), 0, 0.0, 1.0)
 
 # Adds up three axes: quicker than `sum` for the few signals of a slot
 AXES = np.ones(3)
@@ -165,3 +169,11 @@ def contention_of(scenario: Scenario) -> float:
     if scenario.protocol.is_passive:
         return 0.0
     return contention_loss(scenario.auvs.count, scenario.acoustics.loss.contention_per_auv)
+
+
+def deciding(channel: LossTerms | AskedChannel, band: Band) -> tuple[Receiver, Band]:
+    """Return what decides at receivers on a band, and the band with the reach that sounds have."""
+    if isinstance(channel, LossTerms):
+        return PLAIN, band
+    audible = channel.audible_m
+    return channel.receiver, band if audible is None else band._replace(reach=audible)

@@ -37,8 +37,9 @@ class Times(NamedTuple):
     mission: float
 
 
-def energy(on_air: OnAir, powers: Powers, duration: float) -> Floats:
-    """Return what the modem of each vehicle draws (J) in a mission of a duration (s), shape (n,).
+def energy(on_air: OnAir, powers: Powers, duration: float | Floats) -> Floats:
+    """Return what the modem of each vehicle draws (J), shape (n,), that works for a duration (s),
+    one for all or (n,).
 
     >>> energy(OnAir(np.array([1.0]), np.array([2.0])), Powers(10.0, 0.5, 0.1), 100.0)
     array([20.7])

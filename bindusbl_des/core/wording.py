@@ -53,8 +53,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 def plain(value: object) -> str:
     """Return a value as one writes it in a scenario file.
 
-    >>> plain((None, True, 140.0, "otter"))
-    '[null, true, 140, otter]'
+    >>> plain((None, True, 140.0, "otter")), plain([{"asv": 1, "at_s": 150.0}])
+    ('[null, true, 140, otter]', '[{asv: 1, at_s: 150}]')
     """
     if value is None:
         return "null"
@@ -64,6 +64,8 @@ def plain(value: object) -> str:
         return repr(value).removesuffix(".0")
     if isinstance(value, list | tuple):
         return f"[{', '.join(plain(item) for item in value)}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{name}: {plain(item)}' for name, item in value.items())}}}"
     return str(value)
 
 

@@ -12,6 +12,7 @@ from ..results.round_timeline import uplink_slots
 from ..scenario.water import sound_speed_of
 from .astray import wrong
 from .chain import Part, Step
+from .failing import failed, frame_cut
 from .numbers import compared, place, rows_where
 
 if TYPE_CHECKING:
@@ -74,7 +75,9 @@ def broadcasting(result: "Result", fix: Any) -> Step:
     within = (away > limit) == (fix.outcome == "out_of_range")
     told = compared(away, limit) if within else "at the edge of the"
     reached = f"horizontal range of {fix.auv} {told} MF range"
-    if mf.channel != "disc":
+    if cut := frame_cut(result, fix):
+        reached = cut
+    elif mf.channel != "disc":
         reached = f"{fix.auv} is {away:.1f} m away"
         reached += f"; {undecoded(mf, fix)}" if fix.outcome in ("lost", "out_of_range") else ""
     why = (
@@ -97,12 +100,14 @@ def undecoded(mf: "Downlink", fix: Any) -> str:
 def _on_air(result: "Result", frame: Any) -> str:
     """Tell how long a frame is on the air, and why."""
     mf = result.scenario.acoustics.mf
+    airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes))
     if mf.airtimes is None:
         size = f"{frame.payload_bytes} B x 8 x {mf.overhead:g} / {mf.bit_rate_bps:g} bit/s"
     else:
         of = "" if mf.modem is None else f" of {mf.modem}"
         size = f"{frame.payload_bytes} B by the table of airtimes{of}"
-    return f"{size} = {frame.airtime_s:.4f} s on the air"
+    cut = f", cut after {frame.airtime_s:.4f} s" if frame.airtime_s < airtime else ""
+    return f"{size} = {max(airtime, frame.airtime_s):.4f} s on the air{cut}"
 
 
 def _turn(frames: Any, frame: Any) -> int:
@@ -137,14 +142,25 @@ def row_slot(result: "Result", fix: Any) -> int:
 def _why_it(result: "Result", fix: Any, number: int) -> str:
     """Tell by which rule this ASV broadcasts, `number` counting all frames before."""
     rule, count = result.scenario.protocol.broadcaster, result.scenario.asvs.count
+    gone = failed(result, fix.broadcast_at_s)
+    able = [n for n in range(count) if n not in gone]
     carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
     if is_plugin(rule):
         return f"{rule.told}: the plug-in chose {fix.broadcast_by}"
+    if rule == "rotate" and gone:
+        names = ", ".join(f"ASV{n}" for n in able)
+        return (
+            f"rotate: frame {number} is that of number {number} mod {len(able)} = "
+            f"{number % len(able)} of those that work, {names}"
+        )
     if rule == "rotate":
         return f"rotate: frame {number} is that of ASV {number} mod {count} = {number % count}"
     if rule == "random":
         return "random: drawn by lot"
     if rule == "fixed":
+        asked = f"ASV{rule.settings.get('asv', 0)}"
+        if asked != fix.broadcast_by:
+            return f"fixed: {asked} has failed, {fix.broadcast_by} is the next that works"
         return f"fixed: always {fix.broadcast_by}"
     if rule == "most_fixes":
         own = sum(fix.broadcast_by in asvs.split() for asvs in carried.asvs)
@@ -152,9 +168,9 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     goals = carried[["x_m", "y_m"]].to_numpy(float)
     means = [
         float(np.hypot(*(goals - place(result, f"ASV{n}", fix.broadcast_at_s)[:2]).T).mean())
-        for n in range(count)
+        for n in able
     ]
-    told = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in enumerate(means))
+    told = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in zip(able, means, strict=True))
     return f"nearest: mean distance to the fixes {told}"
 
 

@@ -15,6 +15,7 @@ from ..results.round_timeline import uplink_slots
 from ..scenario.water import sound_speed_of
 from .by_channel import audible, decided_by_channel, levels, loss_by_channel
 from .chain import Step
+from .failing import failed, failed_while, had_failed
 from .numbers import compared, out_of_range, place, row_of, rows_where
 
 if TYPE_CHECKING:
@@ -79,22 +80,28 @@ def _call(result: "Result", ping: Any) -> Iterator[Step]:
         ping.called_at_s,
         ping.called_by,
         f"calls {ping.auv}",
-        f"{_caller(protocol.ranging)}; {told}",
+        f"{_caller(result, ping)}; {told}",
         facts,
     )
 
 
-def _caller(ranging: str) -> str:
+def _caller(result: "Result", ping: Any) -> str:
     """Tell why it is this ASV that calls."""
+    ranging = result.scenario.protocol.ranging
     if is_plugin(ranging):
         return f"{ranging}: the plug-in chose it"
-    return f"{ranging}: no other ASV is nearer, as far as the fleet knows"
+    others = "no other ASV that works" if failed(result, ping.called_at_s) else "no other ASV"
+    return f"{ranging}: {others} is nearer, as far as the fleet knows"
 
 
 def why_unanswered(result: "Result", ping: Any) -> str:
     """Tell why an AUV has not answered a call."""
     vessel, hf = place(result, ping.called_by, ping.called_at_s), result.scenario.acoustics.hf
     away = _apart(hf, vessel, (ping.x_m, ping.y_m, ping.z_m))
+    ends = ping.called_at_s + hf.ping_s
+    cut = failed_while(result, ping.called_by, ping.called_at_s, ends, "called")
+    if ping.call == "lost" and cut:
+        return cut
     return {
         "out_of_range": f"{ping.auv} is {away:.1f} m away, {out_of_range(hf)}",
         "lost": f"{ping.auv}, {away:.1f} m away, loses the call by chance",
@@ -164,6 +171,8 @@ def is_passive(result: "Result") -> bool:
 
 def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     hf, outcome = result.scenario.acoustics.hf, reception.outcome
+    if told := _failed(result, reception):
+        return "loses it" if outcome == "lost" else "hears nothing", told
     others = _overlapping(result, reception)
     if hf.channel != "disc" and not is_plugin(hf.channel):
         return decided_by_channel(result, reception, others)
@@ -193,6 +202,22 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
             f"{within}; no other ping overlaps; {told}, and the draw (not recorded) was below",
         )
     return "decodes it", f"{within}; no other ping overlaps; {told}"
+
+
+def _failed(result: "Result", reception: Any) -> str:
+    """Tell that the ASV of a reception had failed, or failed meanwhile; "" if it worked."""
+    arrives, lasts = float(reception.arrived_at_s), result.scenario.acoustics.hf.ping_s
+    if is_passive(result):
+        sent = arrives - float(reception.travel_time_s)
+        return _meanwhile(result, reception, (sent, sent + lasts), "pinged")
+    if reception.outcome == "out_of_range":
+        return had_failed(result, reception.asv, arrives)
+    return _meanwhile(result, reception, (arrives, arrives + lasts), "was hearing it")
+
+
+def _meanwhile(result: "Result", reception: Any, span: tuple[float, float], doing: str) -> str:
+    lost = reception.outcome == "lost"
+    return failed_while(result, reception.asv, *span, doing) if lost else ""
 
 
 def _counted_range(result: "Result", reception: Any, depth: float) -> float:

@@ -8,6 +8,7 @@ from ..results.round_timeline import uplink_slots
 from .astray import wrong
 from .chain import Chain, Part, Step
 from .correcting import arriving
+from .failing import failed_while
 from .hearing import receptions
 from .numbers import out_of_range, row_of, rows_where
 
@@ -98,6 +99,11 @@ def _shared(result: "Result", ping: Any, fixes: Any) -> tuple[str, str]:
         number = f"fix{'es' * (len(fixes) > 1)} {', '.join(map(str, fixes.fix))}"
         return "delivered", f"{', '.join(fixes.auv)} {verb} by it ({number})"
     outcomes = set(rows_where(result.tables["receptions"], ping=ping.ping).outcome)
+    ends = ping.sent_at_s + result.scenario.acoustics.hf.ping_s
+    if "lost" in outcomes and (
+        cut := failed_while(result, ping.asv, ping.sent_at_s, ends, "pinged")
+    ):
+        return "lost", f"no fix: {cut}"
     for outcome, told in FATES.items():
         if outcome in outcomes:
             return outcome, f"no fix: {told} at every AUV in range" if outcome != "in_flight" else (

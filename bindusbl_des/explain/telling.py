@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from .chain import Chain, Part, Step
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, undecoded
+from .failing import failed, frame_cut
 from .hearing import is_passive, is_sent, receptions, sending, why_unanswered
 from .itself import own_chain, shared_chain
 from .numbers import out_of_range, row_of, rows_where
@@ -71,6 +72,8 @@ def _in_order(steps: list[Step]) -> tuple[Step, ...]:
 def _never_delivered(result: "Result", fix: Any) -> str:
     if fix.outcome == "in_flight":
         return f"fix {fix.fix}, but the mission ends while it is on its way down"
+    if cut := frame_cut(result, fix):
+        return f"fix {fix.fix}, never delivered: {cut}"
     mf = result.scenario.acoustics.mf
     if mf.channel != "disc":
         return f"fix {fix.fix}, never delivered: {undecoded(mf, fix)}"
@@ -90,6 +93,7 @@ def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
         return "in_flight", "no fix: the mission ends while the ping is under way"
     if all(outcome == "out_of_range" for outcome in outcomes):
         beyond = out_of_range(result.scenario.acoustics.hf)
+        beyond += " or has failed" if failed(result, ping.sent_at_s) else ""
         return "out_of_range", f"no fix: every ASV is {beyond}"
     counts = [
         f"{word} at {outcomes.count(outcome)}"

@@ -1,5 +1,7 @@
 """The world of a mission put together as its scenario describes it."""
 
+from dataclasses import replace
+
 import numpy as np
 import simpy
 
@@ -19,6 +21,7 @@ from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
 from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
+from ..scenario.failing import failures_of
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
@@ -62,6 +65,8 @@ def build_world(
         auvs = launch_auvs(scenario, water, wrong)
     if asvs is None:
         asvs = launch_asvs(scenario, streams, water)
+    if scenario.asvs.failures:
+        asvs = replace(asvs, failures=failures_of(scenario))
     reckoning, navigator = equip_auvs(scenario, auvs, wrong, record.levers)
     make = _passive if scenario.protocol.is_passive else _network
     network = make(env, scenario, auvs, asvs, navigator, record, streams)
@@ -159,7 +164,7 @@ def _passive(
         record,
     )
     fixes = OwnFixes(env, auvs, navigator, record, beacons)
-    return PassiveNetwork(env, slots_of(scenario), len(asvs), record, beacons, fixes)
+    return PassiveNetwork(env, slots_of(scenario), asvs, record, beacons, fixes)
 
 
 def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:

@@ -263,14 +263,16 @@ def modem_energies(world: World) -> tuple[Array, Array] | None:
     fleets = world.auv_fleet, world.asv_fleet
     broadcasts = not protocol.is_passive and protocol.downlink != "direct_reply"
     drawn: list[tuple[Array, Array]] = []
+    failures = fleets[1].failures
+    worked = end if failures is None else failures.worked_s(end)
     if (powers := _powers(bands.hf)) is not None:
         times, counts = Times(bands.hf.ping_s, end), (len(fleets[0]), len(fleets[1]))
         on_air = on_hf(record, protocol.pinging, *counts, times)
-        drawn.append((energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, end)))
+        drawn.append((energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, worked)))
     if broadcasts and (powers := _powers(bands.mf)) is not None:
         where = partial(places, fleets[0].motion), partial(places, fleets[1].motion)
         auvs, asvs = on_mf(record.broadcasts, where, bands.mf.range_m, end)
-        drawn.append((energy(auvs, powers, end), energy(asvs, powers, end)))
+        drawn.append((energy(auvs, powers, end), energy(asvs, powers, worked)))
     if not drawn:
         return None
     of_auvs, of_asvs = zip(*drawn, strict=True)

@@ -15,6 +15,7 @@ from ..scenario.sections.environment import Environment
 from ..scenario.sections.routes import Hold, Waypoints
 from ..scenario.sections.vehicles import Formation
 from ..scenario.survey_area import area_of
+from .failing import failing
 from .idle_keys import idle_keys
 from .messages import guards, messages, modems
 
@@ -55,6 +56,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
             messages,
             guards,
             _formation,
+            failing,
             _told,
             _sheet,
             _sonar,

@@ -5,7 +5,7 @@ A broadcaster is a function from what the surface fleet knows as a broadcast beg
 own as ``module:object``.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -54,6 +54,11 @@ class BroadcastView:
         return places(self._fleet.motion, self.time)[:, :3]
 
     @cached_property
+    def failed(self) -> tuple[int, ...]:
+        """The ASVs that have failed; one of the others broadcasts."""
+        return self._fleet.failed(self.time)
+
+    @cached_property
     def heard(self) -> NDArray[np.bool_]:
         """Whose measurements were fused for each fix, shape (k, m)."""
         return self._batch.hearers(self.count)
@@ -64,34 +69,48 @@ Broadcaster = Callable[[BroadcastView], int]
 
 def rotate(view: BroadcastView) -> int:
     """Let the ASVs broadcast in turn, counted by broadcasts."""
-    return view.number % view.count
+    able = _able(view)
+    return able[view.number % len(able)]
 
 
 def random(view: BroadcastView) -> int:
     """Draw the ASV by lot."""
-    return int(view.random.integers(view.count))
+    able = _able(view)
+    return able[int(view.random.integers(len(able)))]
 
 
 def most_fixes(view: BroadcastView) -> int:
     """Take the ASV that measured most of the fixes; the first of equals."""
-    return int(np.argmax(view.heard.sum(axis=0)))
+    return _largest(view, view.heard.sum(axis=0))
 
 
 def nearest(view: BroadcastView) -> int:
     """Take the ASV with the least mean horizontal distance to the fixes; the first of equals."""
     if not len(view.fixes):
-        return 0
+        return _able(view)[0]
     goals, vessels = view.fixes[:, :2], view.asvs[:, :2]
     apart = [
         np.linalg.norm(vessels[k : k + BLOCK, None] - goals, axis=2).mean(axis=1)
         for k in range(0, len(vessels), BLOCK)
     ]
-    return int(np.argmin(np.concatenate(apart)))
+    return _largest(view, -np.concatenate(apart))
 
 
 def fixed(view: BroadcastView, *, asv: int = 0) -> int:
-    """Always take the same ASV."""
-    return asv
+    """Always take the same ASV; while it has failed, the next by number."""
+    return min(_able(view), key=lambda it: (it - asv) % view.count)
+
+
+def _able(view: BroadcastView) -> Sequence[int]:
+    """Return the ASVs that can broadcast, in the order of their numbers."""
+    every = range(view.count)
+    return [asv for asv in every if asv not in view.failed] if view.failed else every
+
+
+def _largest(view: BroadcastView, values: Array) -> int:
+    """Return the ASV that has the largest of values (m,) among those that can broadcast."""
+    able = _able(view)
+    return able[int(np.argmax(values[able] if view.failed else values))]
 
 
 BROADCASTERS: dict[str, Broadcaster] = {
@@ -135,5 +154,11 @@ class OwnBroadcaster:
                 BROADCASTER.key,
                 f"{self.name!r} returned {said}{when}; it must be the whole number of an ASV, "
                 f"0..{view.count - 1}",
+            )
+        if asv in view.failed:
+            raise PluginError(
+                BROADCASTER.key,
+                f"{self.name!r} returned {asv}{when}, but ASV{asv} has failed by {view.time:g} s; "
+                "it must be one that is not among view.failed",
             )
         return int(asv)

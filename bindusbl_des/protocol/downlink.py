@@ -71,6 +71,8 @@ class MfDownlink(Deliveries):
         self._auvs.reach(time)
         self._asvs.reach(time)
         foreseen = self._auvs.foreseen and self._asvs.foreseen
+        if self._asvs.works_for(asv, time, airtime) < airtime:  # the frame is cut
+            self._fixes.array["outcome"][rows.start : rows.stop] = LOST
         if self._channel is not None:
             frame = self._fixes.array[rows.start : rows.stop]
             self._decode(self._channel(len(rows), airtime), frame, asv, time)

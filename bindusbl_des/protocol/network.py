@@ -44,7 +44,8 @@ Downlink = Callable[["Network", Turn, float], Steps]
 class Network(Watched):
     """What the protocol runs on: slots and bands, who decides what, and what the fleet knows.
 
-    `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0.
+    `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0;
+    all later by what they have `paused` (s), while no ASV worked.
     A `chart` tells where the fleet believes the AUVs to be; without one it knows.
     """
 
@@ -65,6 +66,7 @@ class Network(Watched):
     broadcaster_draw: RandomStream
     chart: Chart | None
     downlink_free_at: float = 0.0
+    paused: float = 0.0
     _fixes_plotted: int = field(default=0, init=False)
     _broadcasts: int = field(default=0, init=False)
 
@@ -81,8 +83,10 @@ class Network(Watched):
         else:
             plot, own = self._plotted(self.chart, time), places(asvs, time)[:, :3]
             seen = plot, own, hearing(plot, own, reach, slant)
-        metric = "slant" if slant else "horizontal"
-        return View(round_number, time, *seen, reach, metric, self.schedule_draw)
+        metric, failed = "slant" if slant else "horizontal", self.asv_fleet.failed(time)
+        if failed:
+            seen[2][:, failed] = False
+        return View(round_number, time, *seen, reach, metric, self.schedule_draw, failed)
 
     def _plotted(self, chart: Chart, time: float) -> Array:
         """Return where the fleet believes the AUVs to be, by all fixes made so far."""

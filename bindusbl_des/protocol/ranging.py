@@ -62,7 +62,10 @@ class TwoWay:
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
         """Call the AUVs of a group at the start of its slot; each pings when it has heard that."""
-        callers = nearest(view, group)
+        failed = self._uplink.failed(time)
+        if len(failed) == len(view.asvs):
+            return  # nobody calls
+        callers = nearest(view, group, failed)
         calls = self._uplink.call(group, callers, time)
         for number, auv in enumerate(group):
             call = calls[number : number + 1]
@@ -120,10 +123,14 @@ def ranging_of(
     return OwnRanging(name, own_part(RANGING, name), env, uplink, queue, draw)
 
 
-def nearest(view: View, group: Sequence[int]) -> Ints:
-    """Return for each AUV of a group the ASV nearest to where the fleet believes it, shape (n,)."""
+def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Ints:
+    """Return for each AUV of a group the ASV nearest to where the fleet believes it, shape (n,), of
+    those that have not failed.
+    """
     away = view.auvs[list(group), None, :2] - view.asvs[None, :, :2]
-    return np.asarray((away**2).sum(axis=2).argmin(axis=1), dtype=np.int64)
+    squares = (away**2).sum(axis=2)
+    squares[:, list(failed)] = np.inf
+    return np.asarray(squares.argmin(axis=1), dtype=np.int64)
 
 
 def strayed(scenario: Scenario, auvs: Fleet) -> Floats:

@@ -17,7 +17,7 @@ from ..scenario.part_settings import own_part, shipped_part
 from .colouring import conflict_count
 from .network import Downlink, Network, Steps, Turn
 from .own.downlink import OwnDownlink
-from .own.steps import moment
+from .own.steps import moment, some_work
 
 
 def serve(network: Network) -> Generator[simpy.Event, None, None]:
@@ -26,6 +26,10 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
     for number in count():
         if network.frame:
             time = yield from frame_start(network, number, time)
+        if network.asv_fleet.failures is not None:
+            began = yield from some_work(network.env, network.asv_fleet, network.slots.clock, time)
+            network.paused += began - time
+            time = began
         # Positions have changed since the last downlink, and with them the conflict graph.
         view = network.view(number, time)
         groups = network.schedule(view)
@@ -97,8 +101,12 @@ def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
 def broadcast(network: Network, turn: Turn, time: float) -> None:
     """Let one ASV broadcast every fix made since the last broadcast; none still costs a header.
 
-    Where one message does not hold them, several follow each other.
+    Where one message does not hold them, several follow each other.  While all ASVs have failed,
+    the fixes wait.
     """
+    if network.asv_fleet.works_from(time) > time:
+        turn.row.downlink_s = turn.row.downlink_s or 0.0
+        return
     slots = network.slots
     frame = network.queue.take(time)
     asv, fixes = network.next_broadcaster(frame, time), len(frame)
@@ -126,8 +134,9 @@ def _send(
     part, time = when
     messages, count = network.slots.messages, len(fixes)
     airtime, size = messages.airtime(count), messages.payload_bytes(count)
+    on_air = network.asv_fleet.works_for(asv, time, airtime)
     network.record.broadcasts.append(
-        Broadcast(turn.row.round, asv, time, airtime, size, count, part)
+        Broadcast(turn.row.round, asv, time, on_air, size, count, part)
     )
     network.downlink.send(fixes, asv, time, airtime, messages.delay(count))
     turn.row.fixes += count
@@ -143,7 +152,7 @@ def downlink_free(network: Network, time: float) -> Steps:
 
 def frame_start(network: Network, number: int, time: float) -> Steps:
     """Wait for the round's frame."""
-    starts = network.slots.clock.after(0.0, number * network.frame)
+    starts = network.slots.clock.after(0.0, number * network.frame + network.paused)
     if starts > time:
         yield until(network, starts)
     return max(time, starts)

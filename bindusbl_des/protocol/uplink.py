@@ -9,21 +9,22 @@ import numpy as np
 
 from ..acoustics.channel import (
     DISC,
-    PLAIN,
+    NO_LOSS,
     AskedChannel,
     Bending,
     Prospects,
-    Receiver,
     Signals,
     between,
+    deciding,
 )
+from ..acoustics.deafness import deafen
 from ..acoustics.loss import LossTerms
 from ..acoustics.prediction import amend
 from ..acoustics.propagation import Band, spread
 from ..acoustics.sonar.echoing import ECHO, EchoingSonar
 from ..acoustics.travel_time import travel_time
 from ..core.streams import NoiseStore, Purpose, Streams
-from ..records.events import HEARD, IN_FLIGHT
+from ..records.events import HEARD, IN_FLIGHT, LOST
 from ..records.recorder import EventBuffer, Recorder
 from ..records.rows import CALLED, NONE, Row, Rows
 from ..usbl.instrument import NOISE_WIDTH, Usbl
@@ -41,9 +42,6 @@ PASSED = 1.05
 # What is handed over where no error lasts: levers and what is left of covariances, too
 NOTHING_LASTS = (None,) * 7
 
-# What stands for the compiled loss where another channel is asked
-NO_LOSS = LossTerms(np.zeros(4), 0, 0.0, 1.0)
-
 # What a ping has that nobody called
 NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
 
@@ -52,14 +50,6 @@ NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
 def members(group: tuple[int, ...]) -> Ints:
     """Return a ping group as an array; small fleets have the same groups again and again."""
     return np.array(group, dtype=np.int64)
-
-
-def deciding(channel: LossTerms | AskedChannel, band: Band) -> tuple[Receiver, Band]:
-    """Return what decides at receivers on a band, and the band with the reach that sounds have."""
-    if isinstance(channel, LossTerms):
-        return PLAIN, band
-    audible = channel.audible_m
-    return channel.receiver, band if audible is None else band._replace(reach=audible)
 
 
 class Uplink:
@@ -128,7 +118,14 @@ class Uplink:
             calls.room_for(sounds), calls.count, self.receiver.capture, prospects, *self._law,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
+        if self._asvs.failures is not None:
+            _, cut = self._asvs.failures.met(callers, time, time + self.band.duration)
+            answers["call"][cut & (answers["call"] == HEARD)] = LOST
         return answers
+
+    def failed(self, time: float) -> tuple[int, ...]:
+        """Return the ASVs that have failed by an instant (s): they neither hear nor call."""
+        return self._asvs.failed(time)
 
     @property
     def _echo_rows(self) -> Rows | None:
@@ -202,6 +199,8 @@ class Uplink:
             self._echo(group, first, row, self._echoes)
         elif self._bending is not None:
             self._bend(self._bending, group, first, row)
+        if self._asvs.failures is not None:
+            deafen(self._asvs.failures, pings.rows[first:], receptions.rows[row:], self.band)
         if self.on_sent is not None:
             self.on_sent(range(first, pings.count))
         return range(first, pings.count)

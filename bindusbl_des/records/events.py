@@ -58,7 +58,9 @@ class Ping:
     x_m: float = column("m", "true position of who pinged at that instant, north")
     y_m: float = column("m", "true position of who pinged at that instant, east")
     z_m: float = column("m", "true depth of who pinged at that instant")
-    in_range_of: int = column("1", "ASVs (passive: AUVs) within HF range at that instant", 0)
+    in_range_of: int = column(
+        "1", "ASVs that work (passive: AUVs) within HF range at that instant", 0
+    )
     heard_by: int = column("1", "ASVs (passive: AUVs) that decoded the ping", 0)
     called_at_s: float | None = column("s", "instant at which it was called (twtt)", None)
     called_by: int | None = column("", "ASV that called it (twtt)", None)
@@ -82,7 +84,8 @@ class Reception:
     slant_range_m: float = column("m", "distance of that way")
     travel_time_s: float = column("s", "one-way travel time")
     outcome: str = column(
-        "", "heard, out_of_range, lost, collided or in_flight; without a ping, its call's",
+        "", "heard, out_of_range (or its ASV had failed), lost (or it failed meanwhile), collided "
+        "or in_flight; without a ping, its call's",
         "in_flight",
     )  # fmt: skip
     snr_db: float | None = column(
@@ -104,7 +107,7 @@ class Broadcast:
     round: int = column("1", "round whose fixes it carries")
     asv: int = column("", "ASV that broadcast")
     sent_at_s: float = column("s", "start of the frame")
-    airtime_s: float = column("s", "duration of the frame")
+    airtime_s: float = column("s", "duration of the frame, or until its ASV failed")
     payload_bytes: int = column("B", "header and fix records")
     fixes: int = column("1", "fix records in the frame")
     part: int = column("1", "number of the frame among those of one broadcast, from 0", 0)
@@ -145,7 +148,8 @@ class Fix:
     nis: float | None = column("1", "normalised innovation squared, 2 degrees of freedom", None)
     outcome: str = column(
         "",
-        "delivered, out_of_range, lost (not decoded: acoustics.mf.channel) or in_flight",
+        "delivered, out_of_range, lost (not decoded: acoustics.mf.channel; or its ASV failed as it "
+        "broadcast it) or in_flight",
         "in_flight",
     )
 

@@ -135,6 +135,9 @@ def _asv(mission: Recording, number: int, step: int, packer: Packer) -> dict[str
     row = mission.auvs + number
     return {
         "name": f"ASV{number}",
+        "failures": [
+            [it.at_s, it.until_s] for it in mission.scenario.asvs.failures if it.asv == number
+        ],
         "x": packer.add(mission.truth["x_m"][row][::step], quantum=CENTIMETRE),
         "y": packer.add(mission.truth["y_m"][row][::step], quantum=CENTIMETRE),
     }

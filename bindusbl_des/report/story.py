@@ -88,7 +88,7 @@ def _worst(metrics: Metrics) -> str:
 
 
 def _verdict(mission: Recording, starving: list[Service], wait: Patience, *, harmless: bool) -> str:
-    told = _worst(mission.metrics)
+    told = " ".join(filter(None, (_worst(mission.metrics), _failed(mission))))
     if starving:
         return f"{told} {_starved(mission, starving)} {wait.rule}".lstrip()
     if not harmless:  # however often they come, fixes that do harm are no service
@@ -97,6 +97,18 @@ def _verdict(mission: Recording, starving: list[Service], wait: Patience, *, har
     auv = int(np.argmax(waits))
     told += f" No AUV starved; the longest wait for a fix was {waits[auv]:.1f} s, of AUV{auv}."
     return f"{told} {wait.rule}".lstrip()
+
+
+def _failed(mission: Recording) -> str:
+    """Return which ASVs failed when."""
+    end = mission.scenario.duration_s
+    told = [
+        f"ASV{it.asv} failed at {it.at_s:g} s"
+        + (f" and worked again from {it.until_s:g} s" if (it.until_s or end) < end else "")
+        for it in sorted(mission.scenario.asvs.failures, key=lambda it: it.at_s)
+        if it.at_s < end
+    ]
+    return f"{'; '.join(told)}." if told else ""
 
 
 def _starved(mission: Recording, starving: list[Service]) -> str:
@@ -149,6 +161,8 @@ def _why(mission: Recording, auv: Service) -> str:
     told |= REASONS | (HEARD_BY_ITSELF if passive else {})
     if mission.scenario.acoustics.mf.channel != "disc":
         told["out_of_mf"] = UNDECODED
+    elif mission.scenario.asvs.failures:
+        told["out_of_mf"] += ", or as its ASV failed"
     reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {told[name]}" for name, n in ordered)
     whose = "of the ASVs" if passive else "it sent"
     text = f"<b>Why:</b> of {counted(sent, 'ping')} {whose} in those gaps, {reasons}"
@@ -222,9 +236,16 @@ def _beyond_reach(mission: Recording) -> list[str]:
             f"{escape(mission.scenario.acoustics.mf.channel)})."
         ]
     away, nearest = broadcast_distances(mission)
-    reach = mission.scenario.acoustics.mf.range_m
+    reach, cut = mission.scenario.acoustics.mf.range_m, missed - len(away)
+    told = []
+    if cut:  # of the disc, only a failure loses frames
+        told.append(f"<b>Downlink:</b> {cut} of {made} fixes were on the air as their ASV failed.")
+    if not len(away):
+        return told
+    missed = len(away)
     return [
+        *told,
         f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were broadcast "
         f"beyond MF range ({reach:g} m) of their AUV, up to {away.max():.0f} m away; "
-        f"{int(np.sum(nearest <= reach))} of them were within range of another ASV."
+        f"{int(np.sum(nearest <= reach))} of them were within range of another ASV.",
     ]

@@ -10,6 +10,7 @@ from ..core.plugins import is_plugin
 from ..core.wording import did_you_mean
 from ..presets.airtimes import airtime_table
 from .channel_settings import table_mistakes
+from .failing import untenable
 from .families import parts_of
 from .instruments.agreement import contradictions
 from .part_settings import shipped_mistakes
@@ -47,6 +48,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *(Problem(*found) for found in misplaced(scenario)),
         *_route(scenario),
         *_formation(scenario),
+        *(Problem(*found) for found in untenable(scenario)),
         *_parts(scenario),
         *_protocol(scenario),
         *_channels(scenario),

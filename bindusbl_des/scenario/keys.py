@@ -216,6 +216,8 @@ def _type(annotation: Any) -> str:
         if arms[-1] is Ellipsis:
             return f"list of {_type(arms[0])}"
         return "[lat, lon]" if annotation == Position else "[x, y]"
+    if parts := _parts(annotation):
+        return f"{{{', '.join(parts[0].model_fields)}}}"
     return {int: "whole number", float: "number", str: "text"}[annotation]
 
 

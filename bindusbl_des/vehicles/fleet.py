@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from .failures import Failures
 from .motion import Motion
 from .vehicle import Vehicle
 
@@ -18,12 +19,14 @@ class Fleet:
 
     Who steers by fixes has no sure future: its `guided` fleet is moved on as the mission goes on.
     Nor has who is moved by an outside program: its `poses` are asked for as the mission goes on.
+    Of the vehicles that fail, `failures` tell when; None where none does.
     """
 
     vehicles: Sequence[Vehicle]
     motion: Motion
     guided: "GuidedFleet | None" = None
     poses: "Poses | None" = None
+    failures: Failures | None = None
 
     def __len__(self) -> int:
         return len(self.vehicles)
@@ -37,6 +40,23 @@ class Fleet:
     def predicted(self) -> bool:
         """Whether what lies ahead is only predicted, and must be settled when it has come."""
         return self.poses is not None
+
+    def failed(self, time: float) -> tuple[int, ...]:
+        """Return the vehicles that do not work at an instant (s), by number."""
+        return () if self.failures is None else self.failures.failed(time)
+
+    def works_for(self, vehicle: int, time: float, longest: float) -> float:
+        """Return how long (s) a vehicle that works at an instant (s) goes on to, at most."""
+        if self.failures is None:
+            return longest
+        return min(longest, self.failures.next_of(vehicle, time) - time)
+
+    def works_from(self, time: float) -> float:
+        """Return when (s), from an instant on, one of the vehicles works; infinite if none does."""
+        failures = self.failures
+        while failures is not None and len(failures.failed(time)) == len(self):
+            time = failures.next_change(time)
+        return time
 
     def reach(self, time: float) -> None:
         """Make the motion known up to an instant (s)."""

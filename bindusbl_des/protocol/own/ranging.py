@@ -57,6 +57,9 @@ class Slot:
         vessels = range(len(self.view.asvs))
         if len(asvs) != len(auvs) or any(asv not in vessels for asv in asvs):
             raise ValueError(f"one ASV of 0..{vessels[-1]} calls each AUV; got {list(asvs)}")
+        failed = sorted(set(asvs) & set(self._ranging.uplink.failed(time)))
+        if failed:
+            raise ValueError(f"ASV{failed[0]} has failed by {time:g} s; let another one call")
         callers = np.array(asvs, dtype=np.int64)
         answers = self._ranging.uplink.call(list(auvs), callers, time)
         self._calls |= {(auv, it.tobytes()) for auv, it in zip(auvs, answers, strict=True)}

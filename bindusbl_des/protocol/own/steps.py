@@ -2,12 +2,15 @@
 written, whose mistakes are their own.
 """
 
+import math
 from collections.abc import Callable, Generator
 from typing import Any
 
 import simpy
 
+from ...core.clock import Clock
 from ...core.plugins import PluginError, asked, shown
+from ...vehicles.fleet import Fleet
 
 # Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
 SAME = 1e-6
@@ -20,6 +23,19 @@ def moment(env: simpy.Environment, instant: float) -> simpy.Timeout:
     """Return the event of an instant (s) that is not past."""
     now = env.now
     return env.timeout(instant - now if instant > now else 0.0)
+
+
+def some_work(
+    env: simpy.Environment, asvs: Fleet, clock: Clock, time: float
+) -> Generator[simpy.Event, None, float]:
+    """Wait while all ASVs have failed, since nobody begins a round; return the instant then (s)."""
+    starts = asvs.works_from(time)
+    if starts == math.inf:
+        yield env.event()  # which never happens
+    if starts > time:
+        time = clock.after(0.0, starts)
+        yield moment(env, time)
+    return time
 
 
 def checked_steps(

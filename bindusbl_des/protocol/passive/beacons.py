@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ...acoustics.channel import DISC, AskedChannel, Prospects, between
+from ...acoustics.channel import DISC, NO_LOSS, AskedChannel, Prospects, between, deciding
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import TOUCH, Band
 from ...acoustics.travel_time import travel_time
 from ...core.streams import NoiseStore, Purpose, Streams
-from ...records.events import IN_FLIGHT
+from ...records.events import IN_FLIGHT, LOST
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import NONE, Row
 from ...usbl.instrument import NOISE_WIDTH, Usbl
@@ -22,7 +22,7 @@ from ...usbl.own_instrument import OwnInstrument, mirrored
 from ...usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
-from ..uplink import NO_LOSS, NOTHING_LASTS, deciding
+from ..uplink import NOTHING_LASTS
 from .radiation import arrive, radiate
 from .reception import settle
 
@@ -87,6 +87,9 @@ class Beacons:
             *self._law, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = noise.count = ping + 1
+        if self._asvs.works_for(asv, time, self.band.duration) < self.band.duration:  # it is cut
+            cut = receptions.array[first : receptions.count]
+            cut["outcome"][cut["outcome"] == IN_FLIGHT] = LOST
         rows = range(first, receptions.count)
         if not self._auvs.foreseen:
             for row in rows:

@@ -14,7 +14,7 @@ from ...records.recorder import Recorder
 from ...vehicles.fleet import Fleet
 from ..deliveries import Deliveries
 from ..happenings import Happenings, Watched
-from ..own.steps import moment
+from ..own.steps import moment, some_work
 from ..slots import Slots
 from .beacons import Beacons
 
@@ -64,7 +64,7 @@ class PassiveNetwork(Watched):
 
     env: simpy.Environment
     slots: Slots
-    asvs: int
+    asv_fleet: Fleet
     record: Recorder
     uplink: Beacons
     downlink: OwnFixes
@@ -84,14 +84,19 @@ class PassiveNetwork(Watched):
 def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:
     """Let the ASVs ping one after the other, a slot each, from the mission's start to its end.
 
-    Nobody hears two of them in one slot, wherever the AUVs are: the ASVs need not know.
+    Nobody hears two of them in one slot, wherever the AUVs are: the ASVs need not know.  Those that
+    have failed by the start of a round have no slot in it; who fails later leaves its own empty.
     """
-    time = 0.0
+    time, asvs = 0.0, network.asv_fleet
     for number in count():
-        row = Round(number, time, colours=network.asvs, conflicts=0, downlink_s=0.0)
+        time = yield from some_work(network.env, asvs, network.slots.clock, time)
+        failed = asvs.failed(time)
+        turns = [asv for asv in range(len(asvs)) if asv not in failed]
+        row = Round(number, time, colours=len(turns), conflicts=0, downlink_s=0.0)
         network.record.rounds.append(row)
-        for asv in range(network.asvs):
-            network.downlink.expect(network.uplink.send(number, asv, asv, time))
+        for slot, asv in enumerate(turns):
+            if asv not in asvs.failed(time):
+                network.downlink.expect(network.uplink.send(number, slot, asv, time))
             time = network.slots.clock.after(time, network.slots.uplink_slot)
             yield moment(network.env, time)
             row.uplink_s = time - row.started_at_s

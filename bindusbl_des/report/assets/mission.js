@@ -93,6 +93,9 @@ class Mission {
     const x = off(auv.sd_x), y = off(auv.sd_y);
     return [x * x, y * y, off(auv.together) * x * y];
   }
+  hasFailed(number, t) {
+    return this.asvs[number].failures.some(([begin, end]) => begin <= t && (end === null || t < end));
+  }
   asvAt(number, t) {
     const asv = this.asvs[number];
     return { x: this.along(asv.x, t), y: this.along(asv.y, t) };

@@ -236,6 +236,12 @@ class SeaMap {
   drawAsv(context, number) {
     const { x, y } = this.mission.asvAt(number, this.now);
     const { hf, mf } = this.mission;
+    if (this.mission.hasFailed(number, this.now)) {
+      const [px, py] = this.at(x, y);
+      this.cross(context, x, y, colours.ink, 1);
+      this.label(context, `${this.mission.asvs[number].name} failed`, px + 9, py - 8, colours.ink);
+      return;
+    }
     if (!this.hidden.has("hf")) this.ring(context, x, y, hf.reach, colours.hf, { dash: [7, 4], alpha: 0.8, width: 1.3 });
     if (this.mission.broadcasting && !this.hidden.has("mf")) this.ring(context, x, y, mf.range, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
     const [px, py] = this.at(x, y);

@@ -7,6 +7,7 @@ from pydantic import Discriminator, Field, Tag
 from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
 from ..part_choice import PartChoice
 from ..vehicle_choice import AsvVehicle, AuvVehicle
+from .failures import Failure
 from .own import OwnPlacement, is_own
 from .routes import Lawnmower, Route
 
@@ -124,3 +125,6 @@ class Asvs(Part):
         "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
     )
     formation: Placement = Field(default=Formation(), description="where the ASVs keep station")
+    failures: tuple[Failure, ...] = key(
+        (), "", "ASVs that fail: from at_s on, until until_s, they neither hear, call nor broadcast"
+    )

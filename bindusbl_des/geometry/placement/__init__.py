@@ -1,0 +1,1 @@
+"""Where few vessels serve many places best: covering them, and seeing them from good angles."""

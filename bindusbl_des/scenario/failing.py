@@ -1,0 +1,50 @@
+"""Which ASVs of a scenario fail, and when; the whole fleet knows of it at once."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..vehicles.failures import Failures
+from .scenario_keys import ScenarioKeys
+from .sections.failures import Failure
+
+
+def failures_of(scenario: ScenarioKeys) -> Failures | None:
+    """Return the failures of a scenario's ASVs; None where none fails."""
+    given = scenario.asvs.failures
+    if not given:
+        return None
+    return Failures(
+        scenario.asvs.count,
+        np.array([it.asv for it in given], dtype=np.intp),
+        np.array([it.at_s for it in given]),
+        np.array([np.inf if it.until_s is None else it.until_s for it in given]),
+    )
+
+
+def alive(scenario: ScenarioKeys, time: float) -> tuple[bool, ...]:
+    """Return which ASVs of a scenario work at an instant (s), in the order of their numbers."""
+    failed = {it.asv for it in scenario.asvs.failures if it.lasts(time)}
+    return tuple(asv not in failed for asv in range(scenario.asvs.count))
+
+
+def untenable(scenario: ScenarioKeys) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """Yield failures that cannot be: their key, why not, and the other keys that lead to it."""
+    count, given = scenario.asvs.count, scenario.asvs.failures
+    for number, failure in enumerate(given):
+        key = f"asvs.failures.{number}"
+        if failure.asv >= count:
+            told = f"there is no ASV{failure.asv}: {count} ASVs are numbered from 0; use at most "
+            yield f"{key}.asv", f"{told}{count - 1}", ("asvs.count",)
+        if failure.until_s is not None and failure.until_s <= failure.at_s:
+            told = f"must be later than at_s, which is {failure.at_s:g} s; got {failure.until_s:g}"
+            yield f"{key}.until_s", told, (f"{key}.at_s",)
+        for other in range(number):
+            if given[other].asv == failure.asv and _meet(given[other], failure):
+                told = f"fails while it has failed already (failure {other}); make one of both"
+                yield f"{key}.at_s", f"ASV{failure.asv} {told}", (f"asvs.failures.{other}",)
+
+
+def _meet(one: Failure, other: Failure) -> bool:
+    first, second = sorted((one, other), key=lambda it: it.at_s)
+    return first.lasts(second.at_s)
