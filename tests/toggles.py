@@ -88,6 +88,7 @@ OTHERS: dict[str, list[Any]] = {
     "auvs.recovery_m": [[[3.0, -4.0]]],
     "asvs.formation.clearance_m": [3.0],
     "asvs.formation.radius_m": [8.0],
+    "asvs.failures": [[{"asv": 0, "at_s": 9.0}]],
     "environment.current_m_per_s": [0.15],
     "environment.current_variation_m_per_s": [0.02],
     "environment.current_direction_deg": [70.0],

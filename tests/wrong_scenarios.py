@@ -346,6 +346,33 @@ WRONG = {
             "keep one or the other"
         ],
     ),
+    "an ASV that there is not fails": (
+        "asvs: {count: 2, failures: [{asv: 0, at_s: 9}, {asv: 2, at_s: 5}]}\n",
+        ["2:54: asvs.failures.1.asv: there is no ASV2: 2 ASVs are numbered from 0; use at most 1"],
+    ),
+    "a failure over before it begins": (
+        "asvs: {failures: [{asv: 1, at_s: 5, until_s: 4}]}\n",
+        ["2:46: asvs.failures.0.until_s: must be later than at_s, which is 5 s; got 4"],
+    ),
+    "an ASV fails that has failed": (
+        "asvs: {failures: [{asv: 1, at_s: 5}, {asv: 1, at_s: 9}]}\n",
+        [
+            "2:52: asvs.failures.1.at_s: ASV1 fails while it has failed already (failure 0); make "
+            "one of both"
+        ],
+    ),
+    "unknown key of a failure": (
+        "asvs: {failures: [{asv: 1, at_s: 5, untl_s: 6}]}\n",
+        ["2:37: asvs.failures.0.untl_s: unknown key; did you mean 'until_s'?"],
+    ),
+    "a failure before the mission": (
+        "asvs: {failures: [{asv: 1, at_s: -2}]}\n",
+        ["2:34: asvs.failures.0.at_s: must be >= 0 s; got -2"],
+    ),
+    "a failure that is a number": (
+        "asvs: {failures: [1]}\n",
+        ["2:19: asvs.failures.0: needs keys and values (asv, at_s, until_s, ...); got 1"],
+    ),
     "default that contradicts a key": (
         "survey: {side_m: 9}\nauvs: {turning_radius_m: 1}\n",
         [

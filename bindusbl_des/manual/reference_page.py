@@ -8,7 +8,7 @@ import click
 from ..campaigns.experiments.experiment_schema import experiment_schema
 from ..cli import main
 from ..results.tables import data_dictionary
-from ..scenario.keys import Key, keys, sections, settings
+from ..scenario.keys import Key, items, keys, sections, settings
 
 HEAD = """\
 # Reference
@@ -124,6 +124,10 @@ def _scenario_keys() -> Iterator[str]:
             yield f"### {section}\n"
             yield f"{meaning[0].upper()}{meaning[1:]}.\n"
             yield from _key_table(section)
+    yield "### Items of lists\n"
+    yield "Keys of which each item of a list has its own.\n"
+    rows = [(f"`{row.key}`", *_key_row(row)[1:5]) for row in items()]
+    yield from _table(("key", *KEY_COLUMNS[1:5]), rows)
     yield "### Settings of parts\n"
     yield (
         "Where `module:object` is among the choices, the key takes a name or a mapping of the part "

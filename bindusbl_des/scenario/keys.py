@@ -83,6 +83,12 @@ def settings() -> tuple[Key, ...]:
 
 
 @cache
+def items() -> tuple[Key, ...]:
+    """Return every key of the items of lists, such as `asvs.failures.at_s`, one row each."""
+    return tuple(_item_rows(ScenarioKeys, ""))
+
+
+@cache
 def sections() -> dict[str, str]:
     """Return the meaning of each section by its dotted name, in the order of the file."""
     return dict(_sections(ScenarioKeys, ""))
@@ -161,6 +167,19 @@ def _rows(model: "type[BaseModel]", prefix: str, only: str) -> Iterator[Key]:
             yield from _rows(parts[0], f"{prefix}{name}.", only)
         else:
             yield _row(f"{prefix}{name}", field, only)
+
+
+def _item_rows(model: type[Part], prefix: str) -> Iterator[Key]:
+    for name, field in model.model_fields.items():
+        for part in _parts(field.annotation):
+            yield from _item_rows(part, f"{prefix}{name}.")
+        for item in _items(field.annotation):
+            yield from _rows(item, f"{prefix}{name}.", "")
+
+
+def _items(annotation: Any) -> tuple[type[Part], ...]:
+    """Return the section that each item of a list is, if they are."""
+    return _parts(get_args(annotation)[0]) if get_origin(annotation) is tuple else ()
 
 
 def _union_rows(parts: tuple[type[Part], ...], prefix: str) -> Iterator[Key]:

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from ...core.wording import described, did_you_mean, nearest, plain
-from ..keys import REQUIRED, Key, keys, sections
+from ..keys import REQUIRED, Key, items, keys, sections
 from .plain_yaml import Path, dotted, scalar
 
 ROUTE: Path = ("auvs", "route")
@@ -97,13 +97,15 @@ def _path(location: tuple[str | int, ...]) -> Path:
 
 def _row(path: Path) -> Key | None:
     name = ".".join(part for part in path if isinstance(part, str))
-    return next((row for row in keys() if row.key == name), None)
+    return next((row for row in (*keys(), *items()) if row.key == name), None)
 
 
 @cache
 def _names(section: str, kind: str) -> tuple[str, ...]:
     """Return the keys and sections that may stand in a section."""
-    rows = [row.name for row in keys() if row.section == section and row.only in ("", kind)]
+    section = ".".join(part for part in section.split(".") if not part.isdigit())
+    known = (*keys(), *items())
+    rows = [row.name for row in known if row.section == section and row.only in ("", kind)]
     inner = [name.rpartition(".") for name in sections()]
     return (*rows, *(name for outer, _, name in inner if outer == section))
 
