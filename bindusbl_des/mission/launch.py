@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from ..core.plugins import load
 from ..core.streams import Streams
 from ..geometry.paths import Path
+from ..protocol.anchors.placing import Anchors, anchors_of
+from ..protocol.chart import CarriedForward
 from ..scenario.families import ASV, AUV
 from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
-from ..protocol.anchors.placing import Anchors, anchors_of
-from ..protocol.chart import CarriedForward
 from ..scenario.places.on_earth import vessel_tracks
 from ..scenario.planned import asv_stations, may_move, route_of, tracks_of
 from ..scenario.plans import planned_tour

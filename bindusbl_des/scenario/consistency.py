@@ -17,8 +17,8 @@ from .part_settings import shipped_mistakes
 from .places.checks import misplaced
 from .places.on_earth import origin_of, positioned
 from .scenario_keys import ScenarioKeys
-from .sections.environment import Environment
 from .sections.anchors import AsvTrack, Moving, Placed
+from .sections.environment import Environment
 from .sections.vehicles import Formation
 from .survey.agreement import SHORTEST_WAY, unsurveyable
 

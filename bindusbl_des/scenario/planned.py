@@ -14,8 +14,8 @@ from .families import PLACEMENT, ROUTE
 from .part_choice import PartChoice
 from .places.on_earth import positioned, positioned_stations, recorded_tracks
 from .scenario_keys import ScenarioKeys
-from .sections.own import OwnPlacement, OwnRoute
 from .sections.anchors import Moving, Placed
+from .sections.own import OwnPlacement, OwnRoute
 from .sections.routes import Hold, Lawnmower, Track, Waypoints
 from .survey_area import area_of
 

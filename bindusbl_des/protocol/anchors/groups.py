@@ -58,9 +58,7 @@ def split(fleet: Array, count: int) -> list[Numbers]:
     [[0, 2], [3, 1]]
     """
     along = lengthwise(fleet)
-    orders = [
-        np.argsort((fleet @ it).round(9), kind="stable") for it in (along, across(along))
-    ]
+    orders = [np.argsort((fleet @ it).round(9), kind="stable") for it in (along, across(along))]
     tried = [np.array_split(order, min(count, len(fleet))) for order in orders]
     return min(tried, key=lambda groups: largest(fleet, groups))
 
@@ -75,9 +73,10 @@ def lengthwise(fleet: Array) -> Array:
     (xx, xy), (_, yy) = (offsets.T @ offsets).tolist()
     yaw = math.atan2(2.0 * xy, xx - yy) / 2.0 if xx + yy > 0.0 else math.pi / 2.0
     line = np.array([math.cos(yaw), math.sin(yaw)])
-    return line * np.sign(line[np.abs(line).argmax()])  # either way is the same line
+    turned: Array = line * np.sign(line[np.abs(line).argmax()])
+    return turned  # either way is the same line
 
 
 def across(line: Array) -> Array:
-    """Return the direction (2,) at a right angle to another, to its right."""
-    return line[::-1] * (-1.0, 1.0)
+    """Return the direction (2,) at a right angle to another."""
+    return np.array([-line[1], line[0]])

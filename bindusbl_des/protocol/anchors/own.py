@@ -1,6 +1,6 @@
 """A placement of somebody's own that moves vessels: what it answers is checked."""
 
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class OwnMover:
             self._refuse(answer, when, told)
         return found
 
-    def _refuse(self, answer: Any, when: str, needed: str) -> None:
+    def _refuse(self, answer: Any, when: str, needed: str) -> NoReturn:
         said = shown(PLACEMENT.key, self._name, answer, when)
         raise PluginError(
             PLACEMENT.key, f"{self._name!r} returned {said}{when}; targets must be {needed}"

@@ -86,7 +86,9 @@ class Anchors:
                 self._note(fixes)
             begins = time + self._lead
             places, bound_for = self.steered.places(begins), self.steered.bound_for.copy()
-            self.steered.go(begins, self._mover.targets(self._view(time, begins, places, bound_for)))
+            self.steered.go(
+                begins, self._mover.targets(self._view(time, begins, places, bound_for))
+            )
 
     def _note(self, fixes: EventBuffer) -> None:
         """Plot the last fix of each AUV that has new ones."""
@@ -106,7 +108,10 @@ def anchors_of(scenario: Scenario, chart: CarriedForward, room: Room) -> Anchors
     if own is None and not isinstance(placement, Placed):
         return None
     if isinstance(placement, Placed):
-        mover, pace = _shipped(scenario, placement), Pace(placement.speed_m_per_s, placement.replan_s)
+        mover, pace = (
+            _shipped(scenario, placement),
+            Pace(placement.speed_m_per_s, placement.replan_s),
+        )
     else:
         name = str(placement.choice)
         if scenario.asvs.vehicle.model != "moored":

@@ -4,7 +4,7 @@ A beacon that keeps changing its bearing from AUVs makes their position observab
 which one that keeps its bearing does not; a zigzag above the AUV is one of the two patterns that
 Fallon, Papadopoulos, Leonard and Patrikalakis, "Cooperative AUV navigation using a single
 maneuvering surface craft", IJRR 29(12), 2010, compare.  With USBL, whose cross-range error grows
-with range, the same sweep brings the vessel near to each AUV of a fleet that it cannot hear at once.
+with range, the same sweep brings a vessel near to each AUV of a fleet that it cannot hear at once.
 """
 
 import math

@@ -18,7 +18,9 @@ def misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
     """Yield which tracks begin after the mission's end, or have ended before its start."""
     route, placement = scenario.auvs.route, scenario.asvs.formation
     if isinstance(route, Track):
-        yield from _misplaced(scenario, "auvs.route", route, partial(recorded_track, scenario, route))
+        yield from _misplaced(
+            scenario, "auvs.route", route, partial(recorded_track, scenario, route)
+        )
     if isinstance(placement, AsvTrack):
         read = partial(vessel_track, scenario, placement)
         yield from _misplaced(scenario, "asvs.formation", placement, read)

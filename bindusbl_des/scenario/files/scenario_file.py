@@ -14,8 +14,8 @@ from ..families import load_plugins
 from ..scenario import Scenario
 from ..water import sound_speed_of
 from .explanations import ROUTE, Finding, guessed_kind
-from .mistakes import Mistake, Place, ScenarioError
 from .misplaced_tracks import misplaced_tracks
+from .mistakes import Mistake, Place, ScenarioError
 from .named_files import place_files
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml

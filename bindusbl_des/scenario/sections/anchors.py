@@ -25,9 +25,7 @@ class Placed(Moving):
     speed_m_per_s: Real = key(
         SPEED_M_PER_S, "m/s", "speed of an ASV on its way", OURS, ge=0.001, le=20
     )
-    replan_s: Real = key(
-        REPLAN_S, "s", "how often ASVs are told where to go", OURS, ge=0.1, le=1e6
-    )
+    replan_s: Real = key(REPLAN_S, "s", "how often ASVs are told where to go", OURS, ge=0.1, le=1e6)
     start_m: tuple[Point, ...] | None = key(
         None, "m", "one [x, y] per ASV where it is launched; null = where it is to be at first"
     )
@@ -53,21 +51,21 @@ class Follow(Ahead):
     """ASVs keep to where the fleet is, the farthest AUV as near as possible (k-centre)."""
 
     MODEL = "follow"
-    model: Literal["follow"] = key("follow", "", "placement")
+    model: Literal["follow"] = "follow"
 
 
 class Assign(Ahead):
     """Each ASV stays above the middle of AUVs of its own."""
 
     MODEL = "assign"
-    model: Literal["assign"] = key("assign", "", "placement")
+    model: Literal["assign"] = "assign"
 
 
 class Zigzag(Grouped):
     """Each ASV sweeps to and fro over AUVs of its own."""
 
     MODEL = "zigzag"
-    model: Literal["zigzag"] = key("zigzag", "", "placement")
+    model: Literal["zigzag"] = "zigzag"
     amplitude_m: Real | None = key(
         None,
         "m",
@@ -89,12 +87,12 @@ class AsvTrack(Moving):
     """Each ASV repeats the recorded track of a real vessel."""
 
     MODEL = "track"
-    model: Literal["track"] = key("track", "", "placement")
+    model: Literal["track"] = "track"
     files: tuple[Text, ...] = key(
         (),
         "",
-        "per ASV a CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), a GPX or an MCAP "
-        "file; relative to the scenario file; depths are not read, ASVs are at the surface",
+        "per ASV a CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), depth_m, a GPX or an "
+        "MCAP file; relative to the scenario file; whatever its depths, ASVs are at the surface",
     )
     tracks: tuple[Text, ...] = key(
         (),

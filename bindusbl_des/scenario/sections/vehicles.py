@@ -7,6 +7,7 @@ from pydantic import Discriminator, Field, Tag
 from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
 from ..part_choice import PartChoice
 from ..vehicle_choice import AsvVehicle, AuvVehicle
+from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
 from .anchors import AsvTrack, Assign, Follow, Moving, Zigzag
 from .failures import Failure
 from .own import OwnPlacement, is_own
