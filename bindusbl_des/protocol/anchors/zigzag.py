@@ -1,10 +1,10 @@
 """Vessels that sweep to and fro over the fleet, so that each AUV has one near it in turn.
 
 A beacon that keeps changing its bearing from AUVs makes their position observable along all axes,
-which one that keeps its bearing does not; a zigzag above the AUV is one of the two patterns that
-Fallon, Papadopoulos, Leonard and Patrikalakis, "Cooperative AUV navigation using a single
-maneuvering surface craft", IJRR 29(12), 2010, compare.  With USBL, whose cross-range error grows
-with range, the same sweep brings a vessel near to each AUV of a fleet that it cannot hear at once.
+which one that keeps its bearing does not (Fallon, Papadopoulos, Leonard and Patrikalakis,
+"Cooperative AUV navigation using a single maneuvering surface craft", IJRR 29(12), 2010, for ranges
+alone).  USBL tells the bearing as well, but its error across grows with range: there the sweep is
+worth what it brings a vessel near to each AUV of a fleet that it cannot hear at once.
 """
 
 import math
