@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...core.compiled import compiled, entry
 from .correction import WEIGHED, correct
-from .drift import FRAMES, Drifts, Moment, State, carry, moment_at
+from .drift import FRAMES, Drifts, State, carry, moment_at
 from .inputs import Inputs
 from .parts import Navigator
 from .rounds import Turns

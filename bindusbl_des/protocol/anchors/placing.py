@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import simpy
+from numpy.typing import NDArray
 
 from ...core.plugins import PluginError, asked, shown
 from ...records.recorder import EventBuffer
+from ...scenario.failing import failures_of
 from ...scenario.families import PLACEMENT
 from ...scenario.planned import horizontal_reach, mover_of
 from ...scenario.scenario import Scenario
@@ -55,7 +57,7 @@ class Anchors:
         """
         self._mover, self._pace, self._chart, self._lead = mover, pace, chart, lead_s
         self._reach, number = horizontal_reach(scenario), scenario.asvs.count
-        self._working = np.ones(number, dtype=np.bool_)
+        self._failures, self._all = failures_of(scenario), np.ones(number, dtype=np.bool_)
         given = getattr(scenario.asvs.formation, "start_m", None)
         #: Whether nobody has told vessels yet where to go.
         self._is_new = given is not None
@@ -68,9 +70,15 @@ class Anchors:
 
     def _view(self, time: float, begins: float, vessels: Array, bound_for: Array) -> AnchorView:
         return AnchorView(
-            time, begins, vessels, bound_for, self._working.copy(), self._pace.speed_m_per_s,
+            time, begins, vessels, bound_for, self._working(begins), self._pace.speed_m_per_s,
             self._reach, self._chart,
         )  # fmt: skip
+
+    def _working(self, time: float) -> NDArray[np.bool_]:
+        """Return who has not failed by an instant (s) (m,); at first all are launched."""
+        if self._failures is None or time == 0.0:
+            return self._all.copy()
+        return self._failures.alive(time)
 
     def keep_placing(
         self, env: simpy.Environment, fixes: EventBuffer | None
@@ -86,9 +94,9 @@ class Anchors:
                 self._note(fixes)
             begins = time + self._lead
             places, bound_for = self.steered.places(begins), self.steered.bound_for.copy()
-            self.steered.go(
-                begins, self._mover.targets(self._view(time, begins, places, bound_for))
-            )
+            view = self._view(time, begins, places, bound_for)
+            if view.working.any():
+                self.steered.go(begins, self._mover.targets(view))
 
     def _note(self, fixes: EventBuffer) -> None:
         """Plot the last fix of each AUV that has new ones."""

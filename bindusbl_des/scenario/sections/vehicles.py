@@ -8,7 +8,6 @@ from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
 from ..part_choice import PartChoice
 from ..vehicle_choice import AsvVehicle, AuvVehicle
 from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
-from .anchors import AsvTrack, Assign, Follow, Moving, Zigzag
 from .failures import Failure
 from .own import OwnPlacement, is_own
 from .routes import Lawnmower, Route
@@ -144,7 +143,9 @@ class Asvs(Part):
     vehicle: AsvVehicle = key(
         "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
     )
-    formation: Placement = Field(default=Formation(), description="where the ASVs keep station, or go")
+    formation: Placement = Field(
+        default=Formation(), description="where the ASVs keep station, or go"
+    )
     failures: tuple[Failure, ...] = key(
         (), "", "ASVs that fail: from at_s on, until until_s, they neither hear, call nor broadcast"
     )
