@@ -46,7 +46,9 @@ class Follow:
 def best_places(fleet: Array, count: int, reach: float) -> Array:
     """Return the places (count, 2), m, that serve AUVs (n, 2) best at a reach (m)."""
     centres = k_centre(fleet, count)
-    return centres.places if centres.radius <= reach else max_cover(fleet, count, reach).places
+    if centres.radius <= reach or reach == 0.0:
+        return centres.places
+    return max_cover(fleet, count, reach).places
 
 
 def service(fleet: Array, places: Array, reach: float) -> Service:
