@@ -139,6 +139,12 @@ Placement = Annotated[
 class Asvs(Part):
     """The surface vessels that carry the USBL arrays."""
 
+    @property
+    def told(self) -> str:
+        """What they are in a word: their model, or how they move."""
+        moves = isinstance(self.formation, Moving)
+        return self.formation.choice if moves else str(self.vehicle)
+
     count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
     vehicle: AsvVehicle = key(
         "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
