@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .mission.mission import Mission
     from .mission.simulation import simulate
     from .preflight.worth_knowing import cautions
+    from .protocol.anchors.view import AnchorView
     from .protocol.broadcasters import BroadcastView
     from .protocol.own.ranging import Slot
     from .protocol.schedules import View
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
+    "AnchorView": "protocol.anchors.view",
     "BroadcastView": "protocol.broadcasters",
     "Campaign": "campaigns.campaign",
     "advise": "advice.advising",
@@ -74,6 +76,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "AnchorView",
     "BroadcastView",
     "Campaign",
     "Mission",

@@ -41,7 +41,10 @@ WRONG = {
     ),
     "unit left out, elsewhere": (
         "speed: 5\n",
-        ["2:1: speed: unknown key; did you mean 'auvs.speed_m_per_s'?"],
+        [
+            "2:1: speed: unknown key; did you mean 'auvs.speed_m_per_s' or "
+            "'asvs.formation.speed_m_per_s'?"
+        ],
     ),
     "nonsense key": (
         "xyzzy: 5\n",

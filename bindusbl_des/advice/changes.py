@@ -11,6 +11,7 @@ from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
+from ..scenario.sections.anchors import Moving
 from ..scenario.sections.vehicles import Formation
 from .stations import Ways
 
@@ -220,7 +221,11 @@ def _asked(scenario: Scenario) -> Formation:
 
 
 def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]]:
-    if not isinstance(scenario.asvs.formation, Formation):
+    asked = scenario.asvs.formation
+    if isinstance(asked, Moving):
+        needless.append("other places of ASVs (they move)")
+        return [] if getattr(asked, "start_m", ()) is not None else [_another(scenario)]
+    if not isinstance(asked, Formation):
         needless.append("other places of ASVs (a placement of your own puts them there)")
         return []
     ways = Ways(scenario)
@@ -228,6 +233,12 @@ def _formations(scenario: Scenario, needless: list[str]) -> list[Iterator[Change
         needless.append("another radius or angle (a single ASV lies in the middle)")
         return [_more(scenario, ways)]
     return [_moved(scenario, ways), _more(scenario, ways)]
+
+
+def _another(scenario: Scenario) -> Iterator[Change]:
+    """Yield the plan with one more ASV that moves."""
+    count = scenario.asvs.count + 1
+    yield Change(COUNT, f"{count} ASVs instead of {count - 1}", {"asvs.count": count})
 
 
 def _moved(scenario: Scenario, ways: Ways) -> Iterator[Change]:

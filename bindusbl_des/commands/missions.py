@@ -117,7 +117,7 @@ def models(scenario: "Scenario") -> str:
         parts = ""
     return (
         f"{scenario.name}: {counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
-        f"{counted(asvs.count, 'ASV')} ({asvs.vehicle}), {scenario.duration_s:g} s, "
+        f"{counted(asvs.count, 'ASV')} ({asvs.told}), {scenario.duration_s:g} s, "
         f"{parts}{protocol.ranging}, {scenario.navigation.filter}, {clock}"
     )
 

@@ -236,12 +236,12 @@ def coverage(
         check_figure(Path(figure), force)
     from ..core.plugins import PluginError
     from ..geometry.coverage import coverage_map
-    from ..scenario.planned import asv_stations, horizontal_reach
+    from ..scenario.planned import NoStations, asv_stations, horizontal_reach
     from ..scenario.survey_area import area_of
 
     try:
         stations, reach = asv_stations(mission), horizontal_reach(mission)
-    except PluginError as error:
+    except (NoStations, PluginError) as error:
         refuse(f"{scenario}: {error}")
     found = _coverage(mission, stations, reach)
     if as_json:

@@ -126,6 +126,7 @@ def _run_offers(folder: str, options: dict[str, Any]) -> "Offers":
         result = load_result(folder)
     except (FileNotFoundError, NotADirectoryError, ValueError) as error:
         refuse(str(error))
+    from ..figures.coverage import without_stations
     from ..figures.kinds import KINDS, missing
 
     offers: Offers = {}
@@ -135,6 +136,8 @@ def _run_offers(folder: str, options: dict[str, Any]) -> "Offers":
                 f"it needs the tables {', '.join(missing(result, name))}, which the run did not "
                 "record; run it again with --set record.detail=full"
             )
+        elif name == "coverage" and (why := without_stations(result)):
+            offers[name] = why
         else:
             offers[name] = partial(kind, result, **_rounds(result, name, options))
     return offers

@@ -22,6 +22,7 @@ Way = tuple[str, ...]
 # Where a scenario names files, and the folder that keeps their copies.
 FILES: Mapping[Way, str] = {
     ("auvs", "route", "files"): "tracks",
+    ("asvs", "formation", "files"): "tracks",
     ("survey", "area"): "charts",
     ("environment", "ctd"): "casts",
     ("acoustics", "hf", "channel", "file"): "curves",

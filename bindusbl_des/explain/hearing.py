@@ -17,6 +17,7 @@ from .by_channel import audible, decided_by_channel, levels, loss_by_channel
 from .chain import Step
 from .failing import failed, failed_while, had_failed
 from .numbers import compared, out_of_range, place, row_of, rows_where
+from .under_way import on_its_way
 
 if TYPE_CHECKING:
     import numpy as np
@@ -149,6 +150,8 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
         if is_passive(result):
             depth = place(result, str(reception.auv), float(reception.arrived_at_s))[2]
         what, why = _decided(result, reception, depth)
+        if reception.outcome == "out_of_range":
+            why += on_its_way(result, str(reception.asv), float(reception.arrived_at_s))
         way = f"{reception.slant_range_m:.1f} m, {1e3 * reception.travel_time_s:.1f} ms"
         probability = _loss(result, reception)[0]
         facts = {

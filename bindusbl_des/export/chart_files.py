@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import escape
 
 from ..core.durable import write_text
+from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
 from ..scenario.places.on_earth import origin_of
 from ..scenario.survey_area import area_of
@@ -59,7 +60,9 @@ def write_chart(
 
 
 def drawn(result: "Result") -> Iterator[Drawn]:
-    """Yield the survey area, a point for each ASV where it was at first, and the ways of AUVs."""
+    """Yield the survey area, a point for each ASV where it was at first, and the ways of AUVs and
+    of ASVs that move.
+    """
     origin = origin_of(result.scenario)
     if origin is None:
         raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
@@ -74,6 +77,8 @@ def drawn(result: "Result") -> Iterator[Drawn]:
         places = {told: track[list(columns)].to_numpy() for told, columns in WAYS.items()}
         if str(name).startswith("ASV"):
             yield Drawn("Point", str(name), on_earth(places[""][:1].tolist()))
+            if not keep_station([places[""]], result.scenario.acoustics.hf.range_m):
+                yield Drawn("LineString", f"{name} (way)", on_earth(places[""].tolist()))
             continue
         for told, way in places.items():
             yield Drawn("LineString", f"{name}{told}", on_earth(way.tolist()))

@@ -15,7 +15,8 @@ from ..core.palette import ALARM, HF, INK
 from ..core.plugins import is_plugin
 from ..geometry.area import Area
 from ..geometry.coverage import covered_area, loneliest_point
-from ..scenario.planned import asv_stations, horizontal_reach
+from ..geometry.formation import keep_station
+from ..scenario.planned import NoStations, asv_stations, horizontal_reach
 from ..scenario.survey_area import area_of
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 from .trajectory import X_LABEL, Y_LABEL, frame
@@ -47,6 +48,15 @@ def coverage(result: "Result", width: float) -> Figure:
     return coverage_figure(result.scenario, width, unheard, _stations(result))
 
 
+def without_stations(result: "Result") -> str:
+    """Return why there is no coverage to be drawn: ASVs move; "" where they keep stations."""
+    try:
+        _ = _stations(result) or asv_stations(result.scenario)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 def _stations(result: "Result") -> "Points | None":
     """Return where a placement of somebody's own, which is not asked again, has put the ASVs."""
     if not is_plugin(result.scenario.asvs.formation.choice):
@@ -57,8 +67,11 @@ def _stations(result: "Result") -> "Points | None":
             "somebody's own is not asked again; run it with full"
         )
     tracks = result.tables["tracks"]
-    first = tracks[tracks.vehicle.str.startswith("ASV")].groupby("vehicle", sort=False).first()
-    return [(float(x), float(y)) for x, y in first[["x_m", "y_m"]].to_numpy()]
+    own = tracks[tracks.vehicle.str.startswith("ASV")].groupby("vehicle", sort=False)
+    ways = [track[["x_m", "y_m"]].to_numpy(float) for _, track in own]
+    if not keep_station(ways, result.scenario.acoustics.hf.range_m):
+        raise NoStations(str(result.scenario.asvs.formation.choice))
+    return [(float(x), float(y)) for x, y in (way[0] for way in ways)]
 
 
 def coverage_figure(

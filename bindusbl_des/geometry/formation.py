@@ -10,6 +10,23 @@ from .area import Area
 Floats = NDArray[np.float64]
 
 
+# Vessels that stray by less than this share of what they hear keep their stations.
+KEPT = 0.1
+
+
+def keep_station(ways: ArrayLike, reach: float) -> bool:
+    """Tell whether vessels with ways (m, k, 2), in m, stay near to where they are at first.
+
+    That is within a tenth of the `reach` (m) at which they hear.
+
+    >>> keep_station([[(0.0, 0.0), (3.0, 4.0)]], 60.0), keep_station([[(0.0, 0.0), (3.0, 4.0)]], 40)
+    (True, False)
+    """
+    places = np.asarray(ways, dtype=np.float64)
+    away = np.hypot(*np.moveaxis(places - places[:, :1], -1, 0))
+    return bool(np.max(away, initial=0.0) <= KEPT * reach)
+
+
 def formation(count: int, radius: float, angle_rad: float = 0.0) -> Floats:
     """Return the stations of the ASVs, the vertices of a regular polygon about the origin.
 

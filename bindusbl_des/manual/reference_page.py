@@ -152,7 +152,7 @@ def _key_table(section: str) -> Iterator[str]:
 
 def _key_row(row: Key) -> tuple[str, ...]:
     allowed = " ".join(f"`{choice}`" for choice in row.choices) or f"{row.kind} {row.range}".strip()
-    only = f"; only `kind: {row.only}`" if row.only else ""
+    only = f"; only `{row.chooser}: {row.only}`" if row.only else ""
     default = "" if row.default.startswith("(") else f"`{row.default}`"
     return f"`{row.name}`", default, row.unit, allowed, row.meaning + only, row.source
 

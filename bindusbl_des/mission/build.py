@@ -37,7 +37,7 @@ from ..vehicles.poses import Poses
 from .closed_loop import Water, afterwards_s
 from .courses import chart_of
 from .lasting import lasting_errors
-from .launch import launch_asvs, launch_auvs, posed
+from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
 from .own_errors import wrong_reckoning
 from .world import World
@@ -63,6 +63,9 @@ def build_world(
     auvs, asvs = moved.get("auvs"), moved.get("asvs")
     if auvs is None:
         auvs = launch_auvs(scenario, water, wrong)
+    anchors = launch_anchors(scenario, auvs) if asvs is None else None
+    if anchors is not None:
+        asvs = anchors.fleet
     if asvs is None:
         asvs = launch_asvs(scenario, streams, water)
     if scenario.asvs.failures:
@@ -70,6 +73,9 @@ def build_world(
     reckoning, navigator = equip_auvs(scenario, auvs, wrong, record.levers)
     make = _passive if scenario.protocol.is_passive else _network
     network = make(env, scenario, auvs, asvs, navigator, record, streams)
+    if anchors is not None:
+        known = None if scenario.protocol.is_passive else record.fixes
+        env.process(anchors.keep_placing(env, known))
     env.process(take_turns(network) if isinstance(network, PassiveNetwork) else serve(network))
     return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
 

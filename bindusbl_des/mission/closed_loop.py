@@ -13,8 +13,11 @@ from numpy.typing import NDArray
 
 from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
-from ..scenario.planned import asv_stations
+from ..protocol.anchors.placing import Room
+from ..scenario.places.on_earth import vessel_tracks
+from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
+from ..scenario.sections.anchors import AsvTrack
 from ..scenario.survey_area import area_of
 from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
 from ..vehicles.reckoning import Wrong
@@ -26,6 +29,9 @@ Array = NDArray[np.float64]
 
 # Sound is at least this fast (m/s), so that it has arrived this long after the mission's end.
 SLOWEST_SOUND = 1300.0
+
+# Vessels that are told where to go set out so much later (s), at least.
+STARTING_S = 1.0
 
 
 class Water:
@@ -62,11 +68,39 @@ def afterwards_s(scenario: Scenario) -> float:
 
     Sound sent at the last instant is followed to the farthest vehicle.
     """
-    farthest = max(math.hypot(x, y) for x, y in asv_stations(scenario))
+    try:
+        farthest = max(math.hypot(x, y) for x, y in asv_stations(scenario))
+    except NoStations:
+        farthest = room_of(scenario).farthest_m
     area, auvs = area_of(scenario), scenario.auvs
     ends = [math.hypot(*place) for place in (*(auvs.launch_m or ()), *(auvs.recovery_m or ()))]
     across = scenario.acoustics.hf.range_m + 2 * max(area.across, area.farthest, *ends)
     return 2.0 + (farthest + across + scenario.survey.deepest) / SLOWEST_SOUND
+
+
+def room_of(scenario: Scenario) -> Room:
+    """Return where ASVs that move may go, and how long (s) sound travels in it at most.
+
+    Twice as far from the origin as any AUV is planned to be, nobody has a reason to be farther.
+    """
+    auvs, route, area = scenario.auvs, route_of(scenario), area_of(scenario)
+    tracks = tracks_of(scenario) or []
+    ways = getattr(route, "points_m", ())
+    places = (
+        *(auvs.launch_m or ()), *(auvs.recovery_m or ()), *getattr(route, "positions_m", ()),
+        *(place for way in ways for place in way),
+        *(place[:2] for _, track in tracks for place in track),
+    )  # fmt: skip
+    extent = max(area.farthest, area.across, *(math.hypot(*place) for place in places))
+    placement = scenario.asvs.formation
+    tracks = vessel_tracks(scenario, placement) if isinstance(placement, AsvTrack) else []
+    vessels = (
+        *(getattr(placement, "start_m", None) or ()),
+        *(place[:2] for _, track in tracks for place in track),
+    )
+    farthest = max([2.0 * extent, *(math.hypot(*place) for place in vessels)])
+    way = extent + farthest + scenario.survey.deepest
+    return Room(farthest, STARTING_S + way / SLOWEST_SOUND)
 
 
 def control_intervals(scenario: Scenario) -> int:

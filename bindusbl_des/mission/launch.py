@@ -10,21 +10,33 @@ from numpy.typing import NDArray
 from ..core.plugins import load
 from ..core.streams import Streams
 from ..geometry.paths import Path
+from ..protocol.anchors.placing import Anchors, anchors_of
+from ..protocol.chart import CarriedForward
 from ..scenario.families import ASV, AUV
 from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
-from ..scenario.planned import asv_stations, route_of, tracks_of
+from ..scenario.places.on_earth import vessel_tracks
+from ..scenario.planned import asv_stations, may_move, route_of, tracks_of
 from ..scenario.plans import planned_tour
 from ..scenario.scenario import Scenario
+from ..scenario.sections.anchors import AsvTrack
 from ..scenario.sections.environment import Environment
 from ..scenario.sections.survey import Survey
 from ..scenario.sections.vehicles import Auvs
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import together
+from ..vehicles.motion import places, together
 from ..vehicles.poses import PosedVehicle, Poses
 from ..vehicles.reckoning import Wrong
 from ..vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
-from .closed_loop import Water, afterwards_s, control_intervals, guided_asvs, guided_auvs
+from .closed_loop import (
+    Water,
+    afterwards_s,
+    control_intervals,
+    guided_asvs,
+    guided_auvs,
+    room_of,
+)
+from .courses import courses
 
 if TYPE_CHECKING:
     from ..vehicles.guidance import GuidedFleet, GuidedVehicle
@@ -133,9 +145,22 @@ def _kinematic(scenario: Scenario, index: int) -> SegmentedTrajectory:
     return kinematic(planned_tour(scenario, index), scenario.auvs.speed(index), depth, lasts)
 
 
+def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:
+    """Return the ASVs of a scenario that are told where to go; None where there are none such.
+
+    They know where the AUVs were launched, and what is planned for them.
+    """
+    if not may_move(scenario):
+        return None
+    launched = places(auvs.motion, 0.0)[:, :3]
+    return anchors_of(scenario, CarriedForward(launched, courses(scenario)), room_of(scenario))
+
+
 def launch_asvs(scenario: Scenario, streams: Streams, water: Water) -> Fleet:
-    """Return the ASVs of a scenario at their stations, in index order."""
-    own = scenario.asvs.vehicle.own
+    """Return the ASVs of a scenario at their stations or on their tracks, in index order."""
+    own, placement = scenario.asvs.vehicle.own, scenario.asvs.formation
+    if isinstance(placement, AsvTrack):
+        return _segmented([recorded(*track) for track in vessel_tracks(scenario, placement)])
     if own:
         return _own_asvs(scenario, own, id(load(ASV, str(own))))
     if not scenario.asvs.vehicle.has_dynamics:

@@ -70,7 +70,7 @@ class MfDownlink(Deliveries):
             return
         self._auvs.reach(time)
         self._asvs.reach(time)
-        foreseen = self._auvs.foreseen and self._asvs.foreseen
+        foreseen = self._auvs.foreseen and self._asvs.sure_s >= airtime
         if self._asvs.works_for(asv, time, airtime) < airtime:  # the frame is cut
             self._fixes.array["outcome"][rows.start : rows.stop] = LOST
         if self._channel is not None:

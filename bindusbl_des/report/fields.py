@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.fix_chance import fix_chance, survey_grid
+from ..geometry.formation import keep_station
 from .packing import Packer
 from .recording import Recording
 
@@ -28,12 +29,14 @@ QUANTA = {"chance": 1e-3, "age": 1e-2, "error": 1e-3}
 def fields(mission: Recording, packer: Packer) -> dict[str, Any] | None:
     """Return the fields of a mission's survey, packed cell by cell, row by row from low y on.
 
-    None where somebody's own channel decides what is decoded: it is not asked again.
+    None where ASVs move, and where somebody's own channel decides what is decoded: it is not asked
+    again.
     """
     grid = survey_grid(mission.scenario, CELLS)
-    rows = slice(mission.auvs, None)
-    stations = np.column_stack([mission.truth[name][rows, 0] for name in ("x_m", "y_m")])
-    chance = fix_chance(mission.scenario, stations, grid.middles)
+    ways = np.stack([mission.truth[name][mission.auvs :] for name in ("x_m", "y_m")], axis=-1)
+    if not keep_station(ways, mission.scenario.acoustics.hf.range_m):
+        return None
+    chance = fix_chance(mission.scenario, ways[:, 0], grid.middles)
     if chance is None:
         return None
     chance = np.where(grid.inside, chance, np.nan)

@@ -131,7 +131,7 @@ def described(result: "Result") -> str:
         parts = "passive ranging"
     return (
         f"{auvs.count} AUV{'s' * (auvs.count != 1)} ({auvs.vehicle}) and {asvs.count} "
-        f"ASV{'s' * (asvs.count != 1)} ({asvs.vehicle}) over {over} for "
+        f"ASV{'s' * (asvs.count != 1)} ({asvs.told}) over {over} for "
         f"{scenario.duration_s:g} s; {parts}, {scenario.navigation.filter} navigation; "
         f"seed {result.seed}"
     )

@@ -17,6 +17,7 @@ from .part_settings import shipped_mistakes
 from .places.checks import misplaced
 from .places.on_earth import origin_of, positioned
 from .scenario_keys import ScenarioKeys
+from .sections.anchors import AsvTrack, Moving, Placed
 from .sections.environment import Environment
 from .sections.vehicles import Formation
 from .survey.agreement import SHORTEST_WAY, unsurveyable
@@ -25,6 +26,9 @@ FRAMED_SCHEDULES = ("round_robin", "random")
 
 # A mission larger than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
+
+# So many times ASVs may be told where to go; each takes a fifth of a kilobyte.
+MOST_ORDERS = 1e6
 
 # The speed of sound (m/s) that is not given
 USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
@@ -49,6 +53,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *_route(scenario),
         *_formation(scenario),
         *(Problem(*found) for found in untenable(scenario)),
+        *_anchors(scenario),
         *_parts(scenario),
         *_protocol(scenario),
         *_channels(scenario),
@@ -211,6 +216,39 @@ def _formation(scenario: ScenarioKeys) -> Iterator[Problem]:
             "excludes clearance_m (R_f = hf.range_m + clearance_m); keep one of them",
             ("asvs.formation.clearance_m",),
         )
+
+
+def _anchors(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what is wrong with ASVs that move."""
+    placement, asvs = scenario.asvs.formation, scenario.asvs
+    if not isinstance(placement, Moving):
+        return
+    if asvs.vehicle.model != "moored":
+        yield Problem(
+            "asvs.vehicle",
+            f"{asvs.vehicle} keeps a station, and {placement.MODEL} moves ASVs along straight "
+            "lines; use vehicle moored, or a ring or positions",
+            ("asvs.formation.model",),
+        )
+    lists = ("files", "tracks") if isinstance(placement, AsvTrack) else ("start_m",)
+    for name in lists:
+        given = getattr(placement, name)
+        if len(given or ()) != asvs.count and (given or name == "files"):
+            each = {"files": "file", "tracks": "name", "start_m": "[x, y]"}[name]
+            yield Problem(
+                f"asvs.formation.{name}",
+                f"needs one {each} per ASV: {asvs.count} expected, {len(given or ())} given",
+                ("asvs.count", "asvs.formation.model"),
+            )
+    if isinstance(placement, Placed):
+        orders = asvs.count * scenario.duration_s / placement.replan_s
+        if orders > MOST_ORDERS:
+            yield Problem(
+                "asvs.formation.replan_s",
+                f"{orders:.2g} orders ({asvs.count} ASVs, each {placement.replan_s:g} s for "
+                f"{scenario.duration_s:g} s) exceed {MOST_ORDERS:.0e}; raise it",
+                ("duration_s", "asvs.count"),
+            )
 
 
 def _parts(scenario: ScenarioKeys) -> Iterator[Problem]:

@@ -5,7 +5,7 @@ what messages say and what is checked cannot differ.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin
@@ -27,11 +27,13 @@ REQUIRED = "(required)"
 # Parts of the mission: those that ship, or one's own.
 OWN_PART = "module:object"
 PARTS = {family.name_key: (*family.siblings, OWN_PART) for family in FAMILIES}
+# Sections that are parts, and the key in each that names it.
+WORDS = {family.key: family.word for family in FAMILIES if family.word}
 
 
 @dataclass(frozen=True)
 class Key:
-    """One key of the scenario file; `only` names the route it belongs to, "" for every scenario.
+    """One key of the scenario file; `only` names the route or placements it belongs to, "" for all.
 
     Of a setting, `only` names the part whose setting it is.
     `kind` is its type in words, `choices` its allowed words if it has such (`module:object` stands
@@ -61,8 +63,12 @@ class Key:
     @property
     def condition(self) -> str:
         """What must be chosen for it, such as `auvs.route.kind: hold`; "" if nothing."""
-        chooser = "model" if self.section in PARTS else "kind"
-        return f"{self.section}.{chooser}: {self.only}" if self.only else ""
+        return f"{self.section}.{self.chooser}: {self.only}" if self.only else ""
+
+    @property
+    def chooser(self) -> str:
+        """The key beside it that says what it is a key of."""
+        return WORDS.get(self.section, "model")
 
 
 @cache
@@ -183,16 +189,20 @@ def _items(annotation: Any) -> tuple[type[Part], ...]:
 
 
 def _union_rows(parts: tuple[type[Part], ...], prefix: str) -> Iterator[Key]:
-    """Yield one `kind` with all its choices, then the keys of each kind."""
-    kinds = tuple(str(part.model_fields["kind"].default) for part in parts)
-    choices = (*kinds, OWN_PART)
-    first = parts[0].model_fields["kind"]
-    extra = _extra(first)
-    meaning, source = first.description or "", extra["source"]
-    yield Key(f"{prefix}kind", "choice", choices, "", kinds[0], "", meaning, source)
-    for part, kind in zip(parts, kinds, strict=True):
-        rows = _rows(part, prefix, kind)
-        yield from (row for row in rows if row.name != "kind")
+    """Yield one `kind` or `model` with all its choices, then the keys of each of them.
+
+    Those of the first are keys of all where it need not be named.
+    """
+    word = WORDS[prefix.removesuffix(".")]
+    first = parts[0].model_fields[word]
+    yield _row(f"{prefix}{word}", first, "")
+    found: dict[str, Key] = {}
+    for part in parts:
+        named = part.model_fields[word].default
+        for row in _rows(part, prefix, named or ""):
+            before = found.get(row.name)
+            found[row.name] = replace(row, only=f"{before.only}, {named}") if before else row
+    yield from (row for row in found.values() if row.name != word)
 
 
 def _extra(field: "FieldInfo") -> dict[str, str]:

@@ -82,15 +82,23 @@ class Points:
     kind: Literal["waypoints"] = "waypoints"
 
 
-def own_stations(
-    scenario: ScenarioKeys, choice: PartChoice, view: PlanView
-) -> list[tuple[float, float]]:
-    """Return where somebody's own placement puts the ASVs, [x, y] in m.
+def own_placement(choice: PartChoice, view: PlanView) -> Any:
+    """Return what somebody's own placement answers: places, or what moves ASVs.
 
     Raises:
-        PluginError: when it cannot be used, or what it returns is no place for each ASV.
+        PluginError: when it cannot be used.
     """
-    answer = _answer(PLACEMENT, choice, view)
+    return _answer(PLACEMENT, choice, view)
+
+
+def own_stations(
+    scenario: ScenarioKeys, choice: PartChoice, answer: Any
+) -> list[tuple[float, float]]:
+    """Return where somebody's own placement puts the ASVs, [x, y] in m, by what it answered.
+
+    Raises:
+        PluginError: when that is no place for each ASV.
+    """
     places, count = _numbers(PLACEMENT, choice, answer), scenario.asvs.count
     afloat = places is not None and (places.shape == (count, 2) or _is_level(places, count))
     if places is None or not afloat:

@@ -6,7 +6,7 @@ Whoever wants to know asks here: what somebody's own placement or route says is 
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..core.plugins import PluginError, load
 from ..geometry.formation import formation, formation_radius
@@ -14,6 +14,7 @@ from .families import PLACEMENT, ROUTE
 from .part_choice import PartChoice
 from .places.on_earth import positioned, positioned_stations, recorded_tracks
 from .scenario_keys import ScenarioKeys
+from .sections.anchors import Moving, Placed
 from .sections.own import OwnPlacement, OwnRoute
 from .sections.routes import Hold, Lawnmower, Track, Waypoints
 from .survey_area import area_of
@@ -21,6 +22,16 @@ from .survey_area import area_of
 if TYPE_CHECKING:
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_plans import Array, PlanView, Points, Tracks
+
+
+class NoStations(ValueError):
+    """ASVs keep no stations: they move during the mission."""
+
+    def __init__(self, model: str) -> None:
+        super().__init__(
+            f"asvs.formation.model: with {model} ASVs move and keep no stations; use ring or "
+            "positions, or simulate the mission"
+        )
 
 
 def turning_radius(scenario: ScenarioKeys, auv: int) -> float:
@@ -77,8 +88,11 @@ def asv_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
 
     Raises:
         PluginError: when a placement of one's own is not allowed, cannot be used, or makes none.
+        NoStations: when ASVs move.
     """
     asked, asvs = scenario.asvs.formation, scenario.asvs
+    if isinstance(asked, Moving):
+        raise NoStations(asked.MODEL)
     if isinstance(asked, OwnPlacement):
         return list(_own_stations(scenario, asked.choice, id(load(PLACEMENT, str(asked.choice)))))
     given = positioned_stations(scenario)
@@ -101,18 +115,47 @@ def _about_centroid(scenario: ScenarioKeys, vertices: "Array") -> list[tuple[flo
 def _own_stations(
     scenario: ScenarioKeys, choice: PartChoice, _loaded: int
 ) -> tuple[tuple[float, float], ...]:
-    from .own_plans import own_stations
+    from .own_plans import own_placement, own_stations
 
-    return tuple(own_stations(scenario, choice, _view(scenario)))
+    answer = own_placement(choice, _view(scenario))
+    if is_mover(answer):
+        raise NoStations(str(choice))
+    return tuple(own_stations(scenario, choice, answer))
+
+
+def may_move(scenario: ScenarioKeys) -> bool:
+    """Tell whether ASVs are told where to go, or somebody's own placement may do so."""
+    return isinstance(scenario.asvs.formation, Placed | OwnPlacement)
+
+
+def mover_of(scenario: ScenarioKeys) -> Any:
+    """Return what tells ASVs during a mission where to go, made anew, where somebody's own
+    placement returns such; None where it returns places, or none is one's own.
+
+    Raises:
+        PluginError: when it is not allowed or cannot be used.
+    """
+    from .own_plans import own_placement
+
+    asked = scenario.asvs.formation
+    if not isinstance(asked, OwnPlacement):
+        return None
+    answer = own_placement(asked.choice, _view(scenario))
+    return answer if is_mover(answer) else None
+
+
+def is_mover(answer: Any) -> bool:
+    """Tell whether what a placement returned is to be asked where ASVs go: it has `targets`."""
+    return callable(getattr(answer, "targets", None))
 
 
 def known_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
-    """Return where ASVs lie, for an estimate: a ring stands in for a placement of one's own that
-    cannot be asked.
+    """Return where ASVs lie, for an estimate: a ring stands in for those that move, and for a
+    placement of one's own that cannot be asked.
     """
     try:
         return asv_stations(scenario)
-    except PluginError:
+    except (NoStations, PluginError):
         radius = formation_radius(scenario.acoustics.hf.range_m)
         return _about_centroid(scenario, formation(scenario.asvs.count, radius))
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING
 
 from .failures import Failures
@@ -11,6 +12,7 @@ from .vehicle import Vehicle
 if TYPE_CHECKING:
     from .guidance import GuidedFleet
     from .poses import Poses
+    from .steered import Steered
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,7 @@ class Fleet:
     Who steers by fixes has no sure future: its `guided` fleet is moved on as the mission goes on.
     Nor has who is moved by an outside program: its `poses` are asked for as the mission goes on.
     Of the vehicles that fail, `failures` tell when; None where none does.
+    Who is `steered` is told where to go as the mission goes on, but ahead of whoever looks.
     """
 
     vehicles: Sequence[Vehicle]
@@ -27,6 +30,7 @@ class Fleet:
     guided: "GuidedFleet | None" = None
     poses: "Poses | None" = None
     failures: Failures | None = None
+    steered: "Steered | None" = None
 
     def __len__(self) -> int:
         return len(self.vehicles)
@@ -34,7 +38,14 @@ class Fleet:
     @property
     def foreseen(self) -> bool:
         """Whether the motion is known to the end, whatever happens in the mission."""
-        return self.guided is None and self.poses is None
+        return self.guided is None and self.poses is None and self.steered is None
+
+    @property
+    def sure_s(self) -> float:
+        """How long ahead of the mission (s) the motion is known, whatever happens meanwhile."""
+        if self.steered is not None:
+            return self.steered.lead_s
+        return inf if self.foreseen else 0.0
 
     @property
     def predicted(self) -> bool:

@@ -22,16 +22,18 @@ FASTEST = 1000.0
 FARTHEST = 1e6
 
 
-def misplaced(tracks: Sequence[Track], offset_s: float, duration_s: float) -> list[tuple[int, str]]:
+def misplaced(
+    tracks: Sequence[Track], offset_s: float, duration_s: float, section: str = "auvs.route"
+) -> list[tuple[int, str]]:
     """Return which tracks are nowhere in a mission of `duration_s` (s), and what to do about it.
 
-    Their vehicles would stand still from its start to its end.
+    Their vehicles would stand still from its start to its end.  `section` is that of their keys.
     """
     away = [n for n, (times, _) in enumerate(tracks) if times[0] >= duration_s or times[-1] <= 0.0]
     if not away:
         return []
     first = min(float(tracks[number][0][0]) for number in away)
-    remedy = f"set auvs.route.time_offset_s: {plain(first + offset_s)} to begin the mission with it"
+    remedy = f"set {section}.time_offset_s: {plain(first + offset_s)} to begin the mission with it"
     return [(number, f"{_span(tracks[number][0], duration_s)}; {remedy}") for number in away]
 
 

@@ -250,7 +250,7 @@ def test_templates_are_right_and_show_every_key(name: str) -> None:
 def test_the_starter_stays_right_with_every_comment_removed() -> None:
     """The values in the starter's comments are the defaults, so uncommenting changes nothing."""
     lines = [
-        line.replace("# ", "", 1) if line.lstrip().startswith("# ") and "; only kind" not in line
+        line.replace("# ", "", 1) if line.lstrip().startswith("# ") and "; only " not in line
         else line
         for line in template("starter").partition("\n\n")[2].splitlines()
     ]  # fmt: skip

@@ -58,7 +58,7 @@ class SeaMap {
     });
     let limit = 0;
     for (const corner of outline) limit = Math.max(limit, Math.abs(corner[0] - x), Math.abs(corner[1] - y));
-    for (const asv of asvs) limit = Math.max(limit, Math.abs(asv.x[0] - x) + 0.15 * hf.reach, Math.abs(asv.y[0] - y) + 0.15 * hf.reach);
+    for (const asv of asvs) for (const [column, middle] of [[asv.x, x], [asv.y, y]]) for (const value of column) limit = Math.max(limit, Math.abs(value - middle) + 0.15 * hf.reach);
     for (const auv of auvs) for (const [column, middle] of [[auv.x, x], [auv.y, y]]) for (const value of column) limit = Math.max(limit, Math.abs(value - middle));
     this.view = { x, y, scale: Math.min(width, height) / (2.16 * limit) };
     this.touched = false;
@@ -134,7 +134,8 @@ class SeaMap {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.drawField(context);
     this.drawGrid(context);
-    const { auvs } = this.mission;
+    const { auvs, asvs } = this.mission;
+    if (!this.hidden.has("truth")) for (const { x, y } of asvs) this.line(context, x, y, { colour: colours.ink, width: 1, alpha: 0.45 });
     if (!this.hidden.has("plan")) for (const { plan } of auvs) if (plan) this.line(context, plan.x, plan.y, { colour: colours.plan, width: 1 });
     auvs.forEach((auv, i) => {
       const colour = seriesColour(i);

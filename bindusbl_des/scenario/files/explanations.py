@@ -105,19 +105,35 @@ def _names(section: str, kind: str) -> tuple[str, ...]:
     """Return the keys and sections that may stand in a section."""
     section = ".".join(part for part in section.split(".") if not part.isdigit())
     known = (*keys(), *items())
-    rows = [row.name for row in known if row.section == section and row.only in ("", kind)]
+    rows = [row.name for row in known if row.section == section and _belongs(row, kind)]
     inner = [name.rpartition(".") for name in sections()]
     return (*rows, *(name for outer, _, name in inner if outer == section))
 
 
+def _belongs(row: Key, kind: str) -> bool:
+    """Tell whether a key may stand beside the kind of a route or the model of a placement."""
+    return row.only == "" or kind in row.only.split(", ")
+
+
+def _kind(path: Path, data: Any) -> str:
+    """Return which kind of route, or model of a placement, a path leads into."""
+    if path[:2] == ROUTE:
+        return str(data["auvs"]["route"].get("kind", "lawnmower"))
+    if path[:2] == FORMATION:
+        return str(data["asvs"]["formation"].get("model") or "ring")
+    return ""
+
+
 def _unknown(path: Path, data: Any) -> Finding:
     section, name = dotted(path[:-1]), str(path[-1])
-    kind = str(data["auvs"]["route"].get("kind", "lawnmower")) if path[:2] == ROUTE else ""
+    kind = _kind(path, data)
     here = _names(section, kind)
     others = [row for row in keys() if row.section == section and row.name == name]
     if others:
-        message = f"no key of a {kind} route; it belongs to `kind: {others[0].only}`"
-        return Finding(path, message, True, ((*ROUTE, "kind"),))
+        noun, chooser = ("route" if path[:2] == ROUTE else "placement"), others[0].chooser
+        home = " or ".join(others[0].only.split(", ")) if others[0].only else "ring or positions"
+        message = f"no key of a {kind} {noun}; it belongs to `{chooser}: {home}`"
+        return Finding(path, message, True, ((*path[:2], chooser),))
     homes = [other for other in ("", *sections()) if other != section and name in _names(other, "")]
     near = nearest(name, here)
     if homes and not (near or "").startswith(f"{name}_"):

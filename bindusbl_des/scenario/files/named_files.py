@@ -68,6 +68,7 @@ def _curve(file: str) -> None:
 # Other files are read when the scenario is made.
 READERS: Mapping[Way, Callable[[str], object]] = {
     ("auvs", "route", "files"): _track,
+    ("asvs", "formation", "files"): _track,
     ("environment", "ctd"): _cast,
     ("acoustics", "hf", "channel", "file"): _curve,
     ("acoustics", "mf", "channel", "file"): _curve,

@@ -11,10 +11,10 @@ from pydantic import ValidationError
 from ...core.wording import described, printable
 from ..consistency import Problem
 from ..families import load_plugins
-from ..places.on_earth import recorded_track
 from ..scenario import Scenario
 from ..water import sound_speed_of
 from .explanations import ROUTE, Finding, guessed_kind
+from .misplaced_tracks import misplaced_tracks
 from .mistakes import Mistake, Place, ScenarioError
 from .named_files import place_files
 from .overrides import override
@@ -181,7 +181,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
     while True:
         try:
             scenario = Scenario.model_validate(data)
-            found = (it for it in _misplaced_tracks(scenario) if it.key not in misread)
+            found = (it for it in misplaced_tracks(scenario) if it.key not in misread)
             _note_contradictions(document, found)
             _note_contradictions(document, _short_cast(scenario))
             return scenario
@@ -263,25 +263,6 @@ def _overlap(path: Path, other: Path) -> bool:
     words = tuple(part for part in path if isinstance(part, str))
     shared = min(len(words), len(other))
     return words[:shared] == other[:shared]
-
-
-def _misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
-    """Yield which tracks begin after the mission's end, or have ended before its start."""
-    route, behind = scenario.auvs.route, ("duration_s", "auvs.route.time_offset_s")
-    if route.kind != "track":
-        return
-    from ...vehicles.tracks import misplaced
-
-    tracks = []
-    for auv in range(len(route.files)):
-        try:
-            tracks.append(recorded_track(scenario, route, auv))
-        except ValueError as error:
-            yield Problem(f"auvs.route.files.{auv}", str(error), behind)
-    if len(tracks) < len(route.files):
-        return
-    for number, message in misplaced(tracks, route.time_offset_s, scenario.duration_s):
-        yield Problem(f"auvs.route.files.{number}", message, behind)
 
 
 def _short_cast(scenario: Scenario) -> Iterator[Problem]:

@@ -115,5 +115,11 @@ def _comment(row: Key) -> str:
     """Return unit, meaning, choices or range, and the route that a key belongs to."""
     choices = " | ".join(row.choices)
     unit = "" if row.unit == "1" else row.unit
-    remarks = (unit, row.meaning, choices, row.range, f"only kind: {row.only}" if row.only else "")
+    remarks = (
+        unit,
+        row.meaning,
+        choices,
+        row.range,
+        f"only {row.chooser}: {row.only}" if row.only else "",
+    )
     return "; ".join(remark for remark in remarks if remark)

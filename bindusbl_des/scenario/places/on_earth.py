@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, TypeVar
 from ...geometry.area import polygon
 from ..key_types import Point, Position
 from ..scenario_keys import ScenarioKeys
+from ..sections.anchors import AsvTrack
 from ..sections.routes import Hold, Planned, Track, Waypoints
 
 if TYPE_CHECKING:
@@ -96,6 +97,37 @@ def recorded_tracks(scenario: ScenarioKeys, route: Track) -> "list[RecordedTrack
     return tracks
 
 
+def vessel_track(scenario: ScenarioKeys, placement: AsvTrack, asv: int) -> "RecordedTrack":
+    """Return the track that an ASV repeats: times (n,), s, of the mission, places (n, 3), m, at the
+    surface whatever depths the file tells.
+
+    Raises:
+        ValueError: naming file and remedy, when it is none.
+    """
+    from ...vehicles.tracks import read_track
+
+    file, which = _recordings(placement)[asv]
+    times, places = read_track(
+        file, placement.time_offset_s, which=which, origin=origin_of(scenario), depth_m=0.0
+    )
+    return times, places * (1.0, 1.0, 0.0)
+
+
+def vessel_tracks(scenario: ScenarioKeys, placement: AsvTrack) -> "list[RecordedTrack]":
+    """Return the tracks of the ASVs.
+
+    Raises:
+        ValueError: naming key and remedy, when one cannot be read or none of it is in the mission.
+    """
+    from ...vehicles.tracks import misplaced
+
+    tracks = [vessel_track(scenario, placement, asv) for asv in range(len(placement.files))]
+    told = misplaced(tracks, placement.time_offset_s, scenario.duration_s, "asvs.formation")
+    for number, problem in told:
+        raise ValueError(f"asvs.formation.files.{number}: {problem}")
+    return tracks
+
+
 def lacks_depths(scenario: ScenarioKeys) -> bool:
     """Tell whether a track says no depths, so that its AUV is at that of the survey."""
     route = scenario.auvs.route
@@ -110,7 +142,7 @@ def lacks_depths(scenario: ScenarioKeys) -> bool:
     return any(recording.lacks_depths for recording in found)
 
 
-def _recordings(route: Track) -> list[tuple[str, str]]:
+def _recordings(route: Track | AsvTrack) -> list[tuple[str, str]]:
     """Return the files of tracks, and which of the tracks in each is meant."""
     return list(zip(route.files, route.tracks or ("",) * len(route.files), strict=False))
 

@@ -1,12 +1,13 @@
 """The keys of both fleets: how many, what they are, where they go and keep station."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
 from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
 from ..part_choice import PartChoice
 from ..vehicle_choice import AsvVehicle, AuvVehicle
+from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
 from .failures import Failure
 from .own import OwnPlacement, is_own
 from .routes import Lawnmower, Route
@@ -111,20 +112,46 @@ class Formation(Part):
         return self.positions_m is not None or self.positions_deg is not None
 
 
+MOVING = tuple(kind.MODEL for kind in (Follow, Assign, Zigzag, AsvTrack))
+
+
+def _placed(placement: Any) -> str:
+    """Tell how ASVs are placed: moored, moving in some way, or as somebody's own part says."""
+    if is_own(placement, "model"):
+        return "own"
+    if isinstance(placement, Moving):
+        return placement.MODEL
+    model = placement.get("model") if isinstance(placement, dict) else None
+    return model if model in MOVING else "moored"
+
+
 Placement = Annotated[
-    Annotated[Formation, Tag("shipped")] | Annotated[OwnPlacement, Tag("own")],
-    Discriminator(lambda placement: "own" if is_own(placement, "model") else "shipped"),
+    Annotated[Formation, Tag("moored")]
+    | Annotated[Follow, Tag("follow")]
+    | Annotated[Assign, Tag("assign")]
+    | Annotated[Zigzag, Tag("zigzag")]
+    | Annotated[AsvTrack, Tag("track")]
+    | Annotated[OwnPlacement, Tag("own")],
+    Discriminator(_placed),
 ]
 
 
 class Asvs(Part):
     """The surface vessels that carry the USBL arrays."""
 
+    @property
+    def told(self) -> str:
+        """What they are in a word: their model, or how they move."""
+        moves = isinstance(self.formation, Moving)
+        return self.formation.choice if moves else str(self.vehicle)
+
     count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
     vehicle: AsvVehicle = key(
         "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
     )
-    formation: Placement = Field(default=Formation(), description="where the ASVs keep station")
+    formation: Placement = Field(
+        default=Formation(), description="where the ASVs keep station, or go"
+    )
     failures: tuple[Failure, ...] = key(
         (), "", "ASVs that fail: from at_s on, until until_s, they neither hear, call nor broadcast"
     )

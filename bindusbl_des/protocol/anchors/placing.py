@@ -1,0 +1,167 @@
+"""Vessels that are told again and again where to go, as a mission goes on."""
+
+from collections.abc import Generator
+from itertools import count
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from ...core.plugins import PluginError, asked, shown
+from ...records.recorder import EventBuffer
+from ...scenario.failing import failures_of
+from ...scenario.families import PLACEMENT
+from ...scenario.planned import horizontal_reach, mover_of
+from ...scenario.scenario import Scenario
+from ...scenario.sections.anchors import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
+from ...vehicles.fleet import Fleet
+from ...vehicles.steered import Steered
+from ..chart import CarriedForward
+from ..own.steps import moment
+from . import assign, follow, zigzag
+from .own import OwnMover
+from .view import AnchorView, Array, Mover
+
+
+class Room(NamedTuple):
+    """How far (m) from the origin vessels may go, and the longest (s) that a sound between them and
+    AUVs is under way then.
+    """
+
+    farthest_m: float
+    lead_s: float
+
+
+class Pace(NamedTuple):
+    """How fast (m/s) vessels go, and how often (s) they are told where to."""
+
+    speed_m_per_s: float
+    replan_s: float
+
+
+class Anchors:
+    """The vessels of a mission, and who tells them where to go.
+
+    They set out for what they are told a `lead` (s) later: no sound that is under way by then is
+    still on its way when they do, so that where they are was known whenever it was worked out.
+    """
+
+    def __init__(
+        self, scenario: Scenario, mover: Mover, pace: Pace, chart: CarriedForward, lead_s: float
+    ) -> None:
+        """Launch the vessels where the scenario says, or else where they are to be at first.
+
+        The `chart` knows where AUVs were launched, and is told of the fixes of vessels alone.
+        """
+        self._mover, self._pace, self._chart, self._lead = mover, pace, chart, lead_s
+        self._reach, number = horizontal_reach(scenario), scenario.asvs.count
+        self._failures, self._all = failures_of(scenario), np.ones(number, dtype=np.bool_)
+        given = getattr(scenario.asvs.formation, "start_m", None)
+        #: Whether nobody has told vessels yet where to go.
+        self._is_new = given is not None
+        nowhere = np.full((number, 2), np.nan)
+        start = np.array(given) if given else mover.targets(self._view(0.0, 0.0, nowhere, nowhere))
+        orders = 1 + ceil(scenario.duration_s / pace.replan_s)
+        self.steered = Steered(start, pace.speed_m_per_s, orders, lead_s)
+        self.fleet = Fleet(self.steered.vehicles, self.steered.motion, steered=self.steered)
+        self._noted = 0
+
+    def _view(self, time: float, begins: float, vessels: Array, bound_for: Array) -> AnchorView:
+        return AnchorView(
+            time, begins, vessels, bound_for, self._working(begins), self._pace.speed_m_per_s,
+            self._reach, self._chart,
+        )  # fmt: skip
+
+    def _working(self, time: float) -> NDArray[np.bool_]:
+        """Return who has not failed by an instant (s) (m,); at first all are launched."""
+        if self._failures is None or time == 0.0:
+            return self._all.copy()
+        return self._failures.alive(time)
+
+    def keep_placing(
+        self, env: simpy.Environment, fixes: EventBuffer | None
+    ) -> Generator[simpy.Event, None, None]:
+        """Tell vessels where to go, again and again, on the fixes made so far.
+
+        There are none where AUVs fix themselves: then the fleet knows what is planned alone.
+        """
+        for number in count(0 if self._is_new else 1):
+            time = number * self._pace.replan_s
+            yield moment(env, time)
+            if fixes is not None:
+                self._note(fixes)
+            begins = time + self._lead
+            places, bound_for = self.steered.places(begins), self.steered.bound_for.copy()
+            view = self._view(time, begins, places, bound_for)
+            if view.working.any():
+                self.steered.go(begins, self._mover.targets(view))
+
+    def _note(self, fixes: EventBuffer) -> None:
+        """Plot the last fix of each AUV that has new ones."""
+        made, self._noted = fixes.rows[self._noted :], fixes.count
+        last = {auv: row for row, auv in enumerate(made["auv"].tolist())}
+        self._chart.note(made[sorted(last.values())])
+
+
+def anchors_of(scenario: Scenario, chart: CarriedForward, room: Room) -> Anchors | None:
+    """Return the vessels of a scenario that are told where to go; None where there are none such.
+
+    Raises:
+        PluginError: when a placement of one's own cannot be used.
+    """
+    placement = scenario.asvs.formation
+    own = mover_of(scenario)
+    if own is None and not isinstance(placement, Placed):
+        return None
+    if isinstance(placement, Placed):
+        mover, pace = (
+            _shipped(scenario, placement),
+            Pace(placement.speed_m_per_s, placement.replan_s),
+        )
+    else:
+        name = str(placement.choice)
+        if scenario.asvs.vehicle.model != "moored":
+            raise PluginError(
+                PLACEMENT.key,
+                f"{name!r} moves ASVs along straight lines, and {scenario.asvs.vehicle} keeps a "
+                "station; use asvs.vehicle: moored",
+            )
+        mover = OwnMover(name, own, room.farthest_m)
+        words = ("speed_m_per_s", SPEED_M_PER_S), ("replan_s", REPLAN_S)
+        pace = Pace(*(_number(name, own, word, usual) for word, usual in words))
+    return Anchors(scenario, mover, pace, chart, room.lead_s)
+
+
+def _shipped(scenario: Scenario, placement: Placed) -> Mover:
+    """Return the placement that ships of a scenario, made anew."""
+    match placement:
+        case Follow(horizon_s=horizon, hysteresis=share):
+            return follow.Follow(horizon_s=horizon, hysteresis=share)
+        case Assign(horizon_s=horizon, hysteresis=share):
+            return assign.Assign(horizon_s=horizon, hysteresis=share)
+        case Zigzag():
+            still = scenario.auvs.route.kind == "hold"
+            return zigzag.Zigzag(
+                amplitude_m=placement.amplitude_m,
+                period_s=placement.period_s,
+                hysteresis=placement.hysteresis,
+                replan_s=placement.replan_s,
+                auv_speed=0.0 if still else max(scenario.auvs.speeds),
+            )
+    raise AssertionError(placement)
+
+
+def _number(name: str, part: Any, word: str, usual: float) -> float:
+    """Return the speed or the interval that somebody's own placement has, or the usual one."""
+    found = asked(PLACEMENT.key, name, getattr, part, word, usual)
+    least, most = (0.001, 20.0) if word == "speed_m_per_s" else (0.1, 1e6)
+    fits = isinstance(found, int | float) and not isinstance(found, bool) and least <= found <= most
+    if not fits:
+        said = shown(PLACEMENT.key, name, found)
+        raise PluginError(
+            PLACEMENT.key,
+            f"{name!r} has a {word} of {said}; it must be a number from {least:g} to {most:g}",
+        )
+    return float(found)

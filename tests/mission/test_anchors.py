@@ -1,0 +1,297 @@
+"""Vessels that are placed anew during a mission: on what the fleet knows, and no faster than so."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+import pytest
+import simpy
+from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
+
+from bindusbl_des import AnchorView, Mission, PlanView, Result, Scenario, simulate, sweep
+from bindusbl_des.core.plugins import PluginError
+from bindusbl_des.mission.build import build_world
+from bindusbl_des.mission.closed_loop import room_of
+from bindusbl_des.vehicles.motion import places
+
+MODELS = ("follow", "assign", "zigzag")
+
+
+def moving(model: str, vessels: int = 2, formation: Any = None, **changes: Any) -> Scenario:
+    """Return a minute of four AUVs and vessels that move."""
+    base = {
+        "duration_s": 60.0, "survey": {"side_m": 120.0},
+        "auvs": {"count": 4, "speed_m_per_s": 1.0},
+        "asvs": {"count": vessels, "formation": {"model": model, **(formation or {})}},
+        "record": {"tracks_hz": 10.0},
+    }  # fmt: skip
+    return scenario(**merged(base, changes))
+
+
+def way_of(result: Result, vehicle: str) -> pd.DataFrame:
+    tracks = result.tables["tracks"]
+    return tracks[tracks.vehicle == vehicle].reset_index(drop=True)
+
+
+def test_a_vessel_follows_an_auv_by_the_clock() -> None:
+    """An AUV goes along x at 1 m/s.  Each 10 s the vessel is told to go where that is to be 10 s
+    after it sets out, which it does one lead later, at 1.5 m/s.
+    """
+    mission = moving(
+        "follow",
+        1,
+        auvs={
+            "count": 1,
+            "route": {"kind": "waypoints", "points_m": [[[-50.0, 0.0], [50.0, 0.0]]]},
+        },
+        usbl=QUIET_USBL,
+        navigation=QUIET_NAVIGATION,
+    )
+    lead = room_of(mission).lead_s
+    assert lead == pytest.approx(1.0 + (120.0 + 240.0 + 10.0) / 1300.0)
+    way = way_of(simulate(mission, 1), "ASV0")
+    assert way.x_m[0] == pytest.approx(-40.0)  # where the AUV is to be after the first 10 s
+    for told in (10.0, 20.0, 30.0, 40.0):
+        begins, target = told + lead, -50.0 + told + lead + 10.0
+        came_from = -40.0 if told == 10.0 else target - 10.0
+        there = begins + (target - came_from) / 1.5
+        assert there < told + 10.0
+        going = way[(way.time_s > begins) & (way.time_s < there)]
+        expected = came_from + 1.5 * (going.time_s - begins)
+        assert going.x_m.to_numpy() == pytest.approx(expected.to_numpy(), abs=0.05)
+        resting = way[(way.time_s > there + 0.1) & (way.time_s < told + 10.0 + lead)]
+        assert resting.x_m.to_numpy() == pytest.approx(target, abs=0.05)
+        assert len(going) > 60
+        assert len(resting) > 20
+    assert way.y_m.abs().max() < 0.05
+    assert way.yaw_rad.abs().max() < 0.05
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_vessels_never_exceed_their_speed(model: str) -> None:
+    """Drawn missions: other fleets, speeds, ranges, intervals and seeds."""
+    draw = np.random.default_rng(7)
+    for seed in range(4):
+        speed = float(draw.uniform(0.2, 4.0))
+        replan = float(draw.choice([0.7, 3.0, 10.0]))
+        formation = {"speed_m_per_s": speed, "replan_s": replan, "hysteresis": 0.0}
+        mission = moving(
+            model,
+            int(draw.integers(1, 4)),
+            formation,
+            auvs={"count": int(draw.integers(1, 7)), "route": {"start": "strip_corner"}},
+            acoustics={"hf": {"range_m": float(draw.uniform(10.0, 80.0))}},
+        )
+        world = build_world(simpy.Environment(), mission, seed)
+        result = simulate(mission, seed)
+        moved = 0.0
+        for asv in range(len(world.asv_fleet)):
+            way = way_of(result, f"ASV{asv}")
+            steps = np.hypot(way.x_m.diff(), way.y_m.diff())[1:]
+            assert (steps <= speed * way.time_s.diff()[1:] + 1e-9).all()
+            moved += steps.sum()
+        assert moved > 1.0
+
+
+class Elsewhere:
+    """A program that moves AUVs as planned, but for one that is elsewhere, and never heard."""
+
+    def __init__(self, mission: Scenario, away: float) -> None:
+        self._fleet = build_world(simpy.Environment(), mission, 1).auv_fleet
+        self._away = away
+
+    def advance_to(self, time: float) -> Mapping[str, Any]:
+        poses = places(self._fleet.motion, time)
+        if time > 0.0:  # where it is launched, the fleet knows
+            poses[3, 0] += self._away * min(time, 1.0)
+        return {"auvs": poses}
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("positions", ["truth", "carried_forward"])
+def test_vessels_never_use_the_truth(model: str, positions: str) -> None:
+    """Where no fix shows that an AUV is elsewhere, vessels go as they would: by what is planned."""
+    mission = moving(model, protocol={"positions": positions, "schedule": "one_per_slot"})
+    near, far = (
+        Mission(mission, 1, poses=Elsewhere(mission, away)).result() for away in (300.0, 800.0)
+    )
+    assert (near.tables["fixes"].auv != "AUV3").all()
+    assert not way_of(near, "AUV3").x_m.equals(way_of(far, "AUV3").x_m)
+    for asv in ("ASV0", "ASV1"):
+        way = way_of(near, asv)
+        assert np.hypot(way.x_m.diff(), way.y_m.diff()).sum() > 5.0
+        assert way.equals(way_of(far, asv))
+
+
+def test_vessels_follow_what_fixes_show() -> None:
+    """An AUV that lies beside its plan is followed where its fixes have it."""
+    mission = moving("follow", 4)
+    plain = simulate(mission, 1)
+    beside = Mission(mission, 1, poses=Elsewhere(mission, 12.0)).result()
+    assert (beside.tables["fixes"].auv == "AUV3").any()
+    ends = [way_of(it, f"ASV{asv}").iloc[-1] for it in (plain, beside) for asv in range(4)]
+    assert max(abs(one.x_m - other.x_m) for one, other in zip(ends[:4], ends[4:], strict=True)) > 5
+
+
+PROTOCOLS = [
+    {},
+    {"downlink": "pipelined_group", "tick_rate_hz": 30.0},
+    {"downlink": "direct_reply"},
+    {"ranging": "twtt"},
+    {"ranging": "passive"},
+]
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS, ids=lambda it: "_".join(map(str, it.values())))
+def test_sound_meets_vessels_where_they_are(protocol: dict[str, Any]) -> None:
+    """Each way between AUVs and vessels is as long as sound needed for it, with any protocol."""
+    quick = {"speed_m_per_s": 8.0, "replan_s": 1.3, "hysteresis": 0.0}
+    mission = moving("zigzag", 2, quick, duration_s=30.0, protocol=protocol)
+    env = simpy.Environment()
+    world = build_world(env, mission, 1)
+    env.run(until=29.99)
+    world.network.close(30.0)
+    pings = world.record.pings.rows
+    passive = "ranging" in protocol and protocol["ranging"] == "passive"
+    receiving = world.auv_fleet if passive else world.asv_fleet
+    checked = 0
+    for it in world.record.receptions.rows:
+        ping = pings[it["ping"]]
+        if not np.isfinite(it["arrived_at_s"]):
+            continue
+        vehicle = receiving.vehicles[it["auv" if passive else "asv"]]
+        there = vehicle.at(float(it["arrived_at_s"]))[:3]
+        way = np.linalg.norm(np.subtract(there, (ping["x_m"], ping["y_m"], ping["z_m"])))
+        assert it["arrived_at_s"] - ping["sent_at_s"] == pytest.approx(way / 1500.0, abs=1e-9)
+        checked += 1
+    assert checked > 60
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_who_looks_changes_nothing(model: str) -> None:
+    mission = moving(model)
+    plain, looked = simulate(mission, 2), Mission(mission, 2)
+    for time in (3.0, 10.0, 10.5, 41.0):
+        looked.advance(time)
+        looked.auvs(), looked.asvs()
+    for name, table in looked.result().arrow.items():
+        assert table.equals(plain.arrow[name]), name
+
+
+@pytest.mark.slow
+def test_workers_agree(tmp_path: Path) -> None:
+    """A campaign on one worker and on two, and the missions by themselves."""
+    mission = moving("follow", duration_s=20.0, record={"detail": "summary"})
+    varied = {"asvs.formation.horizon_s": [0.0, 15.0]}
+    one, two = (
+        sweep(mission, tmp_path / str(n), vary=varied, seeds=2, workers=n).missions for n in (1, 2)
+    )
+    keys = [*varied, "seed"]
+    one, two = (it.sort_values(keys).reset_index(drop=True) for it in (one, two))
+    metrics = ["position_error_m", "hf_coverage", "rounds"]
+    assert one[metrics].equals(two[metrics])
+    assert one.position_error_m.nunique() > 2
+
+
+def test_the_others_take_over_from_one_that_fails() -> None:
+    """Two vessels for two AUVs far apart: one that is left goes to the middle between them."""
+    held = {"kind": "hold", "positions_m": [[0.0, -25.0], [0.0, 25.0]]}
+    change: dict[str, Any] = {"auvs": {"count": 2, "route": held}}
+    change["asvs"] = {"failures": [{"asv": 0, "at_s": 15.0}]}
+    result = simulate(moving("follow", 2, **change), 1)
+    failed, left = way_of(result, "ASV0"), way_of(result, "ASV1")
+    assert failed.y_m.to_numpy() == pytest.approx(-25.0, abs=1.0)
+    assert left.y_m[100] == pytest.approx(25.0, abs=1.0)
+    assert left.y_m.iloc[-1] == pytest.approx(0.0, abs=1.0)
+    alone = simulate(moving("follow", 2, **change, duration_s=20.0), 1)
+    assert alone.mission.duration_s[0] == 20.0
+
+
+def test_asvs_repeat_recorded_tracks(tmp_path: Path) -> None:
+    """Between the samples of its file straight, whatever depths the file has."""
+    file = tmp_path / "asv.csv"
+    file.write_text("time_s,x_m,y_m,depth_m\n100,0,0,0.2\n110,20,0,0.3\n130,20,40,0.1\n")
+    formation = {"model": "track", "files": [str(file)], "time_offset_s": 100.0}
+    result = simulate(scenario(duration_s=50.0, asvs={"count": 1, "formation": formation}), 1)
+    way = way_of(result, "ASV0")
+    assert way.x_m.to_numpy() == pytest.approx(np.interp(way.time_s, [0, 10, 30], [0, 20, 20]))
+    assert way.y_m.to_numpy() == pytest.approx(np.interp(way.time_s, [0, 10, 30], [0, 0, 40]))
+    assert (way.z_m == 0.0).all()
+    late = scenario(
+        duration_s=50.0, asvs={"count": 1, "formation": formation | {"time_offset_s": -1000.0}}
+    )
+    with pytest.raises(ValueError, match=r"asvs.formation.files.0: .*time_offset_s: 100 "):
+        simulate(late, 1)
+
+
+class Shadow:
+    """A placement of one's own: vessel j above AUV j, as far as the fleet knows."""
+
+    speed_m_per_s = 3.0
+
+    def __init__(self, plan: PlanView, *, aside_m: float = 0.0) -> None:
+        self.aside_m = aside_m
+
+    def targets(self, view: AnchorView) -> Any:
+        targets = view.auvs(view.begins)[: len(view.vessels), :2]
+        return np.add(targets, (self.aside_m, 0.0))
+
+
+class Wrong:
+    """A placement whose answer is what its setting says."""
+
+    answers: ClassVar[dict[str, Any]] = {
+        "shape": [[0.0, 0.0]],
+        "far": [[1e5, 0.0]] * 2,
+        "nan": [[np.nan, 0.0]] * 2,
+    }
+
+    def __init__(self, plan: PlanView, *, answer: str) -> None:
+        self.answer = answer
+
+    def targets(self, view: AnchorView) -> Any:
+        return self.answers[self.answer]
+
+
+def test_a_placement_of_ones_own_moves_vessels() -> None:
+    """Each mission has its own, which is asked each 10 s."""
+    own = Scenario.model_validate(
+        moving("follow").model_dump(mode="json")
+        | {"asvs": {"count": 2, "formation": {"model": Shadow, "aside_m": 5.0}}}
+    )
+    result = simulate(own, 1)
+    for number in range(2):
+        vessel, auv = way_of(result, f"ASV{number}"), way_of(result, f"AUV{number}")
+        apart = np.hypot(vessel.x_m - auv.x_m - 5.0, vessel.y_m - auv.y_m)
+        assert apart.max() < 14.0  # a replanning interval and a lead at 1 m/s
+        assert np.hypot(vessel.x_m.diff(), vessel.y_m.diff()).max() <= 0.3 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [("shape", "must be \\(2, 2\\), x and y"), ("far", "within 240 m"), ("nan", "finite")],
+)
+def test_targets_of_ones_own_are_checked(answer: str, said: str) -> None:
+    own = {"count": 2, "formation": {"model": Wrong, "answer": answer}}
+    with pytest.raises(PluginError, match=said):
+        simulate(scenario(survey={"side_m": 120.0}, asvs=own), 1)
+
+
+@pytest.mark.parametrize(
+    ("asvs", "said"),
+    [
+        ({"vehicle": "otter", "formation": {"model": "follow"}}, "otter keeps a station"),
+        ({"formation": {"model": "assign", "start_m": [[0, 0]]}}, "3 expected, 1 given"),
+        ({"formation": {"model": "track"}}, "needs one file per ASV: 3 expected, 0 given"),
+        ({"formation": {"model": "zigzag", "horizon_s": 3.0}}, "no key of a zigzag placement"),
+        ({"formation": {"model": "follow", "angle_deg": 3.0}}, "`model: ring or positions`"),
+        ({"formation": {"radius_m": 3.0, "speed_m_per_s": 1.0}}, "`model: follow or assign or"),
+        ({"formation": {"model": "follow", "speed_m_per_s": 0}}, "must be >= 0.001"),
+        ({"count": 9999, "formation": {"model": "follow", "replan_s": 0.1}}, "raise it"),
+    ],
+)
+def test_what_cannot_be_is_refused(asvs: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        scenario(asvs=asvs)
