@@ -12,6 +12,7 @@ by the confidence is shared among three mistakes, and of each among the occasion
 """
 
 from dataclasses import dataclass
+from functools import cache
 from math import inf
 
 from ...campaigns.experiments.precision import checkpoints
@@ -34,7 +35,8 @@ class Look:
     outdone: float
 
 
-def looks(most_seeds: int, confidence: float, candidates: int, goals: int) -> list[Look]:
+@cache
+def looks(most_seeds: int, confidence: float, candidates: int, goals: int) -> tuple[Look, ...]:
     """Return all looks at a candidate, by number of seeds.
 
     >>> [look.seeds for look in looks(20, 0.95, 12, 1)]
@@ -47,7 +49,7 @@ def looks(most_seeds: int, confidence: float, candidates: int, goals: int) -> li
     outdone = risk / (len(judged) * max(candidates - 1, 1))
     few = [Look(seeds, None, _errors(seeds, missed), inf) for seeds in FEW_SEEDS]
     risks = (met, missed, outdone)
-    return [*few, *(Look(seeds, *(_errors(seeds, it) for it in risks)) for seeds in judged)]
+    return (*few, *(Look(seeds, *(_errors(seeds, it) for it in risks)) for seeds in judged))
 
 
 def _errors(seeds: int, risk: float) -> float:
