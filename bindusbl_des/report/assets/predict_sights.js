@@ -1,0 +1,175 @@
+"use strict";
+// Who hears whom, how likely, and what a fix errs by then: planning/prediction/sights.py and
+// lasting.py, number for number. Arrays are flat; AUVs come first, then instants, then ASVs.
+
+const SELDOM = 1e-6;
+
+// Lists of numbers, however nested, as one typed array that is made once.
+const flattened = new WeakMap();
+function flat(nested) {
+  if (!flattened.has(nested)) flattened.set(nested, Float64Array.from(nested.flat(Infinity)));
+  return flattened.get(nested);
+}
+
+// The value of a table from `start` on, `length` long, at a distance: straight between its steps.
+function lookedUp(table, start, length, step, away) {
+  const place = Math.min(away / step, length - 1), low = Math.min(Math.trunc(place), length - 2);
+  const value = table[start + low];
+  return value + (place - low) * (table[start + low + 1] - value);
+}
+
+function chanceOf({ chances, step_m, is_cut, by_slant, range_m }, level, slant) {
+  const table = flat(chances);
+  if (is_cut && (by_slant ? slant : level) > range_m) return 0;
+  return lookedUp(table, 0, table.length, step_m, slant);
+}
+
+// What AUVs at `places` (x, y after each other, so many `instants` of each AUV) and stations are.
+function sightsOf(inputs, places, instants, stations) {
+  const asvs = stations.length, auvs = places.length / 2 / instants, size = auvs * instants * asvs;
+  const [level, slant, heard, told] = Array.from({ length: 4 }, () => new Float64Array(size));
+  const inRange = new Uint8Array(size), depths = flat(inputs.ways.depths_m), { hf, mf } = inputs;
+  for (let i = 0, n = 0; i < auvs * instants; i++) {
+    const depth = depths[Math.floor(i / instants)];
+    for (let asv = 0; asv < asvs; asv++, n++) {
+      const east = places[2 * i] - stations[asv][0], north = places[2 * i + 1] - stations[asv][1];
+      const squares = east * east + north * north;
+      level[n] = Math.sqrt(squares);
+      slant[n] = Math.sqrt(squares + depth * depth);
+      inRange[n] = (hf.by_slant ? slant[n] : level[n]) <= hf.range_m ? 1 : 0;
+      heard[n] = chanceOf(hf, level[n], slant[n]);
+      told[n] = chanceOf(mf, level[n], slant[n]);
+    }
+  }
+  return { auvs, instants, asvs, level, slant, inRange, heard, told };
+}
+
+// The first of a row's ASVs whose value is smallest.
+function nearestOf(values, row, asvs) {
+  let best = row * asvs;
+  for (let n = best + 1; n < (row + 1) * asvs; n++) if (values[n] < values[best]) best = n;
+  return best;
+}
+
+// How likely a ping makes a fix: of all ASVs that hear it, or (passive) of each by itself.
+function located(inputs, { auvs, instants, asvs, level, heard }) {
+  const { ranging } = inputs.access;
+  if (ranging === "passive") return { kinds: asvs, chance: heard };
+  const chance = new Float64Array(auvs * instants);
+  for (let row = 0; row < chance.length; row++) {
+    let missed = 1;
+    for (let n = row * asvs; n < (row + 1) * asvs; n++) missed *= 1 - heard[n];
+    chance[row] = 1 - missed;
+    if (ranging === "twtt") chance[row] *= heard[nearestOf(level, row, asvs)];
+  }
+  return { kinds: 1, chance };
+}
+
+// Variances xx, yy and covariance xy of errors along and across a line.
+function turned(along, across, cosine, sine) {
+  return [
+    along * cosine * cosine + across * sine * sine, along * sine * sine + across * cosine * cosine,
+    (along - across) * cosine * sine,
+  ];
+}
+
+// What fixes err by, xx, yy, xy of each row and kind: `noise`, and what `lasts` in all of them.
+function fixesOf(inputs, sights, places, stations) {
+  const { auvs, instants, asvs, level } = sights, passive = inputs.access.ranging === "passive";
+  const kinds = passive ? asvs : 1, size = 3 * auvs * instants * kinds;
+  const noise = new Float64Array(size), lasts = new Float64Array(size), row = newRow(asvs);
+  const lasting = Object.values(inputs.lasting).some((it) => it !== 0);
+  for (let auv = 0, i = 0; auv < auvs; auv++) for (let k = 0; k < instants; k++, i++) {
+    fillRow(row, inputs, sights, auv, i, places, stations);
+    if (passive) {
+      for (let asv = 0; asv < asvs; asv++) {
+        const at = 3 * (i * asvs + asv), [cosine, sine] = [row.cosine[asv], row.sine[asv]];
+        noise.set(turned(row.along[asv], row.across[asv], cosine, sine), at);
+        if (lasting) lasts.set(lastsOfEach(inputs, level[i * asvs + asv], sights.slant[i * asvs + asv], cosine, sine), at);
+      }
+      continue;
+    }
+    noise.set(fused(row, asvs), 3 * i);
+    if (lasting) lasts.set(lastsOfAll(inputs, row, asvs), 3 * i);
+  }
+  return { kinds, noise, lasts };
+}
+
+function newRow(asvs) {
+  const names = ["along", "across", "down", "leaning", "cosine", "sine", "weight", "level", "slant"];
+  return Object.fromEntries(names.map((name) => [name, new Float64Array(asvs)]));
+}
+
+// What is to be known of each ASV where an AUV is.
+function fillRow(row, inputs, { asvs, level, slant, heard }, auv, i, places, stations) {
+  const { step_m, ...tables } = inputs.noise, length = flat(tables.along_m2).length / inputs.ways.depths_m.length;
+  const direct = inputs.access.downlink === "direct_reply", first = i * asvs;
+  let least = Infinity;
+  for (let asv = 0; asv < asvs; asv++) least = Math.min(least, level[first + asv]);
+  for (let asv = 0; asv < asvs; asv++) {
+    const away = level[first + asv], far = Math.max(away, 1e-9);
+    for (const name of ["along", "across", "down", "leaning"]) row[name][asv] = lookedUp(flat(tables[`${name}_m2`]), auv * length, length, step_m, away);
+    row.cosine[asv] = (places[2 * i] - stations[asv][0]) / far;
+    row.sine[asv] = (places[2 * i + 1] - stations[asv][1]) / far;
+    row.level[asv] = away;
+    row.slant[asv] = slant[first + asv];
+    row.weight[asv] = direct && away !== least ? 0 : heard[first + asv]; // the first to hear it answers
+  }
+}
+
+// The covariance of the fix that ASVs make together: their information adds up, in three axes.
+function fused({ along, across, down, leaning, cosine, sine, weight }, asvs) {
+  let missed = 1, xx = 0, yy = 0, xy = 0, zz = 0, xz = 0, yz = 0;
+  for (let asv = 0; asv < asvs; asv++) missed *= 1 - weight[asv];
+  const any = Math.max(1 - missed, SELDOM);
+  for (let asv = 0; asv < asvs; asv++) {
+    const share = weight[asv] / any, c = cosine[asv], s = sine[asv];
+    const determinant = Math.max(along[asv] * down[asv] - leaning[asv] * leaning[asv], 1e-30);
+    const byAlong = share * down[asv] / determinant, byAcross = share / Math.max(across[asv], 1e-30);
+    const byBoth = -share * leaning[asv] / determinant;
+    xx += byAlong * c * c + byAcross * s * s;
+    yy += byAlong * s * s + byAcross * c * c;
+    xy += (byAlong - byAcross) * c * s;
+    zz += share * along[asv] / determinant;
+    xz += byBoth * c;
+    yz += byBoth * s;
+  }
+  zz = Math.max(zz, 1e-30);
+  [xx, yy, xy] = [xx - xz * xz / zz, yy - yz * yz / zz, xy - xz * yz / zz];
+  const determinant = Math.max(xx * yy - xy * xy, 1e-30);
+  return [yy / determinant, xx / determinant, -xy / determinant];
+}
+
+function lastsOfEach({ lasting, slots }, level, slant, cosine, sine) {
+  const late = lasting.clock_s * slots.sound_speed_m_per_s * (level / Math.max(slant, 1e-9));
+  const along = (lasting.sound_speed_share * level) ** 2 + late ** 2 + lasting.gnss_m ** 2;
+  return turned(along, (lasting.misalignment_rad * level) ** 2 + lasting.gnss_m ** 2, cosine, sine);
+}
+
+// What lasts in fixes that ASVs make together: of each array by itself, and what all ranges have.
+function lastsOfAll({ lasting, slots }, { along, across, cosine, sine, weight, level, slant }, asvs) {
+  const shift = lasting.gnss_m ** 2, said = [], own = [], sum = [0, 0, 0];
+  for (let asv = 0; asv < asvs; asv++) {
+    const turns = (lasting.misalignment_rad * level[asv]) ** 2 + shift;
+    said.push(turned(weight[asv] / Math.max(along[asv] + shift, 1e-30), weight[asv] / Math.max(across[asv] + turns, 1e-30), cosine[asv], sine[asv]));
+    own.push(turned(shift, turns, cosine[asv], sine[asv]));
+    for (let k = 0; k < 3; k++) sum[k] += said[asv][k];
+  }
+  const [xx, yy, xy] = sum, determinant = Math.max(xx * yy - xy * xy, 1e-30), out = [0, 0, 0];
+  const late = [0, 0], far = [0, 0];
+  for (let asv = 0; asv < asvs; asv++) {
+    const [a, b, c] = said[asv], [ox, oy, oxy] = own[asv];
+    const pull = [[(yy * a - xy * c) / determinant, (yy * c - xy * b) / determinant], [(-xy * a + xx * c) / determinant, (-xy * c + xx * b) / determinant]];
+    [[0, 0], [1, 1], [0, 1]].forEach(([i, j], k) => {
+      out[k] += pull[i][0] * (ox * pull[j][0] + oxy * pull[j][1]) + pull[i][1] * (oxy * pull[j][0] + oy * pull[j][1]);
+    });
+    const clock = lasting.clock_s * slots.sound_speed_m_per_s * level[asv] / Math.max(slant[asv], 1e-9);
+    for (const axis of [0, 1]) {
+      const along_line = pull[axis][0] * cosine[asv] + pull[axis][1] * sine[asv];
+      late[axis] += along_line * clock;
+      far[axis] += along_line * lasting.sound_speed_share * level[asv];
+    }
+  }
+  [[0, 0], [1, 1], [0, 1]].forEach(([i, j], k) => { out[k] += late[i] * late[j] + far[i] * far[j]; });
+  return out;
+}

@@ -1,0 +1,75 @@
+"use strict";
+// The error of each AUV, predicted without simulation: predicting.py and sizes.py of
+// planning/prediction in the page's language, the same to 1e-6.
+
+const HALF_NORMAL = [0.062706777943, 0.189118426273, 0.318639363964, 0.45376219017, 0.597760126042,
+  0.75541502636, 0.934589291073, 1.150349380376, 1.439531470938, 1.95996398454];
+const TWENTIETHS = [...HALF_NORMAL.map((it) => -it).reverse(), ...HALF_NORMAL];
+
+// Of these a larger value is the better one.
+const MORE_IS_BETTER = ["hf_coverage", "fix_rate_hz"];
+
+// What is expected of each AUV, by the names of table `auvs`, with vessels at stations [[x, y], ...].
+function predict(inputs, stations) {
+  const { ways } = inputs, instants = ways.times_s.length, places = flat(ways.places_m);
+  const sights = sightsOf(inputs, places, instants, stations), found = located(inputs, sights);
+  const plan = plannedRounds(inputs, sights, found), turns = turnsOf(inputs, sights, found, plan);
+  const errors = errorsOf(inputs, turns, fixesOf(inputs, sights, places, stations));
+  return { hf_coverage: coverageOf(sights, plan), ...waitingOf(turns, sights.auvs, inputs.duration_s), ...sizesOf(errors, sights) };
+}
+
+function coverageOf({ auvs, instants, asvs, heard }, { period }) {
+  const all = period.reduce((sum, it) => sum + 1 / it, 0);
+  return Array.from({ length: auvs }, (_, auv) => {
+    let covered = 0;
+    for (let k = 0; k < instants; k++) {
+      const first = (auv * instants + k) * asvs;
+      if (heard.subarray(first, first + asvs).some((it) => it > SELDOM)) covered += 1 / period[k];
+    }
+    return covered / all;
+  });
+}
+
+// How large errors are whose mean and covariance are known.
+function sizesOf({ means, spreads }, { auvs, instants }) {
+  const out = { position_error_m: [], position_error_rms_m: [], position_error_p95_m: [], error_over_time: [] };
+  const cases = new Float64Array(TWENTIETHS.length * instants);
+  for (let auv = 0; auv < auvs; auv++) {
+    const overTime = new Float64Array(instants);
+    let squares = 0;
+    for (let k = 0; k < instants; k++) {
+      const i = auv * instants + k, { square, shape } = sizeOf(means[2 * i], means[2 * i + 1], spreads[3 * i], spreads[3 * i + 1], spreads[3 * i + 2]);
+      const third = 1 / (9 * shape);
+      TWENTIETHS.forEach((it, j) => { cases[k * TWENTIETHS.length + j] = Math.sqrt(square * Math.max(1 - third + it * Math.sqrt(third), 0) ** 3); });
+      overTime[k] = shape === Infinity ? Math.sqrt(square) : Math.sqrt(square / shape) * gammaQuotient(shape);
+      squares += square;
+    }
+    out.error_over_time.push(overTime);
+    out.position_error_m.push(overTime.reduce((sum, it) => sum + it, 0) / instants);
+    out.position_error_rms_m.push(Math.sqrt(squares / instants));
+    out.position_error_p95_m.push(quantile(cases, 0.95));
+  }
+  return out;
+}
+
+// The mean square (m2) of an error, and how many of its standard deviations that is, squared.
+function sizeOf(x, y, xx, yy, xy) {
+  const square = x * x + y * y + xx + yy;
+  const varies = 2 * (xx * xx + yy * yy + 2 * xy * xy) + 4 * (x * x * xx + y * y * yy + 2 * x * y * xy);
+  return { square, shape: varies <= 1e-12 * square * square ? Infinity : square * square / varies };
+}
+
+// G(k + 1/2) / G(k) of the gamma function.
+function gammaQuotient(shape) {
+  let out = 1;
+  for (let k = 0; k < 8; k++) out *= (shape + k) / (shape + k + 0.5);
+  const z = shape + 8, expansion = 1 - 1 / (8 * z) + 1 / (128 * z ** 2) + 5 / (1024 * z ** 3) - 21 / (32768 * z ** 4);
+  return out * Math.sqrt(z) * expansion;
+}
+
+function worstOf(metric, values) { return MORE_IS_BETTER.includes(metric) ? Math.min(...values) : Math.max(...values); }
+
+// The same with other ranges (m), or with another navigator.
+function withEquipment(inputs, { hf, mf, navigator }) {
+  return { ...inputs, hf: { ...inputs.hf, range_m: hf }, mf: { ...inputs.mf, range_m: mf }, navigator };
+}
