@@ -17,10 +17,10 @@ ATTACK = "</code></script><script>window.owned = 1</script><img src=x onerror='w
 Record = dict[str, Any]
 
 
-def base(auvs: int = 3, side: float = 140.0, duration: float = 120.0) -> Scenario:
+def base(auvs: int = 3, duration: float = 120.0, changes: Sequence[str] = ()) -> Scenario:
     """Return a survey that vessels are sought for."""
-    changes = [f"auvs.count={auvs}", f"survey.side_m={side}", f"duration_s={duration}"]
-    return load_scenario("quickstart", overrides=["record.detail=summary", *changes])
+    own = [f"auvs.count={auvs}", "survey.side_m=140", f"duration_s={duration}"]
+    return load_scenario("quickstart", overrides=["record.detail=summary", *own, *changes])
 
 
 def team(keys: Record) -> list[list[float]]:
@@ -75,7 +75,9 @@ def record(seeds: int = 3, auvs: int = 3) -> Record:
         "answer": None if chosen is None else candidates[chosen]["keys"], "chosen": chosen,
         "would": None, "told": [], "run": "bindusbl-des run best.yaml", "candidates": candidates,
         "excluded": [], "runners_up": runners,
-        "binding": [{"what": "coverage", "told": "AUV0 is out of range of every vessel.", "value": 0.4}],
+        "binding": [
+            {"what": "coverage", "told": "AUV0 is out of range of every vessel.", "value": 0.4}
+        ],
         "sensitivity": [
             {"told": "HF and MF range -20 %", "keys": {}, "met": False}
             | flown(scenario, candidates[runners[0]]["stations"], 2)
@@ -90,3 +92,36 @@ def _guess(scenario: Scenario, stations: Sequence[Sequence[float]]) -> float:
     corners = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     away = np.linalg.norm(corners[:, None] - np.array(stations), axis=2).min(axis=1)
     return float(away.max() / scenario.acoustics.hf.range_m)
+
+
+def attacked(value: Any) -> Any:
+    """Return a record in which every text is an attack, metrics and numbers are as they were."""
+    if isinstance(value, dict):
+        kept = ("metric", "of")
+        return {
+            (key if key in record() or key in FIELDS else ATTACK): it
+            if key in kept
+            else attacked(it)
+            for key, it in value.items()
+        }
+    if isinstance(value, list):
+        return [attacked(it) for it in value]
+    return ATTACK if isinstance(value, str) else value
+
+
+FIELDS = (
+    *("metric", "below", "of", "keys", "cost", "asvs", "stations", "predicted", "simulated"),
+    *(
+        "value",
+        "mean",
+        "low",
+        "high",
+        "missions",
+        "verdict",
+        "told",
+        "what",
+        "met",
+        "p90",
+        "median",
+    ),
+)

@@ -2,13 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from string import Template
 from typing import Any
 
 from ...report.page import assembled, asset, filled, number, table
 from ...report.run_page import footer
-from .wording import bound, goal_told, interval, named, setting, units, value_of
+from .wording import bound, goal_told, interval, named, parted, setting, units, value_of
 
-CHART = ("seamap.js", "predictor.js", "team.js", "planmap.js", "sliders.js")
+PREDICTOR = (
+    *("predict_sights.js", "predict_rounds.js", "predict_errors.js", "predict_waiting.js"),
+    *("predictor.js", "predict_map.js"),
+)
+CHART = ("seamap.js", *PREDICTOR, "team.js", "planmap.js", "sliders.js")
 SCRIPTS = (*CHART, "pareto.js", "plan.js")
 
 Record = Mapping[str, Any]
@@ -32,7 +37,7 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
     body = (
         _head(record)
         + _answer(record)
-        + asset("plan.html" if inputs else "plan_still.html")
+        + _chart(record, inputs)
         + _candidates(record)
         + _sensitivity(record)
         + _origin(record)
@@ -85,7 +90,8 @@ def _tiles(record: Record) -> str:
         for place, goal in enumerate(record.get("goal") or []):
             told = units(goal["metric"])
             words = f"{told['words']}, simulated (goal {bound(goal)})"
-            found.insert(1 + place, (words, interval(chosen, place, told["factor"]), told["unit"]))
+            mean, span = parted(chosen, place, told["factor"])
+            found.insert(1 + place, (words, mean, f"{told['unit']} {span}".strip()))
     tiles = "".join(
         filled(
             "<div><dt>{words}</dt><dd>{it} <small>{unit}</small></dd></div>",
@@ -96,6 +102,22 @@ def _tiles(record: Record) -> str:
         for words, it, unit in found
     )
     return f'<dl class="tiles">{tiles}</dl>'
+
+
+def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
+    """Return the section in which vessels are moved; what its numbers are worth, and leave out."""
+    if inputs is None:
+        return asset("plan_still.html")
+    stated = record.get("prediction_error") or {}
+    said = [
+        f"{units(metric)['words']} within {number(it.get('median'), 0, 100)} % for half of the "
+        f"teams, and within {number(it.get('p90'), 0, 100)} % for nine of ten"
+        for metric, it in stated.items()
+        if any(metric == goal["metric"] for goal in record.get("goal") or [])
+    ]
+    told = f"Beside simulation they are right: {'; '.join(said)}." if said else ""
+    left_out = " ".join(inputs["inputs"].get("approximations") or ())
+    return Template(asset("plan.html")).substitute(stated=escape(told), left_out=escape(left_out))
 
 
 def _chosen(record: Record) -> Record | None:
@@ -182,6 +204,10 @@ def _origin(record: Record) -> str:
     parts = [("Scenario", record.get("scenario")), ("sha256", record.get("scenario_sha256"))]
     versions = record.get("versions") or {}
     parts.append(("Versions", ", ".join(f"{name} {it}" for name, it in versions.items())))
+    excluded = record.get("excluded") or []
+    if excluded:
+        told = "; ".join(f"{it.get('count')} {it.get('told')}" for it in excluded)
+        parts.append(("Not simulated", told))
     items = "".join(
         f"<dt>{name}</dt><dd><code>{escape(str(it))}</code></dd>" for name, it in parts if it
     )

@@ -57,19 +57,29 @@ def value_of(candidate: Record, part: str, name: str, goal: int) -> float | None
     return values[goal] if goal < len(values) else None
 
 
-def interval(candidate: Record, goal: int, factor: float = 1.0) -> str:
-    """Return a simulated mean with the interval that holds it.
+def parted(candidate: Record, goal: int, factor: float = 1.0) -> tuple[str, str]:
+    """Return a simulated mean, and the interval that holds it: "" where it is not known.
 
-    >>> interval({"simulated": {"mean": [0.8], "low": [0.75], "high": [0.85]}}, 0)
-    '0.800 (0.750 to 0.850)'
+    >>> parted({"simulated": {"mean": [0.8], "low": [0.75], "high": [0.85]}}, 0)
+    ('0.800', '(0.750 to 0.850)')
     """
     mean, low, high = (value_of(candidate, "simulated", it, goal) for it in ("mean", "low", "high"))
     if mean is None:
-        return "-"
-    told = significant(mean * factor)
+        return "-", ""
     if low is None or high is None:
-        return told
-    return f"{told} ({significant(low * factor)} to {significant(high * factor)})"
+        return significant(mean * factor), ""
+    return significant(
+        mean * factor
+    ), f"({significant(low * factor)} to {significant(high * factor)})"
+
+
+def interval(candidate: Record, goal: int, factor: float = 1.0) -> str:
+    """Return a simulated mean with the interval that holds it, in one text.
+
+    >>> interval({"simulated": {"mean": [0.8], "low": [None], "high": [None]}}, 0)
+    '0.800'
+    """
+    return " ".join(filter(None, parted(candidate, goal, factor)))
 
 
 def setting(key: str, value: Any) -> str:

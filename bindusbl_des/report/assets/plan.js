@@ -13,11 +13,12 @@ const COLUMNS = [
 class Chart {
   // `data` is all that the page holds; `data.chart` is where vessels can be moved.
   constructor(data, pareto) {
-    Object.assign(this, { scenario: data.scenario, candidates: data.candidates, chosen: data.chosen, pareto, last: 0, frames: [] });
+    Object.assign(this, { scenario: data.scenario, candidates: data.candidates, chosen: data.chosen, pareto, last: 0, frames: [], waiting: null, resting: null });
     const { outline, centre } = data.chart;
     this.centre = centre;
     this.team = new Team(data.chart);
     this.grids = { fine: PlanMap.grid(outline, FINE), coarse: PlanMap.grid(outline, COARSE) };
+    this.goals = data.goal;
     this.goal = data.goal.find(({ metric }) => COLUMNS.some(([name]) => name === metric)) ?? null;
     this.columns = COLUMNS.filter(([name]) => name !== "position_error_m" || this.goal?.metric === name);
     this.rows = this.layTable(data.chart.inputs.ways.places_m.length);
@@ -51,17 +52,18 @@ class Chart {
       byId("team").append(make("option", { value: number }, this.named(number, known.asvs)));
     }
     byId("team").value = known ? number : "";
+    this.shown = known ? number : null;
     this.map.view = null;
     this.update();
     this.refine();
-    this.pareto?.show(known ? number : null);
   }
   // Something was moved: all is predicted anew in the next frame, and only once in it.
   change(act) {
     act();
+    this.shown = null;
     byId("team").value = "own";
     clearTimeout(this.resting);
-    this.resting = setTimeout(() => this.refine(), REST);
+    this.resting = setTimeout(() => { this.resting = null; this.refine(); }, REST);
     this.waiting ??= requestAnimationFrame(() => { this.waiting = null; this.update(); });
   }
   drop(number) {
@@ -80,6 +82,7 @@ class Chart {
   refine() {
     this.shade("fine");
     announce(this.worstTold());
+    this.pareto?.show(this.shown);
   }
   shade(kind) {
     const grid = this.grids[kind], values = errorMap(this.inputs, this.team.stations, grid.places);
@@ -128,6 +131,7 @@ class Chart {
     const line = byId("worst");
     line.textContent = this.worstTold();
     line.classList.toggle("warning", this.met() === false);
+    byId("simulated").textContent = this.simulatedTold();
     byId("positions").textContent = `asvs.formation.positions_m: ${this.team.positions()}`;
     byId("run").textContent = this.team.command(this.scenario);
     byId("remove").disabled = this.team.stations.length < 2;
@@ -136,7 +140,18 @@ class Chart {
   }
   judged() { return this.goal?.metric ?? "position_error_p95_m"; }
   // What the goal asks of: the worst AUV or the mean of all, as missions would have them.
-  value() { return this.predicted[this.goal?.of === "mean" ? "mean" : "worst"][this.judged()]; }
+  value() {
+    const values = this.predicted[this.judged()];
+    return this.goal?.of === "mean" ? mean(values) : worstOf(this.judged(), values);
+  }
+  // What missions made of the candidate on the chart, while it is as it was flown.
+  simulatedTold() {
+    const it = this.candidates[this.shown]?.simulated;
+    const which = this.goals.indexOf(this.goal), [mean, low, high] = ["mean", "low", "high"].map((name) => it?.[name]?.[which]);
+    if (!Number.isFinite(mean)) return "Not simulated as it lies here.";
+    const { factor, unit } = this.goal, [told, from, to] = [mean, low, high].map((value) => significant(value * factor));
+    return `Simulated in ${it.missions} missions: ${told} ${unit}${Number.isFinite(low) && Number.isFinite(high) ? `, the mean lying from ${from} to ${to} ${unit}` : ""}.`;
+  }
   met() {
     const value = this.value();
     if (!this.goal || !Number.isFinite(value)) return this.goal ? false : null;

@@ -163,29 +163,31 @@ function turnsOf(inputs, sights, found, plan) {
 class Senders {
   constructor(inputs, sights, found) {
     Object.assign(this, { sights, rule: inputs.access.broadcaster, fixed: inputs.access.fixed_asv });
-    const { auvs, instants, asvs, heard, level } = sights;
     if (this.rule !== "most_fixes" && this.rule !== "nearest") return;
-    const most = this.rule === "most_fixes";
-    this.best = Int32Array.from({ length: instants }, (_, k) => {
-      const sums = Array.from({ length: asvs }, (own, asv) => {
-        let sum = 0;
-        for (let auv = 0; auv < auvs; auv++) {
-          const row = auv * instants + k, n = row * asvs + asv;
-          sum += most ? heard[n] : found.chance[found.kinds === 1 ? row : n] * level[n];
-        }
-        return sum;
-      });
-      return sums.reduce((best, it, asv) => ((most ? it > sums[best] : it < sums[best]) ? asv : best), 0);
+    const { auvs, instants } = sights, fleet = Array.from({ length: auvs }, (_, auv) => auv);
+    const framed = inputs.access.frame_s > 0; // the fix of one AUV is broadcast, else those of all
+    this.best = Int32Array.from({ length: auvs * instants }, (_, row) => this.choose(found, row % instants, framed ? [Math.floor(row / instants)] : fleet));
+  }
+  choose(found, k, auvs) {
+    const { instants, asvs, heard, level } = this.sights, most = this.rule === "most_fixes";
+    const scores = Array.from({ length: asvs }, (_, asv) => {
+      let score = 0;
+      for (const auv of auvs) {
+        const row = auv * instants + k, n = row * asvs + asv;
+        score += most ? -heard[n] : found.chance[found.kinds === 1 ? row : n] * level[n];
+      }
+      return score;
     });
+    return scores.reduce((best, it, asv) => (it < scores[best] ? asv : best), 0);
   }
   at(auv, k, number) {
-    const { instants, asvs, told, level } = this.sights, first = (auv * instants + k) * asvs;
+    const { instants, asvs, told, level } = this.sights, row = auv * instants + k, first = row * asvs;
     if (this.rule === "random") {
       let [sum, ways] = [0, 0];
       for (let asv = 0; asv < asvs; asv++) { sum += told[first + asv]; ways += level[first + asv]; }
       return [sum / asvs, ways / asvs];
     }
-    const asv = this.rule === "rotate" ? number % asvs : this.rule === "fixed" ? this.fixed : this.best[k];
+    const asv = this.rule === "rotate" ? number % asvs : this.rule === "fixed" ? this.fixed : this.best[row];
     return [told[first + asv], level[first + asv]];
   }
 }

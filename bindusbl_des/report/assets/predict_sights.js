@@ -18,8 +18,8 @@ function lookedUp(table, start, length, step, away) {
   return value + (place - low) * (table[start + low + 1] - value);
 }
 
-function chanceOf({ chances, step_m, is_cut, by_slant, range_m }, level, slant) {
-  const table = flat(chances);
+// How likely a signal is decoded over a way.
+function chanceOf({ is_cut, by_slant, range_m, step_m }, table, level, slant) {
   if (is_cut && (by_slant ? slant : level) > range_m) return 0;
   return lookedUp(table, 0, table.length, step_m, slant);
 }
@@ -29,6 +29,7 @@ function sightsOf(inputs, places, instants, stations) {
   const asvs = stations.length, auvs = places.length / 2 / instants, size = auvs * instants * asvs;
   const [level, slant, heard, told] = Array.from({ length: 4 }, () => new Float64Array(size));
   const inRange = new Uint8Array(size), depths = flat(inputs.ways.depths_m), { hf, mf } = inputs;
+  const hfChances = flat(hf.chances), mfChances = flat(mf.chances);
   for (let i = 0, n = 0; i < auvs * instants; i++) {
     const depth = depths[Math.floor(i / instants)];
     for (let asv = 0; asv < asvs; asv++, n++) {
@@ -37,8 +38,8 @@ function sightsOf(inputs, places, instants, stations) {
       level[n] = Math.sqrt(squares);
       slant[n] = Math.sqrt(squares + depth * depth);
       inRange[n] = (hf.by_slant ? slant[n] : level[n]) <= hf.range_m ? 1 : 0;
-      heard[n] = chanceOf(hf, level[n], slant[n]);
-      told[n] = chanceOf(mf, level[n], slant[n]);
+      heard[n] = chanceOf(hf, hfChances, level[n], slant[n]);
+      told[n] = chanceOf(mf, mfChances, level[n], slant[n]);
     }
   }
   return { auvs, instants, asvs, level, slant, inRange, heard, told };
@@ -77,7 +78,7 @@ function turned(along, across, cosine, sine) {
 function fixesOf(inputs, sights, places, stations) {
   const { auvs, instants, asvs, level } = sights, passive = inputs.access.ranging === "passive";
   const kinds = passive ? asvs : 1, size = 3 * auvs * instants * kinds;
-  const noise = new Float64Array(size), lasts = new Float64Array(size), row = newRow(asvs);
+  const noise = new Float64Array(size), lasts = new Float64Array(size), row = newRow(inputs, asvs);
   const lasting = Object.values(inputs.lasting).some((it) => it !== 0);
   for (let auv = 0, i = 0; auv < auvs; auv++) for (let k = 0; k < instants; k++, i++) {
     fillRow(row, inputs, sights, auv, i, places, stations);
@@ -95,20 +96,24 @@ function fixesOf(inputs, sights, places, stations) {
   return { kinds, noise, lasts };
 }
 
-function newRow(asvs) {
-  const names = ["along", "across", "down", "leaning", "cosine", "sine", "weight", "level", "slant"];
-  return Object.fromEntries(names.map((name) => [name, new Float64Array(asvs)]));
+// Room for what is to be known of each ASV where an AUV is.
+function newRow({ noise, ways }, asvs) {
+  const [along, across, down, leaning, cosine, sine, weight, level, slant] = Array.from({ length: 9 }, () => new Float64Array(asvs));
+  const tables = [noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2].map(flat);
+  return { along, across, down, leaning, cosine, sine, weight, level, slant, tables, length: tables[0].length / ways.depths_m.length };
 }
 
-// What is to be known of each ASV where an AUV is.
 function fillRow(row, inputs, { asvs, level, slant, heard }, auv, i, places, stations) {
-  const { step_m, ...tables } = inputs.noise, length = flat(tables.along_m2).length / inputs.ways.depths_m.length;
+  const { step_m } = inputs.noise, [along, across, down, leaning] = row.tables, start = auv * row.length;
   const direct = inputs.access.downlink === "direct_reply", first = i * asvs;
   let least = Infinity;
   for (let asv = 0; asv < asvs; asv++) least = Math.min(least, level[first + asv]);
   for (let asv = 0; asv < asvs; asv++) {
     const away = level[first + asv], far = Math.max(away, 1e-9);
-    for (const name of ["along", "across", "down", "leaning"]) row[name][asv] = lookedUp(flat(tables[`${name}_m2`]), auv * length, length, step_m, away);
+    row.along[asv] = lookedUp(along, start, row.length, step_m, away);
+    row.across[asv] = lookedUp(across, start, row.length, step_m, away);
+    row.down[asv] = lookedUp(down, start, row.length, step_m, away);
+    row.leaning[asv] = lookedUp(leaning, start, row.length, step_m, away);
     row.cosine[asv] = (places[2 * i] - stations[asv][0]) / far;
     row.sine[asv] = (places[2 * i + 1] - stations[asv][1]) / far;
     row.level[asv] = away;

@@ -29,7 +29,10 @@ class Team {
     this.stations = (candidate?.stations ?? this.chart.stations).map((place) => place.map(toCentimetre));
     this.ring = this.ringOf(this.stations);
   }
-  get inputs() { return withEquipment(this.base, { hf: this.hf, mf: this.mf, gain: this.gain, filter: this.filter }); }
+  get inputs() {
+    const navigator = this.filter === this.base.navigator.filter ? this.base.navigator : this.chart.navigators[this.filter];
+    return withEquipment(this.base, { hf: this.hf, mf: this.mf, navigator: { ...navigator, gain: this.gain } });
+  }
   // How far, seen from above, an AUV is heard.
   reach() {
     const { by_slant } = this.base.hf, { deepest_m } = this.base.slots;
