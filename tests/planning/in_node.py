@@ -17,6 +17,8 @@ process.stdout.write(JSON.stringify(asked.map(({ inputs, stations, equipment, pl
   const own = equipment ? withEquipment(inputs, equipment) : inputs;
   const found = predict(own, stations);
   found.error_over_time = found.error_over_time.map((it) => [...it]);
+  const metrics = Object.keys(found).filter((name) => name !== "error_over_time");
+  found.worst = Object.fromEntries(metrics.map((name) => [name, worstOf(name, found)]));
   if (places) found.map = [...errorMap(own, stations, places)];
   return found;
 })));

@@ -117,11 +117,13 @@ def test_candidates_share_what_they_have_in_common(chart: Record) -> None:
     }
 
 
-def test_a_chart_offers_each_navigator(chart: Record) -> None:
-    """Those that the scenario may have, as they are with all else that it sets."""
-    assert set(chart["navigators"]) == {"kalman", "fixed_gain", "smoother", "dead_reckoning"}
-    assert chart["navigators"]["kalman"] == chart["inputs"]["navigator"]
-    assert chart["navigators"]["fixed_gain"]["gain"] == base().navigation.gain
+def test_a_chart_offers_each_filter(chart: Record) -> None:
+    """Those that the scenario may have, each with what it changes of the inputs."""
+    assert set(chart["filters"]) == {"kalman", "fixed_gain", "smoother", "dead_reckoning"}
+    assert chart["filters"]["kalman"] == {"navigator": chart["inputs"]["navigator"]}
+    changed = inputs_of(base(changes=["navigation.filter=fixed_gain"])).plain()
+    for part, value in chart["filters"]["fixed_gain"].items():
+        assert value == changed[part]
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from typing import Any
 
 from ...scenario.planned import asv_stations
 from ...scenario.scenario import Scenario
 from ...scenario.survey_area import area_of
-from ..prediction.inputs import Inputs
-from ..prediction.instruments import navigator_of
+from ..prediction.inputs import Inputs, inputs_of
 
 # Filters among which one may choose on a chart.
 FILTERS = ("kalman", "fixed_gain", "smoother", "dead_reckoning")
@@ -23,7 +21,7 @@ def chart_of(
     `inputs` are those of the scenario, `candidates` those of each candidate of the plan, in its
     order.  Most candidates differ in their stations alone: `variants` holds each way in which
     some differ in more, as the parts that are not the scenario's, and `variant_of` the number of
-    each candidate's (-1: none).  `navigators` are those that the AUVs could have, by their filter.
+    each candidate's (-1: none).  `filters` holds the same of each filter that AUVs could have.
     """
     area, own = area_of(scenario), inputs.plain()
     variants: list[dict[str, Any]] = []
@@ -40,7 +38,7 @@ def chart_of(
         "inputs": own,
         "variants": variants,
         "variant_of": numbers,
-        "navigators": dict(_navigators(scenario, own["navigator"])),
+        "filters": dict(_filters(scenario, own)),
     }
 
 
@@ -48,12 +46,11 @@ def _differing(plain: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
     return {part: value for part, value in plain.items() if value != own[part]}
 
 
-def _navigators(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield each filter that the scenario can have beside its own settings, and its navigator."""
-    yield own["filter"], own
+def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield each filter that the scenario can have beside its own settings, and what it changes."""
     data = scenario.model_dump()
     for name in FILTERS:
-        if name != own["filter"]:
-            changed = {**data, "navigation": {**data["navigation"], "filter": name}}
-            with suppress(ValueError):
-                yield name, asdict(navigator_of(Scenario.model_validate(changed)))
+        changed = {**data, "navigation": {**data["navigation"], "filter": name}}
+        with suppress(ValueError):
+            plain = inputs_of(Scenario.model_validate(changed)).plain()
+            yield name, {"navigator": plain["navigator"], **_differing(plain, own)}

@@ -11,7 +11,7 @@ from .wording import bound, goal_told, interval, named, parted, setting, units, 
 
 PREDICTOR = (
     *("predict_sights.js", "predict_rounds.js", "predict_errors.js", "predict_waiting.js"),
-    *("predictor.js", "predict_map.js"),
+    *("predict_afterwards.js", "predictor.js", "predict_map.js"),
 )
 CHART = ("seamap.js", *PREDICTOR, "team.js", "planmap.js", "sliders.js")
 SCRIPTS = (*CHART, "pareto.js", "plan.js")
@@ -66,9 +66,8 @@ def _answer(record: Record) -> str:
         items = "".join(filled("<li>{it}</li>", it=it["told"]) for it in binding)
         parts.append(f"<h3>What binds</h3><ul>{items}</ul>")
     if record.get("run") and record.get("answer"):
-        parts.append(
-            filled('<p class="copied">To fly it: <code id="answer-run">{it}</code></p>', it=record["run"])
-        )  # fmt: skip
+        fly = '<p class="copied">To fly it: <code id="answer-run">{it}</code></p>'
+        parts.append(filled(fly, it=record["run"]))
     return f'<section id="answer"><h2>The answer</h2>{"".join(parts)}</section>'
 
 

@@ -3,6 +3,9 @@
 
 // How long (ms) nothing must have been moved until the shades are made fine again.
 const REST = 140;
+// Where predicting takes longer than this (ms), numbers follow now and then while one moves a vessel,
+// which itself moves with each frame: of the time a share of one in PAUSES is spent on predicting.
+const SLOW = 25, PAUSES = 3;
 
 // What a planner reads of each AUV: a column of the prediction, its words, unit, factor.
 const COLUMNS = [
@@ -64,11 +67,20 @@ class Chart {
     byId("team").value = "own";
     clearTimeout(this.resting);
     this.resting = setTimeout(() => { this.resting = null; this.refine(); }, REST);
-    this.waiting ??= requestAnimationFrame(() => { this.waiting = null; this.update(); });
+    this.waiting ??= requestAnimationFrame(() => { this.waiting = null; this.frame(); });
   }
   drop(number) {
     this.change(() => this.team.remove(number));
     this.map.buttons[Math.min(number, this.team.stations.length - 1)]?.focus();
+  }
+  frame() {
+    const began = performance.now();
+    if (this.cost < SLOW || began - this.updated > PAUSES * this.cost) this.update();
+    else {
+      this.stale = true;
+      this.map.sheet.paint();
+    }
+    this.frames.push(performance.now() - began);
   }
   update() {
     const began = performance.now();
@@ -77,9 +89,12 @@ class Chart {
     this.shade("coarse");
     this.tell();
     this.sliders.tell();
-    this.frames.push(performance.now() - began);
+    this.stale = false;
+    this.updated = performance.now();
+    this.cost = this.updated - began;
   }
   refine() {
+    if (this.stale) this.update();
     this.shade("fine");
     announce(this.worstTold());
     this.pareto?.show(this.shown);
@@ -92,8 +107,8 @@ class Chart {
   }
   goalOfErrors() { return this.goal?.metric.startsWith("position_error") ? this.goal.below : null; }
   tellShades() {
-    const words = this.goalOfErrors() ? ["0 m", `goal ${significant(this.top)} m in the middle, ${significant(2 * this.top)} m or more`] : ["0 m", `${significant(2 * this.top)} m or more`];
-    byId("field-scale").replaceChildren(make("p", { class: "note" }, "Shades: error to be expected of an AUV at a place (RMS), predicted"), ramp(...words));
+    const goal = this.goalOfErrors() ? `the goal's ${significant(this.top)} m in the middle, ` : "";
+    byId("field-scale").replaceChildren(make("p", { class: "note" }, "Shades: mean error of an AUV that dwells at a place, predicted"), ramp("0 m", `${goal}${significant(2 * this.top)} m or more`));
   }
   // Where the predicted error is largest; of places equally bad that furthest from all vessels.
   neediest() {
@@ -141,8 +156,7 @@ class Chart {
   judged() { return this.goal?.metric ?? "position_error_p95_m"; }
   // What the goal asks of: the worst AUV or the mean of all, as missions would have them.
   value() {
-    const values = this.predicted[this.judged()];
-    return this.goal?.of === "mean" ? mean(values) : worstOf(this.judged(), values);
+    return this.goal?.of === "mean" ? mean(this.predicted[this.judged()]) : worstOf(this.judged(), this.predicted);
   }
   // What missions made of the candidate on the chart, while it is as it was flown.
   simulatedTold() {

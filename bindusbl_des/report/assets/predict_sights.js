@@ -2,11 +2,12 @@
 // Who hears whom, how likely, and what a fix errs by then: planning/prediction/sights.py and
 // lasting.py, number for number. Arrays are flat; AUVs come first, then instants, then ASVs.
 
-const SELDOM = 1e-6;
+const SELDOM = 1e-6, CLOSE_M = 1e-6;
 
 // Lists of numbers, however nested, as one typed array that is made once.
 const flattened = new WeakMap();
 function flat(nested) {
+  if (nested instanceof Float64Array) return nested;
   if (!flattened.has(nested)) flattened.set(nested, Float64Array.from(nested.flat(Infinity)));
   return flattened.get(nested);
 }
@@ -74,26 +75,27 @@ function turned(along, across, cosine, sine) {
   ];
 }
 
-// What fixes err by, xx, yy, xy of each row and kind: `noise`, and what `lasts` in all of them.
+// What fixes err by, xx, yy, xy of each row and kind: `noise` of their own, and what `lasts`, which
+// falls apart at a `rate` (1/s).
 function fixesOf(inputs, sights, places, stations) {
   const { auvs, instants, asvs, level } = sights, passive = inputs.access.ranging === "passive";
   const kinds = passive ? asvs : 1, size = 3 * auvs * instants * kinds;
-  const noise = new Float64Array(size), lasts = new Float64Array(size), row = newRow(inputs, asvs);
-  const lasting = Object.values(inputs.lasting).some((it) => it !== 0);
+  const noise = new Float64Array(size), lasts = new Float64Array(size), rate = new Float64Array(size / 3);
+  const row = newRow(inputs, asvs), lasting = hasCommon(inputs), speeds = lasting ? speedsOf(inputs.ways, auvs, instants, places) : null;
   for (let auv = 0, i = 0; auv < auvs; auv++) for (let k = 0; k < instants; k++, i++) {
     fillRow(row, inputs, sights, auv, i, places, stations);
     if (passive) {
       for (let asv = 0; asv < asvs; asv++) {
-        const at = 3 * (i * asvs + asv), [cosine, sine] = [row.cosine[asv], row.sine[asv]];
-        noise.set(turned(row.along[asv], row.across[asv], cosine, sine), at);
-        if (lasting) lasts.set(lastsOfEach(inputs, level[i * asvs + asv], sights.slant[i * asvs + asv], cosine, sine), at);
+        const n = i * asvs + asv, [cosine, sine] = [row.cosine[asv], row.sine[asv]];
+        noise.set(turned(row.along[asv], row.across[asv], cosine, sine), 3 * n);
+        if (lasting) rate[n] = lastsOfEach(inputs, level[n], sights.slant[n], cosine, sine, speeds[auv], lasts, 3 * n);
       }
       continue;
     }
     noise.set(fused(row, asvs), 3 * i);
-    if (lasting) lasts.set(lastsOfAll(inputs, row, asvs), 3 * i);
+    if (lasting) rate[i] = lastsOfAll(inputs, row, asvs, speeds[auv], lasts, 3 * i);
   }
-  return { kinds, noise, lasts };
+  return { kinds, noise, lasts, rate };
 }
 
 // Room for what is to be known of each ASV where an AUV is.
@@ -109,13 +111,13 @@ function fillRow(row, inputs, { asvs, level, slant, heard }, auv, i, places, sta
   let least = Infinity;
   for (let asv = 0; asv < asvs; asv++) least = Math.min(least, level[first + asv]);
   for (let asv = 0; asv < asvs; asv++) {
-    const away = level[first + asv], far = Math.max(away, 1e-9);
+    const away = level[first + asv], above = away < CLOSE_M; // where any line will do
     row.along[asv] = lookedUp(along, start, row.length, step_m, away);
     row.across[asv] = lookedUp(across, start, row.length, step_m, away);
     row.down[asv] = lookedUp(down, start, row.length, step_m, away);
     row.leaning[asv] = lookedUp(leaning, start, row.length, step_m, away);
-    row.cosine[asv] = (places[2 * i] - stations[asv][0]) / far;
-    row.sine[asv] = (places[2 * i + 1] - stations[asv][1]) / far;
+    row.cosine[asv] = above ? 1 : (places[2 * i] - stations[asv][0]) / away;
+    row.sine[asv] = above ? 0 : (places[2 * i + 1] - stations[asv][1]) / away;
     row.level[asv] = away;
     row.slant[asv] = slant[first + asv];
     row.weight[asv] = direct && away !== least ? 0 : heard[first + asv]; // the first to hear it answers
@@ -145,14 +147,34 @@ function fused({ along, across, down, leaning, cosine, sine, weight }, asvs) {
   return [yy / determinant, xx / determinant, -xy / determinant];
 }
 
-function lastsOfEach({ lasting, slots }, level, slant, cosine, sine) {
+// Whether fixes have errors in common.
+function hasCommon({ lasting: it }) { return [it.misalignment_rad, it.gnss_m, it.sound_speed_share, it.clock_s].some((size) => size !== 0); }
+
+// How fast each AUV goes on average (m/s).
+function speedsOf({ times_s }, auvs, instants, places) {
+  return Array.from({ length: auvs }, (_, auv) => {
+    let length = 0;
+    for (let i = auv * instants + 1; i < (auv + 1) * instants; i++) length += Math.sqrt((places[2 * i] - places[2 * i - 2]) ** 2 + (places[2 * i + 1] - places[2 * i - 1]) ** 2);
+    return length / times_s[times_s.length - 1];
+  });
+}
+
+// The rate (1/s) at which an error of some mean square falls apart: GNSS wanders, all else turns.
+function rateOf({ gnss_m, gnss_time_constant_s }, square, level, arrays, speed) {
+  const byGnss = Math.min(2 * gnss_m ** 2 / arrays / Math.max(square, 1e-30), 1);
+  return byGnss / gnss_time_constant_s + (1 - byGnss) * (speed / Math.max(level, 1));
+}
+
+function lastsOfEach({ lasting, slots }, level, slant, cosine, sine, speed, out, at) {
   const late = lasting.clock_s * slots.sound_speed_m_per_s * (level / Math.max(slant, 1e-9));
   const along = (lasting.sound_speed_share * level) ** 2 + late ** 2 + lasting.gnss_m ** 2;
-  return turned(along, (lasting.misalignment_rad * level) ** 2 + lasting.gnss_m ** 2, cosine, sine);
+  const across = (lasting.misalignment_rad * level) ** 2 + lasting.gnss_m ** 2;
+  out.set(turned(along, across, cosine, sine), at);
+  return rateOf(lasting, along + across, level, 1, speed);
 }
 
 // What lasts in fixes that ASVs make together: of each array by itself, and what all ranges have.
-function lastsOfAll({ lasting, slots }, { along, across, cosine, sine, weight, level, slant }, asvs) {
+function lastsOfAll({ lasting, slots }, { along, across, cosine, sine, weight, level, slant }, asvs, speed, lasts, at) {
   const shift = lasting.gnss_m ** 2, said = [], own = [], sum = [0, 0, 0];
   for (let asv = 0; asv < asvs; asv++) {
     const turns = (lasting.misalignment_rad * level[asv]) ** 2 + shift;
@@ -176,5 +198,12 @@ function lastsOfAll({ lasting, slots }, { along, across, cosine, sine, weight, l
     }
   }
   [[0, 0], [1, 1], [0, 1]].forEach(([i, j], k) => { out[k] += late[i] * late[j] + far[i] * far[j]; });
-  return out;
+  lasts.set(out, at);
+  let [heard, apart] = [0, 0];
+  for (let asv = 0; asv < asvs; asv++) {
+    heard += weight[asv];
+    apart += weight[asv] * level[asv];
+  }
+  heard = Math.max(heard, 1e-9);
+  return rateOf(lasting, out[0] + out[1], apart / heard, heard, speed);
 }

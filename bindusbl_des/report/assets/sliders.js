@@ -18,7 +18,7 @@ class Sliders {
       }),
     ];
     this.gain = this.slider("gain", "", 0.05, () => 1, 0.05, () => team.gain, (value) => change(() => { team.gain = value; }));
-    this.filter = make("select", {}, ...Object.keys(chart.navigators).map((name) => make("option", { value: name }, name)));
+    this.filter = make("select", {}, ...Object.keys(chart.filters).map((name) => make("option", { value: name }, name)));
     this.filter.addEventListener("change", () => change(() => { team.filter = this.filter.value; }));
     host.append(make("label", { class: "slider" }, make("span", {}, "navigator"), this.filter), this.gain.label);
     this.all.push(this.gain);

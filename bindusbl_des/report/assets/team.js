@@ -30,8 +30,8 @@ class Team {
     this.ring = this.ringOf(this.stations);
   }
   get inputs() {
-    const navigator = this.filter === this.base.navigator.filter ? this.base.navigator : this.chart.navigators[this.filter];
-    return withEquipment(this.base, { hf: this.hf, mf: this.mf, navigator: { ...navigator, gain: this.gain } });
+    const own = this.filter === this.base.navigator.filter ? this.base : { ...this.base, ...this.chart.filters[this.filter] };
+    return withEquipment(own, this);
   }
   // How far, seen from above, an AUV is heard.
   reach() {
@@ -81,7 +81,8 @@ class Team {
   settings() {
     const own = this.chart.inputs, now = [
       ["acoustics.hf.range_m", this.hf, own.hf.range_m], ["acoustics.mf.range_m", this.mf, own.mf.range_m],
-      ["navigation.filter", this.filter, own.navigator.filter], ["navigation.gain", this.gain, own.navigator.gain],
+      ["navigation.filter", this.filter, own.navigator.filter],
+      ...(this.filter === "fixed_gain" ? [["navigation.gain", this.gain, own.navigator.gain]] : []),
     ];
     const set = [["asvs.count", this.stations.length], ["asvs.formation", `{positions_m: ${this.positions()}}`]];
     set.push(...now.filter(([, value, before]) => value !== before).map(([key, value]) => [key, value]));
