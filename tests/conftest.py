@@ -9,6 +9,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import pytest
+from browser_for_tests import browser, opened  # noqa: F401 (fixtures)
 from campaigns_for_tests import OneThread
 from hypothesis import settings
 

@@ -23,9 +23,16 @@ def asset(name: str) -> str:
 
 
 def assembled(
-    title: str, body: str, scripts: Sequence[str], data: Mapping[str, Any], packed: str
+    title: str,
+    body: str,
+    scripts: Sequence[str],
+    data: Mapping[str, Any],
+    packed: str,
+    sheets: Sequence[str] = (),
 ) -> str:
     """Return a whole page: HTML in `body`, the scripts named, JSON `data`, columns `packed`.
+
+    `sheets` are style sheets of its own, beside those of all pages.
 
     The page's policy names the hash of each script and of the style sheet, so that a browser runs
     these and nothing else, whatever stands in the body.
@@ -33,7 +40,8 @@ def assembled(
     first = _bare(asset("theme.js"))
     library = [_bare(asset("ratio.js")), _uplot()]
     code = [*library, *(_bare(asset(name)) for name in ("base.js", *scripts))]
-    styles = "\n".join((asset("uPlot.min.css"), variables(), _bare(asset("page.css"))))
+    own = (_bare(asset(name)) for name in ("page.css", *sheets))
+    styles = "\n".join((asset("uPlot.min.css"), variables(), *own))
     return Template(asset("page.html")).substitute(
         policy=_policy([first, *code], styles),
         title=html.escape(title),

@@ -1,17 +1,15 @@
 """Pages of strangers' folders: data stay data, and a browser runs the package's scripts alone."""
 
-import base64
-import hashlib
 import json
 import re
 import shutil
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import pytest
+from browser_for_tests import Open, without_browser
 from click.testing import CliRunner
-from test_report_browser import BROWSER, Open, browser, opened  # noqa: F401
+from policy_for_tests import Parsed, assert_allows_its_own_alone
 from test_report_sweep import BASE
 from worlds import scenario
 
@@ -28,35 +26,6 @@ pytestmark = pytest.mark.usefixtures("in_this_process")
 ATTACK = "</code></script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>"
 TERMINAL = "\x1b]0;owned\x07\x1b[31m\r\x9b31m\u202e\x7f"
 OBEYED = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069]")
-
-
-class Parsed(HTMLParser):
-    """The elements of a page with their attributes, its scripts and styles, and its policy."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.elements: list[tuple[str, dict[str, str | None]]] = []
-        self.texts: dict[str, list[str]] = {"script": [], "style": []}
-        self.policy = ""
-        self._inside = ""
-        self.feed(page)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = dict(attrs)
-        self.elements.append((tag, given))
-        runs = given.get("type") in (None, "module", "text/javascript")
-        self._inside = tag if tag == "style" or (tag == "script" and runs) else ""
-        if self._inside:
-            self.texts[tag].append("")
-        if given.get("http-equiv") == "Content-Security-Policy":
-            self.policy = given["content"] or ""
-
-    def handle_endtag(self, tag: str) -> None:
-        self._inside = ""
-
-    def handle_data(self, data: str) -> None:
-        if self._inside:
-            self.texts[self._inside][-1] += data
 
 
 @pytest.fixture(scope="module")
@@ -96,22 +65,10 @@ def pages(result: Result, campaign: Path) -> dict[str, str]:
     }
 
 
-def fingerprint(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
-
-
 @pytest.mark.parametrize("kind", ["run", "summary", "comparison", "sweep"])
 def test_a_page_allows_its_own_scripts_alone(result: Result, campaign: Path, kind: str) -> None:
     """The policy names each script and style by its hash; nothing of the data became an element."""
-    page = Parsed(pages(result, campaign)[kind])
-    rules = dict(rule.split(" ", 1) for rule in page.policy.split("; "))
-    assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == "'none'"
-    assert rules["script-src"].split() == list(map(fingerprint, page.texts["script"]))
-    assert rules["style-src"].split() == list(map(fingerprint, page.texts["style"]))
-    assert not any("owned" in script for script in page.texts["script"])
-    for tag, attributes in page.elements:
-        assert tag not in ("img", "iframe", "object", "embed", "base", "link", "form")
-        assert not [name for name in attributes if name.startswith("on") or name == "style"]
+    assert_allows_its_own_alone(Parsed(pages(result, campaign)[kind]))
 
 
 def test_data_cannot_end_their_script() -> None:
@@ -121,10 +78,10 @@ def test_data_cannot_end_their_script() -> None:
     assert json.loads(as_script(data)) == data
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no browser is installed")
+@without_browser
 @pytest.mark.parametrize("kind", ["run", "summary", "comparison", "sweep"])
 def test_attacks_do_not_run(
-    opened: Open,  # noqa: F811
+    opened: Open,
     result: Result,
     campaign: Path,
     tmp_path: Path,
@@ -138,8 +95,8 @@ def test_attacks_do_not_run(
     assert it.ask("getComputedStyle(document.getElementById('theme')).cursor") == "pointer"
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no browser is installed")
-def test_the_policy_holds_where_escaping_fails(browser: Any, tmp_path: Path) -> None:  # noqa: F811
+@without_browser
+def test_the_policy_holds_where_escaping_fails(browser: Any, tmp_path: Path) -> None:
     """A script, a handler or an address that got into the body is refused by the browser."""
     links = (
         "<a id='link' href='javascript:window.owned = 3'>x</a><style>body { color: red }</style>"

@@ -1,0 +1,147 @@
+"use strict";
+// The survey with the ways of AUVs, vessels that can be moved, and the predicted error as shades.
+
+// Cells along the longer side of the survey: at rest, and while something is moved.
+const FINE = 56, COARSE = 20;
+// How far (CSS pixels) an arrow key moves a vessel, with shift and without.
+const LEAP = 40, STEP = 8;
+
+class PlanMap extends SeaMap {
+  // `team` says where vessels lie, `moved(number, place)` and `removed(number)` hear what was asked for.
+  constructor(canvas, team, outline, { moved, removed, chosen }) {
+    super(canvas, {
+      outline, auvs: team.base.ways.places_m.map((way) => ({ x: way.map(([x]) => x), y: way.map(([, y]) => y) })),
+      get asvs() { return team.stations.map(([x, y]) => ({ x: [x], y: [y] })); },
+      get hf() { return { reach: team.reach() }; },
+    });
+    Object.assign(this, { team, moved, removed, chosen, host: canvas.parentElement, buttons: [] });
+    this.shades = document.createElement("canvas");
+  }
+  // Middles of cells that cover the survey, `across` in a row, row by row from low y on; `inside`
+  // tells which of them lie in it.
+  static grid(outline, cells) {
+    const [xs, ys] = [0, 1].map((axis) => outline.map((corner) => corner[axis]));
+    const box = [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+    const [width, height] = [box[2] - box[0], box[3] - box[1]], side = Math.max(width, height) / cells;
+    const [across, down] = [width, height].map((length) => Math.max(Math.round(length / side), 1));
+    const places = Array.from({ length: across * down }, (_, i) => [
+      box[0] + (i % across + 0.5) * width / across, box[1] + (Math.floor(i / across) + 0.5) * height / down,
+    ]);
+    return { box, across, down, places, inside: places.map((place) => within(place, outline)) };
+  }
+  shade(grid, values, top) {
+    const { across, down } = grid, context = this.shades.getContext("2d");
+    Object.assign(this.shades, { width: across, height: down });
+    const image = context.createImageData(across, down);
+    values.forEach((value, i) => {
+      if (!grid.inside[i]) return;
+      const row = down - 1 - Math.floor(i / across);
+      image.data.set([...cividis(Number.isFinite(value) ? value / top : 1), 150], 4 * (row * across + i % across));
+    });
+    context.putImageData(image, 0, 0);
+    this.box = grid.box;
+    this.sheet.paint();
+  }
+  draw(context, width, height) {
+    if (!this.view || (!this.touched && (width !== this.width || height !== this.height))) this.home(width, height);
+    Object.assign(this, { width, height });
+    this.drawShades(context);
+    this.drawPaths();
+    context.drawImage(this.paths, 0, 0, width, height);
+    this.team.stations.forEach((place, number) => this.drawVessel(context, place, number));
+    this.layButtons();
+  }
+  drawShades(context) {
+    if (!this.box) return;
+    const [left, bottom] = this.at(this.box[0], this.box[1]), [right, top] = this.at(this.box[2], this.box[3]);
+    context.save();
+    context.beginPath();
+    for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
+    context.clip();
+    context.drawImage(this.shades, left, top, right - left, bottom - top);
+    context.restore();
+  }
+  // The grid and the ways stay as they are while vessels move.
+  drawPaths() {
+    const ratio = pixelRatio(), { paths } = this;
+    const key = [this.width, this.height, ratio, JSON.stringify(this.view), colours.paper].join();
+    if (key === this.drawn) return;
+    this.drawn = key;
+    paths.width = Math.round(this.width * ratio);
+    paths.height = Math.round(this.height * ratio);
+    const context = paths.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.drawGrid(context);
+    this.mission.auvs.forEach(({ x, y }, i) => {
+      this.line(context, x, y, { colour: colours.sea, width: 4, alpha: 0.8 });
+      this.line(context, x, y, { colour: seriesColour(i), width: 2 });
+    });
+    this.mission.auvs.forEach(({ x, y }, i) => {
+      this.label(context, `AUV${i}`, this.at(x[0], y[0])[0] + 4, this.at(x[0], y[0])[1] - 5, seriesColour(i));
+    });
+  }
+  drawVessel(context, [x, y], number) {
+    this.ring(context, x, y, this.team.reach(), colours.sea, { width: 4, alpha: 0.7 });
+    this.ring(context, x, y, this.team.reach(), colours.ink, { dash: [7, 4], width: 1.6 });
+    this.ring(context, x, y, this.team.mf, colours.mf, { dash: [2, 4], width: 1.6 });
+    const [px, py] = this.at(x, y);
+    context.beginPath();
+    context.arc(px, py, 13, 0, 2 * Math.PI);
+    context.fillStyle = colours.paper;
+    context.globalAlpha = 0.85;
+    context.fill();
+    context.globalAlpha = 1;
+    context.lineWidth = 1.5;
+    context.strokeStyle = colours.ink;
+    context.stroke();
+    this.star(context, px, py);
+    this.label(context, `ASV${number}`, px + 16, py - 10, colours.ink);
+  }
+  // A vessel is a button over the chart: it can be dragged, reached with tab and moved by keys.
+  layButtons() {
+    const { stations } = this.team;
+    while (this.buttons.length > stations.length) this.buttons.pop().remove();
+    while (this.buttons.length < stations.length) this.buttons.push(this.button(this.buttons.length));
+    stations.forEach(([x, y], number) => {
+      const [px, py] = this.at(x, y), { style } = this.buttons[number];
+      style.transform = `translate(${px}px, ${py}px)`;
+      style.display = px < 0 || py < 0 || px > this.width || py > this.height ? "none" : "";
+      this.buttons[number].setAttribute("aria-label", `ASV${number}, at x ${significant(x)} m, y ${significant(y)} m`);
+    });
+  }
+  button(number) {
+    const button = make("button", { type: "button", class: "vessel", "aria-roledescription": "vessel that can be moved" });
+    let grip = null; // from the pointer to the vessel, in pixels
+    button.addEventListener("pointerdown", (event) => {
+      const [px, py] = this.at(...this.team.stations[number]);
+      button.setPointerCapture(event.pointerId);
+      grip = [px - event.clientX, py - event.clientY];
+    });
+    button.addEventListener("pointermove", (event) => {
+      if (grip) this.moved(number, this.placeAt(event.clientX + grip[0], event.clientY + grip[1]));
+    });
+    for (const end of ["pointerup", "pointercancel"]) button.addEventListener(end, () => { grip = null; });
+    button.addEventListener("focus", () => this.chosen(number));
+    button.addEventListener("keydown", (event) => {
+      const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+      if (event.key === "Delete" || event.key === "Backspace") this.removed(number);
+      else if (way) this.moved(number, this.team.stations[number].map((it, axis) => it + way[axis] * this.step(event.shiftKey)));
+      else return;
+      event.preventDefault();
+    });
+    this.host.append(button);
+    return button;
+  }
+  step(far) { return roundStep((far ? LEAP : STEP) / this.view.scale); }
+  placeAt(px, py) { return [this.view.x + (px - this.width / 2) / this.view.scale, this.view.y - (py - this.height / 2) / this.view.scale]; }
+}
+
+// Whether a place lies inside a polygon, by how often a ray from it crosses the outline.
+function within([x, y], outline) {
+  let inside = false;
+  for (let i = 0, j = outline.length - 1; i < outline.length; j = i++) {
+    const [[ax, ay], [bx, by]] = [outline[i], outline[j]];
+    if ((ay > y) !== (by > y) && x < (bx - ax) * (y - ay) / (by - ay) + ax) inside = !inside;
+  }
+  return inside;
+}

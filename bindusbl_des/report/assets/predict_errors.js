@@ -1,0 +1,260 @@
+"use strict";
+// The errors of each AUV over time, a march through the fixes that it may expect: drift.py,
+// correction.py and errors.py of planning/prediction. States are the error (m) along x and y, two
+// numbers of each source of drift, and what the error has summed up to (m s); carried on are their
+// mean, their true covariance and that in which the filter believes.
+
+const WEIGHED = -1, HARDLY = 1e-9;
+
+class March {
+  constructor({ navigator, ways, lasting }) {
+    const { sources } = navigator;
+    this.sources = sources.map((it) => ({ ...it, lasts: it.time_constant_s || Infinity }));
+    // What fixes have in common: two numbers without a unit, of which a fix has some metres.
+    this.common = hasCommon({ lasting }) ? 2 + 2 * sources.length : 0;
+    if (this.common) {
+      const told = lasting.is_told ? 1 : 0;
+      this.sources.push({ frame: "none", mean: [0, 0], drawn_sd: [1, 1], told_sd: [told, told], wander_per_s: 0, lasts: Infinity });
+    }
+    this.size = 4 + 2 * this.sources.length;
+    this.variances = this.sources.flatMap(({ drawn_sd }) => drawn_sd.map((it) => it * it));
+    this.told = this.sources.flatMap(({ told_sd }) => told_sd.map((it) => it * it));
+    this.walks = [navigator.walk_m2_per_s, navigator.told_walk_m2_per_s];
+    this.starts = [navigator.start_sd_m ** 2, navigator.told_start_sd_m ** 2];
+    this.mean = [0, 0, ...this.sources.flatMap(({ mean: it }) => it), 0, 0];
+    this.gain = { fixed_gain: navigator.gain, dead_reckoning: 0 }[navigator.filter] ?? WEIGHED;
+    this.atPing = navigator.at_ping;
+    this.step = ways.times_s[1];
+    this.instants = ways.times_s.length;
+    const { size } = this;
+    [this.moved, this.gainX, this.gainY, this.saidX, this.saidY] = Array.from({ length: 5 }, () => new Float64Array(size));
+    this.half = new Float64Array(size * size);
+  }
+  start() {
+    const { size } = this, spread = (first, rest) => {
+      const out = new Float64Array(size * size);
+      for (let i = 0; i < size - 2; i++) out[i * size + i] = i < 2 ? first : rest[i - 2];
+      return out;
+    };
+    return { mean: Float64Array.from(this.mean), true: spread(this.starts[0], this.variances), believed: spread(this.starts[1], this.told) };
+  }
+  // An AUV's time (s), integrals of its heading (s) and place (m) at an instant.
+  moment(time, places, headings, auv, out) {
+    const place = Math.min(Math.max(time / this.step, 0), this.instants - 1), low = Math.min(Math.trunc(place), this.instants - 2);
+    const share = place - low, at = 2 * (auv * this.instants + low);
+    out[0] = time;
+    for (let axis = 0; axis < 2; axis++) {
+      out[1 + axis] = headings[at + axis] + share * (headings[at + 2 + axis] - headings[at + axis]);
+      out[3 + axis] = places[at + axis] + share * (places[at + 2 + axis] - places[at + axis]);
+    }
+    return out;
+  }
+  // Carries errors, in their place, from one moment to a later one.
+  carry(state, begin, end) {
+    const passed = end[0] - begin[0], { size } = this;
+    if (passed <= 0) return;
+    this.sumUp(state, passed / 2);
+    this.sources.forEach(({ frame, lasts, wander_per_s }, source) => {
+      const k = 2 + 2 * source;
+      let [ahead, aside] = [passed, 0];
+      if (frame === "body") [ahead, aside] = [end[1] - begin[1], end[2] - begin[2]];
+      else if (frame === "way") [ahead, aside] = [end[3] - begin[3], end[4] - begin[4]];
+      else if (frame === "none") ahead = 0;
+      const share = passed / lasts, left = share > 0 ? -Math.expm1(-share) / share : 1;
+      const [a, b] = [left * ahead, left * aside], { mean: it } = state;
+      it[0] += a * it[k] - b * it[k + 1];
+      it[1] += b * it[k] + a * it[k + 1];
+      this.spread(state.true, k, a, b);
+      this.spread(state.believed, k, a, b);
+      if (share > 0) {
+        const kept = Math.exp(-share), line = [ahead / passed, aside / passed];
+        it[k] *= kept;
+        it[k + 1] *= kept;
+        this.fade(state.true, k, kept, this.variances);
+        this.fade(state.believed, k, kept, this.told);
+        this.roam(state.true, k, line, share, lasts, this.variances[k - 2]);
+        this.roam(state.believed, k, line, share, lasts, this.told[k - 2]);
+      }
+      if (wander_per_s > 0) for (const spread of [state.true, state.believed]) this.wander(spread, k, passed, wander_per_s);
+    });
+    [state.true, state.believed].forEach((spread, i) => {
+      spread[0] += this.walks[i] * passed;
+      spread[size + 1] += this.walks[i] * passed;
+    });
+    this.sumUp(state, passed / 2);
+  }
+  // Adds what the error is to its sum, as often as it lasts (s).
+  sumUp({ mean: it, true: p }, lasts) {
+    const { size } = this, first = size - 2;
+    for (let axis = 0; axis < 2; axis++) {
+      it[first + axis] += lasts * it[axis];
+      for (let i = 0; i < size; i++) p[(first + axis) * size + i] += lasts * p[axis * size + i];
+      for (let i = 0; i < size; i++) p[i * size + first + axis] += lasts * p[i * size + axis];
+    }
+  }
+  // Lets the states k and k + 1 change the error (F P F^T).
+  spread(p, k, ahead, aside) {
+    const { size } = this;
+    for (let i = 0; i < size; i++) {
+      const first = p[k * size + i], second = p[(k + 1) * size + i];
+      p[i] += ahead * first - aside * second;
+      p[size + i] += aside * first + ahead * second;
+    }
+    for (let i = 0; i < size; i++) {
+      const row = i * size, first = p[row + k], second = p[row + k + 1];
+      p[row] += ahead * first - aside * second;
+      p[row + 1] += aside * first + ahead * second;
+    }
+  }
+  fade(p, k, kept, variances) {
+    const { size } = this;
+    for (let j = k; j < k + 2; j++) {
+      for (let i = 0; i < size; i++) p[j * size + i] *= kept;
+      for (let i = 0; i < size; i++) p[i * size + j] *= kept;
+      p[j * size + j] += variances[j - 2] * (1 - kept * kept);
+    }
+  }
+  roam(p, k, [cosine, sine], share, lasts, variance) {
+    const { size } = this, gone = -Math.expm1(-share);
+    let own = share > 1e-3 ? 2 * (share - gone) - gone * gone : 2 * share * share * share / 3;
+    own *= variance * lasts * lasts * (cosine * cosine + sine * sine);
+    const beside = variance * lasts * gone * gone;
+    for (let axis = 0; axis < 2; axis++) {
+      p[axis * size + axis] += own;
+      p[axis * size + k + axis] += beside * cosine;
+      p[(k + axis) * size + axis] += beside * cosine;
+    }
+    p[k + 1] -= beside * sine;
+    p[(k + 1) * size] -= beside * sine;
+    p[size + k] += beside * sine;
+    p[k * size + 1] += beside * sine;
+  }
+  wander(p, k, passed, rate) {
+    const { size } = this;
+    for (let axis = 0; axis < 2; axis++) {
+      p[axis * size + axis] += rate * passed * passed * passed / 3;
+      p[axis * size + k + axis] += rate * passed * passed / 2;
+      p[(k + axis) * size + axis] += rate * passed * passed / 2;
+      p[(k + axis) * size + k + axis] += rate * passed;
+    }
+  }
+  // Reads a fix: its noise, as it is and as the filter thinks, and what it has of the common error.
+  read({ noise, lasts }, at) {
+    this.noise = [noise[at], noise[at + 1], noise[at + 2]];
+    this.thought = this.noise;
+    if (!this.common) return;
+    if (this.told[this.common - 2] === 0) this.thought = this.noise.map((it, k) => it + lasts[at + k]);
+    this.xx = Math.sqrt(lasts[at]);
+    this.yx = this.xx > 0 ? lasts[at + 2] / this.xx : 0;
+    this.yy = Math.sqrt(Math.max(lasts[at + 1] - this.yx * this.yx, 0));
+  }
+  // Takes in so many fixes at once, or one with a chance; the estimate is behind where it holds.
+  correct(state, fixes, behindX, behindY) {
+    const { size, gainX, gainY, moved, common } = this, chance = Math.min(fixes, 1), share = 1 / Math.max(fixes, 1), { mean: it } = state;
+    const noise = this.noise.map((own) => own * share), thought = this.thought.map((own) => own * share);
+    this.gains(state.believed, thought);
+    let [x, y] = [it[0] + behindX, it[1] + behindY];
+    if (common) {
+      x += this.xx * it[common];
+      y += this.yx * it[common] + this.yy * it[common + 1];
+    }
+    for (let i = 0; i < size; i++) {
+      moved[i] = gainX[i] * x + gainY[i] * y;
+      it[i] -= chance * moved[i];
+    }
+    this.joseph(state.true, noise, chance);
+    this.joseph(state.believed, thought, chance);
+    for (let i = 0; i < size; i++) for (let j = 0; j < size; j++) state.true[i * size + j] += chance * (1 - chance) * moved[i] * moved[j];
+  }
+  // The covariances of all states with what a fix says, P H^T.
+  said(p) {
+    const { size, saidX, saidY, common } = this;
+    for (let i = 0; i < size; i++) {
+      const row = i * size;
+      saidX[i] = p[row];
+      saidY[i] = p[row + 1];
+      if (!common) continue;
+      saidX[i] += this.xx * p[row + common];
+      saidY[i] += this.yx * p[row + common] + this.yy * p[row + common + 1];
+    }
+  }
+  gains(p, noise) {
+    const { size, gainX, gainY, saidX, saidY, common } = this;
+    gainX.fill(0);
+    gainY.fill(0);
+    if (this.gain !== WEIGHED) {
+      gainX[0] = gainY[1] = this.gain;
+      return;
+    }
+    this.said(p);
+    let [xx, yy, xy] = [saidX[0], saidY[1], saidY[0]];
+    if (common) {
+      xx += this.xx * saidX[common];
+      xy += this.xx * saidY[common];
+      yy += this.yx * saidY[common] + this.yy * saidY[common + 1];
+    }
+    [xx, yy, xy] = [xx + noise[0], yy + noise[1], xy + noise[2]];
+    const determinant = xx * yy - xy * xy;
+    if (!(determinant > 1e-12 * (xx + yy) * (xx + yy))) return;
+    for (let i = 0; i < size - 2; i++) { // but what is past
+      gainX[i] = (saidX[i] * yy - saidY[i] * xy) / determinant;
+      gainY[i] = (saidY[i] * xx - saidX[i] * xy) / determinant;
+    }
+  }
+  // P becomes, with a chance, (1 - K H) P (1 - K H)^T + K R K^T.
+  joseph(p, [xx, yy, xy], chance) {
+    const { size, gainX, gainY, half, saidX, saidY } = this;
+    this.said(p);
+    for (let i = 0; i < size; i++) for (let j = 0; j < size; j++) half[i * size + j] = p[i * size + j] - gainX[i] * saidX[j] - gainY[i] * saidY[j];
+    this.said(half);
+    for (let i = 0; i < size; i++) {
+      const row = i * size, over = gainX[i] * xx + gainY[i] * xy, beside = gainX[i] * xy + gainY[i] * yy;
+      for (let j = 0; j < size; j++) {
+        const after = half[row + j] - saidX[i] * gainX[j] - saidY[i] * gainY[j] + (over * gainX[j] + beside * gainY[j]);
+        p[row + j] += chance * (after - p[row + j]);
+      }
+    }
+  }
+}
+
+// The errors of all AUVs at the instants of their ways: true mean (x, y) and covariance (xx, yy, xy),
+// and the variance (m2) of their mean over time, of both axes.
+function errorsOf(inputs, { rounds, pinged, told, chance, late, kind, many }, fixes) {
+  const march = new March(inputs), { instants, step, size } = march, places = flat(inputs.ways.places_m), headings = flat(inputs.ways.headings_s);
+  const auvs = inputs.ways.depths_m.length, means = new Float64Array(2 * auvs * instants), spreads = new Float64Array(3 * auvs * instants), ofMean = new Float64Array(auvs);
+  const ahead = march.start(), end = (instants - 1) * step, last = march.sources[march.sources.length - 1];
+  let [known, then, here] = [0, 1, 2].map(() => new Float64Array(5));
+  const carryAhead = (state, auv, time) => {
+    for (const part of ["mean", "true", "believed"]) ahead[part].set(state[part]);
+    march.carry(ahead, known, march.moment(time, places, headings, auv, here));
+  };
+  for (let auv = 0; auv < auvs; auv++) {
+    const state = march.start();
+    march.moment(0, places, headings, auv, known);
+    for (let turn = 0, next = 0; turn <= rounds; turn++) {
+      const i = auv * rounds + turn;
+      if (turn < rounds && chance[i] < HARDLY) continue;
+      const until = turn < rounds ? told[i] : Infinity;
+      for (; next < instants && next * step < until; next++) {
+        carryAhead(state, auv, next * step);
+        const at = auv * instants + next;
+        means.set(ahead.mean.subarray(0, 2), 2 * at);
+        spreads[3 * at] = ahead.true[0];
+        spreads[3 * at + 1] = ahead.true[size + 1];
+        spreads[3 * at + 2] = ahead.true[1];
+      }
+      if (next === instants) break;
+      march.moment(march.atPing ? pinged[i] : until, places, headings, auv, then);
+      march.carry(state, known, then);
+      march.moment(pinged[i], places, headings, auv, here);
+      const own = (auv * instants + late[i]) * fixes.kinds + kind[i];
+      march.read(fixes, 3 * own);
+      march.correct(state, many * chance[i], then[3] - here[3], then[4] - here[4]);
+      if (march.common) last.lasts = 1 / fixes.rate[own];
+      [known, then] = [then, known];
+    }
+    carryAhead(state, auv, end);
+    ofMean[auv] = (ahead.true[(size - 2) * (size + 1)] + ahead.true[(size - 1) * (size + 1)]) / (end * end);
+  }
+  return { means, spreads, ofMean };
+}

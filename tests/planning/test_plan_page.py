@@ -1,0 +1,139 @@
+"""The page of a plan as text: the answer, what was simulated and what if, whatever is missing."""
+
+import copy
+import json
+from typing import Any
+
+import pytest
+from plans_for_tests import GOAL, attacked, base, record
+from policy_for_tests import Parsed, assert_allows_its_own_alone
+
+from bindusbl_des.planning.page.chart import chart_of
+from bindusbl_des.planning.page.plan_page import plan_page
+from bindusbl_des.planning.page.wording import setting
+from bindusbl_des.planning.prediction.inputs import inputs_of
+
+Record = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def chart() -> Record:
+    """What the chart of a small plan needs."""
+    return chart_of(base(), inputs_of(base()))
+
+
+def test_the_answer_is_told_first(chart: Record) -> None:
+    """In a sentence, in numbers with units, with what binds, how to fly it, and if it is not so."""
+    told = ["Two ASVs 55 m out keep every AUV below 1 m.", "Simulated in 18 missions."]
+    page = plan_page({**record(), "told": told}, chart)
+    answer = page[page.index('id="answer"') : page.index('id="chart"')]
+    for words in (
+        *told,
+        "confidence",
+        "95 <small>%",
+        "missions simulated",
+        "below 1.00 m",
+        "What binds",
+    ):
+        assert words in answer
+    assert "out of range of every vessel" in answer
+    assert "bindusbl-des run best.yaml" in answer
+    assert page.index(told[0]) < page.index("HF and MF range -20 %") < page.index("What made")
+    assert "✗ not met" in page[page.index('id="sensitivity"') :]
+    for key, value in record()["answer"].items():
+        assert setting(key, value) in page
+
+
+def test_predicted_and_simulated_are_told_apart(chart: Record) -> None:
+    """The chart says that its numbers are predicted, and how far predictions are off."""
+    page = plan_page(record(), chart)
+    section = page[page.index('id="chart"') : page.index('id="candidates"')]
+    assert "<b>predicted</b>" in section
+    assert "within 10 % for half of the teams, and within 40 % for nine of ten" in section
+    table = page[page.index("The answer and its runners-up") :]
+    assert "position error, 95 % of the time, predicted" in table
+    assert "simulated" in table
+
+
+def test_no_answer_says_what_would_do(chart: Record) -> None:
+    """A null answer is no mistake: what came nearest is shown, and what would meet the goal."""
+    without = {**record(), "answer": None, "chosen": None, "would": "A range of 80 m would."}
+    page = plan_page(without, chart)
+    assert "No candidate is known to meet the goal." in page
+    assert "A range of 80 m would." in page
+    assert "What came nearest" in page
+    assert "To fly it" not in page
+
+
+@pytest.mark.parametrize("lost", ["all", "simulated"])
+def test_what_is_missing_is_left_out(chart: Record, lost: str) -> None:
+    """Of an empty record, and one in which nothing was simulated, there is a page as well."""
+    given = copy.deepcopy(record())
+    if lost == "all":
+        given = {}
+    for it in given.get("candidates", ()) if lost == "simulated" else ():
+        it["simulated"] = None
+    for inputs in (chart, None):
+        assert "</html>" in plan_page(given, inputs)
+
+
+def test_each_key_may_be_missing(chart: Record) -> None:
+    """No key of the record is needed by another's section."""
+    for key in record():
+        page = plan_page({name: it for name, it in record().items() if name != key}, chart)
+        assert 'id="answer"' in page, key
+
+
+def test_nothing_can_be_moved_without_inputs() -> None:
+    """The page says so, and holds all that was simulated."""
+    page = plan_page(record())
+    assert "No vessels can be moved here" in page
+    assert 'id="pareto"' in page
+    assert 'id="map"' not in page
+
+
+def test_texts_of_a_record_stay_texts(chart: Record) -> None:
+    """Nothing of it becomes an element, and the page allows its own scripts alone."""
+    page = plan_page(attacked(record()), chart)
+    assert_allows_its_own_alone(Parsed(page))
+    assert "&lt;img src=x" in page
+
+
+def test_candidates_share_what_they_have_in_common(chart: Record) -> None:
+    """Of a candidate only the parts that are not the scenario's are in the page, once each."""
+    scenario = base()
+    other = scenario.model_copy(
+        update={"protocol": scenario.protocol.model_copy(update={"frame_s": 2.0})}
+    )
+    slower = base(duration=90.0)
+    own, inputs = inputs_of(scenario), [inputs_of(it) for it in (scenario, other, slower, slower)]
+    found = chart_of(scenario, own, [*inputs, None])
+    assert found["variant_of"] == [-1, -1, 0, 0, -1]
+    assert "hf" not in found["variants"][0]
+    assert found["variants"][0]["duration_s"] == 90.0
+    assert json.loads(json.dumps(found)) == json.loads(json.dumps(chart)) | {
+        "variants": json.loads(json.dumps(found["variants"])),
+        "variant_of": found["variant_of"],
+    }
+
+
+def test_a_chart_offers_each_filter(chart: Record) -> None:
+    """Those that the scenario may have, each with what it changes of the inputs."""
+    assert set(chart["filters"]) == {"kalman", "fixed_gain", "smoother", "dead_reckoning"}
+    assert chart["filters"]["kalman"] == {"navigator": chart["inputs"]["navigator"]}
+    changed = inputs_of(base(changes=["navigation.filter=fixed_gain"])).plain()
+    for part, value in chart["filters"]["fixed_gain"].items():
+        assert value == changed[part]
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        (GOAL, "Goal: position error, 95 % of the time, of the worst AUV below 1.00 m"),
+        ({"metric": "hf_coverage", "above": 0.9, "of": "mean"}, "mean of the AUVs above 90.0 %"),
+        ({"metric": "fix_age_p95_s", "below": 20, "of": 0.9}, "of 90 % of the AUVs below 20.0 s"),
+    ],
+)
+def test_goals_are_told_with_their_units(goal: Record, words: str) -> None:
+    """What is asked for, of whom, and below or above what."""
+    assert words in plan_page({**record(), "goal": [goal]})

@@ -1,0 +1,290 @@
+"""The page of a plan in a real browser: vessels are moved, and predicted as Python predicts."""
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser_for_tests import Open, Opened, without_browser
+from plans_for_tests import attacked, base, record
+
+from bindusbl_des import load_scenario
+from bindusbl_des.planning.page.chart import chart_of
+from bindusbl_des.planning.page.plan_page import plan_page
+from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.mapping import error_map
+from bindusbl_des.planning.prediction.predicting import predict
+from bindusbl_des.scenario.scenario import Scenario
+
+pytestmark = without_browser
+
+METRICS = (
+    "hf_coverage",
+    "fix_rate_hz",
+    "fix_age_max_s",
+    "position_error_m",
+    "position_error_p95_m",
+)
+STATIONS = "bindusbl.chart.team.stations"
+ASV0 = "#vessels .vessel >> nth=0"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a small plan."""
+    path = tmp_path_factory.mktemp("plan") / "plan.html"
+    scenario = base()
+    path.write_text(plan_page(record(), chart_of(scenario, inputs_of(scenario))), encoding="utf-8")
+    return path
+
+
+def settled(it: Opened) -> None:
+    """Wait until what was moved last is predicted and shaded."""
+    it.until("bindusbl.chart.waiting === null && bindusbl.chart.resting === null")
+
+
+def agrees(it: Opened, scenario: Scenario) -> None:
+    """Check that all numbers of the chart are what Python predicts for the vessels on it."""
+    settled(it)
+    inputs, stations = inputs_of(scenario), np.array(it.ask(STATIONS))
+    found = predict(inputs, stations)
+    for metric in METRICS:
+        shown = it.ask(f"Array.from(bindusbl.chart.predicted.{metric})")
+        assert shown == pytest.approx(getattr(found, metric).tolist(), rel=1e-6), metric
+    worst = it.ask("worstOf('position_error_p95_m', bindusbl.chart.predicted)")
+    assert worst == pytest.approx(found.worst("position_error_p95_m"), rel=1e-6)
+    places = it.ask("bindusbl.chart.grids.fine.places")[::97]
+    field = it.ask("Array.from(bindusbl.chart.field)")[::97]
+    assert field == pytest.approx(error_map(inputs, stations, places).error_m.tolist(), rel=1e-6)
+
+
+def drag(it: Opened, right: float, down: float) -> None:
+    """Take the first vessel by hand and let it go so many pixels further."""
+    it.page.locator("#map").scroll_into_view_if_needed()
+    box = it.page.locator(ASV0).bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    mouse = it.page.mouse
+    mouse.move(x, y)
+    mouse.down()
+    for step in range(1, 6):
+        mouse.move(x + right * step / 5, y + down * step / 5)
+    mouse.up()
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 390)])
+def test_a_plan_opens(opened: Open, page: Path, scheme: str, width: int) -> None:
+    """The answer is on the chart, all is painted, and nothing is wider than the window."""
+    it = opened(page, scheme, width)
+    assert it.painted("#map") > 30
+    assert it.ask("bindusbl.plots.pareto") == len(record()["candidates"])
+    assert len(it.page.query_selector_all(".dot.simulated")) == 6 + 3  # and the key
+    assert it.ask("document.documentElement.scrollWidth") <= width
+    answer = record()["candidates"][record()["chosen"]]
+    assert it.ask(STATIONS) == [
+        [pytest.approx(x, abs=0.005), pytest.approx(y, abs=0.005)] for x, y in answer["stations"]
+    ]
+    assert "Simulated in 3 missions" in it.page.inner_text("#simulated")
+    agrees(it, base())
+
+
+def test_a_dragged_vessel_is_predicted_at_once(opened: Open, page: Path) -> None:
+    """Coverage and error of each AUV are what Python predicts for where the vessel was let go."""
+    it = opened(page)
+    before, told = it.ask(STATIONS), it.page.inner_text("#worst")
+    scale = it.ask("bindusbl.chart.map.view.scale")
+    drag(it, 90, 60)
+    settled(it)
+    after = it.ask(STATIONS)
+    assert after[0] == pytest.approx(
+        [before[0][0] + 90 / scale, before[0][1] - 60 / scale], abs=0.02
+    )
+    assert after[1:] == before[1:]
+    assert it.page.inner_text("#worst") != told
+    assert "Not simulated" in it.page.inner_text("#simulated")
+    agrees(it, base())
+
+
+def test_a_finger_drags_a_vessel_and_scrolls_beside_it(browser: Any, page: Path) -> None:
+    """On a vessel one finger moves it and not the page; on the sea it scrolls the page."""
+    tab = browser.new_page(viewport={"width": 390, "height": 800}, has_touch=True, is_mobile=True)
+    tab.goto(page.as_uri())
+    touch = tab.context.new_cdp_session(tab)
+    tab.evaluate("byId('map').scrollIntoView({ block: 'center' })")
+    tab.wait_for_timeout(300)
+
+    def swipe(x: float, y: float) -> None:
+        for step in range(8):
+            kind = "touchMove" if step else "touchStart"
+            points = [{"x": x, "y": y - 10 * step, "id": 0}]
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+            tab.wait_for_timeout(16)
+        touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        tab.wait_for_timeout(500)
+
+    before, scrolled = tab.evaluate(STATIONS), tab.evaluate("scrollY")
+    box = tab.locator(ASV0).bounding_box()
+    swipe(box["x"] + 22, box["y"] + 22)
+    after = tab.evaluate(STATIONS)
+    assert after[0][1] - before[0][1] == pytest.approx(
+        70 / tab.evaluate("bindusbl.chart.map.view.scale"), rel=0.2
+    )
+    assert tab.evaluate("scrollY") == scrolled
+    chart = tab.locator("#map").bounding_box()
+    swipe(chart["x"] + chart["width"] - 12, chart["y"] + chart["height"] / 2)
+    assert tab.evaluate(STATIONS) == after
+    assert tab.evaluate("scrollY") > scrolled + 40
+    tab.close()
+
+
+def test_keys_move_vessels(opened: Open, page: Path) -> None:
+    """Tab reaches each vessel; arrows move it, with shift further; delete takes it away."""
+    it = opened(page)
+    keys, before = it.page.keyboard, it.ask(STATIONS)
+    it.page.focus("#map")
+    keys.press("Tab")
+    assert it.ask("document.activeElement.getAttribute('aria-label')").startswith("ASV0, at x ")
+    step = it.ask("bindusbl.chart.map.step(false)")
+    keys.press("ArrowRight")
+    keys.press("ArrowUp")
+    keys.press("Shift+ArrowLeft")
+    settled(it)
+    far = it.ask("bindusbl.chart.map.step(true)")
+    assert far > step
+    x, y = before[0]
+    assert it.ask(STATIONS)[0] == pytest.approx([x + step - far, y + step])
+    agrees(it, base())
+    keys.press("Tab")
+    keys.press("Delete")
+    settled(it)
+    assert len(it.ask(STATIONS)) == len(before) - 1
+    assert it.ask("document.activeElement.className") == "vessel"
+    while len(it.ask(STATIONS)) > 1:
+        keys.press("Delete")
+    keys.press("Delete")
+    assert len(it.ask(STATIONS)) == 1  # the last one stays
+
+
+def slide(it: Opened, name: str, value: float) -> None:
+    """Set a slider as a hand does."""
+    it.page.locator(f".slider:has-text('{name}') input").evaluate(
+        "(it, value) => { it.value = value; it.dispatchEvent(new Event('input')); }", value
+    )
+
+
+def test_sliders_and_buttons_change_the_team(opened: Open, page: Path) -> None:
+    """Number, radius, angle, ranges and navigator; each as Python predicts it."""
+    it = opened(page)
+    slide(it, "vessels", 3)
+    slide(it, "radius", 40)
+    slide(it, "angle", 30)
+    agrees(it, base())
+    places = np.array(it.ask(STATIONS))
+    assert np.hypot(*places.T) == pytest.approx(40, abs=0.01)
+    assert np.degrees(np.arctan2(places[0, 1], places[0, 0])) == pytest.approx(30, abs=0.02)
+    it.page.click("#add")
+    settled(it)
+    assert len(it.ask(STATIONS)) == 4
+    it.page.click("#remove")
+    settled(it)
+    assert len(it.ask(STATIONS)) == 3
+    slide(it, "MF range", 120)
+    it.page.select_option("#sliders select", "fixed_gain")
+    slide(it, "gain", 0.5)
+    changes = ["acoustics.mf.range_m=120", "navigation.filter=fixed_gain", "navigation.gain=0.5"]
+    inputs = inputs_of(
+        load_scenario(
+            "quickstart",
+            overrides=["auvs.count=3", "duration_s=120", "survey.side_m=140", *changes],
+        )
+    )
+    settled(it)
+    shown = it.ask("Array.from(bindusbl.chart.predicted.position_error_p95_m)")
+    found = predict(inputs, it.ask(STATIONS))
+    assert shown == pytest.approx(found.position_error_p95_m.tolist(), rel=1e-6)
+
+
+def test_what_is_on_the_chart_can_be_run(opened: Open, page: Path, tmp_path: Path) -> None:
+    """The line to copy holds the places, the ranges and what the candidate sets, and is valid."""
+    it = opened(page)
+    drag(it, 30, -20)
+    slide(it, "HF range", 66)
+    settled(it)
+    words = shlex.split(it.page.inner_text("#run"))
+    assert words[:3] == ["bindusbl-des", "run", "quick start.yaml"]
+    changes = [words[place + 1] for place, word in enumerate(words) if word == "--set"]
+    scenario = load_scenario("quickstart", overrides=changes)
+    assert [list(it) for it in scenario.asvs.formation.positions_m or ()] == it.ask(STATIONS)
+    assert scenario.acoustics.hf.range_m == 66
+    told = it.page.inner_text("#positions")
+    assert re.fullmatch(r"asvs\.formation\.positions_m: \[\[.*\]\]", told)
+
+
+def test_candidates_are_shown_on_the_chart(opened: Open, page: Path) -> None:
+    """By a click on a dot or a row, or by arrows and Enter in the plot."""
+    it = opened(page)
+    candidates = record()["candidates"]
+
+    def on_chart() -> int:
+        return int(it.ask("bindusbl.chart.shown"))
+
+    it.page.locator(f"[data-candidate='{record()['runners_up'][0]}']").click()
+    assert on_chart() == record()["runners_up"][0]
+    it.page.locator("#pareto [tabindex='0']").focus()
+    it.page.keyboard.press("ArrowRight")
+    it.page.keyboard.press("Enter")
+    other = on_chart()
+    assert other != record()["runners_up"][0]
+    assert candidates[other]["simulated"]
+    it.page.click(f".candidates button:has-text('candidate {record()['chosen'] + 1}')")
+    assert on_chart() == record()["chosen"]
+    assert it.ask("document.querySelectorAll('#pareto .shown').length") == 1
+    it.page.select_option("#team", "")
+    assert it.ask("bindusbl.chart.shown") is None
+
+
+def test_a_plan_prints_light_and_whole(opened: Open, page: Path) -> None:
+    """On paper the page is light, not wider than A4, and holds all tables."""
+    it = opened(page, "dark")
+    it.page.emulate_media(media="print")
+    it.until("document.documentElement.classList.contains('paper')")
+    assert it.ask("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert it.ask("document.querySelector('main').scrollWidth") <= 690
+    it.page.emulate_media(media="screen")
+    it.until("!document.documentElement.classList.contains('paper')")
+
+
+def test_a_drag_is_smooth_enough(opened: Open, tmp_path: Path) -> None:
+    """With 10 AUVs predicting and painting take less than a frame of 30 a second, at the median."""
+    scenario = base(auvs=10)
+    path = tmp_path / "plan.html"
+    path.write_text(plan_page(record(), chart_of(scenario, inputs_of(scenario))), encoding="utf-8")
+    it = opened(path)
+    it.ask("bindusbl.chart.frames.length = 0")
+    for _ in range(6):
+        drag(it, 20, 10)
+    frames = it.ask("bindusbl.chart.frames")
+    assert len(frames) > 10
+    assert float(np.median(frames)) < 33.0
+
+
+@pytest.mark.parametrize("kind", ["empty", "null", "attacked", "still"])
+def test_any_record_opens(opened: Open, tmp_path: Path, kind: str) -> None:
+    """An empty one, one without an answer, one full of scripts, and one without inputs."""
+    records: dict[str, dict[str, Any]] = {
+        "empty": {},
+        "null": {**record(), "answer": None, "chosen": None},
+        "attacked": attacked(record()),
+        "still": record(),
+    }
+    chart = None if kind == "still" else chart_of(base(), inputs_of(base()))
+    path = tmp_path / "plan.html"
+    path.write_text(plan_page(records[kind], chart), encoding="utf-8")
+    it = opened(path)
+    assert it.ask("bindusbl.ready") is True
+    assert it.ask("window.owned") is None
+    assert bool(it.ask("bindusbl.chart")) == (kind != "still")
+    if kind == "attacked":
+        assert "window.owned = 1" in it.ask("document.body.innerText")
