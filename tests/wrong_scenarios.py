@@ -360,7 +360,7 @@ WRONG = {
     "an ASV fails that has failed": (
         "asvs: {failures: [{asv: 1, at_s: 5}, {asv: 1, at_s: 9}]}\n",
         [
-            "2:52: asvs.failures.1.at_s: ASV1 fails while it has failed already (failure 0); make "
+            "2:53: asvs.failures.1.at_s: ASV1 fails while it has failed already (failure 0); make "
             "one of both"
         ],
     ),

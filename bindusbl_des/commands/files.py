@@ -158,9 +158,9 @@ def params(pattern: str, as_json: bool) -> None:
     in acoustics.*.range_m, it must match the whole name.
     """
     from ..core.wording import did_you_mean
-    from ..scenario.keys import keys, settings
+    from ..scenario.keys import items, keys, settings
 
-    rows = [row for row in (*keys(), *settings()) if _matches(row, pattern)]
+    rows = [row for row in (*keys(), *items(), *settings()) if _matches(row, pattern)]
     if not rows:
         hint = did_you_mean(pattern, [row.name for row in keys()])
         refuse(f"no key matches {pattern!r}{hint or '; `bindusbl-des params` lists all'}")

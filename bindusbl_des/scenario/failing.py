@@ -1,19 +1,24 @@
 """Which ASVs of a scenario fail, and when; the whole fleet knows of it at once."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ..vehicles.failures import Failures
 from .scenario_keys import ScenarioKeys
 from .sections.failures import Failure
 
+if TYPE_CHECKING:
+    from ..vehicles.failures import Failures
 
-def failures_of(scenario: ScenarioKeys) -> Failures | None:
+
+def failures_of(scenario: ScenarioKeys) -> "Failures | None":
     """Return the failures of a scenario's ASVs; None where none fails."""
     given = scenario.asvs.failures
     if not given:
         return None
+    import numpy as np  # which validating a scenario does not wait for
+
+    from ..vehicles.failures import Failures
+
     return Failures(
         scenario.asvs.count,
         np.array([it.asv for it in given], dtype=np.intp),

@@ -24,7 +24,7 @@ from bindusbl_des.scenario.files.plain_yaml import read_yaml
 from bindusbl_des.scenario.files.scenario_file import load_scenario, parse_scenario
 from bindusbl_des.scenario.files.templates import IMPORTANT, TEMPLATES, template
 from bindusbl_des.scenario.key_types import Part
-from bindusbl_des.scenario.keys import json_schema, keys, settings
+from bindusbl_des.scenario.keys import items, json_schema, keys, settings
 from bindusbl_des.scenario.scenario import Scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -185,16 +185,19 @@ def described_parts(part: type[Part]) -> set[type[Part]]:
 
 
 def test_every_field_of_the_models_is_listed() -> None:
-    """keys() has a row for each field of each section, as often as the section is used."""
+    """keys() has a row for each field of each section, as often as the section is used; items() of
+    those in lists.
+    """
     fields = {
         (name, field.description)
         for part in described_parts(Part)
         for name, field in part.model_fields.items()
         if (field.json_schema_extra or name == "name") and name != "kind"
     }
-    rows = [row for row in keys() if row.name != "kind"]
+    every = (*keys(), *items())
+    rows = [row for row in every if row.name != "kind"]
     assert {(row.name, row.meaning) for row in rows} == fields
-    assert len({row.key for row in keys()}) == len(keys())
+    assert len({row.key for row in every}) == len(every)
 
 
 def test_keys_tell_what_the_models_hold() -> None:
