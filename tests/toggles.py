@@ -70,6 +70,13 @@ ROUTES: dict[str, Data] = {
     "track": {"kind": "track", "files": [str(TRACKS / f"auv{auv}.csv") for auv in range(3)]},
 }
 
+# Placements that need other keys than those of a ring
+FORMATIONS: dict[str, Data] = {
+    "positions": {"model": "positions", "positions_m": [[9.0, 0.0], [-9.0, 3.0]]},
+    **{name: {"model": name} for name in ("follow", "assign", "zigzag")},
+    "track": {"model": "track", "files": [str(TRACKS / f"auv{auv}.csv") for auv in range(2)]},
+}
+
 # What a curve is of, where one is chosen
 CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
 # Parts that need settings, with some
@@ -89,6 +96,10 @@ OTHERS: dict[str, list[Any]] = {
     "asvs.formation.clearance_m": [3.0],
     "asvs.formation.radius_m": [8.0],
     "asvs.failures": [[{"asv": 0, "at_s": 9.0}]],
+    "asvs.formation.hysteresis": [1.0],
+    "asvs.formation.amplitude_m": [7.0],
+    "asvs.formation.period_s": [13.0],
+    "asvs.formation.replan_s": [4.0],
     "environment.current_m_per_s": [0.15],
     "environment.current_variation_m_per_s": [0.02],
     "environment.current_direction_deg": [70.0],
@@ -125,6 +136,8 @@ UNSEEN = (
     "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
     "asvs.formation.positions_m", "asvs.formation.model", "environment.ctd",
     "auvs.route.positions_deg", "auvs.route.points_deg", "auvs.route.tracks",
+    "asvs.formation.start_m", "asvs.formation.files", "asvs.formation.tracks",
+    "asvs.formation.time_offset_s",
     "asvs.formation.positions_m", "asvs.formation.positions_deg", "asvs.formation.model",
     "survey.size_m", "survey.polygon_m", "survey.area",
     "survey.depths_m", "auvs.speeds_m_per_s", "auvs.launch_m", "auvs.recovery_m",
@@ -174,6 +187,9 @@ def put(data: Data, key: str, value: Any) -> Data:
     out = deepcopy(data)
     if key == "auvs.route.kind":
         out.setdefault("auvs", {})["route"] = deepcopy(ROUTES.get(value, {"kind": value}))
+        return out
+    if key == "asvs.formation.model" and value in FORMATIONS:
+        out.setdefault("asvs", {})["formation"] = deepcopy(FORMATIONS[value])
         return out
     *sections, last = key.split(".")
     part = out

@@ -295,3 +295,15 @@ def test_targets_of_ones_own_are_checked(answer: str, said: str) -> None:
 def test_what_cannot_be_is_refused(asvs: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         scenario(asvs=asvs)
+
+
+def test_vessels_keep_the_auvs_that_they_have() -> None:
+    """Three AUVs in a row and two vessels: which of them shares its own is as good either way, and
+    neither goes over to the AUV of the other.
+    """
+    mission = moving("follow", auvs={"count": 3}, acoustics={"hf": {"range_m": 30.0}})
+    result = simulate(mission, 1)
+    for asv in range(2):
+        way, auv = way_of(result, f"ASV{asv}"), way_of(result, "AUV1")
+        assert (way.y_m - auv.y_m).pipe(np.sign).nunique() == 1
+    assert result.auvs.hf_coverage.min() == 1.0

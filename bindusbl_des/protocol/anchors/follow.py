@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.placement.assignment import assignment
+from ...geometry.placement.enclosing_circle import enclosing_circle
 from ...geometry.placement.k_centre import k_centre
 from ...geometry.placement.max_cover import max_cover
 from .view import AnchorView, Array
@@ -24,7 +25,8 @@ class Follow:
 
     Where that is beyond the range of vessels, as many AUVs as they can hear instead: what is best
     for the farthest AUV would be of no use to any.  Vessels are told to go elsewhere only if that
-    serves better by more than a share, so that they do not follow the noise of fixes.
+    serves better by more than a share, so that they do not follow the noise of fixes; and they keep
+    the AUVs that they have, unless other AUVs for each are better by that share.
     """
 
     def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
@@ -37,10 +39,17 @@ class Follow:
         if view.is_first:
             return np.resize(there, view.vessels.shape)
         targets = view.bound_for.copy()
-        now = service(fleet, targets[working], view.reach)
-        if gains(now, service(fleet, there, view.reach), self._hysteresis):
+        now = targets[working]
+        kept = moved_along(fleet, now, view.reach)
+        if self._is_better(there, kept, fleet, view.reach):
             targets[working] = there[assignment(view.vessels[working], there)]
+        elif self._is_better(kept, now, fleet, view.reach):
+            targets[working] = kept
         return targets
+
+    def _is_better(self, places: Array, others: Array, fleet: Array, reach: float) -> bool:
+        then, now = (service(fleet, it, reach) for it in (places, others))
+        return gains(now, then, self._hysteresis)
 
 
 def best_places(fleet: Array, count: int, reach: float) -> Array:
@@ -49,6 +58,21 @@ def best_places(fleet: Array, count: int, reach: float) -> Array:
     if centres.radius <= reach or reach == 0.0:
         return centres.places
     return max_cover(fleet, count, reach).places
+
+
+def moved_along(fleet: Array, places: Array, reach: float) -> Array:
+    """Return places (m, 2), m, each in the middle of the AUVs (n, 2) that it is nearest to of all
+    places, and within reach (m) of; who has none stays.
+    """
+    apart = fleet[:, None, :] - places
+    away = np.hypot(apart[..., 0], apart[..., 1])
+    nearest, heard = away.argmin(axis=1), away.min(axis=1) <= reach
+    out = places.copy()
+    for number in range(len(places)):
+        own = fleet[heard & (nearest == number)]
+        if len(own):
+            out[number] = enclosing_circle(own)[:2]
+    return out
 
 
 def service(fleet: Array, places: Array, reach: float) -> Service:
