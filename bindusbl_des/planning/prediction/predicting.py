@@ -60,7 +60,7 @@ def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
     known = smoothed if inputs.navigator.filter == "smoother" else errors_of
     errors = known(inputs, turns, fixes(inputs, sights, inputs.ways.places_m, asvs))
     waits = waiting(turns, inputs.duration_s)
-    square, shape = squares(errors)
+    square, shape = squares(errors.mean, errors.covariance)
     over_time = mean_size(square, shape)
     rounds = 1.0 / plan.period_s
     covered = (sights.heard > SELDOM).any(axis=2)
