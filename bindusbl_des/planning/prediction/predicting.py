@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...records.worst import WORST_IS_LARGEST
-from .afterwards import smoothed
-from .errors import errors_of
 from .inputs import Inputs
+from .march.afterwards import smoothed
+from .march.errors import errors_of
 from .rounds import planned_rounds, turns_of
 from .sights import SELDOM, fixes, seen
 from .sizes import expected_largest, mean_size, quantile, scatter, sizes_of_all, squares

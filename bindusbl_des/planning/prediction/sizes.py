@@ -8,7 +8,7 @@ where it does not vary at all.
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import Errors
+from .march.errors import Errors
 
 Floats = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..inputs import Inputs
+from ..rounds import Turns
+from ..sights import Fixes
 from .errors import Errors, errors_of
-from .inputs import Inputs
-from .rounds import Turns
-from .sights import Fixes
 
 Floats = NDArray[np.float64]
 

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled, entry
+from ....core.compiled import compiled, entry
+from ..inputs import Inputs
+from ..parts import Source
+from ..rounds import Turns
+from ..sights import Fixes
 from .correction import WEIGHED, Fix, correct
 from .drift import FRAMES, NOT_AT_ALL, Drifts, State, carry, moment_at
-from .inputs import Inputs
-from .parts import Source
-from .rounds import Turns
-from .sights import Fixes
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -170,7 +170,7 @@ def _alike(
     together += 4.0 * m[0] * (first[0] * n[0] + first[1] * n[1])
     together += 4.0 * m[1] * (second[0] * n[0] + second[1] * n[1])
     apart = _varies(m, spreads[begin]) * _varies(n, spreads[end])
-    return together / sqrt(apart) if apart > 0.0 else 0.0
+    return float(together / sqrt(apart)) if apart > 0.0 else 0.0
 
 
 @compiled

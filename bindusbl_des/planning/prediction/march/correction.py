@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled
+from ....core.compiled import compiled
 from .drift import State
 
 Floats = NDArray[np.float64]
