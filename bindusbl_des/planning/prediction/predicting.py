@@ -63,7 +63,9 @@ def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
     square, shape = squares(errors.mean, errors.covariance)
     over_time = mean_size(square, shape)
     rounds = 1.0 / plan.period_s
-    covered = (sights.heard > SELDOM).any(axis=2)
+    in_range = sights.heard > SELDOM
+    passive = inputs.access.ranging == "passive"  # where the pings are those of ASVs
+    covered = in_range.mean(axis=2) if passive else in_range.any(axis=2)
     return Prediction(
         (covered * rounds).sum(axis=1) / rounds.sum(),
         *waits,
