@@ -3,7 +3,6 @@
 `python tests/predicted_for_tests.py [PLANS] [SEEDS]` prints how far apart they are, as in docs/planning.md.
 """
 
-import json
 import random
 import sys
 from collections.abc import Callable, Sequence
