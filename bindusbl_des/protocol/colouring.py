@@ -57,7 +57,7 @@ def _count(heard: bytes, auvs: int, asvs: int) -> int:
 
 def _greedy_groups(heard: bytes, auvs: int, asvs: int) -> Groups:
     colours = np.empty(auvs, dtype=np.int64)
-    _greedy(_matrix(heard, auvs, asvs), colours)
+    greedy_colours(_matrix(heard, auvs, asvs), colours)
     return _grouped(colours)
 
 
@@ -113,7 +113,8 @@ def _count_neighbours(heard: Hearing, hearers: Words, bits: Ints, degrees: Ints)
 
 
 @entry
-def _greedy(heard: Hearing, colours: Ints) -> None:
+def greedy_colours(heard: Hearing, colours: Ints) -> None:
+    """Write the numbers of the groups (AUVs,) that :func:`greedy_groups` puts AUVs into."""
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
     lowest = np.zeros(heard.shape[1], dtype=np.int64)  # colour that an ASV may still hear
     for auv in range(len(heard)):

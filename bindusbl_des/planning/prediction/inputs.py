@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ...scenario.scenario import Scenario
-from .instruments import lasting_of, navigator_of
-from .medium import access_of, slots_of
+from .gathering.instruments import lasting_of, navigator_of
+from .gathering.medium import access_of, slots_of
+from .gathering.tables import fix_noise, hf_chances, mf_chances
+from .gathering.told import approximations
+from .gathering.ways import ways_of
 from .parts import Access, Chances, FixNoise, Lasting, Navigator, Slots, Ways
-from .tables import fix_noise, hf_chances, mf_chances
-from .told import approximations
-from .ways import ways_of
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import Errors
 from .inputs import Inputs
 from .parts import FixNoise, Ways
 from .rounds import Plan, planned_rounds
@@ -58,9 +57,8 @@ def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMa
     lasts = own.lasts[0, np.arange(len(spots)), kind]
     lost = _drifted(inputs)
     pauses = Pauses(period / np.maximum(chance, SELDOM), chance, _late(inputs, plan))
-    settled = _settled(inputs, pauses, spread)
-    settled = settled._replace(covariance=settled.covariance + lasts)
-    error = mean_size(*squares(settled))
+    mean, settled = _settled(inputs, pauses, spread)
+    error = mean_size(*squares(mean, settled + lasts))
     corrected = (chance > SELDOM) & (inputs.navigator.filter != "dead_reckoning")
     return ErrorMap(np.where(corrected, np.minimum(error, lost), lost), chance)
 
@@ -99,8 +97,11 @@ def _late(inputs: Inputs, plan: Plan) -> float:
     return float((plan.send_s + plan.frame_s - waited).mean())
 
 
-def _settled(inputs: Inputs, pauses: Pauses, noise: Floats) -> Errors:
-    """Return the errors (p,) that settle; drift that is not estimated is taken to be along x."""
+def _settled(inputs: Inputs, pauses: Pauses, noise: Floats) -> tuple[Floats, Floats]:
+    """Return the mean (p, 2), m, and covariance xx, yy, xy (p, 3), m2, of errors that settle.
+
+    Drift that is not estimated is taken to be along x.
+    """
     navigator, (interval, chance, late) = inputs.navigator, pauses
     walk, biases, mean = navigator.walk_m2_per_s, _velocities(inputs), np.zeros((len(noise), 2))
     varies = interval * interval * (1.0 - np.minimum(chance, 1.0))
@@ -120,7 +121,7 @@ def _settled(inputs: Inputs, pauses: Pauses, noise: Floats) -> Errors:
         out = _settling(walk * interval, noise) + (4.0 / count)[:, np.newaxis] * noise
     out[:, 0] += grown
     out[:, 1] += grown
-    return Errors(mean, out, out[:, 0])
+    return mean, out
 
 
 def _settling(walk: Floats, noise: Floats) -> Floats:

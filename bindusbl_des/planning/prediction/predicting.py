@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...records.worst import WORST_IS_LARGEST
-from .afterwards import smoothed
-from .errors import errors_of
 from .inputs import Inputs
+from .march.afterwards import smoothed
+from .march.errors import errors_of
 from .rounds import planned_rounds, turns_of
 from .sights import SELDOM, fixes, seen
 from .sizes import expected_largest, mean_size, quantile, scatter, sizes_of_all, squares
@@ -60,10 +60,12 @@ def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
     known = smoothed if inputs.navigator.filter == "smoother" else errors_of
     errors = known(inputs, turns, fixes(inputs, sights, inputs.ways.places_m, asvs))
     waits = waiting(turns, inputs.duration_s)
-    square, shape = squares(errors)
+    square, shape = squares(errors.mean, errors.covariance)
     over_time = mean_size(square, shape)
     rounds = 1.0 / plan.period_s
-    covered = (sights.heard > SELDOM).any(axis=2)
+    in_range = sights.heard > SELDOM
+    passive = inputs.access.ranging == "passive"  # where the pings are those of ASVs
+    covered = in_range.mean(axis=2) if passive else in_range.any(axis=2)
     return Prediction(
         (covered * rounds).sum(axis=1) / rounds.sum(),
         *waits,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import entry
-from ...protocol.colouring import dsatur_groups, greedy_groups
+from ...protocol.colouring import dsatur_groups, greedy_colours
 from .inputs import Inputs
 from .parts import Slots
 from .sights import Flags, Sights, located
@@ -125,14 +125,22 @@ def _grouped(schedule: str, in_range: Flags) -> tuple[Ints, Floats]:
         return slot, np.full(instants, float(auvs))
     if schedule in ("round_robin", "random"):
         return slot, np.ones(instants)
-    colour = dsatur_groups if schedule == "dsatur" else greedy_groups
-    counts = np.empty(instants)
-    for instant in range(instants):
-        groups = colour(np.ascontiguousarray(in_range[:, instant]))
-        counts[instant] = len(groups)
-        for number, group in enumerate(groups):
-            slot[list(group), instant] = number
-    return slot, counts
+    if schedule == "dsatur":
+        for instant in range(instants):
+            groups = dsatur_groups(np.ascontiguousarray(in_range[:, instant]))
+            for number, group in enumerate(groups):
+                slot[list(group), instant] = number
+    else:
+        _greedily(in_range, slot)
+    return slot, slot.max(axis=0) + 1.0
+
+
+@entry
+def _greedily(in_range: Flags, slot: Ints) -> None:
+    for instant in range(slot.shape[1]):
+        colours = np.empty(len(slot), dtype=np.int64)
+        greedy_colours(in_range[:, instant].copy(), colours)
+        slot[:, instant] = colours
 
 
 def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:

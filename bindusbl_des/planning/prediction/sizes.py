@@ -8,7 +8,7 @@ where it does not vary at all.
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import Errors
+from .march.errors import Errors
 
 Floats = NDArray[np.float64]
 
@@ -23,12 +23,13 @@ TWENTIETHS = np.array([-it for it in reversed(QUANTILES)] + list(QUANTILES))
 RAISED = 8
 
 
-def squares(errors: Errors) -> tuple[Floats, Floats]:
-    """Return the mean square (n, k), m2, of errors, and how many of its standard deviations that
-    is, squared: infinite where they do not vary.
+def squares(mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
+    """Return the mean square (...), m2, of errors with a mean (..., 2), m, and a covariance xx, yy,
+    xy (..., 3), m2, and how many of its standard deviations that is, squared: infinite where they
+    do not vary.
     """
-    x, y = errors.mean[..., 0], errors.mean[..., 1]
-    xx, yy, xy = (errors.covariance[..., k] for k in range(3))
+    x, y = mean[..., 0], mean[..., 1]
+    xx, yy, xy = (covariance[..., k] for k in range(3))
     square = x * x + y * y + xx + yy
     varies = 2.0 * (xx * xx + yy * yy + 2.0 * xy * xy)
     varies = varies + 4.0 * (x * x * xx + y * y * yy + 2.0 * x * y * xy)
@@ -45,19 +46,21 @@ def mean_size(square: Floats, shape: Floats) -> Floats:
 
 
 def gamma_quotient(shape: Floats) -> Floats:
-    """Return G(k + 1/2) / G(k) of the gamma function, to 1e-9.
+    """Return G(k + 1/2) / G(k) of the gamma function, to 1e-7.
 
     Source: Abramowitz and Stegun, Handbook of Mathematical Functions, 1964, 6.1.15 and 6.1.47.
 
-    >>> round(float(gamma_quotient(np.array(1.0))), 9), round(float(np.sqrt(np.pi) / 2), 9)
-    (0.886226925, 0.886226925)
+    >>> round(float(gamma_quotient(np.array(1.0))), 6), round(float(np.sqrt(np.pi) / 2), 6)
+    (0.886227, 0.886227)
     """
     quotient: Floats = np.ones(np.shape(shape))
     for k in range(RAISED):
         quotient = quotient * (shape + k) / (shape + k + 0.5)
     z = shape + RAISED
-    expansion = 1.0 - 1.0 / (8.0 * z) + 1.0 / (128.0 * z**2) + 5.0 / (1024.0 * z**3)
-    return np.asarray(quotient * np.sqrt(z) * (expansion - 21.0 / (32768.0 * z**4)), np.float64)
+    by = 1.0 / z
+    last = 5.0 / 1024.0 - 21.0 / 32768.0 * by
+    expansion = 1.0 + by * (-1.0 / 8.0 + by * (1.0 / 128.0 + by * last))
+    return np.asarray(quotient * np.sqrt(z) * expansion)
 
 
 def sizes_of_all(square: Floats, shape: Floats) -> Floats:
@@ -67,7 +70,7 @@ def sizes_of_all(square: Floats, shape: Floats) -> Floats:
     """
     third = 1.0 / (9.0 * shape[..., np.newaxis])
     root = np.maximum(1.0 - third + TWENTIETHS * np.sqrt(third), 0.0)
-    return np.sqrt(square[..., np.newaxis] * root**3)
+    return np.asarray(np.sqrt(square[..., np.newaxis] * root * root * root))
 
 
 def quantile(values: Floats, share: float) -> Floats:
@@ -82,15 +85,22 @@ def scatter(errors: Errors, square: Floats, size: Floats) -> Floats:
     """Return the standard deviations (n,) of the mean length over one mission, as shares of it.
 
     `square` (m2) and `size` (m), (n, k), are the mean square and mean length of errors.  Lengths
-    are correlated as the squares of the errors' own correlations, which for an exponential one
-    makes of 1 / n independent ones, as far as the mean varies, 1 / (2 n - 1).
+    are taken to be as much alike as their squares; the variance of a mean over time is the mean
+    over all pairs of instants, of which those with the first of the two at one of a few stand for
+    all.
     """
-    varies = (errors.covariance[..., 0] + errors.covariance[..., 1]).mean(axis=1)
-    alike = np.minimum(errors.of_mean / np.maximum(varies, 1e-30), 1.0)
-    spread = np.maximum(square - size * size, 0.0).mean(axis=1)
-    return np.asarray(
-        np.sqrt(spread * alike / (2.0 - alike)) / np.maximum(size.mean(axis=1), 1e-30)
-    )
+    spread = np.sqrt(np.maximum(square - size * size, 0.0))
+    auvs, count, instants = errors.alike.shape
+    total, known = np.zeros(auvs), np.zeros(auvs)
+    rows = np.arange(auvs)
+    for anchor in range(count):
+        begin = errors.since[:, anchor]
+        own = spread[rows, begin] * spread[rows, begin]
+        pairs = (errors.alike[:, anchor] * spread).sum(axis=1) * spread[rows, begin] - 0.5 * own
+        total = total + np.where(begin >= 0, 2.0 * pairs / instants, 0.0)
+        known = known + (begin >= 0)
+    variance = np.maximum(total / np.maximum(known, 1.0), 0.0)
+    return np.asarray(np.sqrt(variance) / np.maximum(size.mean(axis=1), 1e-30))
 
 
 def expected_largest(values: Floats, varies: Floats) -> float:

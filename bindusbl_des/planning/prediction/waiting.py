@@ -11,7 +11,7 @@ from .rounds import Turns
 Floats = NDArray[np.float64]
 
 # A wait that is less likely than this to go on is over.
-OVER = 1e-3
+OVER = 1e-5
 
 
 class Waiting(NamedTuple):

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ...scenario.planned import route_of, tracks_of
-from ...scenario.plans import planned_tour
-from ...scenario.scenario import Scenario
-from ...vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
-from .parts import Ways
+from ....scenario.planned import route_of, tracks_of
+from ....scenario.plans import planned_tour
+from ....scenario.scenario import Scenario
+from ....vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
+from ..parts import Ways
 
 # Instants so far apart (s), but for missions that would have fewer, or more, than these.
 STEP_S, FEWEST, MOST = 2.5, 121, 361

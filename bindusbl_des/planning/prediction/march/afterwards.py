@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..inputs import Inputs
+from ..rounds import Turns
+from ..sights import Fixes
 from .errors import Errors, errors_of
-from .inputs import Inputs
-from .rounds import Turns
-from .sights import Fixes
 
 Floats = NDArray[np.float64]
 
@@ -26,10 +26,7 @@ def smoothed(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
     back = errors_of(*_backwards(inputs, turns, fixes))
     before, after = _second_moments(forward), _second_moments(back)[:, ::-1]
     covariance = _both(before, after)
-    share = covariance[..., :2].sum(axis=(1, 2)) / np.maximum(
-        before[..., :2].sum(axis=(1, 2)), 1e-30
-    )
-    return Errors(np.zeros(forward.mean.shape), covariance, forward.of_mean * share)
+    return forward._replace(mean=np.zeros(forward.mean.shape), covariance=covariance)
 
 
 def _backwards(inputs: Inputs, turns: Turns, fixes: Fixes) -> tuple[Inputs, Turns, Fixes]:

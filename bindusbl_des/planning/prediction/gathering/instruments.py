@@ -2,12 +2,12 @@
 
 from math import cos, hypot, radians, sin, sqrt
 
-from ...core.plugins import is_plugin
-from ...mission.told import told_to
-from ...scenario.instruments.lasting_kinds import kinds, told_of
-from ...scenario.instruments.own_sensors import OwnSensors, own_sensors
-from ...scenario.scenario import Scenario
-from .parts import Lasting, Navigator, Source
+from ....core.plugins import is_plugin
+from ....mission.told import told_to
+from ....scenario.instruments.lasting_kinds import kinds, told_of
+from ....scenario.instruments.own_sensors import OwnSensors, own_sensors
+from ....scenario.scenario import Scenario
+from ..parts import Lasting, Navigator, Source
 
 
 def lasting_of(scenario: Scenario) -> Lasting:

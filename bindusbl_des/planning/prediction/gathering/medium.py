@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from ...core.plugins import is_plugin, loaded
-from ...mission.build import reply_delay_of
-from ...protocol.schedules import is_framed
-from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
-from ...protocol.slots import slots_of as protocol_slots
-from ...scenario.scenario import Scenario
-from ...scenario.water import assumed_sound_speed_of
-from .parts import Access, Slots
+from ....core.plugins import is_plugin, loaded
+from ....mission.build import reply_delay_of
+from ....protocol.schedules import is_framed
+from ....protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
+from ....protocol.slots import slots_of as protocol_slots
+from ....scenario.scenario import Scenario
+from ....scenario.water import assumed_sound_speed_of
+from ..parts import Access, Slots
 
 # What stands in for parts of one's own, whose ways nobody knows.
 STAND_INS = {"schedule": "spatial_reuse", "downlink": "sequential", "broadcaster": "rotate"}

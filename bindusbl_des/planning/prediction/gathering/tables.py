@@ -5,19 +5,19 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...acoustics.channel import AskedChannel, between
-from ...acoustics.channels import hf_channel, loss_of, mf_channel
-from ...acoustics.loss import LossTerms, loss_probability
-from ...acoustics.modem import messages_of
-from ...core.compiled import entry
-from ...core.plugins import is_plugin
-from ...mission.build import usbl_of
-from ...records.rows import Rows
-from ...scenario.scenario import Scenario
-from ...scenario.survey_area import area_of
-from ...usbl.instrument import NOISE_WIDTH, Instrument, placed
-from ...usbl.sheet import path_sd
-from .parts import Chances, FixNoise
+from ....acoustics.channel import AskedChannel, between
+from ....acoustics.channels import hf_channel, loss_of, mf_channel
+from ....acoustics.loss import LossTerms, loss_probability
+from ....acoustics.modem import messages_of
+from ....core.compiled import entry
+from ....core.plugins import is_plugin
+from ....mission.build import usbl_of
+from ....records.rows import Rows
+from ....scenario.scenario import Scenario
+from ....scenario.survey_area import area_of
+from ....usbl.instrument import NOISE_WIDTH, Instrument, placed
+from ....usbl.sheet import path_sd
+from ..parts import Chances, FixNoise
 
 Floats = NDArray[np.float64]
 

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled, entry
+from ....core.compiled import compiled, entry
+from ..inputs import Inputs
+from ..parts import Source
+from ..rounds import Turns
+from ..sights import Fixes
 from .correction import WEIGHED, Fix, correct
 from .drift import FRAMES, NOT_AT_ALL, Drifts, State, carry, moment_at
-from .inputs import Inputs
-from .parts import Source
-from .rounds import Turns
-from .sights import Fixes
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -20,15 +20,20 @@ Ints = NDArray[np.int64]
 # Fixes less likely than this are none.
 NONE = 1e-9
 
+# So many instants' errors are compared with all later ones.
+ANCHORS = 6
+
 
 class Errors(NamedTuple):
     """The errors of n AUVs at k instants: true mean (n, k, 2), m, and covariance xx, yy, xy
-    (n, k, 3), m2; and the variance (n,), m2, of their mean over time, both axes added.
+    (n, k, 3), m2; and how much their squares are correlated (n, a, k) with those at a few instants
+    before, whose numbers are `since` (n, a); -1: there is none.
     """
 
     mean: Floats
     covariance: Floats
-    of_mean: Floats
+    alike: Floats
+    since: Ints
 
 
 def errors_of(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
@@ -51,14 +56,15 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, State]:
         told = (1.0, 1.0) if lasting.is_told else (0.0, 0.0)
         sources = (*sources, Source("none", (0.0, 0.0), (1.0, 1.0), told))
         frames.append(NOT_AT_ALL)
-    mean = np.array([0.0, 0.0, *(it for own in sources for it in own.mean), 0.0, 0.0])
+    rows = np.zeros((1 + 2 * ANCHORS, 2 + 2 * len(sources)))
+    rows[0, 2:] = [it for own in sources for it in own.mean]
     drawn = np.array([it * it for own in sources for it in own.drawn_sd])
     thought = np.array([it * it for own in sources for it in own.told_sd])
     start, believed = navigator.start_sd_m**2, navigator.told_start_sd_m**2
     state = State(
-        mean,
-        np.diag([start, start, *drawn, 0.0, 0.0]),
-        np.diag([believed, believed, *thought, 0.0, 0.0]),
+        rows,
+        np.diag([start, start, *drawn]),
+        np.diag([believed, believed, *thought]),
     )
     drifts = Drifts(
         np.array(frames, dtype=np.int64),
@@ -79,34 +85,51 @@ def _march(
     pinged: Floats, told: Floats, chance: Floats, at: Ints, kind: Ints, many: int,
     noise: Floats, lasts: Floats, rate: Floats, gain: float, at_ping: bool,
     frames: Ints, time_constants: Floats, wanders: Floats, variances: Floats, believed: Floats,
-    walk: float, told_walk: float, has_common: bool, mean: Floats, true: Floats, thought: Floats,
-) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    walk: float, told_walk: float, has_common: bool, rows: Floats, true: Floats, thought: Floats,
+) -> tuple[Floats, Floats, Floats, Ints]:  # fmt: skip
     drifts = Drifts(
         frames, time_constants, wanders, variances, believed, walk, told_walk, has_common
     )
     auvs, instants = places.shape[0], places.shape[1]
-    end = (instants - 1) * step
     means, spreads = np.empty((auvs, instants, 2)), np.empty((auvs, instants, 3))
-    of_mean = np.empty(auvs)
-    ahead = State(mean.copy(), true.copy(), thought.copy())
+    alike, since = np.zeros((auvs, ANCHORS, instants)), np.full((auvs, ANCHORS), -1)
+    first = State(rows, true, thought)
+    state, ahead = (
+        State(rows.copy(), true.copy(), thought.copy()),
+        State(rows.copy(), true.copy(), thought.copy()),
+    )
     for auv in range(auvs):
-        state = State(mean.copy(), true.copy(), thought.copy())
+        _copy(first, state)
         way, turned = places[auv], headings[auv]
-        known, next_one = moment_at(0.0, step, way, turned), 0
+        known, next_one, anchors = moment_at(0.0, step, way, turned), 0, 0
         for turn in range(pinged.shape[1] + 1):
-            until = inf
+            until = holds = inf
             if turn < pinged.shape[1]:
                 if chance[auv, turn] < NONE:
                     continue
                 until = told[auv, turn]
+                holds = pinged[auv, turn] if at_ping else until
             while next_one < instants and next_one * step < until:
+                then = moment_at(next_one * step, step, way, turned)
+                is_anchor = anchors < ANCHORS and then.time <= holds
+                if is_anchor and next_one >= (2 * anchors + 1) * instants // (2 * ANCHORS):
+                    carry(state, known, then, drifts)
+                    known = then
+                    for axis in range(2):
+                        state.rows[1 + 2 * anchors + axis] = state.true[axis]
+                    since[auv, anchors] = next_one
+                    anchors += 1
                 _copy(state, ahead)
-                carry(ahead, known, moment_at(next_one * step, step, way, turned), drifts)
+                carry(ahead, known, then, drifts)
                 _note(ahead, means[auv, next_one], spreads[auv, next_one])
+                for anchor in range(anchors):
+                    begin = since[auv, anchor]
+                    alike[auv, anchor, next_one] = _alike(
+                        ahead.rows, anchor, means[auv], spreads[auv], begin, next_one
+                    )
                 next_one += 1
             if next_one == instants:
                 break
-            holds = pinged[auv, turn] if at_ping else until
             then = moment_at(holds, step, way, turned)
             carry(state, known, then, drifts)
             place, which = at[auv, turn], kind[auv, turn]
@@ -117,24 +140,45 @@ def _march(
             if has_common:
                 time_constants[-1] = 1.0 / rate[auv, place, which]
             known = then
-        _copy(state, ahead)
-        carry(ahead, known, moment_at(end, step, way, turned), drifts)
-        of_mean[auv] = _summed(ahead) / (end * end)
-    return means, spreads, of_mean
+    return means, spreads, alike, since
 
 
 @compiled
 def _copy(state: State, out: State) -> None:
-    for i in range(state.mean.size):
-        out.mean[i] = state.mean[i]
-        for j in range(state.mean.size):
+    for i in range(state.rows.shape[0]):
+        for j in range(state.rows.shape[1]):
+            out.rows[i, j] = state.rows[i, j]
+    for i in range(len(state.true)):
+        for j in range(len(state.true)):
             out.true[i, j], out.believed[i, j] = state.true[i, j], state.believed[i, j]
 
 
 @compiled
 def _note(state: State, mean: Floats, spread: Floats) -> None:
-    mean[0], mean[1] = state.mean[0], state.mean[1]
+    mean[0], mean[1] = state.rows[0, 0], state.rows[0, 1]
     spread[0], spread[1], spread[2] = state.true[0, 0], state.true[1, 1], state.true[0, 1]
+
+
+@compiled
+def _alike(
+    rows: Floats, anchor: int, means: Floats, spreads: Floats, begin: int, end: int
+) -> float:
+    """Return how much the squares of errors at two instants are correlated."""
+    first, second = rows[1 + 2 * anchor], rows[2 + 2 * anchor]
+    m, n = means[begin], means[end]
+    together = 2.0 * (first[0] ** 2 + first[1] ** 2 + second[0] ** 2 + second[1] ** 2)
+    together += 4.0 * m[0] * (first[0] * n[0] + first[1] * n[1])
+    together += 4.0 * m[1] * (second[0] * n[0] + second[1] * n[1])
+    apart = _varies(m, spreads[begin]) * _varies(n, spreads[end])
+    return float(together / sqrt(apart)) if apart > 0.0 else 0.0
+
+
+@compiled
+def _varies(m: Floats, spread: Floats) -> float:
+    """Return the variance (m4) of the square of an error of a mean (2,) and xx, yy, xy (3,)."""
+    xx, yy, xy = spread[0], spread[1], spread[2]
+    own = 2.0 * (xx * xx + yy * yy + 2.0 * xy * xy)
+    return own + 4.0 * (m[0] * m[0] * xx + m[1] * m[1] * yy + 2.0 * m[0] * m[1] * xy)
 
 
 @compiled
@@ -149,10 +193,3 @@ def _fix(noise: Floats, lasts: Floats, drifts: Drifts) -> Fix:
     xx = sqrt(lasts[0])
     yx = lasts[2] / xx if xx > 0.0 else 0.0
     return Fix(own, thought, last, xx, yx, sqrt(max(lasts[1] - yx * yx, 0.0)))
-
-
-@compiled
-def _summed(state: State) -> float:
-    """Return the variance (m2 s2) of what the error has summed up to, both axes added."""
-    first = state.mean.size - 2
-    return float(state.true[first, first] + state.true[first + 1, first + 1])

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from ...core.plugins import is_plugin
-from ...scenario.families import plugins_of
-from ...scenario.scenario import Scenario
+from ....core.plugins import is_plugin
+from ....scenario.families import plugins_of
+from ....scenario.scenario import Scenario
 
 
 def approximations(scenario: Scenario) -> Iterator[str]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled
+from ....core.compiled import compiled
 from .drift import State
 
 Floats = NDArray[np.float64]
@@ -38,20 +38,23 @@ def correct(state: State, fix: Fix, fixes: float, gain: float, behind: tuple[flo
     IEEE Trans. Automatic Control 49(9), 2004).  The fix is compared with an estimate that is
     `behind` (x, y), m, of where the fix holds.
     """
-    mean, true, believed = state
-    size, chance = mean.size, min(fixes, 1.0)
+    rows, true, believed = state
+    size, chance = len(true), min(fixes, 1.0)
     share = 1.0 / max(fixes, 1.0)
     xx, yy, xy = fix.noise[0] * share, fix.noise[1] * share, fix.noise[2] * share
     thought = fix.thought[0] * share, fix.thought[1] * share, fix.thought[2] * share
     gains = _gains(believed, fix, thought, gain)
-    x, y = mean[0] + behind[0], mean[1] + behind[1]
-    if fix.common > 0:
-        x += fix.xx * mean[fix.common]
-        y += fix.yx * mean[fix.common] + fix.yy * mean[fix.common + 1]
     moved = np.empty(size)
-    for i in range(size):
-        moved[i] = gains[i, 0] * x + gains[i, 1] * y
-        mean[i] -= chance * moved[i]
+    for row in range(len(rows) - 1, -1, -1):
+        x, y = rows[row, 0], rows[row, 1]
+        if fix.common > 0:
+            x += fix.xx * rows[row, fix.common]
+            y += fix.yx * rows[row, fix.common] + fix.yy * rows[row, fix.common + 1]
+        if row == 0:
+            x, y = x + behind[0], y + behind[1]
+        for i in range(size):
+            moved[i] = gains[i, 0] * x + gains[i, 1] * y
+            rows[row, i] -= chance * moved[i]
     _mix(true, _joseph(true, gains, fix, (xx, yy, xy)), chance)
     _mix(believed, _joseph(believed, gains, fix, thought), chance)
     for i in range(size):
@@ -95,7 +98,7 @@ def _gains(believed: Floats, fix: Fix, noise: Spread, gain: float) -> Floats:
     xx, yy, xy = xx + noise[0], yy + noise[1], xy + noise[2]
     determinant = xx * yy - xy * xy
     if determinant > 1e-12 * (xx + yy) * (xx + yy):
-        for i in range(len(believed) - 2):  # but what is past
+        for i in range(len(believed)):
             out[i, 0] = (said[i, 0] * yy - said[i, 1] * xy) / determinant
             out[i, 1] = (said[i, 1] * xx - said[i, 0] * xy) / determinant
     return out

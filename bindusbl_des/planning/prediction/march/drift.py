@@ -1,8 +1,7 @@
 """How an error of position grows and shrinks: its mean, its covariance, and what a filter thinks.
 
-States are the error (m) along x and y, two numbers of each source of drift, as in
-:mod:`...navigation.belief`, and last what the error has summed up to over time (m s), of which no
-fix changes what is past.  Three things are carried on side by side: the covariance that the
+States are the error (m) along x and y, and two numbers of each source of drift, as in
+:mod:`...navigation.belief`.  Three things are carried on side by side: the covariance that the
 filter believes in, by which it weighs fixes, and the true mean and covariance of its errors, which
 follow from the same gains.  They differ where the filter is told something else than the truth, or
 weighs by no covariance at all.
@@ -14,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled
+from ....core.compiled import compiled
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,11 +50,14 @@ class Moment(NamedTuple):
 
 
 class State(NamedTuple):
-    """What is known of errors at one instant: their true mean (k,) and covariance (k, k), and the
+    """What is known of errors at one instant: their true mean and covariance (k, k), and the
     covariance (k, k) that the filter believes in.
+
+    The first of the `rows` (m, k) is the mean.  Two each of the others are the covariances of the
+    error at an earlier instant, along x and y, with the states now: they change as a mean does.
     """
 
-    mean: Floats
+    rows: Floats
     true: Floats
     believed: Floats
 
@@ -81,7 +83,6 @@ def carry(state: State, begin: Moment, end: Moment, drifts: Drifts) -> None:
     passed = end.time - begin.time
     if passed <= 0.0:
         return
-    _sum_up(state, passed / 2.0)
     for source in range(drifts.frames.size):
         frame, k = drifts.frames[source], 2 + 2 * source
         ahead, aside = passed, 0.0
@@ -93,13 +94,14 @@ def carry(state: State, begin: Moment, end: Moment, drifts: Drifts) -> None:
             ahead = 0.0
         share = passed / drifts.time_constants[source]
         left = -expm1(-share) / share if share > 0.0 else 1.0
-        _drive(state.mean, k, left * ahead, left * aside)
+        _drive(state.rows, k, left * ahead, left * aside)
         _spread(state.true, k, left * ahead, left * aside)
         _spread(state.believed, k, left * ahead, left * aside)
         if share > 0.0:
             kept = exp(-share)
-            state.mean[k] *= kept
-            state.mean[k + 1] *= kept
+            for row in state.rows:
+                row[k] *= kept
+                row[k + 1] *= kept
             _fade(state.true, k, kept, drifts.variances)
             _fade(state.believed, k, kept, drifts.told)
             line = ahead / passed, aside / passed
@@ -111,25 +113,13 @@ def carry(state: State, begin: Moment, end: Moment, drifts: Drifts) -> None:
     for axis in range(2):
         state.true[axis, axis] += drifts.walk * passed
         state.believed[axis, axis] += drifts.told_walk * passed
-    _sum_up(state, passed / 2.0)
 
 
 @compiled
-def _sum_up(state: State, lasts: float) -> None:
-    """Add what the error is to its sum, as often as it lasts (s)."""
-    first = state.mean.size - 2
-    for axis in range(2):
-        state.mean[first + axis] += lasts * state.mean[axis]
-        for i in range(state.mean.size):
-            state.true[first + axis, i] += lasts * state.true[axis, i]
-        for i in range(state.mean.size):
-            state.true[i, first + axis] += lasts * state.true[i, axis]
-
-
-@compiled
-def _drive(mean: Floats, k: int, ahead: float, aside: float) -> None:
-    mean[0] += ahead * mean[k] - aside * mean[k + 1]
-    mean[1] += aside * mean[k] + ahead * mean[k + 1]
+def _drive(rows: Floats, k: int, ahead: float, aside: float) -> None:
+    for i in range(len(rows)):
+        rows[i, 0] += ahead * rows[i, k] - aside * rows[i, k + 1]
+        rows[i, 1] += aside * rows[i, k] + ahead * rows[i, k + 1]
 
 
 @compiled

@@ -1,0 +1,1 @@
+"""The errors of AUVs, marched through the fixes that they may expect."""

@@ -1,0 +1,133 @@
+"""Errors marched through fixes against closed forms (physics of fixed gains and of Kalman's)."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bindusbl_des import Scenario
+from bindusbl_des.planning.prediction.inputs import Inputs, inputs_of
+from bindusbl_des.planning.prediction.march.errors import errors_of
+from bindusbl_des.planning.prediction.parts import Navigator, Source, Ways
+from bindusbl_des.planning.prediction.rounds import Turns
+from bindusbl_des.planning.prediction.sights import Fixes
+
+Floats = NDArray[np.float64]
+
+# Random walk (m2/s), noise of a fix (m2), velocity bias (m/s) and gain of the closed forms
+WALK, NOISE, BIAS, GAIN = 0.027**2, 0.25, 0.06, 0.9
+STEPS = 50  # instants between two fixes
+
+
+def straight_on(period: float, fixes: int, navigator: Navigator, speed: float) -> Inputs:
+    """Return an AUV that goes along x for so many periods."""
+    given = inputs_of(Scenario(name="m", auvs={"count": 1}, asvs={"count": 1}))
+    times = np.linspace(0.0, fixes * period, fixes * STEPS + 1)
+    along = np.stack((times, np.zeros(len(times))), axis=-1)[np.newaxis]
+    ways = Ways(times, speed * along, along, np.array([10.0]))
+    return replace(given, duration_s=float(times[-1]), ways=ways, navigator=navigator)
+
+
+def marched(
+    period: float,
+    fixes: int,
+    navigator: Navigator,
+    *,
+    late: float = 0.0,
+    speed: float = 0.0,
+    chance: float = 1.0,
+) -> tuple[Floats, Floats]:
+    """Return mean (k,), m, and variance (k,), m2, along x of an AUV's error over the last period.
+
+    It pings half a step after instants, so that none of them falls on a ping.
+    """
+    inputs = straight_on(period, fixes, navigator, speed)
+    pinged = (np.arange(fixes) * period + 0.5 * period / STEPS)[np.newaxis]
+    none = np.zeros((1, fixes), dtype=np.int64)
+    turns = Turns(pinged, pinged + late, np.full((1, fixes), chance), none, none, 1)
+    instants = len(inputs.ways.times_s)
+    noise = np.full((1, instants, 1, 3), NOISE)
+    noise[..., 2] = 0.0
+    found = errors_of(inputs, turns, Fixes(noise, np.zeros(noise.shape), np.zeros(noise.shape[:3])))
+    last = slice(-STEPS, None)
+    return found.mean[0, last, 0], found.covariance[0, last, 0]
+
+
+def gained(compared_at_ping: bool = True) -> Navigator:
+    bias = Source("body", (BIAS, 0.0), (0.0, 0.0), (0.0, 0.0))
+    return Navigator("fixed_gain", GAIN, compared_at_ping, 0.0, 0.0, WALK, WALK, (bias,))
+
+
+@pytest.mark.parametrize(
+    ("period", "late", "at_ping", "speed", "square"),
+    [
+        (1.59, 0.0, True, 0.0, 0.209294038),
+        (1.59, 0.57, True, 0.63, 0.214866928),
+        (1.59, 0.57, False, 0.63, 0.296375788),
+        (1.59, 0.57, False, 1.5, 0.840626038),
+        (4.02, 0.0, True, 0.0, 0.232615226),
+        (4.02, 0.57, True, 0.63, 0.244282556),
+        (4.02, 0.57, False, 1.5, 0.711586226),
+    ],
+)
+def test_a_fixed_gain_settles_as_its_closed_form(
+    period: float, late: float, at_ping: bool, speed: float, square: float
+) -> None:
+    mean, variance = marched(period, 40, gained(at_ping), late=late, speed=speed)
+    assert float((mean**2 + variance).mean()) == pytest.approx(square, rel=1e-3)
+
+
+def test_fixes_that_come_by_chance_leave_a_fixed_gain_longer_alone() -> None:
+    """With p = 0.7 the time mean of the squared error is that of physics.md 4.2."""
+    mean, variance = marched(1.59, 60, gained(), chance=0.7)
+    assert float((mean**2 + variance).mean()) == pytest.approx(0.222784966, rel=1e-3)
+
+
+@pytest.mark.parametrize(("period", "root"), [(1.59, 0.135825), (4.02, 0.174981)])
+def test_a_kalman_filter_with_a_bias_settles_as_its_riccati_equation(
+    period: float, root: float
+) -> None:
+    bias = Source("body", (0.0, 0.0), (0.1, 0.1), (0.1, 0.1), wander_per_s=1e-8)
+    kalman = Navigator("kalman", GAIN, True, 0.0, 0.0, WALK, WALK, (bias,))
+    mean, variance = marched(period, 3000, kalman)
+    assert np.sqrt(variance.mean()) == pytest.approx(root, rel=1e-3)
+    assert not mean.any()
+
+
+def test_a_known_bias_leaves_the_middle_between_two_fixes() -> None:
+    """Without a bias to learn, P half way is sqrt(q^2 T^2 / 4 + q T r)."""
+    kalman = Navigator("kalman", GAIN, True, 0.0, 0.0, WALK, WALK, ())
+    _, variance = marched(4.02, 400, kalman)
+    half_way = np.sqrt((WALK * 4.02) ** 2 / 4.0 + WALK * 4.02 * NOISE)
+    assert variance.mean() == pytest.approx(half_way, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("source", "spread"),
+    [
+        (Source("body", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 100.0),
+        (Source("world", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 100.0),
+        (Source("way", (0.0, 0.0), (0.1, 0.0), (0.0, 0.0)), 25.0),
+        # of a Gauss-Markov process of 0.1 m/s and 50 s: spreads.wandering_rms squared
+        (Source("world", (0.0, 0.0), (0.1, 0.1), (0.0, 0.0), 50.0), 56.766764),
+    ],
+)
+def test_dead_reckoning_drifts_as_its_sources_say(source: Source, spread: float) -> None:
+    """After 100 s at 0.5 m/s."""
+    alone = Navigator("dead_reckoning", GAIN, True, 0.0, 0.0, 0.0, 0.0, (source,))
+    _, variance = marched(100.0, 1, alone, speed=0.5)
+    assert variance[-1] == pytest.approx(spread, rel=1e-6)
+
+
+def test_a_smoother_knows_more_than_the_filter_and_the_filter_more_than_none() -> None:
+    from bindusbl_des.planning.prediction.predicting import predict
+
+    def expected(filter_: str) -> float:
+        keys: dict[str, Any] = {"filter": filter_}
+        found = predict(inputs_of(Scenario(name="m", navigation=keys)), [[0.0, 0.0]])
+        return found.of_fleet("position_error_m")
+
+    smoother, kalman, none = map(expected, ("smoother", "kalman", "dead_reckoning"))
+    assert smoother < kalman < none

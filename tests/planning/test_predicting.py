@@ -1,0 +1,153 @@
+"""The error of each AUV predicted: against what the program says elsewhere, and simulations."""
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from predicted_for_tests import compared
+
+from bindusbl_des import Scenario
+from bindusbl_des.acoustics.fix_chance import fix_chance
+from bindusbl_des.planning.prediction.inputs import inputs_of
+from bindusbl_des.planning.prediction.mapping import error_map
+from bindusbl_des.planning.prediction.predicting import predict
+from bindusbl_des.planning.prediction.rounds import planned_rounds, turns_of
+from bindusbl_des.planning.prediction.sights import located, seen
+from bindusbl_des.preflight.round_lengths import rounds_of
+from bindusbl_des.scenario.planned import asv_stations
+
+SMALL: dict[str, Any] = {"name": "m", "survey": {"side_m": 60.0}, "auvs": {"count": 4}}
+
+
+def scenario(**keys: Any) -> Scenario:
+    return Scenario.model_validate({"name": "m", **keys})
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {},
+        {"acoustics": {"hf": {"channel": "sonar"}}},
+        {"acoustics": {"loss": {"law": "head"}, "hf": {"range_metric": "slant"}}},
+        {"protocol": {"broadcaster": "nearest"}},
+        {"protocol": {"downlink": "direct_reply"}},
+        {"protocol": {"ranging": "twtt"}, "acoustics": {"loss": {"law": "head"}}},
+    ],
+)
+def test_chances_of_a_fix_are_those_of_the_map_of_a_survey(keys: dict[str, Any]) -> None:
+    own = scenario(auvs={"count": 2}, **keys)
+    stations = np.array(asv_stations(own))
+    inputs = inputs_of(own)
+    ways, sights = inputs.ways, seen(inputs, stations)
+    found = located(inputs, sights)[:, :, 0]
+    if own.protocol.downlink != "direct_reply":
+        told = sights.told.mean(axis=2)
+        if own.protocol.broadcaster == "nearest":
+            nearest = sights.level_m.argmin(axis=2)[:, :, None]
+            told = np.take_along_axis(sights.told, nearest, axis=2)[:, :, 0]
+        found = found * told
+    places = np.concatenate((ways.places_m[0], np.full((len(ways.times_s), 1), 10.0)), axis=1)
+    exact = fix_chance(own, stations, places)
+    assert exact is not None
+    assert found[0] == pytest.approx(exact, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {},
+        {"downlink": "pipelined_round"},
+        {"downlink": "pipelined_group"},
+        {"downlink": "direct_reply"},
+        {"ranging": "twtt", "turnaround_s": 0.2},
+        {"ranging": "passive"},
+        {"tick_rate_hz": 30.0},
+    ],
+)
+def test_rounds_are_as_long_as_preflight_says(keys: dict[str, Any]) -> None:
+    """One ASV that hears all four AUVs: as many groups as AUVs, and fixes as pings."""
+    own = scenario(survey={"side_m": 60.0}, auvs={"count": 4}, asvs={"count": 1}, protocol=keys)
+    inputs = inputs_of(own)
+    plan = planned_rounds(inputs, seen(inputs, np.zeros((1, 2))))
+    passive = keys.get("ranging") == "passive"
+    length = rounds_of(own).period(1 if passive else 4, 4)
+    assert plan.period_s == pytest.approx(np.full(len(plan.period_s), length))
+
+
+def test_a_broadcaster_that_rotates_reaches_an_auv_in_its_turn() -> None:
+    own = scenario(**{**SMALL, "name": "m"}, acoustics={"mf": {"range_m": 60.0}})
+    inputs, stations = inputs_of(own), np.array([[0.0, 0.0], [200.0, 0.0]])
+    sights = seen(inputs, stations)
+    turns = turns_of(inputs, sights, planned_rounds(inputs, sights))
+    assert not turns.chance[:, 1::2].any()
+    assert turns.chance[:, ::2].mean() > 0.9
+
+
+@pytest.mark.parametrize(
+    ("keys", "within"),
+    [
+        ({"asvs": {"count": 1}}, 0.2),
+        ({"survey": {"side_m": 140.0}, "asvs": {"count": 2}}, 0.2),
+        ({"navigation": {"filter": "fixed_gain"}}, 0.1),
+        ({"navigation": {"filter": "dead_reckoning"}}, 0.05),
+        ({"protocol": {"ranging": "passive"}}, 0.25),
+    ],
+)
+def test_errors_are_about_those_of_missions(keys: dict[str, Any], within: float) -> None:
+    """Three seeds each scatter by a tenth themselves."""
+    found = compared({**SMALL, "asvs": {"count": 2}, **keys}, seeds=3)
+    predicted, simulated = found.worst("position_error_m")
+    assert predicted == pytest.approx(simulated, rel=within)
+    for metric, own in (("fix_rate_hz", 0.02), ("fix_age_mean_s", 0.1), ("hf_coverage", 0.02)):
+        exact = found.simulated[metric].mean(axis=0)
+        assert getattr(found.predicted, metric) == pytest.approx(exact, rel=own, abs=0.01)
+
+
+def test_an_asv_more_makes_nobody_worse_served() -> None:
+    inputs = inputs_of(scenario(survey={"side_m": 140.0}, auvs={"count": 6}))
+    one, two = (predict(inputs, places) for places in ([[-40.0, 0.0]], [[-40.0, 0.0], [40.0, 0.0]]))
+    assert (two.hf_coverage >= one.hf_coverage).all()
+    assert (two.position_error_m <= one.position_error_m).all()
+    assert two.of_fleet("position_error_m") < one.of_fleet("position_error_m")
+
+
+def test_what_is_missing_is_said() -> None:
+    told = inputs_of(scenario(usbl={"outlier_share": 0.1})).approximations
+    assert [it for it in told if "Outliers" in it]
+    assert inputs_of(scenario()).approximations == ()
+
+
+def test_inputs_are_plain_data() -> None:
+    """JSON holds all of it, numbers to the last bit."""
+    inputs = inputs_of(scenario(**SMALL))
+    plain = json.loads(json.dumps(inputs.plain(), allow_nan=False))
+    assert plain["ways"]["places_m"] == inputs.ways.places_m.tolist()
+    assert plain["navigator"]["sources"][0]["mean"] == [0.06, 0.06]
+    again = replace(
+        inputs, noise=replace(inputs.noise, along_m2=np.array(plain["noise"]["along_m2"]))
+    )
+    stations = asv_stations(scenario(**SMALL))
+    assert (
+        predict(again, stations).position_error_m == predict(inputs, stations).position_error_m
+    ).all()
+
+
+def test_a_map_says_what_an_auv_settles_at_that_stays() -> None:
+    """Beside the same prediction for AUVs that hold there: they begin with a bias to learn."""
+    spots = [[0.0, 0.0], [30.0, 10.0], [40.0, 40.0], [0.0, -60.0]]
+    own = scenario(
+        duration_s=900.0, auvs={"count": 4, "route": {"kind": "hold", "positions_m": spots}}
+    )
+    inputs, stations = inputs_of(own), asv_stations(own)
+    found = error_map(inputs, stations, spots)
+    assert found.error_m == pytest.approx(predict(inputs, stations).position_error_m, rel=0.12)
+    assert found.chance == pytest.approx([1.0, 1.0, 2 / 3, 2 / 3])
+
+
+def test_where_no_fix_comes_a_map_says_how_far_dead_reckoning_drifts() -> None:
+    inputs = inputs_of(scenario())
+    found = error_map(inputs, [[0.0, 0.0]], [[500.0, 0.0]])
+    assert found.chance[0] == 0.0
+    assert found.error_m[0] == pytest.approx(0.06 * np.sqrt(2) * 150.0, rel=0.02)

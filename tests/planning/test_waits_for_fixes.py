@@ -1,0 +1,45 @@
+"""Waits for fixes: as metrics count them where fixes are certain, closed forms where they are not."""
+
+import numpy as np
+import pytest
+
+from bindusbl_des.mission.metrics import _ages
+from bindusbl_des.planning.prediction.rounds import Turns
+from bindusbl_des.planning.prediction.waiting import Waiting, waiting
+
+
+def waited(told: np.ndarray, chance: float, end: float, many: int = 1) -> Waiting:
+    rows = np.atleast_2d(np.asarray(told, dtype=float))
+    none = np.zeros(rows.shape, dtype=np.int64)
+    return waiting(Turns(rows, rows, np.full(rows.shape, chance), none, none, many), end)
+
+
+def test_certain_fixes_are_counted_as_metrics_count_them() -> None:
+    told = np.array([3.0, 4.5, 20.0, 21.0, 60.0])
+    found, exact = waited(told, 1.0, 100.0), _ages(told, 100.0)
+    assert found.rate_hz[0] == 0.05
+    assert found.mean_s[0] == pytest.approx(exact["fix_age_mean_s"])
+    assert found.p95_s[0] == pytest.approx(exact["fix_age_p95_s"])
+    assert found.longest_s[0] == pytest.approx(exact["fix_age_max_s"])
+
+
+def test_without_fixes_the_wait_is_the_mission() -> None:
+    found = waited(np.array([1.0, 2.0]), 0.0, 100.0)
+    assert [it[0] for it in found] == pytest.approx([0.0, 50.0, 95.0, 100.0])
+
+
+def test_fixes_by_chance_are_awaited_longer() -> None:
+    """Mean age over time (2 - p) T / (2 p), and the longest wait as drawn a thousand times."""
+    told, chance = np.arange(1, 400) * 2.0, 0.4
+    found = waited(told, chance, 800.0)
+    assert found.mean_s[0] == pytest.approx(2.0 * (2 - chance) / (2 * chance), rel=0.01)
+    draw, drawn = np.random.default_rng(2), []
+    for _ in range(1000):
+        drawn.append(_ages(told[draw.random(len(told)) < chance], 800.0))
+    for name, value in (("p95_s", found.p95_s), ("max_s", found.longest_s)):
+        assert value[0] == pytest.approx(np.mean([it[f"fix_age_{name}"] for it in drawn]), rel=0.03)
+
+
+def test_rounds_taken_together_are_awaited_one_by_one() -> None:
+    each, twos = np.arange(1, 201) * 1.0, np.arange(1, 201, 2) * 1.0
+    assert waited(twos, 1.0, 201.0, many=2).mean_s == pytest.approx(waited(each, 1.0, 201.0).mean_s)
