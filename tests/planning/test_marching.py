@@ -1,7 +1,6 @@
 """Errors marched through fixes against closed forms (physics of fixed gains and of Kalman's)."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from bindusbl_des import Scenario
 from bindusbl_des.planning.prediction.inputs import Inputs, inputs_of
 from bindusbl_des.planning.prediction.march.errors import errors_of
 from bindusbl_des.planning.prediction.parts import Navigator, Source, Ways
+from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.prediction.sights import Fixes
 
@@ -23,7 +23,9 @@ STEPS = 50  # instants between two fixes
 
 def straight_on(period: float, fixes: int, navigator: Navigator, speed: float) -> Inputs:
     """Return an AUV that goes along x for so many periods."""
-    given = inputs_of(Scenario(name="m", auvs={"count": 1}, asvs={"count": 1}))
+    given = inputs_of(
+        Scenario.model_validate({"name": "m", "auvs": {"count": 1}, "asvs": {"count": 1}})
+    )
     times = np.linspace(0.0, fixes * period, fixes * STEPS + 1)
     along = np.stack((times, np.zeros(len(times))), axis=-1)[np.newaxis]
     ways = Ways(times, speed * along, along, np.array([10.0]))
@@ -44,7 +46,7 @@ def marched(
     It pings half a step after instants, so that none of them falls on a ping.
     """
     inputs = straight_on(period, fixes, navigator, speed)
-    pinged = (np.arange(fixes) * period + 0.5 * period / STEPS)[np.newaxis]
+    pinged = np.linspace(0.0, (fixes - 1) * period, fixes)[np.newaxis] + 0.5 * period / STEPS
     none = np.zeros((1, fixes), dtype=np.int64)
     turns = Turns(pinged, pinged + late, np.full((1, fixes), chance), none, none, 1)
     instants = len(inputs.ways.times_s)
@@ -122,11 +124,9 @@ def test_dead_reckoning_drifts_as_its_sources_say(source: Source, spread: float)
 
 
 def test_a_smoother_knows_more_than_the_filter_and_the_filter_more_than_none() -> None:
-    from bindusbl_des.planning.prediction.predicting import predict
-
     def expected(filter_: str) -> float:
-        keys: dict[str, Any] = {"filter": filter_}
-        found = predict(inputs_of(Scenario(name="m", navigation=keys)), [[0.0, 0.0]])
+        own = Scenario.model_validate({"name": "m", "navigation": {"filter": filter_}})
+        found = predict(inputs_of(own), [[0.0, 0.0]])
         return found.of_fleet("position_error_m")
 
     smoother, kalman, none = map(expected, ("smoother", "kalman", "dead_reckoning"))

@@ -1,4 +1,4 @@
-"""Waits for fixes: as metrics count them where fixes are certain, closed forms where they are not."""
+"""Waits for fixes: as metrics count them where they are certain, closed forms where not."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def test_without_fixes_the_wait_is_the_mission() -> None:
 
 def test_fixes_by_chance_are_awaited_longer() -> None:
     """Mean age over time (2 - p) T / (2 p), and the longest wait as drawn a thousand times."""
-    told, chance = np.arange(1, 400) * 2.0, 0.4
+    told, chance = np.linspace(2.0, 798.0, 399), 0.4
     found = waited(told, chance, 800.0)
     assert found.mean_s[0] == pytest.approx(2.0 * (2 - chance) / (2 * chance), rel=0.01)
     draw, drawn = np.random.default_rng(2), []
