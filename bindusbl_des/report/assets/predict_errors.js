@@ -40,7 +40,7 @@ class March {
     };
     const rows = new Float64Array(this.rows * size);
     rows.set(this.mean);
-    return { rows, true: spread(this.starts[0], this.variances), believed: spread(this.starts[1], this.told) };
+    return { used: 1, rows, true: spread(this.starts[0], this.variances), believed: spread(this.starts[1], this.told) };
   }
   // An AUV's time (s), integrals of its heading (s) and place (m) at an instant.
   moment(time, places, headings, auv, out) {
@@ -53,41 +53,51 @@ class March {
     }
     return out;
   }
-  // Carries errors, in their place, from one moment to a later one.
+  // Carries errors, in their place, from one moment to a later one; what the filter believes of them
+  // only where that is asked for.
   carry(state, begin, end) {
-    const passed = end[0] - begin[0], { size } = this;
+    const passed = end[0] - begin[0], { size, sources } = this, { rows, true: real, believed } = state, used = state.used * size;
     if (passed <= 0) return;
-    this.sources.forEach(({ frame, lasts, wander_per_s }, source) => {
-      const k = 2 + 2 * source;
-      let [ahead, aside] = [passed, 0];
-      if (frame === "body") [ahead, aside] = [end[1] - begin[1], end[2] - begin[2]];
-      else if (frame === "way") [ahead, aside] = [end[3] - begin[3], end[4] - begin[4]];
-      else if (frame === "none") ahead = 0;
-      const share = passed / lasts, left = share > 0 ? -Math.expm1(-share) / share : 1, [a, b] = [left * ahead, left * aside], { rows: it } = state;
-      for (let row = 0; row < it.length; row += size) {
-        const [first, second] = [it[row + k], it[row + k + 1]];
-        it[row] += a * first - b * second;
-        it[row + 1] += b * first + a * second;
+    for (let source = 0; source < sources.length; source++) {
+      const { frame, lasts, wander_per_s } = sources[source], k = 2 + 2 * source;
+      let ahead = frame === "none" ? 0 : passed, aside = 0;
+      if (frame === "body") {
+        ahead = end[1] - begin[1];
+        aside = end[2] - begin[2];
+      } else if (frame === "way") {
+        ahead = end[3] - begin[3];
+        aside = end[4] - begin[4];
       }
-      this.spread(state.true, k, a, b);
-      this.spread(state.believed, k, a, b);
+      const share = passed / lasts, left = share > 0 ? -Math.expm1(-share) / share : 1, a = left * ahead, b = left * aside;
+      for (let row = 0; row < used; row += size) {
+        const first = rows[row + k], second = rows[row + k + 1];
+        rows[row] += a * first - b * second;
+        rows[row + 1] += b * first + a * second;
+      }
+      this.spread(real, k, a, b);
+      if (believed) this.spread(believed, k, a, b);
       if (share > 0) {
         const kept = Math.exp(-share), line = [ahead / passed, aside / passed];
-        for (let row = 0; row < it.length; row += size) {
-          it[row + k] *= kept;
-          it[row + k + 1] *= kept;
+        for (let row = 0; row < used; row += size) {
+          rows[row + k] *= kept;
+          rows[row + k + 1] *= kept;
         }
-        this.fade(state.true, k, kept, this.variances);
-        this.fade(state.believed, k, kept, this.told);
-        this.roam(state.true, k, line, share, lasts, this.variances[k - 2]);
-        this.roam(state.believed, k, line, share, lasts, this.told[k - 2]);
+        this.fade(real, k, kept, this.variances);
+        this.roam(real, k, line, share, lasts, this.variances[k - 2]);
+        if (believed) {
+          this.fade(believed, k, kept, this.told);
+          this.roam(believed, k, line, share, lasts, this.told[k - 2]);
+        }
       }
-      if (wander_per_s > 0) for (const spread of [state.true, state.believed]) this.wander(spread, k, passed, wander_per_s);
-    });
-    [state.true, state.believed].forEach((spread, i) => {
-      spread[0] += this.walks[i] * passed;
-      spread[size + 1] += this.walks[i] * passed;
-    });
+      if (wander_per_s > 0) {
+        this.wander(real, k, passed, wander_per_s);
+        if (believed) this.wander(believed, k, passed, wander_per_s);
+      }
+    }
+    for (let i = 0; i < 2 * size; i += size + 1) {
+      real[i] += this.walks[0] * passed;
+      if (believed) believed[i] += this.walks[1] * passed;
+    }
   }
   // Lets the states k and k + 1 change the error (F P F^T).
   spread(p, k, ahead, aside) {
@@ -147,24 +157,27 @@ class March {
   }
   // Takes in so many fixes at once, or one with a chance; the estimate is behind where it holds.
   correct(state, fixes, behindX, behindY) {
-    const { size, gainX, gainY, moved, common } = this, chance = Math.min(fixes, 1), share = 1 / Math.max(fixes, 1), { rows: it } = state;
+    const { size, gainX, gainY, moved, common } = this, chance = Math.min(fixes, 1), share = 1 / Math.max(fixes, 1), { rows: it, true: real } = state;
     const noise = this.noise.map((own) => own * share), thought = this.thought.map((own) => own * share);
     this.gains(state.believed, thought);
-    for (let row = it.length - size; row >= 0; row -= size) { // the mean last, by which the others' cases differ
-      let [x, y] = [it[row], it[row + 1]];
+    for (let row = (state.used - 1) * size; row >= 0; row -= size) { // the mean last: it stays in `moved`
+      let x = it[row], y = it[row + 1];
       if (common) {
         x += this.xx * it[row + common];
         y += this.yx * it[row + common] + this.yy * it[row + common + 1];
       }
-      if (row === 0) [x, y] = [x + behindX, y + behindY];
+      if (row === 0) {
+        x += behindX;
+        y += behindY;
+      }
       for (let i = 0; i < size; i++) {
         moved[i] = gainX[i] * x + gainY[i] * y;
         it[row + i] -= chance * moved[i];
       }
     }
-    this.joseph(state.true, noise, chance);
+    this.joseph(real, noise, chance);
     this.joseph(state.believed, thought, chance);
-    for (let i = 0; i < size; i++) for (let j = 0; j < size; j++) state.true[i * size + j] += chance * (1 - chance) * moved[i] * moved[j];
+    for (let i = 0; i < size; i++) for (let j = 0; j < size; j++) real[i * size + j] += chance * (1 - chance) * moved[i] * moved[j];
   }
   // The covariances of all states with what a fix says, P H^T.
   said(p) {
@@ -223,7 +236,7 @@ function errorsOf(inputs, { rounds, pinged, told, chance, late, kind, many }, fi
   const march = new March(inputs), { instants, step, size } = march, places = flat(inputs.ways.places_m), headings = flat(inputs.ways.headings_s);
   const auvs = inputs.ways.depths_m.length, means = new Float64Array(2 * auvs * instants), spreads = new Float64Array(3 * auvs * instants);
   const alike = new Float64Array(auvs * ANCHORS * instants), since = new Int32Array(auvs * ANCHORS).fill(-1);
-  const ahead = march.start(), last = march.sources[march.sources.length - 1];
+  const ahead = { ...march.start(), believed: null }, last = march.sources[march.sources.length - 1];
   let [known, then, here] = [0, 1, 2].map(() => new Float64Array(5));
   for (let auv = 0; auv < auvs; auv++) {
     const state = march.start();
@@ -241,8 +254,11 @@ function errorsOf(inputs, { rounds, pinged, told, chance, late, kind, many }, fi
           state.rows.set(state.true.subarray(0, 2 * size), (1 + 2 * anchors) * size);
           since[auv * ANCHORS + anchors] = next;
           anchors++;
+          state.used += 2;
         }
-        for (const part of ["rows", "true", "believed"]) ahead[part].set(state[part]);
+        ahead.used = state.used;
+        ahead.rows.set(state.rows);
+        ahead.true.set(state.true);
         march.carry(ahead, known, here);
         means.set(ahead.rows.subarray(0, 2), 2 * at);
         spreads[3 * at] = ahead.true[0];
