@@ -49,7 +49,7 @@ def test_predicted_and_simulated_are_told_apart(chart: Record) -> None:
     page = plan_page(record(), chart)
     section = page[page.index('id="chart"') : page.index('id="candidates"')]
     assert "<b>predicted</b>" in section
-    assert "within 10 % for half of the teams, and within 40 % for nine of ten" in section
+    assert "of half of the teams by less than 10 %, of nine in ten by less than 40 %" in section
     table = page[page.index("The answer and its runners-up") :]
     assert "position error, 95 % of the time, predicted" in table
     assert "simulated" in table

@@ -109,12 +109,13 @@ def _chart(record: Record, inputs: Mapping[str, Any] | None) -> str:
         return asset("plan_still.html")
     stated = record.get("prediction_error") or {}
     said = [
-        f"{units(metric)['words']} within {number(it.get('median'), 0, 100)} % for half of the "
-        f"teams, and within {number(it.get('p90'), 0, 100)} % for nine of ten"
+        f"{units(metric)['words']}: of half of the teams by less than "
+        f"{number(it.get('median'), 0, 100)} %, of nine in ten by less than "
+        f"{number(it.get('p90'), 0, 100)} %"
         for metric, it in stated.items()
         if any(metric == goal["metric"] for goal in record.get("goal") or [])
     ]
-    told = f"Beside simulation they are right: {'; '.join(said)}." if said else ""
+    told = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
     left_out = " ".join(inputs["inputs"].get("approximations") or ())
     return Template(asset("plan.html")).substitute(stated=escape(told), left_out=escape(left_out))
 

@@ -101,20 +101,20 @@ class Chart {
   }
   shade(kind) {
     const grid = this.grids[kind], values = errorMap(this.inputs, this.team.stations, grid.places);
-    this.top ??= this.goalOfErrors() ?? roundStep(quantile(values.filter(Number.isFinite), 0.9) || 1);
-    this.map.shade(grid, values, 2 * this.top);
+    this.top ??= this.goalOfErrors() ?? roundStep(quantile(values, 0.9) || 1);
+    this.map.shade(grid, values, this.top);
     if (kind === "fine") { this.field = values; this.tellShades(); }
   }
   goalOfErrors() { return this.goal?.metric.startsWith("position_error") ? this.goal.below : null; }
   tellShades() {
-    const goal = this.goalOfErrors() ? `the goal's ${significant(this.top)} m in the middle, ` : "";
-    byId("field-scale").replaceChildren(make("p", { class: "note" }, "Shades: mean error of an AUV that dwells at a place, predicted"), ramp("0 m", `${goal}${significant(2 * this.top)} m or more`));
+    const top = `${significant(this.top)} m${this.goalOfErrors() ? ", the goal," : ""} or more`;
+    byId("field-scale").replaceChildren(make("p", { class: "note" }, "Shades: mean error of an AUV that dwells at a place, predicted"), ramp("0 m", top));
   }
   // Where the predicted error is largest; of places equally bad that furthest from all vessels.
   neediest() {
     const { places, inside } = this.grids.fine;
     const found = places.map((place, i) => ({
-      place, bad: Number.isFinite(this.field[i]) ? this.field[i] : Infinity,
+      place, bad: this.field[i],
       away: Math.min(...this.team.stations.map(([x, y]) => Math.hypot(x - place[0], y - place[1]))),
     })).filter((it, i) => inside[i]);
     found.sort((a, b) => (a.bad === b.bad ? b.away - a.away : b.bad - a.bad));
@@ -176,8 +176,9 @@ class Chart {
     const words = this.goal?.words ?? "position error, 95 % of the time", whose = this.goal?.of === "mean" ? "Mean of the AUVs" : "Worst AUV";
     const told = Number.isFinite(value) ? `${significant(value)} ${unit}` : "no fix to be expected";
     const bound = this.goal ? `; goal ${Number.isFinite(this.goal.below) ? "below" : "above"} ${significant((this.goal.below ?? this.goal.above) * factor)} ${unit}: ${this.met() ? "✓ met" : "✗ not met"}` : "";
-    const count = this.team.stations.length;
-    return `${whose}, predicted: ${told} (${words})${bound}, with ${count} vessel${count === 1 ? "" : "s"}.`;
+    const count = this.team.stations.length, values = Array.from(this.predicted[this.judged()]);
+    const worst = this.goal?.of === "mean" || values.length < 2 ? "" : `, most often AUV${values.indexOf(MORE_IS_BETTER.includes(this.judged()) ? Math.min(...values) : Math.max(...values))}`;
+    return `${whose}, predicted: ${told} (${words}${worst})${bound}, with ${count} vessel${count === 1 ? "" : "s"}.`;
   }
 }
 

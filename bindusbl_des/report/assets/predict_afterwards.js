@@ -1,24 +1,15 @@
 "use strict";
 // The errors of a smoother, two marches of which one begins with the end: afterwards.py of
-// planning/prediction.
+// planning/prediction/march.
 
 const ANYWHERE_M = 1e4;
 
 function smoothed(inputs, turns, fixes) {
-  const { instants, auvs } = { instants: inputs.ways.times_s.length, auvs: inputs.ways.depths_m.length };
-  const forward = errorsOf(inputs, { ...turns, told: turns.pinged }, fixes), back = errorsOf(...backwards(inputs, turns, fixes));
+  const auvs = inputs.ways.depths_m.length, forward = errorsOf(inputs, { ...turns, told: turns.pinged }, fixes), back = errorsOf(...backwards(inputs, turns, fixes));
   const before = secondMoments(forward), after = reversed(secondMoments(back), auvs, 3);
-  const spreads = new Float64Array(before.length), ofMean = new Float64Array(auvs);
-  for (let auv = 0; auv < auvs; auv++) {
-    let [left, all] = [0, 0];
-    for (let i = auv * instants; i < (auv + 1) * instants; i++) {
-      spreads.set(bothKnown(before.subarray(3 * i, 3 * i + 3), after.subarray(3 * i, 3 * i + 3)), 3 * i);
-      left += spreads[3 * i] + spreads[3 * i + 1];
-      all += before[3 * i] + before[3 * i + 1];
-    }
-    ofMean[auv] = forward.ofMean[auv] * left / Math.max(all, 1e-30);
-  }
-  return { means: new Float64Array(forward.means.length), spreads, ofMean };
+  const spreads = new Float64Array(before.length);
+  for (let at = 0; at < before.length; at += 3) spreads.set(bothKnown(before.subarray(at, at + 3), after.subarray(at, at + 3)), at);
+  return { ...forward, means: new Float64Array(forward.means.length), spreads };
 }
 
 // Each AUV's rows of so many numbers in the opposite order.

@@ -1,10 +1,11 @@
 "use strict";
 // The errors of each AUV over time, a march through the fixes that it may expect: drift.py,
-// correction.py and errors.py of planning/prediction. States are the error (m) along x and y, two
-// numbers of each source of drift, and what the error has summed up to (m s); carried on are their
-// mean, their true covariance and that in which the filter believes.
+// correction.py and errors.py of planning/prediction/march. States are the error (m) along x and y,
+// and two numbers of each source of drift; carried on are their true covariance, that in which the
+// filter believes, and rows that change as a mean does: the first is the mean, two each of the
+// others are the covariances of the error at an earlier instant, an anchor, with the states now.
 
-const WEIGHED = -1, HARDLY = 1e-9;
+const WEIGHED = -1, HARDLY = 1e-9, ANCHORS = 6;
 
 class March {
   constructor({ navigator, ways, lasting }) {
@@ -16,12 +17,13 @@ class March {
       const told = lasting.is_told ? 1 : 0;
       this.sources.push({ frame: "none", mean: [0, 0], drawn_sd: [1, 1], told_sd: [told, told], wander_per_s: 0, lasts: Infinity });
     }
-    this.size = 4 + 2 * this.sources.length;
+    this.size = 2 + 2 * this.sources.length;
+    this.rows = 1 + 2 * ANCHORS;
     this.variances = this.sources.flatMap(({ drawn_sd }) => drawn_sd.map((it) => it * it));
     this.told = this.sources.flatMap(({ told_sd }) => told_sd.map((it) => it * it));
     this.walks = [navigator.walk_m2_per_s, navigator.told_walk_m2_per_s];
     this.starts = [navigator.start_sd_m ** 2, navigator.told_start_sd_m ** 2];
-    this.mean = [0, 0, ...this.sources.flatMap(({ mean: it }) => it), 0, 0];
+    this.mean = [0, 0, ...this.sources.flatMap(({ mean: it }) => it)];
     this.gain = { fixed_gain: navigator.gain, dead_reckoning: 0 }[navigator.filter] ?? WEIGHED;
     this.atPing = navigator.at_ping;
     this.step = ways.times_s[1];
@@ -33,10 +35,12 @@ class March {
   start() {
     const { size } = this, spread = (first, rest) => {
       const out = new Float64Array(size * size);
-      for (let i = 0; i < size - 2; i++) out[i * size + i] = i < 2 ? first : rest[i - 2];
+      for (let i = 0; i < size; i++) out[i * size + i] = i < 2 ? first : rest[i - 2];
       return out;
     };
-    return { mean: Float64Array.from(this.mean), true: spread(this.starts[0], this.variances), believed: spread(this.starts[1], this.told) };
+    const rows = new Float64Array(this.rows * size);
+    rows.set(this.mean);
+    return { used: 1, rows, true: spread(this.starts[0], this.variances), believed: spread(this.starts[1], this.told) };
   }
   // An AUV's time (s), integrals of its heading (s) and place (m) at an instant.
   moment(time, places, headings, auv, out) {
@@ -49,47 +53,50 @@ class March {
     }
     return out;
   }
-  // Carries errors, in their place, from one moment to a later one.
+  // Carries errors, in their place, from one moment to a later one; what the filter believes of them
+  // only where that is asked for.
   carry(state, begin, end) {
-    const passed = end[0] - begin[0], { size } = this;
+    const passed = end[0] - begin[0], { size, sources } = this, { rows, true: real, believed } = state, used = state.used * size;
     if (passed <= 0) return;
-    this.sumUp(state, passed / 2);
-    this.sources.forEach(({ frame, lasts, wander_per_s }, source) => {
-      const k = 2 + 2 * source;
-      let [ahead, aside] = [passed, 0];
-      if (frame === "body") [ahead, aside] = [end[1] - begin[1], end[2] - begin[2]];
-      else if (frame === "way") [ahead, aside] = [end[3] - begin[3], end[4] - begin[4]];
-      else if (frame === "none") ahead = 0;
-      const share = passed / lasts, left = share > 0 ? -Math.expm1(-share) / share : 1;
-      const [a, b] = [left * ahead, left * aside], { mean: it } = state;
-      it[0] += a * it[k] - b * it[k + 1];
-      it[1] += b * it[k] + a * it[k + 1];
-      this.spread(state.true, k, a, b);
-      this.spread(state.believed, k, a, b);
+    for (let source = 0; source < sources.length; source++) {
+      const { frame, lasts, wander_per_s } = sources[source], k = 2 + 2 * source;
+      let ahead = frame === "none" ? 0 : passed, aside = 0;
+      if (frame === "body") {
+        ahead = end[1] - begin[1];
+        aside = end[2] - begin[2];
+      } else if (frame === "way") {
+        ahead = end[3] - begin[3];
+        aside = end[4] - begin[4];
+      }
+      const share = passed / lasts, left = share > 0 ? -Math.expm1(-share) / share : 1, a = left * ahead, b = left * aside;
+      for (let row = 0; row < used; row += size) {
+        const first = rows[row + k], second = rows[row + k + 1];
+        rows[row] += a * first - b * second;
+        rows[row + 1] += b * first + a * second;
+      }
+      this.spread(real, k, a, b);
+      if (believed) this.spread(believed, k, a, b);
       if (share > 0) {
         const kept = Math.exp(-share), line = [ahead / passed, aside / passed];
-        it[k] *= kept;
-        it[k + 1] *= kept;
-        this.fade(state.true, k, kept, this.variances);
-        this.fade(state.believed, k, kept, this.told);
-        this.roam(state.true, k, line, share, lasts, this.variances[k - 2]);
-        this.roam(state.believed, k, line, share, lasts, this.told[k - 2]);
+        for (let row = 0; row < used; row += size) {
+          rows[row + k] *= kept;
+          rows[row + k + 1] *= kept;
+        }
+        this.fade(real, k, kept, this.variances);
+        this.roam(real, k, line, share, lasts, this.variances[k - 2]);
+        if (believed) {
+          this.fade(believed, k, kept, this.told);
+          this.roam(believed, k, line, share, lasts, this.told[k - 2]);
+        }
       }
-      if (wander_per_s > 0) for (const spread of [state.true, state.believed]) this.wander(spread, k, passed, wander_per_s);
-    });
-    [state.true, state.believed].forEach((spread, i) => {
-      spread[0] += this.walks[i] * passed;
-      spread[size + 1] += this.walks[i] * passed;
-    });
-    this.sumUp(state, passed / 2);
-  }
-  // Adds what the error is to its sum, as often as it lasts (s).
-  sumUp({ mean: it, true: p }, lasts) {
-    const { size } = this, first = size - 2;
-    for (let axis = 0; axis < 2; axis++) {
-      it[first + axis] += lasts * it[axis];
-      for (let i = 0; i < size; i++) p[(first + axis) * size + i] += lasts * p[axis * size + i];
-      for (let i = 0; i < size; i++) p[i * size + first + axis] += lasts * p[i * size + axis];
+      if (wander_per_s > 0) {
+        this.wander(real, k, passed, wander_per_s);
+        if (believed) this.wander(believed, k, passed, wander_per_s);
+      }
+    }
+    for (let i = 0; i < 2 * size; i += size + 1) {
+      real[i] += this.walks[0] * passed;
+      if (believed) believed[i] += this.walks[1] * passed;
     }
   }
   // Lets the states k and k + 1 change the error (F P F^T).
@@ -150,21 +157,27 @@ class March {
   }
   // Takes in so many fixes at once, or one with a chance; the estimate is behind where it holds.
   correct(state, fixes, behindX, behindY) {
-    const { size, gainX, gainY, moved, common } = this, chance = Math.min(fixes, 1), share = 1 / Math.max(fixes, 1), { mean: it } = state;
+    const { size, gainX, gainY, moved, common } = this, chance = Math.min(fixes, 1), share = 1 / Math.max(fixes, 1), { rows: it, true: real } = state;
     const noise = this.noise.map((own) => own * share), thought = this.thought.map((own) => own * share);
     this.gains(state.believed, thought);
-    let [x, y] = [it[0] + behindX, it[1] + behindY];
-    if (common) {
-      x += this.xx * it[common];
-      y += this.yx * it[common] + this.yy * it[common + 1];
+    for (let row = (state.used - 1) * size; row >= 0; row -= size) { // the mean last: it stays in `moved`
+      let x = it[row], y = it[row + 1];
+      if (common) {
+        x += this.xx * it[row + common];
+        y += this.yx * it[row + common] + this.yy * it[row + common + 1];
+      }
+      if (row === 0) {
+        x += behindX;
+        y += behindY;
+      }
+      for (let i = 0; i < size; i++) {
+        moved[i] = gainX[i] * x + gainY[i] * y;
+        it[row + i] -= chance * moved[i];
+      }
     }
-    for (let i = 0; i < size; i++) {
-      moved[i] = gainX[i] * x + gainY[i] * y;
-      it[i] -= chance * moved[i];
-    }
-    this.joseph(state.true, noise, chance);
+    this.joseph(real, noise, chance);
     this.joseph(state.believed, thought, chance);
-    for (let i = 0; i < size; i++) for (let j = 0; j < size; j++) state.true[i * size + j] += chance * (1 - chance) * moved[i] * moved[j];
+    for (let i = 0; i < size; i++) for (let j = 0; j < size; j++) real[i * size + j] += chance * (1 - chance) * moved[i] * moved[j];
   }
   // The covariances of all states with what a fix says, P H^T.
   said(p) {
@@ -196,7 +209,7 @@ class March {
     [xx, yy, xy] = [xx + noise[0], yy + noise[1], xy + noise[2]];
     const determinant = xx * yy - xy * xy;
     if (!(determinant > 1e-12 * (xx + yy) * (xx + yy))) return;
-    for (let i = 0; i < size - 2; i++) { // but what is past
+    for (let i = 0; i < size; i++) {
       gainX[i] = (saidX[i] * yy - saidY[i] * xy) / determinant;
       gainY[i] = (saidY[i] * xx - saidX[i] * xy) / determinant;
     }
@@ -218,33 +231,46 @@ class March {
 }
 
 // The errors of all AUVs at the instants of their ways: true mean (x, y) and covariance (xx, yy, xy),
-// and the variance (m2) of their mean over time, of both axes.
+// and how much their squares are correlated with those at anchors before, numbered by `since`.
 function errorsOf(inputs, { rounds, pinged, told, chance, late, kind, many }, fixes) {
   const march = new March(inputs), { instants, step, size } = march, places = flat(inputs.ways.places_m), headings = flat(inputs.ways.headings_s);
-  const auvs = inputs.ways.depths_m.length, means = new Float64Array(2 * auvs * instants), spreads = new Float64Array(3 * auvs * instants), ofMean = new Float64Array(auvs);
-  const ahead = march.start(), end = (instants - 1) * step, last = march.sources[march.sources.length - 1];
+  const auvs = inputs.ways.depths_m.length, means = new Float64Array(2 * auvs * instants), spreads = new Float64Array(3 * auvs * instants);
+  const alike = new Float64Array(auvs * ANCHORS * instants), since = new Int32Array(auvs * ANCHORS).fill(-1);
+  const ahead = { ...march.start(), believed: null }, last = march.sources[march.sources.length - 1];
   let [known, then, here] = [0, 1, 2].map(() => new Float64Array(5));
-  const carryAhead = (state, auv, time) => {
-    for (const part of ["mean", "true", "believed"]) ahead[part].set(state[part]);
-    march.carry(ahead, known, march.moment(time, places, headings, auv, here));
-  };
   for (let auv = 0; auv < auvs; auv++) {
     const state = march.start();
     march.moment(0, places, headings, auv, known);
-    for (let turn = 0, next = 0; turn <= rounds; turn++) {
+    for (let turn = 0, next = 0, anchors = 0; turn <= rounds; turn++) {
       const i = auv * rounds + turn;
       if (turn < rounds && chance[i] < HARDLY) continue;
-      const until = turn < rounds ? told[i] : Infinity;
+      const until = turn < rounds ? told[i] : Infinity, holds = turn < rounds && march.atPing ? pinged[i] : until;
       for (; next < instants && next * step < until; next++) {
-        carryAhead(state, auv, next * step);
         const at = auv * instants + next;
-        means.set(ahead.mean.subarray(0, 2), 2 * at);
+        march.moment(next * step, places, headings, auv, here);
+        if (anchors < ANCHORS && here[0] <= holds && next >= Math.floor((2 * anchors + 1) * instants / (2 * ANCHORS))) {
+          march.carry(state, known, here);
+          known.set(here);
+          state.rows.set(state.true.subarray(0, 2 * size), (1 + 2 * anchors) * size);
+          since[auv * ANCHORS + anchors] = next;
+          anchors++;
+          state.used += 2;
+        }
+        ahead.used = state.used;
+        ahead.rows.set(state.rows);
+        ahead.true.set(state.true);
+        march.carry(ahead, known, here);
+        means.set(ahead.rows.subarray(0, 2), 2 * at);
         spreads[3 * at] = ahead.true[0];
         spreads[3 * at + 1] = ahead.true[size + 1];
         spreads[3 * at + 2] = ahead.true[1];
+        for (let anchor = 0; anchor < anchors; anchor++) {
+          const row = auv * ANCHORS + anchor;
+          alike[row * instants + next] = alikeOf(ahead.rows, (1 + 2 * anchor) * size, size, means, spreads, auv * instants + since[row], at);
+        }
       }
       if (next === instants) break;
-      march.moment(march.atPing ? pinged[i] : until, places, headings, auv, then);
+      march.moment(holds, places, headings, auv, then);
       march.carry(state, known, then);
       march.moment(pinged[i], places, headings, auv, here);
       const own = (auv * instants + late[i]) * fixes.kinds + kind[i];
@@ -253,8 +279,21 @@ function errorsOf(inputs, { rounds, pinged, told, chance, late, kind, many }, fi
       if (march.common) last.lasts = 1 / fixes.rate[own];
       [known, then] = [then, known];
     }
-    carryAhead(state, auv, end);
-    ofMean[auv] = (ahead.true[(size - 2) * (size + 1)] + ahead.true[(size - 1) * (size + 1)]) / (end * end);
   }
-  return { means, spreads, ofMean };
+  return { means, spreads, alike, since };
+}
+
+// How much the squares of errors at two instants are correlated.
+function alikeOf(rows, first, size, means, spreads, begin, end) {
+  const second = first + size, [mx, my, nx, ny] = [means[2 * begin], means[2 * begin + 1], means[2 * end], means[2 * end + 1]];
+  const together = 2 * (rows[first] ** 2 + rows[first + 1] ** 2 + rows[second] ** 2 + rows[second + 1] ** 2)
+    + 4 * mx * (rows[first] * nx + rows[first + 1] * ny) + 4 * my * (rows[second] * nx + rows[second + 1] * ny);
+  const apart = variesOf(mx, my, spreads, 3 * begin) * variesOf(nx, ny, spreads, 3 * end);
+  return apart > 0 ? together / Math.sqrt(apart) : 0;
+}
+
+// The variance (m4) of the square of an error.
+function variesOf(x, y, spreads, at) {
+  const [xx, yy, xy] = [spreads[at], spreads[at + 1], spreads[at + 2]];
+  return 2 * (xx * xx + yy * yy + 2 * xy * xy) + 4 * (x * x * xx + y * y * yy + 2 * x * y * xy);
 }

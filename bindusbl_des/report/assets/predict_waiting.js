@@ -2,7 +2,7 @@
 // How long AUVs wait for fixes that come with some chance each: planning/prediction/waiting.py.
 
 // A wait that is less likely than this to go on is over.
-const OVER = 1e-3;
+const OVER = 1e-5;
 
 // Fixes a second, and mean, 95 % quantile and longest of the time since the last one (s), of each AUV.
 function waitingOf({ rounds, told, chance, many }, auvs, end) {

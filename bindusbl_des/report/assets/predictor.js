@@ -16,28 +16,31 @@ function predict(inputs, stations) {
   const plan = plannedRounds(inputs, sights, found), turns = turnsOf(inputs, sights, found, plan);
   const known = inputs.navigator.filter === "smoother" ? smoothed : errorsOf;
   const errors = known(inputs, turns, fixesOf(inputs, sights, places, stations));
-  return { hf_coverage: coverageOf(sights, plan), ...waitingOf(turns, sights.auvs, inputs.duration_s), ...sizesOf(errors, sights) };
+  return { hf_coverage: coverageOf(inputs, sights, plan), ...waitingOf(turns, sights.auvs, inputs.duration_s), ...sizesOf(errors, sights) };
 }
 
-function coverageOf({ auvs, instants, asvs, heard }, { period }) {
-  const all = period.reduce((sum, it) => sum + 1 / it, 0);
+// The share of pings that some ASV is in range of; where ASVs ping, of those of which the AUV is.
+function coverageOf({ access }, { auvs, instants, asvs, heard }, { period }) {
+  const passive = access.ranging === "passive", all = period.reduce((sum, it) => sum + 1 / it, 0);
   return Array.from({ length: auvs }, (_, auv) => {
     let covered = 0;
     for (let k = 0; k < instants; k++) {
       const first = (auv * instants + k) * asvs;
-      if (heard.subarray(first, first + asvs).some((it) => it > SELDOM)) covered += 1 / period[k];
+      let near = 0;
+      for (let n = first; n < first + asvs; n++) if (heard[n] > SELDOM) near++;
+      covered += (passive ? near / asvs : Math.min(near, 1)) / period[k];
     }
     return covered / all;
   });
 }
 
 // How large errors are whose mean and covariance are known.
-function sizesOf({ means, spreads, ofMean }, { auvs, instants }) {
+function sizesOf({ means, spreads, alike, since }, { auvs, instants }) {
   const out = { position_error_m: [], position_error_rms_m: [], position_error_p95_m: [], error_over_time: [], varies: [] };
   const count = TWENTIETHS.length, cases = new Float64Array(count * instants); // squares, m2
   for (let auv = 0; auv < auvs; auv++) {
-    const overTime = new Float64Array(instants);
-    let [squares, varies, scattered] = [0, 0, 0];
+    const overTime = new Float64Array(instants), scattered = new Float64Array(instants);
+    let squares = 0;
     for (let k = 0; k < instants; k++) {
       const i = auv * instants + k, { square, shape } = sizeOf(means[2 * i], means[2 * i + 1], spreads[3 * i], spreads[3 * i + 1], spreads[3 * i + 2]);
       const third = 1 / (9 * shape), spread = Math.sqrt(third);
@@ -47,18 +50,32 @@ function sizesOf({ means, spreads, ofMean }, { auvs, instants }) {
       }
       overTime[k] = meanSize(square, shape);
       squares += square;
-      varies += spreads[3 * i] + spreads[3 * i + 1];
-      scattered += Math.max(square - overTime[k] * overTime[k], 0);
+      scattered[k] = Math.sqrt(Math.max(square - overTime[k] * overTime[k], 0));
     }
-    const whole = mean(overTime), alike = Math.min(ofMean[auv] / Math.max(varies / instants, 1e-30), 1);
+    const whole = mean(overTime);
     out.error_over_time.push(overTime);
     out.position_error_m.push(whole);
     out.position_error_rms_m.push(Math.sqrt(squares / instants));
-    // By what share the mean length of one mission scatters about that.
-    out.varies.push(Math.sqrt(scattered / instants * alike / (2 - alike)) / Math.max(whole, 1e-30));
+    out.varies.push(scatterOf(scattered, alike, since, auv) / Math.max(whole, 1e-30));
     out.position_error_p95_m.push(rootQuantile(cases, 0.95));
   }
   return out;
+}
+
+// The standard deviation (m) of the mean length over one mission: lengths at two instants are as much
+// alike as their squares, and pairs with one of a few instants stand for all.
+function scatterOf(spread, alike, since, auv) {
+  const instants = spread.length;
+  let [total, known] = [0, 0];
+  for (let row = auv * ANCHORS; row < (auv + 1) * ANCHORS; row++) {
+    if (since[row] < 0) continue;
+    const begin = spread[since[row]];
+    let pairs = 0;
+    for (let k = 0; k < instants; k++) pairs += alike[row * instants + k] * spread[k];
+    total += 2 * (pairs * begin - 0.5 * begin * begin) / instants;
+    known++;
+  }
+  return Math.sqrt(Math.max(total / Math.max(known, 1), 0));
 }
 
 // A quantile of the roots of numbers, which are put into another order: linear between two of them.
