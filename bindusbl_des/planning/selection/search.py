@@ -88,16 +88,16 @@ class Search:
     def _doubts(self, best: Group | None) -> Iterator[str]:
         """Yield what keeps the answer from being as sure as was asked."""
         cheaper = self._groups if self._cheapest is None else self._groups[: self._cheapest]
+        whose = "candidate" if best is None else "cheaper candidate"
+        flown = f"not told with {self._evidence.looks[-1].seeds} seeds"
         if untold := sum(len(group.having(None)) for group in cheaper):
-            whose = "candidates" if best is None else "cheaper candidates"
-            yield f"The time was up before it was told of {untold} {whose}."
+            yield f"{counted(untold, whose)} may meet the goals: not told in time."
         considered = [it for group in cheaper for it in group.members]
         if unsure := sum(self._evidence.is_cut_short[it] for it in considered):
-            whose = counted(unsure, "candidate" if best is None else "cheaper candidate")
-            yield f"Of {whose} it cannot be told with {self._evidence.looks[-1].seeds} seeds."
+            yield f"{counted(unsure, whose)} may meet the goals: {flown}."
         if best is None:
             return
         unsure = sum(self._evidence.is_cut_short[it] for it in best.members)
         if rivals := len(best.running) - 1 + unsure:
-            until = f"with {self._evidence.looks[-1].seeds} seeds" if best.is_flown else "in time"
-            yield f"Whether {rivals} of equal cost are better is not told {until}."
+            until = flown if best.is_flown else "not told in time"
+            yield f"{counted(rivals, 'rival')} of equal cost may be better: {until}."
