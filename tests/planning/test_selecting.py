@@ -148,6 +148,23 @@ def test_when_time_is_over_the_best_answer_so_far_is_given_and_what_is_missing()
     assert "2 cheaper candidates may meet the goals: not told in time." in found.why
 
 
+def test_a_candidate_close_to_its_limit_does_not_take_all_the_time() -> None:
+    """A dearer one is found to meet the goal before many seeds are flown of who may not."""
+    flown = 0
+    values = sampler([0.99, 0.5])
+
+    def sample(pairs: Pairs) -> Floats:
+        nonlocal flown
+        flown += len(pairs)
+        return values(pairs)
+
+    candidates = [Candidate(1, [0.9]), Candidate(2, [0.5])]
+    found = select(candidates, sample, METRE, zone=0.0, is_over=lambda: flown > 40)
+    assert found.answer == 1
+    assert found.verdicts == ("no time", "met")
+    assert select(candidates, values, METRE, zone=0.0).missions[0] == 128
+
+
 def test_rivals_that_time_or_seeds_leave_open_are_told() -> None:
     found = chosen([0.5, 0.5], [1, 1], most_seeds=12, zone=0.01)
     assert found.verdicts == ("met", "met")
