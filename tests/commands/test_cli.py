@@ -228,7 +228,7 @@ def test_defaults_in_the_list_are_those_of_the_scenario() -> None:
 
 def test_params_lists_and_selects() -> None:
     """`params` prints all keys, those that contain a word, or those that match a pattern."""
-    assert call("params").stdout.count("\n") == 2 * len((*keys(), *settings()))
+    assert call("params").stdout.count("\n") == 2 * len((*keys(), *items(), *settings()))
     assert call("params", "AHRS heading").stdout == (
         "usbl.heading_sd_deg: 1 deg  (number >= 0 and <= 45)\n"
         "    AHRS heading noise; with model: datasheet none unless given, and then added to the "

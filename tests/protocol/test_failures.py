@@ -276,6 +276,7 @@ def test_nothing_is_missing_and_nobody_hears_who_has_failed(
     assert counts.sum(axis=1).tolist() == result.auvs.fixes.tolist()
     if failures is None:
         return
+    it: Any
     for it in tables["receptions"].query("outcome == 'heard'").itertuples():
         number, ends = int(it.asv[3:]), it.arrived_at_s + world.acoustics.hf.ping_s
         if world.protocol.is_passive:
@@ -284,10 +285,10 @@ def test_nothing_is_missing_and_nobody_hears_who_has_failed(
         missed, cut = failures.met([number], begins, ends)
         assert not missed[0]
         assert not cut[0]
-    for frame in tables["broadcasts"].itertuples():
-        assert int(frame.asv[3:]) not in failures.failed(frame.sent_at_s)
-    for ping in tables["pings"].query("called_by.notna()").itertuples():
-        assert int(ping.called_by[3:]) not in failures.failed(ping.called_at_s)
+    for it in tables["broadcasts"].itertuples():
+        assert int(it.asv[3:]) not in failures.failed(it.sent_at_s)
+    for it in tables["pings"].query("called_by.notna()").itertuples():
+        assert int(it.called_by[3:]) not in failures.failed(it.called_at_s)
 
 
 @pytest.mark.parametrize("protocol", [MODES[0], MODES[2]], ids=str)

@@ -1,6 +1,7 @@
 """The smallest circle around places: the best station of one vessel that must hear them all."""
 
 from itertools import combinations
+from math import hypot, inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -80,11 +81,12 @@ def diametral(pair: Floats) -> Circle:
 
 def circumscribed(triple: Floats) -> Circle:
     """Return the circle through three places (3, 2); of three in a row its radius is infinite."""
-    (bx, by), (cx, cy) = triple[1:] - triple[0]
+    (ax, ay), (bx, by), (cx, cy) = triple.tolist()
+    bx, by, cx, cy = bx - ax, by - ay, cx - ax, cy - ay
     twice_area = 2.0 * (bx * cy - by * cx)
     if twice_area == 0.0:
-        return Circle(float(triple[0, 0]), float(triple[0, 1]), np.inf)
+        return Circle(ax, ay, inf)
     b_square, c_square = bx * bx + by * by, cx * cx + cy * cy
     x = (cy * b_square - by * c_square) / twice_area
     y = (bx * c_square - cx * b_square) / twice_area
-    return Circle(float(triple[0, 0] + x), float(triple[0, 1] + y), float(np.hypot(x, y)))
+    return Circle(ax + x, ay + y, hypot(x, y)) if isfinite(hypot(x, y)) else Circle(ax, ay, inf)

@@ -18,6 +18,8 @@ Flags = NDArray[np.bool_]
 
 # Of so many places all pairs are tried, of more a grid of this many cells over a reach.
 MOST_PAIRED, CELLS = 60, 3
+# Circles to begin with
+STARTS = 8
 # A place beyond the reach by no more than this share of it is within it: rounding.
 ROUNDING = 1e-9
 
@@ -37,9 +39,10 @@ def max_cover(
     Circles that cover most can be moved until two of the places they hold lie on their edge, or one
     at the middle, so of a few places all circles worth trying are tried.  One after the other the
     circle that adds most is taken (1 - 1/e of the best at least: Nemhauser, Wolsey and Fisher
-    1978), then each is exchanged for a better one while there is any; of equal ones the first.  In
-    the end each vessel lies in the middle of what it covers, and one that nothing is left for at
-    the place that is farthest from all others.
+    1978), then each is exchanged for a better one while there is any.  That is begun with each of
+    the `STARTS` circles that cover most; of equal ends the first is taken.  In the end each vessel
+    lies in the middle of what it covers, and one that nothing is left for at the place that is
+    farthest from all others.
     Raises ValueError for less than one vessel, a reach that is not positive, and as
     :func:`.formation.stations` does.
 
@@ -55,7 +58,9 @@ def max_cover(
     value = np.ones(len(points)) if weights is None else np.asarray(weights, dtype=np.float64)
     middles = _middles(points, reach)
     within = distances(middles, points) <= reach * (1.0 + ROUNDING)  # (circles, n)
-    chosen = _exchanged(_greedy(within, value, count), within, value)
+    firsts = np.argsort(-(within @ value), kind="stable")[:STARTS]
+    tried = [_exchanged(_greedy(within, value, count, int(it)), within, value) for it in firsts]
+    chosen = max(tried, key=lambda it: float(value[within[it].any(axis=0)].sum()))
     return _settled(points, within[chosen], reach)
 
 
@@ -77,13 +82,12 @@ def _middles(points: Floats, reach: float) -> Floats:
     return np.vstack((points, middle + across, middle - across))
 
 
-def _greedy(within: Flags, value: Floats, count: int) -> list[int]:
-    """Return circles, each of which adds most to those before."""
-    chosen: list[int] = []
-    left = value.copy()
-    for _ in range(count):
-        chosen.append(int((within @ left).argmax()))
+def _greedy(within: Flags, value: Floats, count: int, first: int) -> list[int]:
+    """Return circles, each but the first of which adds most to those before."""
+    chosen, left = [first], value.copy()
+    while len(chosen) < count:
         left[within[chosen[-1]]] = 0.0
+        chosen.append(int((within @ left).argmax()))
     return chosen
 
 

@@ -43,6 +43,8 @@ def best_ring(
     formation is wider than that, nor turned by more than to the one that looks alike.
     Raises ValueError as :func:`.formation.formation` does.
     """
+    if count <= 1:
+        return Ring(0.0, 0.0, value(formation(count, 0.0) + middle))
     turn = 2.0 * math.pi / count
 
     def at(place: Floats) -> float:
@@ -51,8 +53,6 @@ def best_ring(
             return math.inf
         return value(formation(count, radius, angle) + middle)
 
-    if count == 1:
-        return Ring(0.0, 0.0, value(formation(1, 0.0) + middle))
     grid = [np.array((r, a)) for r in _steps(RADII, closed=True) for a in _steps(ANGLES)]
     ranked = sorted(((at(place), n) for n, place in enumerate(grid)), key=lambda it: it)
     tried = [descended(at, grid[n], 0.5 / RADII, finely, MOST_ASKED) for _, n in ranked[:IMPROVED]]
