@@ -90,8 +90,10 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
         return _object(schema, draw, path)
     if kind == "object" and schema.get("additionalProperties") is False:
         out = _object(schema, draw, path)
-        kinds = schema["properties"].get("kind")
-        return {**out, "kind": kinds["const"]} if kinds else out
+        named = [
+            name for name in ("kind", "model") if "const" in schema["properties"].get(name, {})
+        ]
+        return out | {name: schema["properties"][name]["const"] for name in named}
     if kind == "object":  # a vehicle with coefficients
         return _vehicle(schema, draw)
     if kind in ("number", "integer"):
@@ -190,6 +192,7 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         if failure.get("until_s") is not None and draw.random() < 0.9:
             failure["until_s"] = failure["at_s"] + draw.choice((1e-6, 1.0, 20.0))
     formation = data.get("asvs", {}).get("formation", {})
+    _moving(formation, data, counts["asvs"], draw, folder)
     if draw.random() < 0.9:  # these need a place on Earth
         formation.pop("positions_deg", None)
         route.pop("positions_deg", None)
@@ -202,6 +205,24 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
                 formation.pop(name, None)
     elif draw.random() < 0.9 and formation.get("radius_m") is not None:
         formation.pop("clearance_m", None)
+
+
+def _moving(
+    formation: dict[str, Any], data: dict[str, Any], asvs: int, draw: random.Random, folder: Path
+) -> None:
+    """Let ASVs that move have a start or a track each, and no hull."""
+    few = min(asvs, 200)
+    if formation.get("model") in ("follow", "assign", "zigzag", "track"):
+        data["asvs"].pop("vehicle", None)
+    if formation.get("start_m") is not None:
+        formation["start_m"] = [_point(draw) for _ in range(few)]
+    if formation.get("model") == "track":
+        file = folder / f"vessel{draw.randrange(10**9)}.csv"
+        first = formation.get("time_offset_s", 0.0)
+        rows = [f"{first + t!r},{2 * t},{-t},0" for t in (0, 1, 7.5, 40)]
+        file.write_text("\n".join(["time_s,x_m,y_m,depth_m", *rows]))
+        formation["files"] = [str(file)] * few
+        formation.pop("tracks", None)
 
 
 def _shaped(survey: dict[str, Any], draw: random.Random) -> None:

@@ -16,7 +16,7 @@ from ..scenario.families import ASV, AUV
 from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
 from ..scenario.places.on_earth import vessel_tracks
-from ..scenario.planned import asv_stations, may_move, route_of, tracks_of
+from ..scenario.planned import are_told, asv_stations, route_of, tracks_of
 from ..scenario.plans import planned_tour
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import AsvTrack
@@ -150,7 +150,7 @@ def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:
 
     They know where the AUVs were launched, and what is planned for them.
     """
-    if not may_move(scenario):
+    if not are_told(scenario):
         return None
     launched = places(auvs.motion, 0.0)[:, :3]
     return anchors_of(scenario, CarriedForward(launched, courses(scenario)), room_of(scenario))

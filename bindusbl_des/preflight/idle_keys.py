@@ -177,6 +177,19 @@ RULES = (
         tuple(f"asvs.formation.{name}" for name in ("angle_deg", "clearance_m", "radius_m")),
         "a single ASV lies at the centre",
     ),
+    *(
+        Idle(
+            {"asvs.formation.model": ("assign", "zigzag"), few: (1,)},
+            ("asvs.formation.hysteresis",),
+            "there is one way to split the AUVs",
+        )
+        for few in ("asvs.count", "auvs.count")
+    ),
+    Idle(
+        {"asvs.formation.model": ("follow", "assign"), "auvs.route.kind": ("hold",)},
+        ("asvs.formation.horizon_s",),
+        "the AUVs lie still",
+    ),
     Idle({"asvs.count": (1,)}, ("protocol.broadcaster",), "there is no other ASV"),
     Idle(
         {"auvs.count": (1,)},

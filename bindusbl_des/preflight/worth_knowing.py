@@ -11,6 +11,7 @@ from ..scenario.instruments.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.places.on_earth import positioned, recorded_track
 from ..scenario.scenario import Scenario
+from ..scenario.sections.anchors import Placed
 from ..scenario.sections.environment import Environment
 from ..scenario.sections.routes import Hold, Waypoints
 from ..scenario.sections.vehicles import Formation
@@ -56,6 +57,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
             messages,
             guards,
             _formation,
+            _anchors,
             failing,
             _told,
             _sheet,
@@ -103,6 +105,28 @@ def _formation(scenario: Scenario) -> Iterator[Problem]:
             f"{count} ASVs outside the survey, up to {max(beyond):.3g} m beyond its edge"
             f"{edge}; set it to have them elsewhere",
             ("asvs.formation.clearance_m", "acoustics.hf.range_m", *_shapes(scenario)),
+        )
+
+
+def _anchors(scenario: Scenario) -> Iterator[Problem]:
+    """Yield what keeps ASVs that are placed anew from being where AUVs are."""
+    asked, auvs = scenario.asvs.formation, scenario.auvs
+    if not isinstance(asked, Placed):
+        return
+    if scenario.protocol.is_passive:
+        yield Problem(
+            "asvs.formation.model",
+            f"{asked.MODEL} goes by what is planned alone: with passive ranging AUVs fix "
+            "themselves, and the fleet knows of no fix",
+            ("protocol.ranging",),
+        )
+    fastest = max(auvs.speeds)
+    if auvs.route.kind in ("lawnmower", "waypoints") and asked.speed_m_per_s < fastest:
+        yield Problem(
+            "asvs.formation.speed_m_per_s",
+            f"is {asked.speed_m_per_s:g} m/s and AUVs go at {fastest:g} m/s: ASVs fall behind on "
+            "every lane",
+            ("auvs.speed_m_per_s", "auvs.speeds_m_per_s"),
         )
 
 

@@ -123,9 +123,20 @@ def _own_stations(
     return tuple(own_stations(scenario, choice, answer))
 
 
-def may_move(scenario: ScenarioKeys) -> bool:
-    """Tell whether ASVs are told where to go, or somebody's own placement may do so."""
-    return isinstance(scenario.asvs.formation, Placed | OwnPlacement)
+def are_told(scenario: ScenarioKeys) -> bool:
+    """Tell whether ASVs are told during the mission where to go.
+
+    Raises:
+        PluginError: as of :func:`asv_stations`.
+    """
+    placement = scenario.asvs.formation
+    if not isinstance(placement, OwnPlacement):
+        return isinstance(placement, Placed)
+    try:
+        asv_stations(scenario)
+    except NoStations:
+        return True
+    return False
 
 
 def mover_of(scenario: ScenarioKeys) -> Any:

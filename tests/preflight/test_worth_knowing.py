@@ -181,6 +181,15 @@ def test_the_default_formation_may_lie_outside_the_survey() -> None:
     assert "= 60 m, which puts 2 of 2 ASVs outside the survey, up to 22 m beyond its edge" in found
 
 
+def test_vessels_that_cannot_be_where_auvs_are_are_told() -> None:
+    """Slower than AUVs, or without any fix that the fleet knows of."""
+    slow = {"count": 1, "formation": {"model": "follow", "speed_m_per_s": 0.5}}
+    found = told(asvs=slow, protocol={"ranging": "passive"})
+    assert "is 0.5 m/s and AUVs go at 0.627 m/s" in found["asvs.formation.speed_m_per_s"]
+    assert "goes by what is planned alone" in found["asvs.formation.model"]
+    assert told(asvs={"count": 1, "formation": {"model": "follow"}}) == {}
+
+
 @pytest.mark.parametrize("frame", [0.5, 1.0, 1.1])
 def test_a_frame_shorter_than_its_round_is_told(frame: float) -> None:
     """0.5, 1.0 and 1.1 s give the same mission, and each is told what its AUVs do instead."""

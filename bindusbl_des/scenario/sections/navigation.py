@@ -36,7 +36,7 @@ class Drift(Part):
         None,
         "m",
         "straight way at whose end it is met, by a velocity bias that wanders; null = at any",
-        gt=0,
+        ge=0.001,
         le=1e7,
     )
     time_constant_s: Real | None = key(
