@@ -69,7 +69,7 @@ def test_a_candidate_at_its_limit_is_too_close_to_tell_and_not_chosen() -> None:
     assert found.verdicts == ("too close to tell", "met")
     assert found.answer == 1
     assert not found.is_settled
-    assert found.why.endswith("Of 1 cheaper candidate it cannot be told with 32 seeds.")
+    assert found.why.endswith("1 cheaper candidate may meet the goals: not told with 32 seeds.")
 
 
 def test_within_the_zone_of_the_limit_no_more_missions_are_flown() -> None:
@@ -145,7 +145,37 @@ def test_when_time_is_over_the_best_answer_so_far_is_given_and_what_is_missing()
     assert found.answer == 2
     assert found.verdicts == ("no time", "no time", "met")
     assert not found.is_settled
-    assert "The time was up before it was told of 2 cheaper candidates." in found.why
+    assert "2 cheaper candidates may meet the goals: not told in time." in found.why
+
+
+def test_a_candidate_close_to_its_limit_does_not_take_all_the_time() -> None:
+    """A dearer one is found to meet the goal before many seeds are flown of who may not."""
+    flown = 0
+    values = sampler([0.99, 0.5])
+
+    def sample(pairs: Pairs) -> Floats:
+        nonlocal flown
+        flown += len(pairs)
+        return values(pairs)
+
+    candidates = [Candidate(1, [0.9]), Candidate(2, [0.5])]
+    found = select(candidates, sample, METRE, zone=0.0, is_over=lambda: flown > 40)
+    assert found.answer == 1
+    assert found.verdicts == ("no time", "met")
+    assert select(candidates, values, METRE, zone=0.0).missions[0] == 128
+
+
+def test_rivals_that_time_or_seeds_leave_open_are_told() -> None:
+    found = chosen([0.5, 0.5], [1, 1], most_seeds=12, zone=0.01)
+    assert found.verdicts == ("met", "met")
+    assert not found.is_settled
+    assert found.why.endswith("1 rival of equal cost may be better: not told with 12 seeds.")
+    calls = iter([False] * 3 + [True] * 9)
+    found = select(
+        [Candidate(1)] * 2, sampler([0.5, 0.5]), METRE, zone=0.01, is_over=lambda: next(calls)
+    )
+    assert found.answer is not None
+    assert found.why.endswith("1 rival of equal cost may be better: not told in time.")
 
 
 def test_a_sampler_that_ends_early_ends_the_selection() -> None:
@@ -155,7 +185,8 @@ def test_a_sampler_that_ends_early_ends_the_selection() -> None:
     found = select([Candidate(1), Candidate(2)], sample, METRE)
     assert found.answer is None
     assert found.verdicts == ("no time", "no time")
-    assert found.why.startswith("No candidate is shown to meet the goals. The time was up")
+    none = "No candidate is shown to meet the goals."
+    assert found.why == f"{none} 2 candidates may meet the goals: not told in time."
     assert found.missions == (0, 0)
 
 

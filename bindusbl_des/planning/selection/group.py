@@ -41,6 +41,11 @@ class Group:
         """Whether no more seeds are allowed."""
         return self._next_look == len(self._evidence.looks)
 
+    @property
+    def next_seeds(self) -> int:
+        """Return how many seeds the next look takes."""
+        return self._evidence.looks[self._next_look].seeds
+
     def look(self) -> None:
         """Fly those that run at more seeds; see who meets the goals, who does not, who is outdone.
 

@@ -8,6 +8,9 @@ from .evidence import Evidence, OutOfTime
 from .group import Group
 from .selection import Candidate, Selection, Verdict
 
+# Who is still open after so many seeds is close to a limit: dearer ones are tried before more are.
+PATIENCE = 24
+
 
 class Search:
     """A search among candidates of which nothing is known but their costs and predictions."""
@@ -24,25 +27,32 @@ class Search:
     def run(self) -> None:
         """Find the cheapest group in which a candidate meets the goals, then the best of them.
 
-        Costs are tried downwards from the one that is predicted to do, then upwards, so that there
-        is an answer early; in the end all that are cheaper than the answer have been tried.
+        Costs are tried downwards from the one that is predicted to do, then upwards, and first with
+        few seeds, so that there is an answer early; in the end all that are cheaper have been tried
+        with as many as it takes.
 
         Raises:
             OutOfTime: when that came first.
         """
-        start = self._predicted()
-        for number in (*range(start, -1, -1), *range(start + 1, len(self._groups))):
-            if self._cheapest is not None and number > self._cheapest:
-                break
-            group = self._groups[number]
-            while group.having(None) and not group.meets:
-                self._look(group)
-            if group.meets:
-                self._cheapest = number
+        most = self._evidence.looks[-1].seeds
+        for seeds in (min(PATIENCE, most), most):
+            self._look_for_cheapest(seeds)
         if self._cheapest is not None:
             group = self._groups[self._cheapest]
             while len(group.running) > 1 and not group.is_flown:
                 self._look(group)
+
+    def _look_for_cheapest(self, seeds: int) -> None:
+        """Try each cost below that of the answer with so many seeds at most."""
+        start = self._predicted()
+        for number in (*range(start, -1, -1), *range(start + 1, len(self._groups))):
+            if self._cheapest is not None and number >= self._cheapest:
+                continue
+            group = self._groups[number]
+            while group.having(None) and not group.meets and group.next_seeds <= seeds:
+                self._look(group)
+            if group.meets:
+                self._cheapest = number
 
     def _predicted(self) -> int:
         """Return the number of the cheapest group in which one is predicted to meet the goals."""
@@ -88,16 +98,16 @@ class Search:
     def _doubts(self, best: Group | None) -> Iterator[str]:
         """Yield what keeps the answer from being as sure as was asked."""
         cheaper = self._groups if self._cheapest is None else self._groups[: self._cheapest]
+        whose = "candidate" if best is None else "cheaper candidate"
+        flown = f"not told with {self._evidence.looks[-1].seeds} seeds"
         if untold := sum(len(group.having(None)) for group in cheaper):
-            whose = "candidates" if best is None else "cheaper candidates"
-            yield f"The time was up before it was told of {untold} {whose}."
+            yield f"{counted(untold, whose)} may meet the goals: not told in time."
         considered = [it for group in cheaper for it in group.members]
         if unsure := sum(self._evidence.is_cut_short[it] for it in considered):
-            whose = counted(unsure, "candidate" if best is None else "cheaper candidate")
-            yield f"Of {whose} it cannot be told with {self._evidence.looks[-1].seeds} seeds."
+            yield f"{counted(unsure, whose)} may meet the goals: {flown}."
         if best is None:
             return
         unsure = sum(self._evidence.is_cut_short[it] for it in best.members)
         if rivals := len(best.running) - 1 + unsure:
-            until = f"with {self._evidence.looks[-1].seeds} seeds" if best.is_flown else "in time"
-            yield f"Whether {rivals} of equal cost are better is not told {until}."
+            until = flown if best.is_flown else "not told in time"
+            yield f"{counted(rivals, 'rival')} of equal cost may be better: {until}."
