@@ -129,7 +129,10 @@ def test_mistakes_are_told_all_at_once_where_they_stand() -> None:
         (("bay.yaml", "--below", "position_error_p95_m"), "needs METRIC=VALUE"),
         (("bay.yaml", *GOAL, "--mean", "--share", "0.5"), "give either --mean or --share"),
         (("bay.yaml", *GOAL, "--vary", "asvs.count=3:1"), "counts up; write 1:3"),
-        (("bay.yaml", *GOAL[:2], "--budget-s", "0"), "--budget-s 0.0: budget_s: needs a number >= 1"),
+        (
+            ("bay.yaml", *GOAL[:2], "--budget-s", "0"),
+            "--budget-s 0.0: budget_s: needs a number >= 1",
+        ),
         (("nothing.yaml", *GOAL), "no such file"),
         (("bay.yaml", *GOAL, "--set", "protocol.schedule=mine:first"), "--allow-plugins"),
     ],
