@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from .geometry.formation import formation
     from .mission.mission import Mission
     from .mission.simulation import simulate
+    from .planning.outcome import Plan
+    from .planning.planning import plan
     from .preflight.worth_knowing import cautions
     from .protocol.anchors.view import AnchorView
     from .protocol.broadcasters import BroadcastView
@@ -58,6 +60,8 @@ _HOMES = {
     "load_result": "results.loading",
     "load_scenario": "scenario.files.scenario_file",
     "Mission": "mission.mission",
+    "plan": "planning.planning",
+    "Plan": "planning.outcome",
     "range_loss": "acoustics.loss",
     "Result": "results.result",
     "resume": "campaigns.running",
@@ -80,6 +84,7 @@ __all__ = [
     "BroadcastView",
     "Campaign",
     "Mission",
+    "Plan",
     "PlanView",
     "Result",
     "Scenario",
@@ -102,6 +107,7 @@ __all__ = [
     "load_campaign",
     "load_result",
     "load_scenario",
+    "plan",
     "range_loss",
     "resume",
     "simulate",

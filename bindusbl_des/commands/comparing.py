@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .console import check_file, print_json, refuse, say, talk, writing
+from .console import check_file, mistakes_told, print_json, refuse, say, talk, writing
 from .options import json_option
-from .sweeps import mistakes_told
 
 if TYPE_CHECKING:
     from ..campaigns.compare import Comparison

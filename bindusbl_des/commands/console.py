@@ -1,5 +1,6 @@
 """What all commands share: results to stdout, talk to stderr, mistakes as exit code 2."""
 
+import errno
 import json
 import os
 from collections.abc import Collection, Iterable, Iterator
@@ -196,3 +197,42 @@ def writing(path: Path) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or (str(error).splitlines() or [type(error).__name__])[0]
         refuse(f"{path}: cannot be written ({reason})")
+
+
+@contextmanager
+def mistakes_told() -> Iterator[None]:
+    """Tell what a user can mend as such: exit code 2, or 1 where a campaign broke off."""
+    from ..campaigns.experiments.sampling import ScipyMissing
+    from ..campaigns.storage.folder import CampaignError
+    from ..campaigns.workers.batches import NotWritten
+    from ..campaigns.workers.pools import BackendMissing
+    from ..campaigns.workers.supervisor import WorkersDie
+
+    try:
+        yield
+    except NotWritten as error:
+        raise RunFailed(
+            f"stopped, because results cannot be written: {error.strerror or error}. What was "
+            f"written counts; {_remedy(error)}"
+        ) from error
+    except (BackendMissing, ScipyMissing, WorkersDie) as error:
+        raise RunFailed(str(error)) from error
+    except (CampaignError, ValueError) as error:
+        refuse(str(error))
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:  # bad input, which `cli` tells
+            raise
+        reason = error.strerror or str(error)
+        raise RunFailed(f"{error.filename or 'the folder'}: {reason}") from error
+
+
+def _remedy(error: OSError) -> str:
+    """Return what to do about a folder that cannot be written."""
+    if error.errno in (errno.ENOENT, errno.ENOTDIR):
+        return (
+            "the folder was moved or removed meanwhile: `bindusbl-des resume` it where it is now, "
+            "or sweep anew"
+        )
+    if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return "free some space, then `bindusbl-des resume` the folder"
+    return "make the folder writable, then `bindusbl-des resume` it"

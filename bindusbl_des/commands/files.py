@@ -68,7 +68,7 @@ def _findings(
     file: str, overrides: tuple[str, ...], allow_plugins: bool
 ) -> "tuple[Sequence[Mistake], Sequence[Mistake]]":
     """Return the mistakes of a file, and what is worth knowing about it."""
-    from ..campaigns.experiments.kinds import is_experiment
+    from ..campaigns.experiments.kinds import is_experiment, is_plan
     from ..preflight.reading import read_scenario
     from ..scenario.files.mistakes import ScenarioError
     from ..scenario.files.plain_yaml import read_yaml
@@ -77,6 +77,14 @@ def _findings(
     try:
         file = located(file)
         data = read_yaml(read_text(file), file).data
+        if is_plan(data):
+            from ..campaigns.experiments.options import Options
+            from ..planning.questions.asking import Asking
+            from ..planning.questions.plan_file import read_plan
+
+            options = Options(overrides=overrides)
+            asked = read_plan(file, Asking(options=options, allow_plugins=allow_plugins)).experiment
+            return (), (*asked.warnings, *asked.unloaded)
         if is_experiment(data):
             from ..campaigns.experiments.experiment_file import load_experiment
             from ..campaigns.experiments.options import Options

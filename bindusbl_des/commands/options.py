@@ -98,6 +98,11 @@ def experiment_argument(command: Any) -> Any:
     return _file_argument("file", "FILE", KINDS)(command)
 
 
+def plan_argument(command: Any) -> Any:
+    """Give a command the argument of a plan's file or a scenario's, or of a shipped name."""
+    return _file_argument("file", "SCENARIO|PLAN.yaml", KINDS[:1])(command)
+
+
 def _file_argument(name: str, metavar: str, kinds: tuple[str, ...]) -> Command:
     def found(context: click.Context, _: click.Parameter, given: str) -> str:
         try:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .console import is_quiet, print_json, refuse, say, talk
+from .console import is_quiet, mistakes_told, print_json, refuse, say, talk
 from .options import json_option
-from .sweeps import SOME_FAILED, mistakes_told
+from .sweeps import SOME_FAILED
 
 if TYPE_CHECKING:
     from ..reproduction.readings.counting import Tally

@@ -1,10 +1,7 @@
 """Commands about campaigns: sweep, resume, status and merge."""
 
-import errno
 import os
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import (
-    RunFailed,
     compiling_told,
     is_quiet,
+    mistakes_told,
     print_json,
-    refuse,
     refuse_plugins,
     say,
     talk,
@@ -33,6 +29,7 @@ from .options import (
     shard_option,
     worker_options,
 )
+from .planning.plan import resume_plan
 from .reports import leave_report
 
 if TYPE_CHECKING:
@@ -141,8 +138,13 @@ def resume(
     allow_plugins: bool,
     retry_failed: bool,
 ) -> None:
-    """Run what is missing of a campaign."""
+    """Run what is missing of a campaign, or go on with a plan that was cut short."""
     with mistakes_told():
+        from ..planning.folder import is_plan_folder
+
+        if is_plan_folder(Path(folder)):
+            resume_plan(Path(folder), workers, as_json, allow_plugins)
+            return
         from ..campaigns.running import resume as resume_campaign
 
         with compiling_told():
@@ -202,45 +204,6 @@ def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
     if missing:
         talk(f"{missing} missions are in none of them; `bindusbl-des resume {out}` runs them")
     _report(campaign, as_json, merged=True)
-
-
-@contextmanager
-def mistakes_told() -> Iterator[None]:
-    """Tell what a user can mend as such: exit code 2, or 1 where a campaign broke off."""
-    from ..campaigns.experiments.sampling import ScipyMissing
-    from ..campaigns.storage.folder import CampaignError
-    from ..campaigns.workers.batches import NotWritten
-    from ..campaigns.workers.pools import BackendMissing
-    from ..campaigns.workers.supervisor import WorkersDie
-
-    try:
-        yield
-    except NotWritten as error:
-        raise RunFailed(
-            f"stopped, because results cannot be written: {error.strerror or error}. What was "
-            f"written counts; {_remedy(error)}"
-        ) from error
-    except (BackendMissing, ScipyMissing, WorkersDie) as error:
-        raise RunFailed(str(error)) from error
-    except (CampaignError, ValueError) as error:
-        refuse(str(error))
-    except OSError as error:
-        if error.errno == errno.ENAMETOOLONG:  # bad input, which `cli` tells
-            raise
-        reason = error.strerror or str(error)
-        raise RunFailed(f"{error.filename or 'the folder'}: {reason}") from error
-
-
-def _remedy(error: OSError) -> str:
-    """Return what to do about a folder that cannot be written."""
-    if error.errno in (errno.ENOENT, errno.ENOTDIR):
-        return (
-            "the folder was moved or removed meanwhile: `bindusbl-des resume` it where it is now, "
-            "or sweep anew"
-        )
-    if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-        return "free some space, then `bindusbl-des resume` the folder"
-    return "make the folder writable, then `bindusbl-des resume` it"
 
 
 def _tell_estimate(

@@ -42,17 +42,45 @@ def load_experiment(
         ScipyMissing: when points are to be sampled and scipy is not installed.
         TypeError: when `given` is neither a path nor a scenario.
     """
-    source: Source | None = None
+    document, source = document_of(given, options)
+    return experiment_in(document, options, source, allow_plugins=allow_plugins)
+
+
+def document_of(
+    given: str | FilePath | Scenario, options: Options | Asked = NO_OPTIONS
+) -> tuple[Document, Source | None]:
+    """Return the experiment that a path or a scenario stands for, and where a scenario stands.
+
+    Raises:
+        ScenarioError: when the file cannot be read, or holds no keys.
+        TypeError: when `given` is neither a path nor a scenario.
+    """
     if isinstance(given, Scenario):
         source = Source.of(given)
-        document = _of_scenario(source.name, {"name": given.name}, source.name)
-    elif isinstance(given, str | FilePath):
-        document = _document(FilePath(given), options)
-    else:
-        raise TypeError(
-            "a sweep needs a Scenario, or the path of a scenario or experiment file; got "
-            + described(given)
-        )
+        return of_scenario(source.name, {"name": given.name}, source.name), source
+    if isinstance(given, str | FilePath):
+        return _document(FilePath(given), options), None
+    raise TypeError(
+        "a sweep needs a Scenario, or the path of a scenario or experiment file; got "
+        + described(given)
+    )
+
+
+def experiment_in(
+    document: Document,
+    options: Options | Asked = NO_OPTIONS,
+    source: Source | None = None,
+    *,
+    allow_plugins: bool = False,
+) -> Experiment:
+    """Return the experiment that a document holds, options laid over it.
+
+    `source` is where its scenario stands, if that is in no file.
+
+    Raises:
+        ScenarioError: listing every mistake, with those that were in the document before.
+        ScipyMissing: when points are to be sampled and scipy is not installed.
+    """
     lay_over(document, options)
     _check_keys(document)
     name, detail = _name(document, FilePath(document.file).stem[:LONGEST_NAME]), _detail(document)
@@ -104,13 +132,13 @@ def _document(path: FilePath, options: Options | Asked) -> Document:
     """Return the experiment that a file holds, be it a scenario's."""
     document = read_yaml(read_text(path), str(path))
     if not is_experiment(document.data) and (options or is_scenario(document.data)):
-        document = _of_scenario(str(path), document.data, path.name)
+        document = of_scenario(str(path), document.data, path.name)
     if not isinstance(document.data, dict):
         raise _wrong_root(document)
     return document
 
 
-def _of_scenario(file: str, data: Any, scenario: str) -> Document:
+def of_scenario(file: str, data: Any, scenario: str) -> Document:
     """Return the experiment that runs a scenario as it is; what is wrong in it is told later."""
     name = data.get("name") if isinstance(data, dict) else None
     named = {"name": name[:LONGEST_NAME]} if isinstance(name, str) and _is_name(name) else {}

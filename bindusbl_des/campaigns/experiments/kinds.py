@@ -1,10 +1,18 @@
-"""Experiment files and scenario files, told apart by their keys."""
+"""Experiment files, plans' files and scenario files, told apart by their keys."""
 
 from typing import Any
 
 from ...scenario.scenario import Scenario
 
 KEYS = ("name", "scenario", "vary", "points", "sample", "seeds", "until_ci", "detail")
+
+# What only a plan's file has
+OF_PLANS = ("goal", "candidates", "confidence", "budget_s", "cost")
+
+
+def is_plan(data: Any) -> bool:
+    """Tell whether data are those of a plan's file, right or wrong, and of no other."""
+    return isinstance(data, dict) and any(key in data for key in OF_PLANS)
 
 
 def is_experiment(data: Any) -> bool:

@@ -4,12 +4,12 @@ Batches are short at first and longer as the campaign grows, so that its folder 
 yet no more than half a minute of one worker's work is ever lost.
 """
 
+import math
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
-from math import ceil
 from pathlib import Path
 from time import monotonic
 
@@ -74,10 +74,15 @@ class Supervisor:
         with suppress(OSError):  # on a full disk they stop when their time is spent
             ask_to_stop(self.folder)
 
-    def run(self, missions: NDArray[np.int64]) -> None:
-        """Run missions until all have a row or a stop was asked for."""
+    def run(self, missions: NDArray[np.int64], until: float = math.inf) -> None:
+        """Run missions until all have a row or a stop was asked for.
+
+        Once it is `until` (s, of the clock `monotonic`), none is begun any more.
+        """
         self._fresh.extend(missions)
         while self._running or (self._waiting() and not self.stopping):
+            if monotonic() > until and not self.stopping:
+                self.stop()
             while self._waiting() and not self.stopping and self.pool.has_room():
                 batch = self._next()
                 self._running[self.pool.submit(batch)] = batch
@@ -94,7 +99,7 @@ class Supervisor:
         budget = min(max(BATCH_SHARE * spent, SHORTEST_BATCH_S), LONGEST_BATCH_S)
         if self._suspects:
             return self._batch(self._suspects.popleft(), budget)
-        share = min(ceil(len(self._fresh) / (2 * self.pool.size)), MOST_IN_BATCH)
+        share = min(math.ceil(len(self._fresh) / (2 * self.pool.size)), MOST_IN_BATCH)
         return self._batch(self._fresh.take(share), budget)
 
     def _batch(self, numbers: tuple[int, ...], budget_s: float) -> Batch:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.plugins import is_plugin
-from .console import (
+from ...core.plugins import is_plugin
+from ..console import (
     check_figure,
     print_json,
     reading_from,
@@ -18,12 +18,12 @@ from .console import (
     talk,
     writing,
 )
-from .options import json_option, plugins_option, scenario_argument, set_option
+from ..options import json_option, plugins_option, scenario_argument, set_option
 
 if TYPE_CHECKING:
-    from ..preflight.round_lengths import Rounds
-    from ..protocol.slots import Slots
-    from ..scenario.scenario import Scenario
+    from ...preflight.round_lengths import Rounds
+    from ...protocol.slots import Slots
+    from ...scenario.scenario import Scenario
 
 Stations = list[tuple[float, float]]
 
@@ -51,7 +51,7 @@ MOST_ASVS = 50
 def timing(scenario: str, overrides: tuple[str, ...], as_json: bool) -> None:
     """Print slots, rounds and fix rates of a scenario's protocol."""
     mission = scenario_from(scenario, overrides)
-    from ..preflight.round_lengths import rounds_of
+    from ...preflight.round_lengths import rounds_of
 
     rounds = rounds_of(mission)
     if as_json:
@@ -61,7 +61,7 @@ def timing(scenario: str, overrides: tuple[str, ...], as_json: bool) -> None:
 
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
-    from ..scenario.survey_area import area_of
+    from ...scenario.survey_area import area_of
 
     rate = scenario.protocol.tick_rate_hz
     ranging = scenario.protocol.ranging
@@ -170,7 +170,7 @@ def _messages(slots: "Slots") -> Iterator[str]:
 
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
-    from ..scenario.survey_area import area_of
+    from ...scenario.survey_area import area_of
 
     slots, protocol = rounds.slots, scenario.protocol
     answered = rounds.policy in ("direct_reply", "passive")
@@ -234,10 +234,10 @@ def coverage(
     mission = reading.scenario
     if figure:
         check_figure(Path(figure), force)
-    from ..core.plugins import PluginError
-    from ..geometry.coverage import coverage_map
-    from ..scenario.planned import NoStations, asv_stations, horizontal_reach
-    from ..scenario.survey_area import area_of
+    from ...core.plugins import PluginError
+    from ...geometry.coverage import coverage_map
+    from ...scenario.planned import NoStations, asv_stations, horizontal_reach
+    from ...scenario.survey_area import area_of
 
     try:
         stations, reach = asv_stations(mission), horizontal_reach(mission)
@@ -251,8 +251,8 @@ def coverage(
         say("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
         say("\n".join(coverage_map(area_of(mission), stations, reach)))
     if figure:
-        from ..figures.coverage import coverage_figure
-        from ..figures.style import TWO_COLUMNS, save, styled
+        from ...figures.coverage import coverage_figure
+        from ...figures.style import TWO_COLUMNS, save, styled
 
         with writing(Path(figure)), styled():
             save(coverage_figure(mission, TWO_COLUMNS), Path(figure), replace=force)
@@ -261,9 +261,9 @@ def coverage(
 
 def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[str, Any]:
     """Return where the ASVs are and what they hear, distances in m; what has no value is None."""
-    from ..geometry.coverage import covered_area, covering_radius
-    from ..geometry.formation import corner_distance, formation_radius_bound
-    from ..scenario.survey_area import area_of
+    from ...geometry.coverage import covered_area, covering_radius
+    from ...geometry.formation import corner_distance, formation_radius_bound
+    from ...scenario.survey_area import area_of
 
     area, hf_range = area_of(scenario), scenario.acoustics.hf.range_m
     try:
@@ -291,7 +291,7 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
     """Return how likely pings from the survey make fixes that are delivered: everywhere, and where
     it is least likely; None where somebody's own channel decides it.
     """
-    from ..acoustics.fix_chance import fix_chance, survey_grid
+    from ...acoustics.fix_chance import fix_chance, survey_grid
 
     grid = survey_grid(scenario, CELLS)
     found = fix_chance(scenario, stations, grid.middles[grid.inside])

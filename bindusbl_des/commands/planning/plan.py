@@ -1,0 +1,176 @@
+"""The command `plan`: the least team of ASVs that keeps AUVs on their way, and how sure that is."""
+
+import re
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import click
+
+from ..console import (
+    compiling_told,
+    is_quiet,
+    mistakes_told,
+    print_json,
+    refuse_plugins,
+    say,
+    talk,
+    talk_of,
+    weigh,
+)
+from ..options import anyway_option, json_option, plan_argument, plugins_option, set_option
+
+if TYPE_CHECKING:
+    from ...planning.outcome import Plan
+    from ...planning.questions.question import Question
+    from ...planning.selection.goals import Of
+
+
+@click.command()
+@plan_argument
+@click.option(
+    "--below",
+    metavar="METRIC=VALUE",
+    multiple=True,
+    help="A goal, such as position_error_p95_m=1 (m): that metric of each mission's worst AUV, "
+    "averaged over missions; repeatable.",
+)
+@click.option(
+    "--above",
+    metavar="METRIC=VALUE",
+    multiple=True,
+    help="The same where more is better, such as fix_rate_hz=0.1.",
+)
+@click.option("--mean", is_flag=True, help="Judge the mean over AUVs, not the worst AUV.")
+@click.option(
+    "--share",
+    type=click.FloatRange(min=0, max=1, min_open=True),
+    metavar="SHARE",
+    help="Judge what this share of the AUVs keeps to, such as 0.8.",
+)
+@click.option(
+    "--vary",
+    metavar="KEY=V1,V2",
+    multiple=True,
+    help="What may be chosen, such as asvs.count=2:4 or acoustics.mf.range_m=100,200; of numbers, "
+    "formations, schedules and downlinks that are not varied, some are proposed.",
+)
+@click.option(
+    "--confidence", type=float, metavar="SHARE", help="How sure to be of the answer (default 0.95)."
+)
+@click.option("--budget-s", type=float, metavar="SECONDS", help="Time for all of it (default 120).")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Processes at once (default: one per CPU).",
+)
+@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Other missions (default 0).")
+@click.option("--out", metavar="DIR", help="Folder of the plan (default results/<name>-plan).")
+@click.option("--force", is_flag=True, help="Replace the folder of an earlier plan.")
+@set_option
+@anyway_option
+@plugins_option
+@json_option("the plan")
+def plan(
+    file: str,
+    below: tuple[str, ...],
+    above: tuple[str, ...],
+    mean: bool,
+    share: float | None,
+    vary: tuple[str, ...],
+    confidence: float | None,
+    budget_s: float | None,
+    workers: int | None,
+    seed: int | None,
+    out: str | None,
+    force: bool,
+    overrides: tuple[str, ...],
+    anyway: bool,
+    allow_plugins: bool,
+    as_json: bool,
+) -> None:
+    """Find the least team of ASVs that keeps to a goal.
+
+    Teams are proposed, predicted and flown, with as many seeds as it takes to be sure; the answer
+    is flown again in worse conditions.  What is cut short goes on with the same command, or with
+    `resume`.  A plan's file holds scenario, goal, candidates, confidence, budget_s and cost.
+    """
+    began = monotonic()
+    if mean and share is not None:
+        raise click.UsageError("give either --mean or --share")
+    with mistakes_told():
+        from ...campaigns.experiments.options import Options
+        from ...planning.folder import begin
+        from ...planning.planning import admitted
+        from ...planning.questions.asking import Asking, goals_of_options
+        from ...planning.questions.plan_file import read_plan
+
+        of: Of | None = "mean" if mean else share
+        goals = goals_of_options(below, above, of)
+        options = Options(vary=vary, overrides=overrides)
+        asking = Asking(goals, of, options, confidence, budget_s, seed, allow_plugins)
+        question = read_plan(file, asking)
+        experiment = question.experiment
+        refuse_plugins(experiment.unloaded)
+        talk_of(experiment.warnings)
+        _weigh(question, anyway)
+        admitted(question, allow_plugins)
+        folder = Path(out) if out else default_folder(question.name)
+        begun = begin(question, folder, force=force)
+    _make(begun, folder, began, workers, as_json)
+
+
+def _weigh(question: "Question", anyway: bool) -> None:
+    """Tell what each mission takes, or refuse it."""
+    from ...preflight.effort import effort
+
+    weigh(f"each mission of {question.name}", effort(question.base), anyway)
+
+
+def default_folder(name: str) -> Path:
+    """Return where a plan goes unless the user says."""
+    return Path("results") / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', name)}-plan"
+
+
+def resume_plan(folder: Path, workers: int | None, as_json: bool, allow_plugins: bool) -> None:
+    """Go on with a plan that was cut short."""
+    began = monotonic()
+    with mistakes_told():
+        from ...planning.folder import resumed
+        from ...planning.planning import admitted
+
+        question = resumed(folder)
+        admitted(question, allow_plugins)
+    _make(question, folder, began, workers, as_json)
+
+
+def _make(
+    question: "Question",
+    folder: Path,
+    began: float,
+    workers: int | None,
+    as_json: bool,
+) -> None:
+    """Make a plan and tell it."""
+    with mistakes_told():
+        from ...planning.clock import Clock
+        from ...planning.planning import planned
+
+        clock = Clock(question.budget_s, began, quiet=is_quiet())
+        try:
+            with compiling_told():
+                found = planned(question, folder, clock, workers)
+        except KeyboardInterrupt:
+            talk(f"What was flown is kept; `bindusbl-des resume {folder}` goes on from there.")
+            raise
+    _tell(found, as_json)
+
+
+def _tell(found: "Plan", as_json: bool) -> None:
+    if as_json:
+        print_json(found.record)
+        talk(f"Results: {found.folder}")
+        return
+    say(found.summary())
+    talk(f"Open {found.folder / 'plan.html'} in a browser.")

@@ -1,0 +1,147 @@
+"""What holds a team back: what its prediction would gain were one thing twice as good."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from .prediction.inputs import Inputs
+from .prediction.parts import Chances
+from .prediction.predicting import predict
+from .selection.goals import Goal
+from .teams.candidates import Candidate
+from .teams.foresight import Foresight, excess, value_of
+from .wording import said
+
+# Less than this share of a value is no gain.
+NOTEWORTHY = 0.01
+
+
+@dataclass(frozen=True)
+class Relief:
+    """What would be twice as good: a goal's value as predicted then, and whether that meets it."""
+
+    what: str
+    value: float
+    told: str
+    meets: bool
+
+    def record(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return {"what": self.what, "told": self.told, "value": self.value}
+
+
+def binding(candidate: Candidate, foresight: Foresight, goals: Sequence[Goal]) -> list[Relief]:
+    """Return what would help a team most, the most first; nothing where it is not predicted.
+
+    The goal that is the farthest from being met, as predicted, is what counts.
+    """
+    inputs, now = foresight.inputs(candidate.scenario), foresight.prediction(candidate)
+    known = [it for it in goals if value_of(it, now) == value_of(it, now)]
+    if inputs is None or not known:
+        return []
+    goal = max(known, key=lambda it: excess(it, value_of(it, now)))
+    found = list(_reliefs(inputs, candidate, goal, value_of(goal, now)))
+    return sorted(found, key=lambda it: excess(goal, it.value))
+
+
+def _reliefs(inputs: Inputs, candidate: Candidate, goal: Goal, now: float) -> Iterator[Relief]:
+    for what, words, improved in IMPROVED:
+        value = value_of(goal, predict(improved(inputs), candidate.stations))
+        if excess(goal, value) < excess(goal, now) - NOTEWORTHY:
+            told = f"{words}: {goal.metric} {said(goal, value)} instead of {said(goal, now)}"
+            yield Relief(what, value, told, excess(goal, value) < 0)
+
+
+def _reach(inputs: Inputs) -> Inputs:
+    """Double the ranges, and nothing of the slots that depend on them."""
+    slots = inputs.slots
+    as_before = replace(
+        slots, sound_speed_m_per_s=2 * slots.sound_speed_m_per_s, deepest_m=2 * slots.deepest_m
+    )
+    return replace(inputs, hf=_longer(inputs.hf), mf=_longer(inputs.mf), slots=as_before)
+
+
+def _longer(band: Chances) -> Chances:
+    return replace(band, range_m=2 * band.range_m, step_m=2 * band.step_m)
+
+
+def _uplink(inputs: Inputs) -> Inputs:
+    slots = inputs.slots
+    fixed = slots.fixed_uplink_s
+    return replace(
+        inputs,
+        slots=replace(
+            slots,
+            ping_s=slots.ping_s / 2,
+            turnaround_s=slots.turnaround_s / 2,
+            uplink_guard_s=slots.uplink_guard_s / 2,
+            shortest_uplink_s=slots.shortest_uplink_s / 2,
+            fixed_uplink_s=None if fixed is None else fixed / 2,
+            sound_speed_m_per_s=2 * slots.sound_speed_m_per_s,
+        ),
+        access=replace(inputs.access, frame_s=inputs.access.frame_s / 2),
+    )
+
+
+def _downlink(inputs: Inputs) -> Inputs:
+    slots = inputs.slots
+    halved = replace(slots, downlink_s=slots.downlink_s / 2, frame_s=slots.frame_s / 2)
+    return replace(inputs, slots=halved)
+
+
+def _noise(inputs: Inputs) -> Inputs:
+    noise, lasting = inputs.noise, inputs.lasting
+    return replace(
+        inputs,
+        noise=replace(
+            noise,
+            along_m2=noise.along_m2 / 4,
+            across_m2=noise.across_m2 / 4,
+            down_m2=noise.down_m2 / 4,
+            leaning_m2=noise.leaning_m2 / 4,
+        ),
+        lasting=replace(
+            lasting,
+            misalignment_rad=lasting.misalignment_rad / 2,
+            gnss_m=lasting.gnss_m / 2,
+            sound_speed_share=lasting.sound_speed_share / 2,
+            clock_s=lasting.clock_s / 2,
+        ),
+    )
+
+
+def _drift(inputs: Inputs) -> Inputs:
+    navigator = inputs.navigator
+    sources = tuple(
+        replace(
+            it,
+            mean=_halved(it.mean),
+            drawn_sd=_halved(it.drawn_sd),
+            told_sd=_halved(it.told_sd),
+            wander_per_s=it.wander_per_s / 4,
+        )
+        for it in navigator.sources
+    )
+    return replace(
+        inputs,
+        navigator=replace(
+            navigator,
+            sources=sources,
+            walk_m2_per_s=navigator.walk_m2_per_s / 4,
+            told_walk_m2_per_s=navigator.told_walk_m2_per_s / 4,
+        ),
+    )
+
+
+def _halved(pair: tuple[float, float]) -> tuple[float, float]:
+    return pair[0] / 2, pair[1] / 2
+
+
+# What may bind, how its relief is told, and the inputs with it.
+IMPROVED: tuple[tuple[str, str, Callable[[Inputs], Inputs]], ...] = (
+    ("coverage", "coverage: were HF and MF ranges twice as long", _reach),
+    ("uplink", "uplink slots: were they half as long", _uplink),
+    ("downlink", "downlink bits: were frames half as long", _downlink),
+    ("fix_noise", "fix noise: were it half as large", _noise),
+    ("drift", "drift of dead reckoning: were it half as large", _drift),
+)

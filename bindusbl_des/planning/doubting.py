@@ -1,0 +1,156 @@
+"""How a team fares where the world is worse than the scenario has it, on the answer's own seeds."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..campaigns.statistics.intervals import Interval, interval
+from ..scenario.sections.vehicles import Formation
+from ..scenario.water import assumed_sound_speed_of
+from .questions.question import Question
+from .selection.goals import Floats, Goal
+from .teams.candidates import FORMATION, Candidate, candidate
+from .teams.foresight import Foresight
+from .teams.placing import place_keys, placed
+
+# So much shorter are the ranges, so much is the speed of sound taken too high, so many times drifts
+# dead reckoning.
+SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
+
+# Missions in each of these conditions, and the fewest that tell anything
+SEEDS, FEWEST_SEEDS = 32, 8
+
+HF, MF = "acoustics.hf", "acoustics.mf"
+NAVIGATION = "navigation"
+# What dead reckoning drifts by, where no sheet of an inertial system says it
+DRIFTS = (
+    "velocity_bias_m_per_s",
+    "velocity_bias_sd_m_per_s",
+    "random_walk_m_per_sqrt_s",
+    "scale_factor_sd",
+    "heading_sd_deg",
+)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A condition that is worse: what it is, and the team in it."""
+
+    told: str
+    keys: Mapping[str, Any]
+    team: Candidate
+
+
+@dataclass(frozen=True)
+class Doubted:
+    """What became of the goals in it: an interval each (95 %), and whether they are still met.
+
+    `met` is None where neither is certain.
+    """
+
+    doubt: Doubt
+    missions: int
+    intervals: tuple[Interval, ...]
+    met: bool | None
+
+    def record(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return {
+            "told": self.doubt.told,
+            "keys": dict(self.doubt.keys),
+            "missions": self.missions,
+            "mean": [_known(it.mean) for it in self.intervals],
+            "low": [_known(it.low) for it in self.intervals],
+            "high": [_known(it.high) for it in self.intervals],
+            "met": self.met,
+        }
+
+
+def doubts(question: Question, team: Candidate, foresight: Foresight) -> list[Doubt]:
+    """Return the conditions in which a team is to be flown; without those that make no scenario."""
+    changes = [*_ranges(team), *_sound(team), *_drift(team)]
+    worse = [(told, keys, candidate(question, {**team.keys, **keys})) for told, keys in changes]
+    found = [Doubt(told, keys, it) for told, keys, it in worse if it is not None]
+    return [*found[:1], *_lost(question, team, foresight), *found[1:]]
+
+
+def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield shorter ranges, the ASVs where they are; of a disc only, which they bound."""
+    bands = team.scenario.acoustics
+    discs = [name for name, band in ((HF, bands.hf), (MF, bands.mf)) if str(band.channel) == "disc"]
+    lengths = {HF: bands.hf.range_m, MF: bands.mf.range_m}
+    if discs:
+        keys = {f"{name}.range_m": float(f"{SHORTER * lengths[name]:.6g}") for name in discs}
+        yield f"ranges {100 * (SHORTER - 1):+.0f} %", {**keys, **_kept(team)}
+
+
+def _kept(team: Candidate) -> dict[str, Any]:
+    """Return what keeps a ring where it is, since by default it grows with the HF range."""
+    asked = team.scenario.asvs.formation
+    if not isinstance(asked, Formation) or asked.is_placed or asked.radius_m is not None:
+        return {}
+    if team.asvs == 1:
+        return {}
+    radius = float(np.hypot(*(team.stations - team.stations.mean(axis=0))[0]))
+    cleared = {f"{FORMATION}.clearance_m": 0.0} if asked.clearance_m else {}
+    return {**cleared, f"{FORMATION}.radius_m": float(f"{radius:.9g}")}
+
+
+def _lost(question: Question, team: Candidate, foresight: Foresight) -> list[Doubt]:
+    """Return the team without the vessel that is predicted to be missed most."""
+    if team.asvs == 1 or not isinstance(team.scenario.asvs.formation, Formation):
+        return []
+    found = []
+    for lost in range(team.asvs):
+        keys = place_keys(question, np.delete(team.stations, lost, axis=0))
+        rest = placed(question, team.keys, keys)
+        found += [] if rest is None else [Doubt(f"ASV{lost} lost", keys, rest)]
+    return [max(found, key=lambda it: foresight.rank(it.team))] if found else []
+
+
+def _sound(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
+    speed = float(f"{FASTER * assumed_sound_speed_of(team.scenario):.6g}")
+    yield (
+        f"speed of sound taken {100 * (FASTER - 1):.0f} % too high",
+        {"environment.assumed_sound_speed_m_per_s": speed},
+    )
+
+
+def _drift(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
+    navigation = team.scenario.navigation
+    keys: dict[str, Any] = {}
+    for name in ("percent_of_distance", "m_per_hour"):
+        if (stated := getattr(navigation.drift, name)) is not None:
+            keys[f"{NAVIGATION}.drift.{name}"] = DRIFTIER * stated
+    for name in () if keys else DRIFTS:
+        value = getattr(navigation, name)
+        doubled = [DRIFTIER * it for it in value] if isinstance(value, tuple) else DRIFTIER * value
+        if np.any(value):
+            keys[f"{NAVIGATION}.{name}"] = doubled
+    if keys:
+        yield f"drift x {DRIFTIER:g}", keys
+
+
+def judged(doubt: Doubt, values: Floats, goals: Sequence[Goal]) -> Doubted:
+    """Return what missions (k, goals) in a condition came to; nan misses a goal."""
+    found = [interval(values[:, n].tolist()) for n in range(len(goals))]
+    verdicts = [_verdict(goal, it, len(values)) for goal, it in zip(goals, found, strict=True)]
+    met = False if False in verdicts else None if None in verdicts else True
+    return Doubted(doubt, len(values), tuple(found), met)
+
+
+def _verdict(goal: Goal, found: Interval, missions: int) -> bool | None:
+    """Tell whether a goal is met; it is not where a mission has no value."""
+    if found.count < missions:
+        return False
+    sign = 1.0 if goal.is_below else -1.0
+    worse, better = sorted((sign * found.low, sign * found.high), reverse=True)
+    if worse < sign * goal.limit:
+        return True
+    return False if better > sign * goal.limit else None
+
+
+def _known(value: float) -> float | None:
+    return value if value == value else None

@@ -1,0 +1,141 @@
+"""The folder of a plan: what is asked in it, and whether it can be begun, continued or replaced."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..campaigns.experiments.experiment import Experiment
+from ..campaigns.storage.folder import CampaignError, is_locked
+from ..core.durable import sync, write_text
+from ..core.kept_files import FOLDERS, copies_of, keep, placed, renamed_point
+from ..core.plain_json import read_json
+from .questions.question import Question
+from .selection.goals import goals_in
+
+QUESTION, PLAN, BEST, PAGE = "question.json", "plan.json", "best.yaml", "plan.html"
+MISSIONS, DOUBTS = "missions", "sensitivity"
+OURS = {QUESTION, PLAN, BEST, PAGE, MISSIONS, DOUBTS, *FOLDERS}
+
+COMPLETE, CUT = "complete", "cut"
+
+
+class PlanError(CampaignError):
+    """A plan's folder cannot be begun, continued or read; the message says why and what to do."""
+
+
+def begin(question: Question, folder: Path, *, force: bool = False) -> Question:
+    """Make the folder of a plan, or find it as it was left; return the question, its files there.
+
+    Raises:
+        PlanError: when it holds something else, or a plan that is finished.
+        OSError: when it cannot be written.
+    """
+    record = _record(folder)
+    if folder.exists() and record is None and (not folder.is_dir() or any(folder.iterdir())):
+        raise PlanError(f"{folder}: is not empty and no plan; name another --out")
+    if is_locked(folder / MISSIONS):
+        raise PlanError(f"{folder}: another process is working on this plan; wait for it")
+    if record is not None:
+        same = record["fingerprint"] == question.fingerprint()
+        if same and not force and _status(folder) != COMPLETE:
+            return replace(resumed(folder), budget_s=question.budget_s)
+        if not force:
+            which = "this plan, which is finished" if same else "another plan"
+            raise PlanError(
+                f"{folder}: holds {which}; --force makes it anew, or name another --out"
+            )
+        _remove(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    sync(folder.absolute().parent)
+    for number in range(len(question.experiment.points)):
+        keep(copies_of(question.experiment.scenario(number).model_dump(mode="json")), folder)
+    asked = {**question.record(), "source": question.source, "budget_s": question.budget_s}
+    text = json.dumps({**asked, "fingerprint": question.fingerprint()}, indent=2)
+    write_text(folder / QUESTION, f"{text}\n")
+    return resumed(folder)
+
+
+def is_plan_folder(folder: Path) -> bool:
+    """Tell whether a folder is a plan's."""
+    return (folder / QUESTION).is_file()
+
+
+def resumed(folder: Path) -> Question:
+    """Return what is asked in a plan's folder.
+
+    Raises:
+        PlanError: when there is nothing, it was edited, or another version asked it.
+    """
+    record = _record(folder)
+    if record is None:
+        raise PlanError(f"{folder}: is no folder of a plan (it has no {QUESTION})")
+    try:
+        question = _question(record, folder)
+        same = question.fingerprint() == record["fingerprint"]
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
+        raise _damaged(folder, str(error)) from None
+    if not same:
+        raise _damaged(folder, "it was edited, or another version of bindusbl-des wrote it")
+    return question
+
+
+def _question(record: dict[str, Any], folder: Path) -> Question:
+    points = tuple(
+        renamed_point(point, lambda name, _: str((folder / name).resolve()))
+        for point in record["varied"]
+    )
+    given = placed(record["scenario"], folder)
+    return Question(
+        experiment=Experiment(record["name"], given, points, (0,)),
+        goals=goals_in(record["goal"]),
+        source=record["source"],
+        listed=record["listed"],
+        confidence=record["confidence"],
+        budget_s=record["budget_s"],
+        costs=record["costs"],
+        seed=record["seed"],
+    )
+
+
+def _record(folder: Path) -> dict[str, Any] | None:
+    """Return what is asked in a folder; None where it is no plan's."""
+    if not is_plan_folder(folder):
+        return None
+    try:
+        record = read_json(folder / QUESTION)
+        record["fingerprint"]
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise _damaged(folder, str(error)) from None
+    return dict(record)
+
+
+def _damaged(folder: Path, why: str) -> PlanError:
+    said = (why.splitlines() or [""])[0][:200]
+    return PlanError(f"{folder / QUESTION}: cannot be used ({said}); plan anew into another --out")
+
+
+def _status(folder: Path) -> str:
+    """Return the status of what was found; empty where nothing was yet."""
+    try:
+        return str(read_json(folder / PLAN)["status"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return ""
+
+
+def _remove(folder: Path) -> None:
+    """Remove a plan, if there is nothing else in its folder.
+
+    Raises:
+        PlanError: naming what else there is.
+    """
+    foreign = sorted(it.name for it in folder.iterdir() if it.name not in OURS or it.is_symlink())
+    if foreign:
+        named = ", ".join(foreign[:3])
+        raise PlanError(
+            f"{folder}: holds {named}, which no plan wrote, so --force will not replace it"
+        )
+    (folder / QUESTION).unlink()  # what is left of it is none
+    for path in folder.iterdir():
+        shutil.rmtree(path) if path.is_dir() else path.unlink()

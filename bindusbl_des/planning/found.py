@@ -1,0 +1,57 @@
+"""What was found out for a plan, before it is told or written."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .binding import Relief
+from .doubting import Doubted
+from .questions.question import Question
+from .selection.selection import Selection
+from .teams.candidates import Candidate
+from .teams.foresight import Foresight, excess
+from .teams.narrowing import LeftOut
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that was found out for a plan.
+
+    `missions` is how many were flown, those of doubts included; `cut` tells what the time was too
+    short for, if it was.
+    """
+
+    question: Question
+    candidates: Sequence[Candidate]
+    selection: Selection
+    foresight: Foresight
+    left_out: Sequence[LeftOut]
+    reliefs: Sequence[Relief]
+    further: str
+    doubted: Sequence[Doubted]
+    missions: int
+    cut: str
+
+    @property
+    def team(self) -> Candidate | None:
+        """The least team that meets the goals."""
+        answer = self.selection.answer
+        return None if answer is None else self.candidates[answer]
+
+    @property
+    def ranked(self) -> list[int]:
+        """The candidates that were flown by how good they are: met ones by cost, then the rest."""
+        return ranked(self.question, self.candidates, self.selection)
+
+
+def ranked(question: Question, candidates: Sequence[Candidate], selection: Selection) -> list[int]:
+    """Return the numbers of candidates that were flown: those that meet the goals by their cost and
+    then by their means, and after them those that do not, the nearest first.
+    """
+
+    def far(number: int) -> float:
+        means = [it.mean for it in selection.estimates[number]]
+        return max(map(excess, question.goals, means))
+
+    flown = [n for n, missions in enumerate(selection.missions) if missions]
+    meets = {n: far(n) < 0 for n in flown}
+    return sorted(flown, key=lambda n: (not meets[n], meets[n] * candidates[n].cost, far(n)))

@@ -1,0 +1,260 @@
+"""The least team of ASVs that keeps AUVs on their way: proposed, predicted, flown, chosen, doubted.
+
+What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets the goals),
+`plan.html`, and the campaign `missions/` of all missions that were flown.  `plan.json` holds
+
+* ``name``, ``scenario`` (as it was named), ``scenario_sha256``, ``versions``, ``seed``,
+* ``goal``: a list of ``{metric, below or above, of}``, where `of` is ``"worst"`` (of each mission's
+  AUVs), ``"mean"``, or a share of them; ``confidence``; ``budget_s``,
+* ``missions``: how many were flown; ``status``: ``complete``, or ``cut`` where the time was up,
+* ``answer``: null, or the keys and values of the least team; ``chosen``: its number among the
+  candidates, or null; ``would``: where the answer is null, what would meet the goals,
+* ``told``: sentences, the first of which is the answer; ``run``: the command that flies it,
+* ``candidates``: all that could plausibly be the answer, each ``{keys, cost, asvs, stations,
+  predicted, simulated, verdict, told}``.  `predicted` is ``{value: [one for each goal]}``,
+  `simulated` null or ``{missions, mean, low, high}``, the latter three with one for each goal,
+* ``excluded``: ``[{told, count}]``, what was not flown and why,
+* ``runners_up``: numbers of candidates, the best first,
+* ``binding``: ``[{what, told, value}]``, what holds the team back, the most first: ``coverage``,
+  ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is what the first goal's metric is
+  predicted to be were that twice as good,
+* ``sensitivity``: ``[{told, keys, missions, mean, low, high, met}]``, the team in worse conditions,
+* ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
+
+Any number that is not known is null.
+"""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
+from time import monotonic
+from typing import Any, TypedDict, Unpack
+from weakref import finalize
+
+from ..campaigns.experiments.experiment import Experiment
+from ..campaigns.experiments.options import Asked
+from ..campaigns.experiments.plan import Plan as Missions
+from ..campaigns.running import check_plugins
+from ..core.wording import counted, did_you_mean
+from ..scenario.files.shipped import located
+from ..scenario.planned import asv_stations
+from ..scenario.scenario import Scenario
+from .binding import binding
+from .clock import Clock
+from .doubting import FEWEST_SEEDS, SEEDS, Doubt, Doubted, doubts, judged
+from .flying import Flights, Pair, crew, flights
+from .folder import DOUBTS, MISSIONS, begin
+from .found import Found, ranked
+from .measuring import values, wanted
+from .outcome import Plan, written
+from .questions.asking import Asking, goals_of_arguments
+from .questions.plan_file import read_plan
+from .questions.question import Question
+from .selection.goals import Floats, Of
+from .selection.selecting import select
+from .selection.selection import Candidate as Choice
+from .selection.selection import Selection
+from .teams.candidates import Candidate
+from .teams.foresight import Foresight
+from .teams.further import further
+from .teams.narrowing import narrowed
+from .teams.proposals import proposed
+
+
+class HowToPlan(TypedDict, total=False):
+    """How a plan is made: `confidence` and `budget_s` as in its file, its `seed`, how many
+    `workers`, whether an earlier plan in the folder gives way (`force`), and `quiet`.
+    """
+
+    confidence: float
+    budget_s: float
+    seed: int
+    workers: int | None
+    force: bool
+    quiet: bool
+
+
+def plan(
+    scenario: str | Path | Scenario,
+    out: str | Path | None = None,
+    *,
+    below: Mapping[str, float] | None = None,
+    above: Mapping[str, float] | None = None,
+    of: Of | None = None,
+    vary: Mapping[str, Iterable[Any]] | None = None,
+    allow_plugins: bool = False,
+    **how: Unpack[HowToPlan],
+) -> Plan:
+    """Return the least team of ASVs that keeps to the goals, and how sure that is.
+
+    `scenario` is a scenario, the path of one or of a plan's file, or the name of one that ships.
+    `below` and `above` are metrics with their limits; they are judged of each mission's worst AUV,
+    or `of` the "mean", or a share of the AUVs (0.8).  `vary` says what may be chosen (dotted keys,
+    each with its values); what it does not name of numbers, formations, schedules and downlinks is
+    proposed.  The folder `out` keeps the plan, and goes on with one of the same question that was
+    cut short; without it all lies in a temporary folder that goes with the plan.
+
+    Settings: `confidence` (0.95), `budget_s` (120), `seed` (0), `workers` (processes at once, one
+    for each CPU), `force` (False) and `quiet` (True).
+
+    Raises:
+        ScenarioError: when a file, a key, a value or a goal is wrong, listing every mistake.
+        TypeError: when an argument is of another kind, or there is none of that name.
+        PluginError: when a part of one's own is not allowed.
+        CampaignError: when the folder holds something else.
+        NotWritten: when the disk is full or the folder gone; what was flown counts.
+    """
+    began = monotonic()
+    for name in how:
+        if name not in HowToPlan.__annotations__:
+            hint = did_you_mean(name, (*HowToPlan.__annotations__, "below", "above", "of", "vary"))
+            raise TypeError(f"plan has no argument {name!r}{hint}")
+    asking = Asking(
+        goals_of_arguments(below, above, of),
+        of,
+        Asked(vary),
+        how.get("confidence"),
+        how.get("budget_s"),
+        how.get("seed"),
+        allow_plugins,
+    )
+    question = read_plan(located(scenario) if isinstance(scenario, str) else scenario, asking)
+    admitted(question, allow_plugins)
+    clock = Clock(question.budget_s, began, quiet=how.get("quiet", True))
+    if out is not None:
+        begun = begin(question, Path(out), force=how.get("force", False))
+        return planned(begun, Path(out), clock, how.get("workers"))
+    folder = Path(mkdtemp(prefix="bindusbl-plan-"))
+    try:
+        found = planned(begin(question, folder), folder, clock, how.get("workers"))
+    except BaseException:
+        rmtree(folder, ignore_errors=True)
+        raise
+    finalize(found, _removed, folder, os.getpid())
+    return found
+
+
+def admitted(question: Question, allow_plugins: bool) -> None:
+    """Load the parts of somebody's own that a question names, and ask where its ASVs lie.
+
+    Raises:
+        PluginError: when one is not allowed.
+        NoStations: when ASVs do not keep station.
+    """
+    check_plugins(Missions(question.experiment), allow_plugins)
+    for point in range(len(question.experiment.points)):
+        asv_stations(question.experiment.scenario(point))
+
+
+def _removed(folder: Path, owner: int) -> None:
+    """Remove the folder of a plan that nobody holds any more, but in its own process only."""
+    if os.getpid() == owner:
+        rmtree(folder, ignore_errors=True)
+
+
+def planned(question: Question, folder: Path, clock: Clock, workers: int | None = None) -> Plan:
+    """Find the least team that keeps to the goals, and write down what was found on the way.
+
+    Raises:
+        CampaignError: when another process works in the folder, or it holds other missions.
+        KeyboardInterrupt: when interrupted; what was flown is kept, and is not flown again.
+        NotWritten: when the folder cannot be written; what was flown is kept.
+    """
+    goals = question.goals
+    foresight = Foresight(goals)
+    candidates, left_out = narrowed(proposed(question, foresight), foresight, goals)
+    seeds = question.seeds()
+    with crew(workers) as pool, clock.told():
+        fly = partial(flights, asked=wanted(goals), pool=pool, note=clock.note)
+        clock.begin(f"flying {counted(len(candidates), 'team')}")
+        with fly(_experiment(question, candidates, seeds), folder / MISSIONS) as missions:
+            selection = _selected(question, candidates, foresight, missions, clock)
+            looked_at = _looked_at(question, candidates, selection, foresight)
+            is_found = selection.answer is not None
+            conditions = doubts(question, looked_at, foresight) if is_found else []
+            doubted, flown_in_doubt = list[Doubted](), 0
+            if conditions:
+                clock.begin("doubting the answer")
+                worse = _experiment(question, [it.team for it in conditions], seeds[:SEEDS])
+                with fly(worse, folder / DOUBTS) as doubtful:
+                    doubted = _doubted(question, conditions, doubtful, clock)
+                    flown_in_doubt = len(doubtful)
+    found = Found(
+        question=question,
+        candidates=candidates,
+        selection=selection,
+        foresight=foresight,
+        left_out=left_out,
+        reliefs=binding(looked_at, foresight, goals),
+        further="" if is_found else further(question, candidates, foresight),
+        doubted=doubted,
+        missions=len(missions) + flown_in_doubt,
+        cut=_cut(selection, clock, len(conditions), len(doubted)),
+    )
+    return written(found, folder)
+
+
+def _experiment(
+    question: Question, candidates: Sequence[Candidate], seeds: Sequence[int]
+) -> Experiment:
+    """Return the experiment whose points are candidates."""
+    points = tuple(it.keys for it in candidates)
+    return Experiment(question.name, question.experiment.given, points, tuple(seeds))
+
+
+def _selected(
+    question: Question,
+    candidates: Sequence[Candidate],
+    foresight: Foresight,
+    missions: Flights,
+    clock: Clock,
+) -> Selection:
+    """Fly what it takes to know which team is the least that keeps to the goals."""
+
+    def sample(pairs: Sequence[Pair]) -> Floats:
+        return values(question.goals, missions.rows(pairs, clock.selected_by))
+
+    return select(
+        [Choice(it.cost, foresight.values(it).tolist()) for it in candidates],
+        sample,
+        question.goals,
+        confidence=question.confidence,
+        most_seeds=len(question.seeds()),
+        is_over=lambda: clock.is_late,
+    )
+
+
+def _looked_at(
+    question: Question,
+    candidates: Sequence[Candidate],
+    selection: Selection,
+    foresight: Foresight,
+) -> Candidate:
+    """Return the answer, or else the team that comes nearest to the goals."""
+    if selection.answer is not None:
+        return candidates[selection.answer]
+    nearest = ranked(question, candidates, selection)[:1]
+    return candidates[nearest[0]] if nearest else min(candidates, key=foresight.rank)
+
+
+def _doubted(
+    question: Question, conditions: Sequence[Doubt], missions: Flights, clock: Clock
+) -> list[Doubted]:
+    """Fly the answer in worse conditions, each with as many seeds as there is time for."""
+    pairs = [(point, seed) for seed in range(SEEDS) for point in range(len(conditions))]
+    found = values(question.goals, missions.rows(pairs, clock.doubted_by))
+    told = [
+        judged(doubt, found[point :: len(conditions)], question.goals)
+        for point, doubt in enumerate(conditions)
+    ]
+    return [it for it in told if it.missions >= FEWEST_SEEDS]
+
+
+def _cut(selection: Selection, clock: Clock, asked: int, told: int) -> str:
+    """Return what the time was too short for; empty if it was not."""
+    if clock.is_late and not selection.is_settled:
+        return "The time was up before the answer was settled"
+    return "The time was up before the answer was doubted" if told < asked else ""

@@ -1,0 +1,171 @@
+"""Plans from YAML files, scenarios and options: every mistake at once, each with its place."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path as FilePath
+from typing import Any
+
+from ...campaigns.experiments.experiment_file import document_of, experiment_in, of_scenario
+from ...campaigns.experiments.kinds import is_experiment, is_plan
+from ...core.wording import described, did_you_mean
+from ...scenario.files.mistakes import Mistake, Place, ScenarioError
+from ...scenario.files.plain_yaml import Document, Path, read_yaml
+from ...scenario.files.scenario_file import Source, read_text
+from ...scenario.scenario import Scenario
+from ..selection.goals import Goal, goals_in
+from .asking import Asking, without_key
+from .question import ASV, BUDGET_S, CONFIDENCE, Question
+
+KEYS = ("name", "scenario", "goal", "candidates", "confidence", "budget_s", "cost", "seed")
+FORM = "{metric: position_error_p95_m, below: 1}"
+
+# Of which numbers there is no sense beyond.
+CONFIDENCES, BUDGETS_S, LARGEST_SEED = (0.5, 0.9999), (1.0, 1e7), 10**12
+
+
+def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
+    """Read a plan's file, or a scenario's, of which `asking` says the rest.
+
+    Raises:
+        ScenarioError: listing every mistake.
+        TypeError: when `given` is neither a path nor a scenario.
+    """
+    document, source = _document(given)
+    goals, costs = _goals(document, asking), _costs(document)
+    confidence = _number(document, "confidence", asking.confidence, CONFIDENCE, *CONFIDENCES)
+    budget = _number(document, "budget_s", asking.budget_s, BUDGET_S, *BUDGETS_S)
+    seed = _seed(document, asking.seed)
+    inner = _experiment_document(document)
+    allow = asking.allow_plugins
+    try:
+        experiment = experiment_in(inner, asking.options, source, allow_plugins=allow)
+    except ScenarioError as error:
+        raise ScenarioError(map(_as_candidates, error.mistakes)) from None
+    return Question(
+        experiment=experiment,
+        goals=goals,
+        source="" if source or asking.options.overrides else _named(document),
+        listed=isinstance(document.data.get("candidates"), list),
+        confidence=confidence,
+        budget_s=budget,
+        costs=costs,
+        seed=seed,
+    )
+
+
+def _named(document: Document) -> str:
+    """Return the scenario's file as one names it from here, or the name of one that ships."""
+    named = FilePath(document.file).parent / str(document.data["scenario"])
+    return str(named) if named.is_file() else str(document.data["scenario"])
+
+
+def _document(given: str | FilePath | Scenario) -> tuple[Document, Source | None]:
+    if isinstance(given, Scenario):
+        return document_of(given)
+    if not isinstance(given, str | FilePath):
+        needs = "a plan needs a Scenario, or the path of a scenario or plan file"
+        raise TypeError(f"{needs}; got {described(given)}")
+    path = FilePath(given)
+    document = read_yaml(read_text(path), str(path))
+    data = document.data
+    if not is_plan(data) and not is_experiment(data):  # what is wrong is told as of a scenario
+        return of_scenario(str(path), document.data, path.name), None
+    for key in document.data:
+        if key not in KEYS:
+            hint = did_you_mean(key, KEYS) or f"; the keys are {', '.join(KEYS)}"
+            document.report(document.keys[(key,)], (key,), f"unknown key{hint}")
+    return document, None
+
+
+def _experiment_document(document: Document) -> Document:
+    """Return the document of the experiment within a plan's: its scenario and what it varies."""
+    listed = isinstance(document.data.get("candidates"), list)
+    names = {"name": "name", "scenario": "scenario", "candidates": "points" if listed else "vary"}
+    data = {new: document.data[key] for key, new in names.items() if key in document.data}
+
+    def moved(places: Mapping[Path, Place]) -> dict[Path, Place]:
+        return {(names.get(str(path[0]), path[0]), *path[1:]) if path else path: place
+                for path, place in places.items()}  # fmt: skip
+
+    return replace(document, data=data, keys=moved(document.keys), values=moved(document.values))
+
+
+def _as_candidates(mistake: Mistake) -> Mistake:
+    """Return a mistake under the name that the section has in a plan's file."""
+    section, dot, rest = mistake.key.partition(".")
+    if section in ("vary", "points") and not mistake.file.startswith("--"):
+        return replace(mistake, key=f"candidates{dot}{rest}")
+    return mistake
+
+
+def _note(document: Document, path: Path, message: str, place: Place | None = None) -> None:
+    known = document.values
+    found = place or known.get(path) or known.get(path[:1]) or Place(document.file, 1, 1)
+    document.report(found, path, message)
+
+
+def _goals(document: Document, asking: Asking) -> tuple[Goal, ...]:
+    """Return the goals that were asked for, or else those of the file."""
+    if asking.goals:
+        return asking.goals
+    if "goal" not in document.data:
+        remedy = f"add it, such as `goal: {FORM}`, or ask for --below METRIC=VALUE"
+        _note(document, ("goal",), f"missing; {remedy}")
+        return ()
+    written = document.data["goal"]
+    several = isinstance(written, list) and written
+    goals: list[Goal] = []
+    for number, goal in enumerate(written if several else [written]):
+        path: Path = ("goal", number) if several else ("goal",)
+        if isinstance(goal, dict) and asking.of is not None:
+            goal = {**goal, "of": asking.of}
+        try:
+            goals += goals_in(goal)
+        except ValueError as error:
+            _note(document, path, without_key(error))
+    return tuple(goals)
+
+
+def _number(
+    document: Document, key: str, asked: float | None, default: float, low: float, high: float
+) -> float:
+    """Return a number as it was asked for, or else that of the file."""
+    value = document.data.get(key, default) if asked is None else asked
+    if _is_number(value) and low <= value <= high:
+        return float(value)
+    place = None if asked is None else Place(f"--{key.replace('_', '-')} {value}")
+    message = f"needs a number >= {low:g} and <= {high:g}; got {described(value)}"
+    _note(document, (key,), message, place)
+    return default
+
+
+def _seed(document: Document, asked: int | None) -> int:
+    value = document.data.get("seed", 0) if asked is None else asked
+    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= LARGEST_SEED:
+        return value
+    place = None if asked is None else Place(f"--seed {value}")
+    message = f"needs a whole number >= 0 and <= {LARGEST_SEED}; got {described(value)}"
+    _note(document, ("seed",), message, place)
+    return 0
+
+
+def _costs(document: Document) -> dict[str, float]:
+    """Return what one ASV costs, and what else has a price."""
+    given = document.data.get("cost", {})
+    if not isinstance(given, dict):
+        needs = "needs {asv: price, KEY=VALUE: price, ...}"
+        _note(document, ("cost",), f"{needs}; got {described(given)}")
+        return {ASV: 1.0}
+    for key, price in given.items():
+        path: Path = ("cost", key)
+        if key != ASV and "=" not in key:
+            remedy = f"write {ASV}, or KEY=VALUE such as acoustics.mf.range_m=200"
+            _note(document, path, f"no such cost; {remedy}", document.keys.get(path))
+        if not _is_number(price) or price < 0 or (key == ASV and price == 0):
+            _note(document, path, f"needs a price > 0; got {described(price)}")
+    return {ASV: 1.0, **{key: float(it) for key, it in given.items() if _is_number(it)}}
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,1 @@
+"""Teams of ASVs that may be chosen: proposed, predicted, and narrowed to those worth flying."""

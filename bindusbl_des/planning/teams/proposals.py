@@ -1,0 +1,133 @@
+"""Teams that are proposed where the user varies nothing of the kind: numbers, places, protocols.
+
+Places are chosen first, for each number of ASVs by themselves; other schedules and downlinks are
+then tried with the best of them.
+"""
+
+import math
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+from ...advice.stations import Ways
+from ...scenario.scenario import Scenario
+from ...scenario.sections.vehicles import Formation
+from ...scenario.survey_area import area_of
+from ..placement import free_places
+from ..questions.question import Question
+from .candidates import COUNT, DOWNLINK, FORMATION, SCHEDULE, Candidate, Keys, candidate
+from .foresight import Foresight
+from .placing import place_keys, placed, ring_keys, unplaced
+
+# Proposed where the user varies nothing of the kind.
+COUNTS = range(1, 7)
+SCHEDULES = ("spatial_reuse", "one_per_slot")
+DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
+
+# Of all pairs of these so many are flown beside the scenario's own: those predicted to be best.
+MOST_PROTOCOLS = 3
+
+# Regular formations of one number of ASVs that are predicted: radii up to the survey's corner, and
+# angles between two that look alike.
+RADII, ANGLES = 8, 4
+# Of so many numbers of ASVs at so many points these are predicted; of more, coverage alone decides.
+MOST_PREDICTED = 60
+
+
+def proposed(question: Question, foresight: Foresight) -> list[Candidate]:
+    """Return all candidates of a plan: the user's points, each with what is proposed to go with it.
+
+    Raises:
+        ValueError: when none of them is a valid scenario.
+    """
+    points = question.experiment.points
+    if question.listed:
+        found = [candidate(question, point) for point in points]
+    else:
+        widely = len(points) * len(COUNTS) > MOST_PREDICTED
+        found = [it for point in points for it in _about(question, foresight, point, widely)]
+    unlike = {it.scenario.model_dump_json(): it for it in reversed(found) if it is not None}
+    return list(unlike.values())[::-1]
+
+
+def _about(
+    question: Question, foresight: Foresight, point: Keys, widely: bool
+) -> Iterator[Candidate | None]:
+    """Yield the candidates of one point."""
+    base = candidate(question, point)
+    if base is None:
+        return
+    for count in _counts(base.scenario, point):
+        team = candidate(question, {**point, **count})
+        if team is None:  # positions for another number of ASVs: they have to be placed anew
+            team = candidate(question, {**point, **count, **unplaced(question)})
+        if team is None:
+            continue
+        places = [team]
+        if not any(key.startswith(FORMATION) for key in point):
+            places += _placed(question, foresight, team, widely)
+        yield from places
+        best = min(places, key=foresight.rank)
+        others = [
+            candidate(question, {**best.keys, **it}) for it in _protocols(base.scenario, point)
+        ]
+        yield from sorted(filter(None, others), key=foresight.rank)[:MOST_PROTOCOLS]
+
+
+def _counts(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
+    """Yield the numbers of ASVs to try; none but the user's where he varies it, or places them."""
+    varied = COUNT in point or f"{FORMATION}.positions_m" in point or FORMATION in point
+    if varied or not isinstance(scenario.asvs.formation, Formation):
+        yield {}
+        return
+    yield from ({COUNT: count} for count in COUNTS)
+
+
+def _placed(
+    question: Question, foresight: Foresight, team: Candidate, widely: bool
+) -> Iterator[Candidate]:
+    """Yield the best regular formations of a team, for coverage and for what is predicted, and the
+    places that cover most.
+    """
+    if not isinstance(team.scenario.asvs.formation, Formation):
+        return
+    if team.asvs > 1:
+        ring = ring_keys(question, *Ways(team.scenario).best(team.asvs))
+        yield from _those(placed(question, team.keys, ring))
+    inputs = foresight.inputs(team.scenario)
+    if widely or inputs is None:
+        return
+    if team.asvs > 1:
+        keys = (ring_keys(question, *ring) for ring in _rings(team))
+        rings = _those(*(placed(question, team.keys, it) for it in keys))
+        yield from sorted(rings, key=foresight.rank)[:1]
+    free = place_keys(question, free_places(team.scenario, team.asvs, "coverage", inputs))
+    yield from _those(placed(question, team.keys, free))
+
+
+def _those(*found: Candidate | None) -> list[Candidate]:
+    return [it for it in found if it is not None]
+
+
+def _rings(team: Candidate) -> Iterator[tuple[float, float]]:
+    """Yield radii (m) and angles (deg) of regular formations."""
+    area = area_of(team.scenario)
+    corner = max(math.dist(area.centroid, place) for place in area.outline)
+    radii = [float(f"{corner * k / RADII:.3g}") for k in range(1, RADII + 1)]
+    angles = [round(360 * k / team.asvs / ANGLES, 1) for k in range(ANGLES)]
+    yield from product(radii, angles)
+
+
+def _protocols(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
+    """Yield the schedules and downlinks to try besides those of the scenario."""
+    protocol = scenario.protocol
+    if protocol.is_passive:  # nobody is scheduled or told
+        return
+    own = protocol.schedule, protocol.downlink
+    is_alone = scenario.auvs.count == 1
+    schedules = own[:1] if SCHEDULE in point or is_alone else dict.fromkeys((own[0], *SCHEDULES))
+    downlinks = own[1:] if DOWNLINK in point else dict.fromkeys((own[1], *DOWNLINKS))
+    for schedule, downlink in product(schedules, downlinks):
+        if (schedule, downlink) != own:
+            changed = {SCHEDULE: (schedule, own[0]), DOWNLINK: (downlink, own[1])}
+            yield {key: new for key, (new, old) in changed.items() if new != old}
