@@ -14,8 +14,8 @@ class Off(NamedTuple):
     p99: float
 
 
-# Of the worst AUV: Prediction.worst against the mean over four missions, of 520 plans drawn at random
-# (tests/predicted_for_tests.py), but for those where either of the two is 0.
+# Of the worst AUV: Prediction.worst against the mean over four missions, of 520 plans drawn at
+# random (tests/predicted_for_tests.py), but for those where either of the two is 0.
 STATED_ERROR = {
     "position_error_m": Off(0.063, 0.351, 1.093),
     "position_error_rms_m": Off(0.069, 0.398, 1.664),
