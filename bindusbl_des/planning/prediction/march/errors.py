@@ -178,7 +178,7 @@ def _varies(m: Floats, spread: Floats) -> float:
     """Return the variance (m4) of the square of an error of a mean (2,) and xx, yy, xy (3,)."""
     xx, yy, xy = spread[0], spread[1], spread[2]
     own = 2.0 * (xx * xx + yy * yy + 2.0 * xy * xy)
-    return own + 4.0 * (m[0] * m[0] * xx + m[1] * m[1] * yy + 2.0 * m[0] * m[1] * xy)
+    return float(own + 4.0 * (m[0] * m[0] * xx + m[1] * m[1] * yy + 2.0 * m[0] * m[1] * xy))
 
 
 @compiled
