@@ -17,7 +17,7 @@ from .part_settings import shipped_mistakes
 from .places.checks import misplaced
 from .places.on_earth import origin_of, positioned
 from .scenario_keys import ScenarioKeys
-from .sections.anchors import AsvTrack, Moving, Placed
+from .sections.anchors import AsvTrack, Follow, Moving, Placed
 from .sections.environment import Environment
 from .sections.vehicles import Formation
 from .survey.agreement import SHORTEST_WAY, unsurveyable
@@ -26,6 +26,9 @@ FRAMED_SCHEDULES = ("round_robin", "random")
 
 # A mission larger than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
+
+# So many ASVs are placed among so many AUVs in a tenth of a second; twice as many take seconds.
+MOST_PLACED, MOST_FOLLOWED = 50, 100
 
 # So many times ASVs may be told where to go; each takes a fifth of a kilobyte.
 MOST_ORDERS = 1e6
@@ -240,6 +243,19 @@ def _anchors(scenario: ScenarioKeys) -> Iterator[Problem]:
                 f"needs one {each} per ASV: {asvs.count} expected, {len(given or ())} given",
                 ("asvs.count", "asvs.formation.model"),
             )
+    if isinstance(placement, Placed) and asvs.count > MOST_PLACED:
+        yield Problem(
+            "asvs.count",
+            f"{placement.MODEL} places at most {MOST_PLACED} ASVs; got {asvs.count}; use fewer, or "
+            "a ring or positions",
+            ("asvs.formation.model",),
+        )
+    if isinstance(placement, Follow) and scenario.auvs.count > MOST_FOLLOWED:
+        yield Problem(
+            "auvs.count",
+            f"at most {MOST_FOLLOWED} AUVs can be followed; got {scenario.auvs.count}; use assign",
+            ("asvs.formation.model",),
+        )
     if isinstance(placement, Placed):
         orders = asvs.count * scenario.duration_s / placement.replan_s
         if orders > MOST_ORDERS:

@@ -289,7 +289,7 @@ def test_targets_of_ones_own_are_checked(answer: str, said: str) -> None:
         ({"formation": {"model": "follow", "angle_deg": 3.0}}, "`model: ring or positions`"),
         ({"formation": {"radius_m": 3.0, "speed_m_per_s": 1.0}}, "`model: follow or assign or"),
         ({"formation": {"model": "follow", "speed_m_per_s": 0}}, "must be >= 0.001"),
-        ({"count": 9999, "formation": {"model": "follow", "replan_s": 0.1}}, "raise it"),
+        ({"count": 51, "formation": {"model": "follow"}}, "places at most 50 ASVs; got 51"),
     ],
 )
 def test_what_cannot_be_is_refused(asvs: dict[str, Any], said: str) -> None:
@@ -307,3 +307,22 @@ def test_vessels_keep_the_auvs_that_they_have() -> None:
         way, auv = way_of(result, f"ASV{asv}"), way_of(result, "AUV1")
         assert (way.y_m - auv.y_m).pipe(np.sign).nunique() == 1
     assert result.auvs.hf_coverage.min() == 1.0
+
+
+def test_a_single_auv_that_nobody_can_hear_is_swept_over() -> None:
+    """A slant range below the depth hears nothing; the sweep is a metre to both sides."""
+    change = {"auvs": {"count": 1}, "acoustics": {"hf": {"range_m": 5.0, "range_metric": "slant"}}}
+    result = simulate(moving("zigzag", 1, {"speed_m_per_s": 1.5}, **change), 1)
+    way, auv = way_of(result, "ASV0"), way_of(result, "AUV0")
+    assert np.hypot(way.x_m - auv.x_m, way.y_m - auv.y_m).max() < 20.0
+
+
+def test_more_than_can_be_followed_are_refused() -> None:
+    with pytest.raises(ValueError, match="at most 100 AUVs can be followed; got 101; use assign"):
+        moving("follow", auvs={"count": 101})
+
+
+def test_more_orders_than_memory_holds_are_refused() -> None:
+    formation = {"model": "follow", "replan_s": 0.1}
+    with pytest.raises(ValueError, match=r"1.5e\+06 orders \(50 ASVs, each 0.1 s for 3000 s\)"):
+        scenario(duration_s=3000.0, asvs={"count": 50, "formation": formation})

@@ -37,7 +37,7 @@ class Follow:
         fleet, working = view.auvs(view.begins + self._horizon)[:, :2], view.working
         there = best_places(fleet, int(working.sum()), view.reach)
         if view.is_first:
-            return np.resize(there, view.vessels.shape)
+            return there
         targets = view.bound_for.copy()
         now = targets[working]
         kept = moved_along(fleet, now, view.reach)

@@ -16,6 +16,9 @@ from .view import AnchorView, Array
 # Vessels no faster than their AUVs sweep at this share of their speed, and fall behind.
 LEAST_SHARE = 0.5
 
+# AUVs that are spread out less (m) to both sides are swept over as one.
+LEAST_M = 1.0
+
 
 class Zigzag:
     """Each vessel sweeps over its own AUVs along the line on which the fleet was launched.
@@ -50,7 +53,7 @@ class Zigzag:
         targets = at_rest(view, fleet)
         for vessel, group in self._groups.of(view, fleet).items():
             along, beside = fleet[group] @ self._line, fleet[group] @ across(self._line)
-            reaches = self._amplitude or (along.max() - along.min()) / 2.0 or view.reach / 2.0
+            reaches = self._amplitude or _half_width(along, view.reach)
             lasts = self._period or 4.0 * reaches / self._pace(view.speed)
             phase = self._phases.get(vessel, 0.0) + (until - self._since) / lasts
             self._phases[vessel] = phase
@@ -62,6 +65,12 @@ class Zigzag:
     def _pace(self, speed: float) -> float:
         """Return the speed (m/s) that a vessel has left for the sweep."""
         return math.sqrt(max(speed**2 - self._auv_speed**2, (LEAST_SHARE * speed) ** 2))
+
+
+def _half_width(along: Array, reach: float) -> float:
+    """Return how far (m) to both sides a sweep goes over AUVs at places along it (n,), m."""
+    half = float(along.max() - along.min()) / 2.0
+    return half if half >= LEAST_M else max(reach / 2.0, LEAST_M)
 
 
 def sweep(phase: float) -> float:
