@@ -169,8 +169,10 @@ def status(folder: str, as_json: bool) -> None:
     with mistakes_told():
         from ..campaigns.campaign import load_campaign
         from ..core.progress import duration
+        from ..planning.folder import MISSIONS, is_plan_folder
 
-        campaign = load_campaign(folder)
+        path = Path(folder)
+        campaign = load_campaign(path / MISSIONS if is_plan_folder(path) else path)
         state = campaign.state()
     if as_json:
         print_json({**_summary(campaign), "seconds_left": state.seconds_left})

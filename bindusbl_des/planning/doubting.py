@@ -99,15 +99,27 @@ def _kept(team: Candidate) -> dict[str, Any]:
 
 
 def _lost(question: Question, team: Candidate, foresight: Foresight) -> list[Doubt]:
-    """Return the team without the vessel that is predicted to be missed most."""
-    if team.asvs == 1 or not isinstance(team.scenario.asvs.formation, Formation):
+    """Return the team without the vessel that is predicted to be missed most, and with that vessel
+    until half of the mission is over.
+    """
+    if not isinstance(team.scenario.asvs.formation, Formation):
         return []
-    found = []
-    for lost in range(team.asvs):
-        keys = place_keys(question, np.delete(team.stations, lost, axis=0))
-        rest = placed(question, team.keys, keys)
-        found += [] if rest is None else [Doubt(f"ASV{lost} lost", keys, rest)]
-    return [max(found, key=lambda it: foresight.rank(it.team))] if found else []
+    rests = [_without(question, team, lost) for lost in range(team.asvs) if team.asvs > 1]
+    missed = [(foresight.rank(it.team), -n) for n, it in enumerate(rests) if it is not None]
+    lost = -max(missed)[1] if missed else 0
+    failures = [it.model_dump(mode="json") for it in team.scenario.asvs.failures]
+    fails = {"asv": lost, "at_s": team.scenario.duration_s / 2}
+    keys = {"asvs.failures": [*failures, fails]}
+    until = candidate(question, {**team.keys, **keys})
+    halfway = None if until is None else Doubt(f"ASV{lost} lost halfway", keys, until)
+    return [it for it in (*rests[lost : lost + 1], halfway) if it is not None]
+
+
+def _without(question: Question, team: Candidate, lost: int) -> Doubt | None:
+    """Return a team without one of its vessels; None where that is no scenario."""
+    keys = place_keys(question, np.delete(team.stations, lost, axis=0))
+    rest = placed(question, team.keys, keys)
+    return None if rest is None else Doubt(f"ASV{lost} lost", keys, rest)
 
 
 def _sound(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -11,7 +11,7 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
   candidates, or null; ``would``: where the answer is null, what would meet the goals,
 * ``told``: sentences, the first of which is the answer; ``run``: the command that flies it,
 * ``candidates``: all that could plausibly be the answer, each ``{keys, cost, asvs, stations,
-  predicted, simulated, verdict, told}``.  `predicted` is ``{value: [one for each goal]}``,
+  predicted, simulated, verdict, team, told}``.  `predicted` is ``{value: [one for each goal]}``,
   `simulated` null or ``{missions, mean, low, high}``, the latter three with one for each goal,
 * ``excluded``: ``[{told, count}]``, what was not flown and why,
 * ``runners_up``: numbers of candidates, the best first,

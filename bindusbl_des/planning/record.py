@@ -12,7 +12,8 @@ from ..scenario.scenario import Scenario
 from .folder import COMPLETE, CUT
 from .found import Found
 from .prediction.stated_error import STATED_ERROR
-from .telling import answer_told, candidate_told, caveats, would_told
+from .telling import answer_told, caveats, reached, would_told
+from .wording import team_told
 
 MOST_RUNNERS_UP = 3
 
@@ -70,7 +71,8 @@ def _candidate(found: Found, number: int) -> dict[str, Any]:
         "predicted": {"value": [_known(it) for it in found.foresight.values(candidate).tolist()]},
         "simulated": simulated if missions else None,
         "verdict": selection.verdicts[number],
-        "told": candidate_told(found, number),
+        "team": team_told(candidate),
+        "told": reached(found, number) if missions else "",
     }
 
 

@@ -33,10 +33,9 @@ def answer_told(found: Found) -> str:
     return f"{team_told(team)}: {reached(found, answer)}; {goals}, with {sure} ({flown})."
 
 
-def candidate_told(found: Found, number: int) -> str:
-    """Return a candidate and what it came to."""
-    told = team_told(found.candidates[number])
-    return f"{told}: {reached(found, number)}" if found.selection.missions[number] else told
+def _candidate_told(candidate: Mapping[str, Any]) -> str:
+    """Return a team and what it came to."""
+    return f"{candidate['team']}: {candidate['told']}"
 
 
 def _doubt_told(doubted: Mapping[str, Any]) -> str:
@@ -62,7 +61,9 @@ def would_told(found: Found) -> str | None:
     if not found.ranked:
         return "Nothing was flown; give it more time with --budget-s."
     nearest = found.ranked[0]
-    said_first = f"The nearest is {candidate_told(found, nearest)}."
+    said_first = (
+        f"The nearest is {team_told(found.candidates[nearest])}: {reached(found, nearest)}."
+    )
     helping = [it.told for it in found.reliefs if it.meets]
     if helping:
         return f"{said_first} It is predicted to meet the goal with: {'; '.join(helping)}."
@@ -75,7 +76,9 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     lines = [_filled(record["told"][0])]
     if record["would"]:
         lines.append(_filled(record["would"]))
-    lines += _section("runners-up", [record["candidates"][n]["told"] for n in record["runners_up"]])
+    lines += _section(
+        "runners-up", [_candidate_told(record["candidates"][n]) for n in record["runners_up"]]
+    )
     lines += _section("what binds", [it["told"] for it in record["binding"]][:2])
     lines += _section("and if", [_doubt_told(it) for it in record["sensitivity"]])
     lines += map(_filled, record["told"][1:])

@@ -99,7 +99,8 @@ def test_sensitivity_is_what_paired_missions_show() -> None:
     """Twice the drift is twice the error here, and misses the goal; ranges do nothing."""
     conditions = {it["told"]: it for it in made().record["sensitivity"]}
     assert list(conditions) == [
-        "ranges -20 %", "ASV2 lost", "speed of sound taken 1 % too high", "drift x 2",
+        "ranges -20 %", "ASV2 lost", "ASV2 lost halfway", "speed of sound taken 1 % too high",
+        "drift x 2",
     ]  # fmt: skip
     assert conditions["drift x 2"]["met"] is False
     assert conditions["drift x 2"]["mean"][0] == pytest.approx(1.44, abs=0.03)
