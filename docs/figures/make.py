@@ -16,11 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from bindusbl_des.planning.planning import plan
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
+from bindusbl_des import Result, Scenario, load_scenario, plan, simulate, sweep
 
 FOLDER = Path(__file__).parent
 SCENARIO = FOLDER.parents[1] / "scenarios" / "recovery_140m.yaml"
