@@ -3,19 +3,23 @@
 They show the pages and figures of this version, for scenarios that pin all that matters: the report
 of the recovery mission as `run` writes it (without advice, which takes time of the machine's), its
 playback at an instant, the figure of a sweep, the map of the survey that the page on surveys
-describes, and the answer of the second tutorial.  Needs Chromium and the extra `dev`.
+describes, the answer of the second tutorial, and the chart of a plan.  Needs Chromium and the extra
+`dev`.
 """
 
 import re
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import yaml
+from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
+from bindusbl_des import Result, Scenario, load_scenario, plan, simulate, sweep
 
 FOLDER = Path(__file__).parent
 SCENARIO = FOLDER.parents[1] / "scenarios" / "recovery_140m.yaml"
@@ -27,12 +31,12 @@ SHOWN_AT = 128.0
 # Size of the window (CSS px), and what is left above and below what is cut out of it
 WIDTH, HEIGHT, MARGIN = 1000, 1000, 8
 
-# Of the drawing of a mission, so that it loads quickly
-DPI = 100
+# Of the drawing of a mission, and colours of the chart of a plan, so that they load quickly
+DPI, SHADES = 100, 96
 
 
 def main() -> None:
-    """Write report.png, playback.png, sweep.svg, basin.png and fjord.png beside this file."""
+    """Write report.png, playback.png, sweep.svg, basin, fjord and plan.png beside this file."""
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "report.html"
         simulate(SCENARIO, seed=0).report(page)
@@ -47,6 +51,9 @@ def main() -> None:
     )
     with tempfile.TemporaryDirectory() as folder:
         fjord(Path(folder)).plot("trajectory").savefig(FOLDER / "fjord.png", dpi=DPI)
+    with tempfile.TemporaryDirectory() as folder:
+        plan(SCENARIO, folder, below={"position_error_m": 1.0}, force=True)
+        photograph_plan(Path(folder) / "plan.html")
 
 
 def fjord(folder: Path) -> Result:
@@ -70,6 +77,26 @@ def described(page: str, name: str) -> Scenario:
 
 def photograph(report: Path) -> None:
     """Take the pictures of a run's report: its beginning, and its playback."""
+    with opened(report) as page:
+        cut(page, "header", ".cards > :nth-child(2)", FOLDER / "report.png")
+        slider = "byId('slider')"
+        page.evaluate(f"{slider}.value = {SHOWN_AT}; {slider}.dispatchEvent(new Event('input'))")
+        page.wait_for_timeout(200)
+        cut(page, "#playback", "#legend", FOLDER / "playback.png")
+
+
+def photograph_plan(path: Path) -> None:
+    """Take the picture of a plan's page: the chart with the answer on it, and each AUV."""
+    with opened(path) as page:
+        page.wait_for_timeout(200)
+        cut(page, "#worst", "#field-scale", FOLDER / "plan.png")
+    with Image.open(FOLDER / "plan.png") as picture:
+        picture.convert("RGB").quantize(SHADES).save(FOLDER / "plan.png", optimize=True)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """Open a page in the browser of this machine, ready to be photographed."""
     browser_of_this_machine = next(filter(None, map(shutil.which, BROWSERS)), None)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
@@ -80,13 +107,9 @@ def photograph(report: Path) -> None:
             color_scheme="light",
             reduced_motion="reduce",
         )
-        page.goto(report.as_uri())
+        page.goto(path.as_uri())
         page.evaluate("bindusbl.opened")
-        cut(page, "header", ".cards > :nth-child(2)", FOLDER / "report.png")
-        slider = "byId('slider')"
-        page.evaluate(f"{slider}.value = {SHOWN_AT}; {slider}.dispatchEvent(new Event('input'))")
-        page.wait_for_timeout(200)
-        cut(page, "#playback", "#legend", FOLDER / "playback.png")
+        yield page
         browser.close()
 
 

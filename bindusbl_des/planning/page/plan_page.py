@@ -167,8 +167,8 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
             row += [number(value_of(it, "predicted", "value", which), 2, factor)]
             row += [interval(it, which, factor)]
         missions = (it.get("simulated") or {}).get("missions", 0)
-        why = ": ".join(filter(None, (it.get("verdict", ""), it.get("told", ""))))
-        rows.append([*row, number(missions, 0), why, named(it.get("keys") or {})])
+        verdict = it.get("verdict") or it.get("told") or ""
+        rows.append([*row, number(missions, 0), verdict, named(it.get("keys") or {})])
     return f'<div class="candidates">{table(headings, rows, caption)}</div>'
 
 
@@ -206,8 +206,7 @@ def _origin(record: Record) -> str:
     parts.append(("Versions", ", ".join(f"{name} {it}" for name, it in versions.items())))
     excluded = record.get("excluded") or []
     if excluded:
-        told = "; ".join(f"{it.get('count')} {it.get('told')}" for it in excluded)
-        parts.append(("Not simulated", told))
+        parts.append(("Not simulated", "; ".join(str(it.get("told")) for it in excluded)))
     items = "".join(
         f"<dt>{name}</dt><dd><code>{escape(str(it))}</code></dd>" for name, it in parts if it
     )

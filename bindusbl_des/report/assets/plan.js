@@ -7,11 +7,14 @@ const REST = 140;
 // which itself moves with each frame: of the time a share of one in PAUSES is spent on predicting.
 const SLOW = 25, PAUSES = 3;
 
-// What a planner reads of each AUV: a column of the prediction, its words, unit, factor.
+// What a planner may read of each AUV: a column of the prediction, its words, unit, factor.
 const COLUMNS = [
-  ["hf_coverage", "in HF range", "%", 100], ["fix_rate_hz", "fixes", "/min", 60],
-  ["fix_age_max_s", "longest wait", "s", 1], ["position_error_m", "mean error", "m", 1], ["position_error_p95_m", "95 % error", "m", 1],
+  ["hf_coverage", "in HF range", "%", 100], ["fix_rate_hz", "fixes", "/min", 60], ["fix_age_max_s", "longest wait", "s", 1],
+  ["fix_age_mean_s", "mean age", "s", 1], ["fix_age_p95_s", "95 % age", "s", 1],
+  ["position_error_m", "mean error", "m", 1], ["position_error_rms_m", "RMS error", "m", 1], ["position_error_p95_m", "95 % error", "m", 1],
 ];
+// Those that the table shows, whatever is asked for; and one error, that of the goal or else this.
+const ALWAYS = ["hf_coverage", "fix_rate_hz", "fix_age_max_s"], ERROR = "position_error_p95_m";
 
 class Chart {
   // `data` is all that the page holds; `data.chart` is where vessels can be moved.
@@ -23,7 +26,8 @@ class Chart {
     this.grids = { fine: PlanMap.grid(outline, FINE), coarse: PlanMap.grid(outline, COARSE) };
     this.goals = data.goal;
     this.goal = data.goal.find(({ metric }) => COLUMNS.some(([name]) => name === metric)) ?? null;
-    this.columns = COLUMNS.filter(([name]) => name !== "position_error_m" || this.goal?.metric === name);
+    const error = this.goal?.metric.startsWith("position_error") ? this.goal.metric : ERROR;
+    this.columns = COLUMNS.filter(([name]) => [...ALWAYS, this.goal?.metric, error].includes(name));
     this.rows = this.layTable(data.chart.inputs.ways.places_m.length);
     this.offerTeams();
     this.sliders = new Sliders(byId("sliders"), this.team, data, (act) => this.change(act));
@@ -153,7 +157,7 @@ class Chart {
     byId("add").disabled = this.team.stations.length >= MOST_VESSELS;
     this.nameLast();
   }
-  judged() { return this.goal?.metric ?? "position_error_p95_m"; }
+  judged() { return this.goal?.metric ?? ERROR; }
   // What the goal asks of: the worst AUV or the mean of all, as missions would have them.
   value() {
     return this.goal?.of === "mean" ? mean(this.predicted[this.judged()]) : worstOf(this.judged(), this.predicted);
