@@ -16,6 +16,8 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
     if scenario.asvs.vehicle.has_dynamics or is_plugin(str(scenario.asvs.vehicle)):
         yield "ASVs are taken to keep their stations exactly."
+    if scenario.asvs.failures:
+        yield "ASVs that fail are taken to work all the time."
     if scenario.protocol.positions != "truth":
         yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
     if scenario.usbl.outlier_share:
