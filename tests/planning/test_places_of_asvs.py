@@ -97,3 +97,9 @@ def test_how_far_asvs_hear() -> None:
     assert reach_of(inputs_of(holding((0.0, 0.0)))) == 40.0
     slant = scenario(acoustics={"hf": {"range_m": 50.0, "range_metric": "slant"}})
     assert reach_of(inputs_of(slant)) == pytest.approx(math.sqrt(50.0**2 - 10.0**2))
+
+
+def test_a_prediction_says_that_it_leaves_failures_out() -> None:
+    failing = scenario(asvs={"failures": [{"asv": 1, "at_s": 20.0}]})
+    assert "ASVs that fail are taken to work all the time." in inputs_of(failing).approximations
+    assert not inputs_of(scenario()).approximations
