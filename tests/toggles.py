@@ -74,7 +74,7 @@ ROUTES: dict[str, Data] = {
 FORMATIONS: dict[str, Data] = {
     "positions": {"model": "positions", "positions_m": [[9.0, 0.0], [-9.0, 3.0]]},
     **{name: {"model": name} for name in ("follow", "assign", "zigzag")},
-    "track": {"model": "track", "files": [str(TRACKS / f"auv{auv}.csv") for auv in range(2)]},
+    "track": {"model": "track", "files": [str(TRACKS / f"asv{asv}.csv") for asv in range(2)]},
 }
 
 # What a curve is of, where one is chosen

@@ -34,7 +34,8 @@ SLIGHT = {"rounds.conflicts"}
 
 # What does something in a mode, but not in these missions: a hull's second lane comes after their
 # end, a single ASV in their midst hears every AUV, without contention hardly a ping is lost, groups
-# whose fixes are broadcast apart are of one AUV, and a few metres of depth part no two AUVs.
+# whose fixes are broadcast apart are of one AUV, a few metres of depth part no two AUVs, and
+# neighbours on strips stay neighbours.
 UNSEEN = (
     ("auvs.route.turns", "auvs.vehicle", "bluerov2"),
     ("auvs.route.turns", "auvs.feedback", "estimate"),
@@ -45,6 +46,8 @@ UNSEEN = (
     ("acoustics.mf.payload_bytes", "protocol.downlink", "pipelined_group"),
     ("acoustics.hf.range_metric", "asvs.count", 1),
     ("acoustics.hf.range_metric", "acoustics.hf.channel", "table"),
+    ("asvs.formation.hysteresis", "asvs.formation.model", "assign"),
+    ("asvs.formation.hysteresis", "asvs.formation.model", "zigzag"),
 )
 
 
