@@ -44,6 +44,7 @@ from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from .binding import binding
 from .clock import Clock
+from .dearer import with_dearer
 from .doubting import FEWEST_SEEDS, SEEDS, Doubt, Doubted, doubts, judged
 from .flying import Flights, Pair, crew, flights
 from .folder import DOUBTS, MISSIONS, begin
@@ -56,7 +57,7 @@ from .questions.question import Question
 from .selection.goals import Floats, Of
 from .selection.selecting import select
 from .selection.selection import Candidate as Choice
-from .selection.selection import Selection
+from .selection.selection import Sample, Selection
 from .teams.candidates import Candidate
 from .teams.foresight import Foresight
 from .teams.further import further
@@ -171,7 +172,10 @@ def planned(question: Question, folder: Path, clock: Clock, workers: int | None 
         fly = partial(flights, asked=wanted(goals), pool=pool, note=clock.note)
         clock.begin(f"flying {counted(len(candidates), 'team')}")
         with fly(_experiment(question, candidates, seeds), folder / MISSIONS) as missions:
-            selection = _selected(question, candidates, foresight, missions, clock)
+            sample = partial(_sampled, question, missions, clock)
+            selection = _selected(question, candidates, foresight, sample, clock)
+            if not clock.is_late:
+                selection = with_dearer(selection, candidates, goals, sample)
             looked_at = _looked_at(question, candidates, selection, foresight)
             is_found = selection.answer is not None
             conditions = doubts(question, looked_at, foresight) if is_found else []
@@ -209,14 +213,10 @@ def _selected(
     question: Question,
     candidates: Sequence[Candidate],
     foresight: Foresight,
-    missions: Flights,
+    sample: Sample,
     clock: Clock,
 ) -> Selection:
     """Fly what it takes to know which team is the least that keeps to the goals."""
-
-    def sample(pairs: Sequence[Pair]) -> Floats:
-        return values(question.goals, missions.rows(pairs, clock.selected_by))
-
     return select(
         [Choice(it.cost, foresight.values(it).tolist()) for it in candidates],
         sample,
@@ -225,6 +225,11 @@ def _selected(
         most_seeds=len(question.seeds()),
         is_over=lambda: clock.is_late,
     )
+
+
+def _sampled(question: Question, missions: Flights, clock: Clock, pairs: Sequence[Pair]) -> Floats:
+    """Return the goals' values of missions, of the first of them where the time was up."""
+    return values(question.goals, missions.rows(pairs, clock.selected_by))
 
 
 def _looked_at(

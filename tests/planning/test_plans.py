@@ -132,6 +132,10 @@ def test_several_goals_are_kept_together() -> None:
     """A second goal that only three ASVs keep decides over an easy first one."""
     easy = {"position_error_p95_m": 5.0}
     assert asvs(made("one", below=easy)) == 1
+    dear = [it for it in made("dear", below=easy).record["candidates"] if it["asvs"] > 1]
+    shown = [it["simulated"]["missions"] for it in dear if it["simulated"]]
+    assert shown == [8, 8]  # one team of two and one of three, to show what more would bring
+    assert {it["verdict"] for it in dear} == {"not needed"}
     both = made("two", below={**easy, "position_error_m": 0.8})
     assert asvs(both) == 3
     assert [len(it["simulated"]["mean"]) for it in both.record["candidates"]] == [2] * 6
