@@ -288,3 +288,20 @@ def test_any_record_opens(opened: Open, tmp_path: Path, kind: str) -> None:
     assert bool(it.ask("bindusbl.chart")) == (kind != "still")
     if kind == "attacked":
         assert "window.owned = 1" in it.ask("document.body.innerText")
+
+
+def test_a_candidate_brings_its_own_ways(opened: Open, tmp_path: Path) -> None:
+    """One in which AUVs go faster is predicted, and drawn, as they go then."""
+    faster = base(changes=["auvs.speed_m_per_s=1.2"])
+    number = record()["runners_up"][0]
+    inputs = [inputs_of(base())] * len(record()["candidates"])
+    inputs[number] = inputs_of(faster)
+    path = tmp_path / "plan.html"
+    path.write_text(plan_page(record(), chart_of(base(), inputs[0], inputs)), encoding="utf-8")
+    it = opened(path)
+    before = it.ask("bindusbl.chart.map.mission.auvs[0].x.at(-1)")
+    it.page.locator(f"[data-candidate='{number}']").click()
+    after = it.ask("bindusbl.chart.map.mission.auvs[0].x.at(-1)")
+    assert after == pytest.approx(inputs[number].ways.places_m[0, -1, 0])
+    assert after != before
+    agrees(it, faster)

@@ -9,8 +9,14 @@ const LEAP = 40, STEP = 8;
 class PlanMap extends SeaMap {
   // `team` says where vessels lie, `moved(number, place)` and `removed(number)` hear what was asked for.
   constructor(canvas, team, outline, { moved, removed, chosen }) {
+    let [known, auvs] = [null, []]; // candidates may differ in how AUVs go
     super(canvas, {
-      outline, auvs: team.base.ways.places_m.map((way) => ({ x: way.map(([x]) => x), y: way.map(([, y]) => y) })),
+      outline,
+      get auvs() {
+        if (known !== team.base.ways) auvs = team.base.ways.places_m.map((way) => ({ x: way.map(([x]) => x), y: way.map(([, y]) => y) }));
+        known = team.base.ways;
+        return auvs;
+      },
       get asvs() { return team.stations.map(([x, y]) => ({ x: [x], y: [y] })); },
       get hf() { return { reach: team.reach() }; },
     });
@@ -65,8 +71,8 @@ class PlanMap extends SeaMap {
   drawPaths() {
     const ratio = pixelRatio(), { paths } = this;
     const key = [this.width, this.height, ratio, JSON.stringify(this.view), colours.paper].join();
-    if (key === this.drawn) return;
-    this.drawn = key;
+    if (key === this.drawn && this.mission.auvs === this.drawnWays) return;
+    Object.assign(this, { drawn: key, drawnWays: this.mission.auvs });
     paths.width = Math.round(this.width * ratio);
     paths.height = Math.round(this.height * ratio);
     const context = paths.getContext("2d");
