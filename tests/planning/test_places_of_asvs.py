@@ -101,5 +101,5 @@ def test_how_far_asvs_hear() -> None:
 
 def test_a_prediction_says_that_it_leaves_failures_out() -> None:
     failing = scenario(asvs={"failures": [{"asv": 1, "at_s": 20.0}]})
-    assert "ASVs that fail are taken to work all the time." in inputs_of(failing).approximations
+    assert "ASVs that fail are taken to serve all the time." in inputs_of(failing).approximations
     assert not inputs_of(scenario()).approximations
