@@ -20,7 +20,7 @@ NAN = float("nan")
         ),
         ("position_error_m=deep", r"needs METRIC=VALUE"),
         ("position_error_m=nan", r"^position_error_m must be a number; met nan"),
-        ("hf_coverage=0.9", r"hf_coverage: more of it is better; write above: 0\.9"),
+        ("hf_coverage=0.9", r"hf_coverage: more of it is better; ask for above 0\.9"),
     ],
 )
 def test_what_is_no_goal_is_refused_with_a_remedy(written: str, message: str) -> None:
@@ -29,7 +29,7 @@ def test_what_is_no_goal_is_refused_with_a_remedy(written: str, message: str) ->
 
 
 def test_a_metric_that_is_better_when_small_has_no_lower_limit() -> None:
-    with pytest.raises(ValueError, match=r"fix_age_p95_s: less of it is better; write below: 3$"):
+    with pytest.raises(ValueError, match=r"fix_age_p95_s: less of it is better; ask for below 3$"):
         goal_of("fix_age_p95_s=3", is_below=False)
     assert goal_of("distance_m=3", is_below=False).above == 3  # neither good nor bad
     assert goal_of("area_covered_share=0.9", is_below=False).above == 0.9

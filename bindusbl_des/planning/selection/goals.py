@@ -67,7 +67,7 @@ class Goal:
         if less is not None and less != self.is_below:
             better, right = ("less", "below") if less else ("more", "above")
             raise ValueError(
-                f"{self.metric}: {better} of it is better; write {right}: {plain(self.limit)}"
+                f"{self.metric}: {better} of it is better; ask for {right} {plain(self.limit)}"
             )
         if isinstance(self.of, str):
             if self.of not in ("worst", "mean"):
