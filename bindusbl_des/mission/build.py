@@ -10,8 +10,9 @@ from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
 from ..protocol.broadcasters import broadcaster_named
-from ..protocol.downlink import FrameBand, MfDownlink
 from ..protocol.fix_queue import FixQueue, ReplyQueue
+from ..protocol.hf.uplink import Uplink
+from ..protocol.mf.downlink import FrameBand, MfDownlink
 from ..protocol.network import Network
 from ..protocol.passive.beacons import Beacons
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
@@ -19,7 +20,6 @@ from ..protocol.ranging import ranging_of, strayed
 from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
-from ..protocol.uplink import Uplink
 from ..records.recorder import Levers, Recorder
 from ..scenario.failing import failures_of
 from ..scenario.instruments.lasting_kinds import told_of

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from ..records.events import HEARD, IN_FLIGHT, Broadcast
 from ..records.recorder import Recorder
 from ..records.rows import Rows
-from .downlink import MfDownlink
-from .uplink import Uplink
+from .hf.uplink import Uplink
+from .mf.downlink import MfDownlink
 
 
 class FixBatch:

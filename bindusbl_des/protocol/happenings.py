@@ -21,9 +21,9 @@ from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Broadcast, Fix, Ping, R
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Row
 from ..vehicles.motion import Ints
-from .deliveries import Deliveries
+from .hf.uplink import Uplink
+from .mf.deliveries import Deliveries
 from .passive.beacons import Beacons
-from .uplink import Uplink
 
 # What can be waited for, what its row is, and which column says when it happens.
 KINDS: dict[str, type] = {

@@ -14,14 +14,14 @@ from ..vehicles.motion import places
 from .broadcasters import Broadcaster, BroadcastView
 from .chart import Chart
 from .conflicts import Array, hearing, survey
-from .downlink import MfDownlink
 from .fix_queue import FixBatch, FixQueue, ReplyQueue
 from .happenings import Happenings, Watched
+from .hf.uplink import Uplink
+from .mf.downlink import MfDownlink
 from .own.ranging import OwnRanging
 from .ranging import OneWay, TwoWay
 from .schedules import Groups, Schedule, View
 from .slots import Slots
-from .uplink import Uplink
 
 Steps = Generator[simpy.Event, None, float]
 

@@ -16,9 +16,9 @@ from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, Ints
 from .fix_queue import FixQueue, ReplyQueue
+from .hf.uplink import Uplink
 from .own.ranging import OwnRanging
 from .schedules import View
-from .uplink import Uplink
 
 
 class OneWay:

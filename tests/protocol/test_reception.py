@@ -20,11 +20,11 @@ from bindusbl_des.acoustics.travel_time import light_time, travel_time
 from bindusbl_des.core.clock import Clock, ExactClock, TickClock
 from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
-from bindusbl_des.protocol.calling import CALL
-from bindusbl_des.protocol.downlink import FrameBand, MfDownlink
 from bindusbl_des.protocol.fix_queue import FixBatch, ReplyQueue
-from bindusbl_des.protocol.reception import Air, overlapped
-from bindusbl_des.protocol.uplink import NO_CALL, Uplink
+from bindusbl_des.protocol.hf.calling import CALL
+from bindusbl_des.protocol.hf.reception import Air, overlapped
+from bindusbl_des.protocol.hf.uplink import NO_CALL, Uplink
+from bindusbl_des.protocol.mf.downlink import FrameBand, MfDownlink
 from bindusbl_des.records.events import (
     COLLIDED,
     DELIVERED,

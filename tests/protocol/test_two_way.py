@@ -14,9 +14,9 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 from bindusbl_des import Result, simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
 from bindusbl_des.protocol.fix_queue import FixQueue
+from bindusbl_des.protocol.hf.uplink import Uplink
 from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
 from bindusbl_des.protocol.schedules import View
-from bindusbl_des.protocol.uplink import Uplink
 from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from bindusbl_des.records.recorder import Recorder
 from bindusbl_des.usbl.fusion import fuse_shared

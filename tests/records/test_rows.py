@@ -5,7 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from bindusbl_des.protocol.calling import CALL, Call
+from bindusbl_des.protocol.hf.calling import CALL, Call
 from bindusbl_des.records.events import Fix, Ping, Reception
 from bindusbl_des.records.rows import CALLED, FIX, PING, RECEPTION
 

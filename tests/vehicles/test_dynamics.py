@@ -827,7 +827,8 @@ def test_a_report_page_makes_no_equation_stale() -> None:
     from bindusbl_des.core.compiled import PACKAGE, _made_of
 
     found = {
-        file.relative_to(PACKAGE).as_posix() for file in _made_of(PACKAGE / "protocol/reception.py")
+        file.relative_to(PACKAGE).as_posix()
+        for file in _made_of(PACKAGE / "protocol/hf/reception.py")
     }
     assert {"usbl/instrument.py", "usbl/fusion.py", "usbl/array.py", "vehicles/motion.py"} <= found
     rooms = {file.split("/")[0] for file in found}

@@ -12,8 +12,8 @@ from ...core.plugins import asked
 from ...records.rows import CALLED, Rows
 from ...scenario.families import RANGING
 from ..fix_queue import FixQueue, ReplyQueue
+from ..hf.uplink import NO_CALL, Uplink
 from ..schedules import View
-from ..uplink import NO_CALL, Uplink
 from .steps import SAME, checked_steps, moment
 
 Way = Callable[["Slot", float], Generator[simpy.Event, Any, None]]

@@ -22,7 +22,7 @@ from ...usbl.own_instrument import OwnInstrument, mirrored
 from ...usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
-from ..uplink import NOTHING_LASTS
+from ..hf.uplink import NOTHING_LASTS
 from .radiation import arrive, radiate
 from .reception import settle
 
@@ -48,7 +48,7 @@ class Beacons:
         streams: Streams,
         record: Recorder,
     ) -> None:
-        """Put a band together; channel and instrument as of :class:`..uplink.Uplink`."""
+        """Put a band together; channel and instrument as of :class:`..hf.uplink.Uplink`."""
         self.band = band
         self._auvs, self._asvs, self._record = auvs, asvs, record
         self.receiver, air = deciding(channel, band)

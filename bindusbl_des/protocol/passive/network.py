@@ -12,8 +12,8 @@ from ...navigation.navigators import Navigator
 from ...records.events import Round
 from ...records.recorder import Recorder
 from ...vehicles.fleet import Fleet
-from ..deliveries import Deliveries
 from ..happenings import Happenings, Watched
+from ..mf.deliveries import Deliveries
 from ..own.steps import moment, some_work
 from ..slots import Slots
 from .beacons import Beacons

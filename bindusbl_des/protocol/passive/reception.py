@@ -17,7 +17,7 @@ from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
 from ...usbl.systematic import Systematic
 from ...vehicles.motion import Floats, Ints, Motion, where
-from ..reception import Noise, begin, by_luck
+from ..hf.reception import Noise, begin, by_luck
 
 # Factor on the longest way on record after which sound has passed whoever was in range, be his
 # arrival one at which it was nearly there (:mod:`.radiation`); nobody is as fast.
@@ -40,7 +40,7 @@ def settle(
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
     called again.  `gnss_noise` (pings, 3) is how far off each ASV believed to be as it pinged, in
     standard deviations.  Where the `array` is None, an instrument of somebody's own measures later.
-    Where errors last, what follows is as of :func:`..reception.settle`, as are `capture` and the
+    Where errors last, what follows is as of :func:`..hf.reception.settle`, as are `capture` and the
     shadowing.
     """
     noise, auvs = Noise(shelf, taken, blocks), Motion(auv_table, auv_first, auv_step)

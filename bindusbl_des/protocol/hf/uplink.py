@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..acoustics.channel import (
+from ...acoustics.channel import (
     DISC,
     NO_LOSS,
     AskedChannel,
@@ -17,22 +17,22 @@ from ..acoustics.channel import (
     between,
     deciding,
 )
-from ..acoustics.deafness import deafen
-from ..acoustics.loss import LossTerms
-from ..acoustics.prediction import amend
-from ..acoustics.propagation import Band, spread
-from ..acoustics.sonar.echoing import ECHO, EchoingSonar
-from ..acoustics.travel_time import travel_time
-from ..core.streams import NoiseStore, Purpose, Streams
-from ..records.events import HEARD, IN_FLIGHT, LOST
-from ..records.recorder import EventBuffer, Recorder
-from ..records.rows import CALLED, NONE, Row, Rows
-from ..usbl.instrument import NOISE_WIDTH, Usbl
-from ..usbl.measurement import note
-from ..usbl.own_instrument import OwnInstrument, sounding_of
-from ..usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
-from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Floats, Ints, places
+from ...acoustics.deafness import deafen
+from ...acoustics.loss import LossTerms
+from ...acoustics.prediction import amend
+from ...acoustics.propagation import Band, spread
+from ...acoustics.sonar.echoing import ECHO, EchoingSonar
+from ...acoustics.travel_time import travel_time
+from ...core.streams import NoiseStore, Purpose, Streams
+from ...records.events import HEARD, IN_FLIGHT, LOST
+from ...records.recorder import EventBuffer, Recorder
+from ...records.rows import CALLED, NONE, Row, Rows
+from ...usbl.instrument import NOISE_WIDTH, Usbl
+from ...usbl.measurement import note
+from ...usbl.own_instrument import OwnInstrument, sounding_of
+from ...usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
+from ...vehicles.fleet import Fleet
+from ...vehicles.motion import Floats, Ints, places
 from .calling import CALL, interrogate
 from .reception import foretold, settle
 

@@ -6,19 +6,19 @@ from typing import NamedTuple
 
 import simpy
 
-from ..acoustics.channel import AskedChannel, between
-from ..acoustics.channels import FrameChannel
-from ..acoustics.propagation import arrivals
-from ..acoustics.travel_time import travel_time
-from ..core.clock import Clock
-from ..core.streams import Purpose, Streams
-from ..navigation.navigators import Navigator
-from ..records.events import IN_FLIGHT, LOST, OUT_OF_RANGE
-from ..records.recorder import Recorder
-from ..records.rows import Rows
-from ..vehicles.fleet import Fleet
-from ..vehicles.motion import places
-from ..vehicles.vehicle import Place
+from ...acoustics.channel import AskedChannel, between
+from ...acoustics.channels import FrameChannel
+from ...acoustics.propagation import arrivals
+from ...acoustics.travel_time import travel_time
+from ...core.clock import Clock
+from ...core.streams import Purpose, Streams
+from ...navigation.navigators import Navigator
+from ...records.events import IN_FLIGHT, LOST, OUT_OF_RANGE
+from ...records.recorder import Recorder
+from ...records.rows import Rows
+from ...vehicles.fleet import Fleet
+from ...vehicles.motion import places
+from ...vehicles.vehicle import Place
 from .deliveries import Deliveries
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.

@@ -5,15 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..acoustics.propagation import drowns, overlap
-from ..core.compiled import compiled, entry
-from ..records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
-from ..records.rows import NONE, Row, Rows
-from ..usbl.instrument import NOISE_WIDTH, Instrument
-from ..usbl.measurement import measured, note
-from ..usbl.systematic import Systematic, measured_astray
-from ..usbl.two_way import Heard
-from ..vehicles.motion import Floats, Ints, Motion
+from ...acoustics.propagation import drowns, overlap
+from ...core.compiled import compiled, entry
+from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
+from ...records.rows import NONE, Row, Rows
+from ...usbl.instrument import NOISE_WIDTH, Instrument
+from ...usbl.measurement import measured, note
+from ...usbl.systematic import Systematic, measured_astray
+from ...usbl.two_way import Heard
+from ...vehicles.motion import Floats, Ints, Motion
 from .calling import drowned
 
 

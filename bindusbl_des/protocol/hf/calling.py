@@ -8,13 +8,13 @@ from math import nan
 
 import numpy as np
 
-from ..acoustics.loss import LossTerms
-from ..acoustics.propagation import Band, Way, drowns, lost, overlap, reaches, sound, within
-from ..acoustics.travel_time import light_time
-from ..core.compiled import compiled, entry
-from ..records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
-from ..records.rows import Row, Rows, row_type
-from ..vehicles.motion import Floats, Ints, Motion, where
+from ...acoustics.loss import LossTerms
+from ...acoustics.propagation import Band, Way, drowns, lost, overlap, reaches, sound, within
+from ...acoustics.travel_time import light_time
+from ...core.compiled import compiled, entry
+from ...records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
+from ...records.rows import Row, Rows, row_type
+from ...vehicles.motion import Floats, Ints, Motion, where
 
 
 @dataclass(slots=True)

@@ -5,13 +5,13 @@ from collections.abc import Callable
 import numpy as np
 import simpy
 
-from ..core.compiled import entry
-from ..navigation.navigators import Navigator
-from ..records.events import DELIVERED, IN_FLIGHT
-from ..records.recorder import Recorder
-from ..records.rows import Rows
-from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Ints
+from ...core.compiled import entry
+from ...navigation.navigators import Navigator
+from ...records.events import DELIVERED, IN_FLIGHT
+from ...records.recorder import Recorder
+from ...records.rows import Rows
+from ...vehicles.fleet import Fleet
+from ...vehicles.motion import Ints
 
 
 class Deliveries:

@@ -1,0 +1,1 @@
+"""The MF band: fixes in frames, from ASVs to AUVs."""
