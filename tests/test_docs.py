@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[1]
 MANUAL = (
     "index.md", "tutorial.md", "tutorial_real_plan.md", "python.md", "model.md", "navigation.md",
     "replay.md", "modems.md", "instruments.md", "acoustics.md", "surveys.md", "planning.md",
+    "protocols.md",
     "vehicles.md", "frames.md", "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
 PICTURES = (".png", ".svg")
