@@ -36,7 +36,7 @@ BASE = {
 
 
 @pytest.mark.parametrize("mission", MISSIONS)
-@pytest.mark.parametrize("table", ["rounds", "receptions", "fixes", "tracks"])
+@pytest.mark.parametrize("table", ["rounds", "receptions", "frame_receptions", "fixes", "tracks"])
 def test_tiny_mission(mission: str, table: str) -> None:
     """Every row of a tiny mission is what it was."""
     found = simulate(scenario(**merged(BASE, MISSIONS[mission])), 1).tables[table]

@@ -6,7 +6,6 @@ These are the compiled inner loops of the bands.
 from math import inf, nan
 from typing import NamedTuple
 
-from ..core.clock import after
 from ..core.compiled import compiled, entry
 from ..records.events import HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ..records.rows import NONE, Row, Rows
@@ -92,7 +91,17 @@ def drowns(strength: float, others: float, capture: float) -> bool:
 @compiled
 def overlap(one: float, other: float, duration: float) -> bool:
     """Tell whether two sounds of one length (s) that begin at two instants (s) overlap."""
-    return bool(other < one + duration - TOUCH and other + duration > one + TOUCH)
+    return meet(one, one + duration, other, other + duration)
+
+
+@compiled
+def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> bool:
+    """Tell whether two sounds overlap that last from an instant (s) to another; touching is none.
+
+    >>> meet(0.0, 1.0, 0.9, 3.0), meet(0.0, 1.0, 1.0, 3.0)
+    (True, False)
+    """
+    return bool(other_begins < ends - TOUCH and other_ends > begins + TOUCH)
 
 
 @entry
@@ -182,34 +191,3 @@ def _silence(receptions: Rows, outcome: int) -> None:
         line.arrived_at_s = line.snr_db = nan
         if line.outcome == IN_FLIGHT:
             line.outcome = outcome
-
-
-@entry
-def arrivals(
-    fixes: Rows, first: int, end: int, asv: int, time: float, airtime: float,
-    processing: float, foreseen: bool,
-    reach: float, sound_speed: float, rate: float,
-    auv_table: Floats, auv_first: Ints, auv_step: float,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
-) -> float:  # fmt: skip
-    """Let an ASV send the fixes first..end in a frame at an instant (s), which lasts `airtime` (s).
-
-    Their rows tell when their AUVs will have them, on a clock of a `rate` (Hz, see
-    :func:`.clock.after`): `processing` (s) after the end of the frame has come.  An AUV out of the
-    horizontal range (m) when the frame begins never gets its fix, nor one that does not decode it
-    (whose outcome says so already), and where its way is not `foreseen` the arrival is left open
-    (NaN).  Return the last instant (s) of those known, or -1.
-    """
-    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
-    begins, ends = where(asvs, asv, time), where(asvs, asv, time + airtime)
-    last = -1.0
-    for row in range(first, end):
-        line = fixes[row]
-        line.broadcast_at_s, line.broadcast_by, line.arrives_at_s = time, asv, nan
-        if not within(where(auvs, line.auv, time), begins, False, reach):
-            line.outcome = OUT_OF_RANGE
-        elif foreseen and line.outcome == IN_FLIGHT:
-            travel = light_time(ends, auvs, line.auv, time + airtime, sound_speed)
-            line.arrives_at_s = after(rate, time, airtime + travel + processing)
-            last = max(last, line.arrives_at_s)
-    return last

@@ -13,6 +13,9 @@ SETTLED = 1e-13
 # A step shrinks the error by speed / sound speed: 200 suffice up to 0.86 of the sound speed.
 MOST_STEPS = 200
 
+# An arrival so much (s) after an instant is there by then: rounding of the two is far smaller.
+NO_TIME = 1e-9
+
 # Within this share of its last digit an instant is the same.
 LAST_DIGIT = 2.3e-16
 
@@ -97,3 +100,31 @@ def light_time(
             return reached
         delay = reached
     raise ValueError("a vehicle outruns the sound; check its track, its speed and the sound speed")
+
+
+@compiled
+def light_time_by(
+    source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float, known: float
+) -> float:
+    """Return :func:`light_time` to a vehicle whose motion is known up to an instant (s), not before
+    `sent_at`; infinite if the sound has not met it by then.
+    """
+    there = where(motion, vehicle, known)
+    if distance(source, there) > sound_speed * (known - sent_at + NO_TIME):
+        return math.inf
+    settled = SETTLED + LAST_DIGIT * sent_at
+    delay = 0.0
+    for _ in range(MOST_STEPS):
+        there = where(motion, vehicle, min(sent_at + delay, known))
+        reached = distance(source, there) / sound_speed
+        if abs(reached - delay) < settled:
+            return reached
+        delay = reached
+    raise ValueError("a vehicle outruns the sound; check its track, its speed and the sound speed")
+
+
+@compiled
+def distance(source: Place, there: Place) -> float:
+    """Return the distance (m) of two places."""
+    ahead, aside, below = there[0] - source[0], there[1] - source[1], there[2] - source[2]
+    return math.sqrt(ahead * ahead + aside * aside + below * below)

@@ -33,6 +33,7 @@ class Purpose(IntEnum):
     INSTRUMENT = 12
     RANGING = 13
     FRAME = 14
+    OVERHEARD = 15
     BEACON = 20
     MISALIGNMENT = 21
     GNSS = 22

@@ -16,6 +16,7 @@ INSTANT = {
     "pings": "sent_at_s",
     "receptions": "arrived_at_s",
     "broadcasts": "sent_at_s",
+    "frame_receptions": "arrived_at_s",
     "fixes": "pinged_at_s",
     "tracks": "time_s",
 }
@@ -23,6 +24,7 @@ VEHICLE = {
     "pings": "auv",
     "receptions": "auv",
     "broadcasts": "asv",
+    "frame_receptions": "auv",
     "fixes": "auv",
     "tracks": "vehicle",
     "auvs": "auv",
@@ -33,8 +35,8 @@ JSON_TYPES = {"int64": "integer", "double": "number", "string": "string"}
 def row_streams(result: "Result") -> Iterator[Messages]:
     """Yield a stream of messages for each table, each in the order of time.
 
-    Receptions of what was never sent (twtt) have no instant and are left out.  The metrics of the
-    mission and its AUVs come at its end.
+    What has not arrived, or was never sent (twtt), has no instant and is left out.  The metrics of
+    the mission and its AUVs come at its end.
     """
     yield from (_events(result, table) for table in INSTANT)
     yield from (_metrics(result, table) for table in ("auvs", "mission"))

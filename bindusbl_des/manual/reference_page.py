@@ -62,6 +62,7 @@ TABLE_MEANING = {
     "pings": "a ping",
     "receptions": "a ping at an ASV",
     "broadcasts": "an MF frame",
+    "frame_receptions": "an MF frame at an AUV; answers of `direct_reply` are none",
     "fixes": "a fix, fused over the ASVs that heard the same ping",
     "tracks": "a vehicle at an instant, at `record.tracks_hz`",
     "auvs": "the metrics of an AUV",

@@ -1,5 +1,6 @@
 """The world of a mission put together as its scenario describes it."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -101,7 +102,7 @@ def _network(
     slots, protocol = slots_of(scenario), scenario.protocol
     messages = slots.messages
     sound_speed = sound_speed_of(scenario)
-    hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
+    hf = scenario.acoustics.hf
     uplink = Uplink(
         auvs,
         asvs,
@@ -118,7 +119,7 @@ def _network(
         asvs,
         navigator,
         record,
-        band=FrameBand(mf.range_m, sound_speed, mf_channel(scenario)),
+        band=frame_band(scenario),
         clock=slots.clock,
         streams=streams,
     )
@@ -171,6 +172,13 @@ def _passive(
     )
     fixes = OwnFixes(env, auvs, navigator, record, beacons)
     return PassiveNetwork(env, slots_of(scenario), asvs, record, beacons, fixes)
+
+
+def frame_band(scenario: Scenario) -> FrameBand:
+    """Return what holds for all frames of the downlink."""
+    channel, reach = mf_channel(scenario), scenario.acoustics.mf.range_m
+    capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
+    return FrameBand(reach, sound_speed_of(scenario), channel, capture)
 
 
 def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:

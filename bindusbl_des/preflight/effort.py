@@ -48,14 +48,16 @@ NEW_PAIRS = 1.5
 FEW_GROUPS = 100
 
 # Seconds and bytes of one of each: a round, a ping, its way to one ASV, a reception that is kept
-# (and written), a fix, a pair of AUVs of a conflict graph (schedules of one's own) or of DSATUR, a
-# sample of the metrics, of the IMU and of the tracks (written), a control interval of a vehicle, a
-# lane that is planned, a leg that is flown, a pair of AUV and ASV, one of them that has noise.
+# (and written), a frame at an AUV (likewise), a fix, a pair of AUVs of a conflict graph (schedules
+# of one's own) or of DSATUR, a sample of the metrics, of the IMU and of the tracks (written), a
+# control interval of a vehicle, a lane that is planned, a leg that is flown, a pair of AUV and ASV,
+# one of them that has noise.
 COSTS: dict[str, tuple[float, float]] = {
     "rounds": (40e-6, 600),
     "pings": (8e-6, 350),
     "ways": (0.9e-6, 0),
     "receptions": (4.5e-6, 360),
+    "frame_receptions": (2.2e-6, 150),
     "fixes": (15e-6, 500),
     "edges": (6e-6, 0),
     "choices": (70e-9, 0),
@@ -204,6 +206,7 @@ def _passive(scenario: Scenario) -> dict[str, float]:
         "pings": pings,
         "ways": pings * auvs,
         "receptions": pings * (auvs if scenario.record.detail == "full" else heard),
+        "frame_receptions": 0.0,
         "fixes": pings * heard,
         "edges": 0.0,
         "choices": 0.0,
@@ -220,6 +223,7 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     heard = _heard(scenario)
     crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one
     groups = min(max(round(crowd), rounds.fewest), rounds.most)
+    downlink = scenario.protocol.downlink
     pinging = 1 if rounds.frame else auvs
     fixed = min(float(heard.sum()), pinging)
     number = math.ceil(scenario.duration_s / _period(rounds, groups, round(fixed)))
@@ -228,12 +232,14 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     share = min(float(heard.sum()) / auvs, asvs)
     edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2)
     whole, schedule = scenario.record.detail == "full", scenario.protocol.schedule
+    frames = number * {"direct_reply": 0, "pipelined_group": groups}.get(downlink, 1)
     met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
     return {
         "rounds": number,
         "pings": pings,
         "ways": pings * asvs,
         "receptions": pings * (asvs if whole else share),
+        "frame_receptions": frames * auvs if whole else 0.0,
         "fixes": pings * min(share, 1.0),
         "edges": edges * number if ":" in schedule else 0.0,
         "choices": float(auvs) ** 2 * number if schedule == "dsatur" else 0.0,

@@ -107,4 +107,4 @@ class Network(Watched):
         self.queue.take(before_the_end)  # pings that were heard but not broadcast any more
         self.uplink.close(time)
         self.ranging.close()
-        self.downlink.deliver(before_the_end)
+        self.downlink.close(before_the_end)

@@ -114,6 +114,20 @@ class Broadcast:
 
 
 @dataclass(slots=True)
+class FrameReception:
+    """One frame of the MF downlink at one AUV, whether that decoded it or not."""
+
+    broadcast: int = column("1", "row of broadcasts, from 0")
+    auv: int = column("", "AUV at which it arrives")
+    arrived_at_s: float | None = column(
+        "s", "instant at which the frame's front is there; null if it was not by the end", None
+    )
+    outcome: str = column(
+        "", "heard, out_of_range, lost (or its ASV failed), collided or in_flight", "in_flight"
+    )
+
+
+@dataclass(slots=True)
 class Fix:
     """One position fix of one AUV, fused over the ASVs that heard the same ping.
 
@@ -149,7 +163,7 @@ class Fix:
     outcome: str = column(
         "",
         "delivered, out_of_range, lost (not decoded: acoustics.mf.channel; or its ASV failed as it "
-        "broadcast it) or in_flight",
+        "broadcast it), collided (its frame, at the AUV) or in_flight",
         "in_flight",
     )
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.growing import lengthened
 from .events import Broadcast, Round
-from .rows import FIX, PING, RECEPTION, Rows
+from .rows import FIX, FRAME_RECEPTION, PING, RECEPTION, Rows
 
 # Rows for which a buffer has room at first; it doubles when it is full.
 ROOM = 512
@@ -63,7 +63,7 @@ class Recorder:
     """The event rows of one mission; it is told, it never asks.
 
     Pings, receptions and fixes are many: they are kept as records (:mod:`.rows`).  Without
-    `everything` receptions out of range are not kept.
+    `everything` receptions out of range are not kept, and none of frames.
     """
 
     everything: bool = True
@@ -71,5 +71,6 @@ class Recorder:
     pings: EventBuffer = field(default_factory=lambda: EventBuffer(PING))
     receptions: EventBuffer = field(default_factory=lambda: EventBuffer(RECEPTION))
     broadcasts: list[Broadcast] = field(default_factory=list)
+    frame_receptions: EventBuffer = field(default_factory=lambda: EventBuffer(FRAME_RECEPTION))
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
     levers: Levers = field(default_factory=lambda: Levers(0))

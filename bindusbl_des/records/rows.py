@@ -12,7 +12,7 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from .events import Fix, Ping, Reception
+from .events import Fix, FrameReception, Ping, Reception
 
 Rows = NDArray[np.void]
 Row = Any  # one of them: the type checker knows no fields
@@ -69,12 +69,18 @@ RECEPTION = row_type(
     without=("level_db", "margin_db"),
 )
 
+FRAME_RECEPTION = row_type(
+    FrameReception,
+    {"ended_at_s": float},  # when the end of the frame has come; infinite while it has not
+)
+
 FIX = row_type(
     Fix,
     {
         "first": int,  # the receptions that it may be made of,
         "end": int,  # up to but not this one
         "arrives_at_s": float,  # when it reaches its AUV
+        "frame": int,  # the frame that carries it
     },
     without=("asvs",),
 )

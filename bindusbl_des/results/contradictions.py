@@ -23,14 +23,16 @@ LARGEST_COUNT = 2**53
 LONGEST_S = 1e9
 
 _UPLINK = tuple(OUTCOMES[code] for code in (HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT))
-_DOWNLINK = tuple(OUTCOMES[code] for code in (DELIVERED, OUT_OF_RANGE, LOST, IN_FLIGHT))
+_DOWNLINK = tuple(OUTCOMES[code] for code in (DELIVERED, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT))
 ENUMERATIONS = {
     ("receptions", "outcome"): _UPLINK,
+    ("frame_receptions", "outcome"): _UPLINK,
     ("pings", "call"): _UPLINK,
     ("fixes", "outcome"): _DOWNLINK,
 }
-# Whose row counts follow from that of the pings.
-OF_PINGS = ("receptions", "rounds", "fixes", "broadcasts")
+# From which table's row count those of others follow.
+FOLLOWS = dict.fromkeys(("receptions", "rounds", "fixes", "broadcasts"), "pings")
+FOLLOWS["frame_receptions"] = "broadcasts"
 # What a fix has once it was broadcast, and once it was delivered.
 BROADCAST = ("broadcast_at_s", "broadcast_by")
 ARRIVED = ("delivered_at_s", "latency_s", "innovation_m")
@@ -53,18 +55,22 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
     pings = rows.get("pings", 0)
     if "pings" in rows:
         instants = int(duration * scenario.record.tracks_hz) + 2
+        broadcasts = 0 if passive else rows["fixes"] + rows["rounds"]
+        frames = 0 if scenario.protocol.downlink == "direct_reply" else rows["broadcasts"]
         limits |= {
             "pings": (0, int(pinging * (duration / scenario.acoustics.hf.ping_s + 2))),
             "receptions": (pings * listening, pings * listening),
             "rounds": (0, pings + 2),
             "fixes": (0, pings * listening if passive else pings),
-            "broadcasts": (0, 0 if passive else rows["fixes"] + rows["rounds"]),
+            "broadcasts": (0, broadcasts),
+            "frame_receptions": (auvs * frames, auvs * frames),
             "tracks": (auvs + asvs, (auvs + asvs) * instants),
         }
     for name, (fewest, most) in limits.items():
         if not fewest <= rows[name] <= most:
             expected = f"{most:,}" if fewest == most else f"from {fewest:,} to {most:,}"
-            by = f" by pings.parquet ({pings:,} rows)" if name in OF_PINGS else ""
+            other = FOLLOWS.get(name)
+            by = f" by {other}.parquet ({rows[other]:,} rows)" if other else ""
             yield name, f"has {rows[name]:,} rows, where its mission has {expected}{by}"
 
 
@@ -197,13 +203,18 @@ def _broadcasts(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str
     yield from _beyond(arrow["broadcasts"], "round", len(arrow["rounds"]))
 
 
+def _frame_receptions(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
+    yield from _beyond(arrow["frame_receptions"], "broadcast", len(arrow["broadcasts"]))
+
+
 def _fixes(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     fixes, outcome = arrow["fixes"], texts["fixes"]["outcome"]
     yield from _numbered(fixes, "fix")
     yield from _beyond(fixes, "ping", len(arrow["pings"]))
     yield from _beyond(fixes, "round", len(arrow["rounds"]))
     delivered = outcome.are("delivered")
-    broadcast = delivered | outcome.are("out_of_range") | outcome.are("lost")
+    missed = outcome.are("out_of_range") | outcome.are("lost") | outcome.are("collided")
+    broadcast = delivered | missed
     if scenario.protocol.is_passive:
         if not delivered.all() or any(fixes[name].null_count < len(fixes) for name in BROADCAST):
             yield "has fixes that AUVs made themselves, and yet have not, or that were broadcast"
@@ -255,6 +266,7 @@ _OF_TABLES: Mapping[str, Callable[[Scenario, Tables, Texts], Iterator[str]]] = {
     "pings": _pings,
     "receptions": _receptions,
     "broadcasts": _broadcasts,
+    "frame_receptions": _frame_receptions,
     "fixes": _fixes,
     "tracks": _tracks,
 }

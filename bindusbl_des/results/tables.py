@@ -17,6 +17,7 @@ from ..records.events import (
     AuvMetrics,
     Broadcast,
     Fix,
+    FrameReception,
     Ping,
     Reception,
     Round,
@@ -34,11 +35,14 @@ ROWS: dict[str, type] = {
     "pings": Ping,
     "receptions": Reception,
     "broadcasts": Broadcast,
+    "frame_receptions": FrameReception,
     "fixes": Fix,
     "tracks": TrackPoint,
     "auvs": AuvMetrics,
 }
-EVENT_TABLES = ("rounds", "pings", "receptions", "broadcasts", "fixes", "tracks")
+EVENT_TABLES = (
+    *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "fixes", "tracks"),
+)
 TABLES = (*ROWS, "mission")
 
 # Columns that hold a vehicle's number in the record and its name in the table.

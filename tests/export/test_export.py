@@ -23,7 +23,10 @@ from bindusbl_des.export import scenery
 from bindusbl_des.geometry.geodesy import ned_from_geodetic
 
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
-TABLES = ("rounds", "pings", "receptions", "broadcasts", "fixes", "tracks", "auvs", "mission")
+TABLES = (
+    *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "fixes", "tracks"),
+    *("auvs", "mission"),
+)
 
 
 def invoke(*arguments: str | Path) -> Result:
@@ -107,6 +110,7 @@ def test_log_times_are_mission_times_and_rise_strictly(read: Read) -> None:
         "rounds": "started_at_s",
         "pings": "sent_at_s",
         "receptions": "arrived_at_s",
+        "frame_receptions": "arrived_at_s",
         "broadcasts": "sent_at_s",
         "fixes": "pinged_at_s",
         "tracks": "time_s",

@@ -36,7 +36,7 @@ from bindusbl_des.records.events import (
     Round,
 )
 from bindusbl_des.records.recorder import ROOM, EventBuffer, Recorder
-from bindusbl_des.records.rows import CALLED, FIX
+from bindusbl_des.records.rows import CALLED, FIX, NONE
 from bindusbl_des.records.rows import PING as PING_ROW
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Usbl
@@ -131,6 +131,10 @@ def downlink(
     })  # fmt: skip
 
 
+# Receivers that tell all frames apart that arrive at once
+HEARS_ALL = FrameBand(500.0, SOUND, None, capture=0.0)
+
+
 def made(record: Recorder, auv: int, pinged_at: float, x: float, y: float = 0.0) -> range:
     """Put a fix (m) of an AUV's ping (s) on record; return its row."""
     fixes = record.fixes
@@ -215,7 +219,7 @@ def test_fixes_are_applied_in_the_order_of_their_arrival(steers: bool) -> None:
     reckoning = DeadReckoning(auvs.motion, steady(np.zeros((2, 2, 2)), 1.0, (0.0, 0.0), False))
     band = downlink(
         env, steered(auvs) if steers else auvs, asvs, record,
-        navigator=fixed_gain(reckoning, 0.5, "none", sums),
+        navigator=fixed_gain(reckoning, 0.5, "none", sums), band=HEARS_ALL,
     )  # fmt: skip
     band.send(made(record, 0, 0.0, 8.0), 0, 0.0, 0.5)  # AUV0 has it 450 m later, at 0.8 s
 
@@ -251,7 +255,7 @@ def frames_received(
     reckoning = DeadReckoning(auvs.motion, steady(walks, 10.0, (0.5, -0.2), True))
     band = downlink(
         env, steered(auvs) if way == "steering" else auvs, asvs, record,
-        band=FrameBand(3000.0, SOUND, None),
+        band=HEARS_ALL._replace(reach=3000.0),
         navigator=fixed_gain(reckoning, 0.7, compensation, sums), clock=clock,
     )  # fmt: skip
 
@@ -268,7 +272,9 @@ def frames_received(
 
     env.process(send())
     env.run()
-    return record.fixes.rows, sums
+    fixes = record.fixes.rows
+    fixes["frame"] = NONE  # they are numbered otherwise where each fix has its own
+    return fixes, sums
 
 
 @pytest.mark.parametrize("compensation", ["none", "shift"])

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from bindusbl_des.protocol.hf.calling import CALL, Call
-from bindusbl_des.records.events import Fix, Ping, Reception
-from bindusbl_des.records.rows import CALLED, FIX, PING, RECEPTION
+from bindusbl_des.protocol.mf.frames import FRAME, Frame
+from bindusbl_des.records.events import Fix, FrameReception, Ping, Reception
+from bindusbl_des.records.rows import CALLED, FIX, FRAME_RECEPTION, PING, RECEPTION
 
 LEFT_TO_TABLES = ("asvs", "level_db", "margin_db")
 
@@ -17,7 +18,9 @@ LEFT_TO_TABLES = ("asvs", "level_db", "margin_db")
     [
         (Ping, PING, ["call_time_s", "first", "end", "passed_at_s", "longest_s", "calls"]),
         (Reception, RECEPTION, ["loss", "sound", "late_s", "lowered"]),
-        (Fix, FIX, ["first", "end", "arrives_at_s"]),
+        (Fix, FIX, ["first", "end", "arrives_at_s", "frame"]),
+        (FrameReception, FRAME_RECEPTION, ["ended_at_s"]),
+        (Frame, FRAME, []),
         (Call, CALL, []),
     ],
 )
@@ -37,6 +40,6 @@ def test_numbers_are_whole_where_they_count_or_name_something() -> None:
         "first", "end", "calls",
     }  # fmt: skip
     assert {name for name in FIX.names if FIX[name].kind == "i"} == {
-        "fix", "ping", "round", "auv", "broadcast_by", "outcome", "first", "end",
+        "fix", "ping", "round", "auv", "broadcast_by", "outcome", "first", "end", "frame",
     }  # fmt: skip
     assert set(CALLED.names) < set(PING.names)

@@ -232,5 +232,6 @@ def begin(row: Row, ping: Row, only: int) -> None:
         row.first, row.end = only, only + 1
     row.broadcast_at_s, row.broadcast_by = nan, NONE
     row.delivered_at_s = row.latency_s = row.arrives_at_s = nan
+    row.frame = NONE
     row.innovation_m = row.correction_m = row.nis = nan
     row.outcome = IN_FLIGHT

@@ -1,6 +1,6 @@
 """Fixes on their way to their AUVs: who has which when, and has made of it what he makes of it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import simpy
@@ -26,7 +26,7 @@ class Deliveries:
         #: Whom to tell that a broadcast begins, of the fixes of a frame whose arrivals are known,
         #: and of those that are delivered: nobody unless somebody waits for that.
         self.on_broadcast: Callable[[], None] | None = None
-        self.on_frame: Callable[[range], None] | None = None
+        self.on_frame: Callable[[Sequence[int]], None] | None = None
         self.on_delivered: Callable[[Ints], None] | None = None
 
     def _expect(self, fix: int, instant: float) -> None:

@@ -1,25 +1,28 @@
-"""The MF band: a frame of fixes travels from one ASV to every AUV in range."""
+"""The MF band: frames of fixes travel from ASVs to every AUV in range."""
 
 import math
+from collections.abc import Sequence
 from functools import cache, partial
 from typing import NamedTuple
 
+import numpy as np
 import simpy
+from numpy.typing import NDArray
 
 from ...acoustics.channel import AskedChannel, between
 from ...acoustics.channels import FrameChannel
-from ...acoustics.propagation import arrivals
 from ...acoustics.travel_time import travel_time
 from ...core.clock import Clock
 from ...core.streams import Purpose, Streams
 from ...navigation.navigators import Navigator
-from ...records.events import IN_FLIGHT, LOST, OUT_OF_RANGE
-from ...records.recorder import Recorder
-from ...records.rows import Rows
+from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ...records.recorder import EventBuffer, Recorder
+from ...records.rows import FRAME_RECEPTION, Rows
 from ...vehicles.fleet import Fleet
-from ...vehicles.motion import places
+from ...vehicles.motion import Ints, places
 from ...vehicles.vehicle import Place
 from .deliveries import Deliveries
+from .frames import FRAME, PROMISE, begin, receive
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
@@ -27,16 +30,22 @@ NEARLY_THERE = 0.98
 
 class FrameBand(NamedTuple):
     """What holds for all frames: AUVs within a horizontal `reach` (m) decode them, or as often as
-    the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
+    the `channel` says, where one is asked; they travel at `sound_speed` (m/s).  Frames that overlap
+    at an AUV destroy each other, but for `capture` as of :class:`.channel.Receiver`.
     """
 
     reach: float
     sound_speed: float
     channel: FrameChannel | None
+    capture: float = math.inf
 
 
 class MfDownlink(Deliveries):
-    """The MF downlink: a fix is delivered when its frame has reached the AUV, or never."""
+    """The MF downlink: a fix is delivered when its frame has reached the AUV, or never.
+
+    What becomes of a frame at an AUV is worked out when somebody wants to know, and not before it
+    has ended there, when all that could overlap it are on record.
+    """
 
     def __init__(
         self,
@@ -53,12 +62,21 @@ class MfDownlink(Deliveries):
         super().__init__(env, auvs, navigator, record)
         self._channel, self._range, sound_speed = band.channel, band.reach, band.sound_speed
         self._luck = cache(partial(streams.of, Purpose.FRAME))
+        self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
         self._asvs, self._clock, self._sound_speed = asvs, clock, sound_speed
         limit = math.inf if band.channel else band.reach  # who is asked has no limit
         self._limits = limit, sound_speed, clock.rate
+        self._physics = limit, sound_speed, band.capture
+        self._record, self._frames, self._promises = (
+            record,
+            EventBuffer(FRAME),
+            EventBuffer(PROMISE),
+        )
+        self._passed_at = 0.0  # by then (s) all frames so far have passed
+        self._is_shared = False  # whether two of them may ever have overlapped
 
     def send(
-        self, rows: range, asv: int, time: float, airtime: float, processing: float = 0.0
+        self, rows: Sequence[int], asv: int, time: float, airtime: float, processing: float = 0.0
     ) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick).
 
@@ -66,41 +84,100 @@ class MfDownlink(Deliveries):
         """
         if self.on_broadcast is not None:
             self.on_broadcast()
-        if not rows:
-            return
         self._auvs.reach(time)
         self._asvs.reach(time)
         foreseen = self._auvs.foreseen and self._asvs.sure_s >= airtime
-        if self._asvs.works_for(asv, time, airtime) < airtime:  # the frame is cut
-            self._fixes.array["outcome"][rows.start : rows.stop] = LOST
+        frames, carried = self._frames, np.fromiter(rows, np.int64, len(rows))
+        on_air = self._asvs.works_for(asv, time, airtime)
+        if on_air < airtime:  # the frame is cut
+            self._fixes.array["outcome"][carried] = LOST
         if self._channel is not None:
-            frame = self._fixes.array[rows.start : rows.stop]
-            self._decode(self._channel(len(rows), airtime), frame, asv, time)
-        last = arrivals(
-            self._fixes.array, rows.start, rows.stop, asv, time, airtime, processing, foreseen,
+            self._ask(self._channel(len(rows), airtime), carried, asv, time)
+        self._is_shared |= time < self._passed_at
+        last, self._passed_at = begin(
+            frames.room_for(1), frames.count, asv, time, on_air, airtime, processing,
+            self._fixes.array, carried, foreseen,
             *self._limits, *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
+        frames.count += 1
         if last >= 0.0:
             self._deliver_at(last)
             if self.on_frame is not None:
                 self.on_frame(rows)
-        elif not foreseen:  # they steer meanwhile by other fixes, or who knows by what
+        elif rows and not foreseen:  # they steer meanwhile by other fixes, or who knows by what
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
 
-    def _decode(self, channel: AskedChannel, fixes: Rows, asv: int, time: float) -> None:
-        """Note which AUVs do not decode a frame of fixes that an ASV begins at an instant (s)."""
-        addressed: list[int] = sorted(set(fixes["auv"].tolist()))
-        auvs = places(self._auvs.motion, time)[addressed, :3]
+    def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> None:
+        """Note which AUVs would decode a frame of fixes that an ASV begins at an instant (s)."""
+        auvs = places(self._auvs.motion, time)[:, :3]
         vessel = places(self._asvs.motion, time)[asv : asv + 1, :3]
         signals = between(time, auvs, vessel, self._range, calling=True)
-        losses = channel.prospects(signals)["loss"][:, 0].tolist()
-        for auv, loss in zip(addressed, losses, strict=True):
-            if self._luck(auv, asv).random() < loss:
-                fixes["outcome"][fixes["auv"] == auv] = LOST if loss < 1.0 else OUT_OF_RANGE
+        found = channel.prospects(signals)[:, 0]
+        luck = self._overheard(asv).random(len(auvs))
+        for auv in set(self._fixes.array["auv"][carried].tolist()):
+            luck[auv] = self._luck(auv, asv).random()
+        told, loss = self._promises.room_for(len(auvs))[self._promises.count :], found["loss"]
+        told = told[: len(auvs)]
+        told["outcome"] = np.where(loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE)
+        told["sound"] = found["sound"]
+        self._promises.count += len(auvs)
+        fixes = self._fixes.array
+        promised = told["outcome"][fixes["auv"][carried]]
+        missed = promised != IN_FLIGHT
+        fixes["outcome"][carried[missed]] = promised[missed]
+
+    def deliver(self, time: float) -> None:
+        """Let AUVs have every fix that has reached them by an instant (s), in a frame that nothing
+        has destroyed there.
+        """
+        if self._is_shared:
+            first = self.first_under_way
+            fixes = self._fixes.rows[first:]
+            arrives = (fixes["outcome"] == IN_FLIGHT) & (fixes["arrives_at_s"] <= time)
+            due = fixes[arrives]
+            received = self._received(due["frame"], due["auv"], time)
+            rows = first + np.flatnonzero(arrives)[received["outcome"] == COLLIDED]
+            self._fixes.array["outcome"][rows] = COLLIDED
+        super().deliver(time)
+
+    def decoded(self, broadcast: int, time: float) -> NDArray[np.bool_]:
+        """Return which AUVs have decoded a broadcast, by its number from 0, by an instant (s) that
+        is not to come, shape (n,): its end has come to them, and their modem has handed it over.
+        """
+        auvs = np.arange(len(self._auvs))
+        received = self._received(np.full(len(auvs), broadcast), auvs, time)
+        handed_over = received["ended_at_s"] + self._frames.array[broadcast]["processing_s"]
+        found: NDArray[np.bool_] = (received["outcome"] == HEARD) & (handed_over <= time)
+        return found
+
+    def close(self, time: float) -> None:
+        """Let AUVs have what has reached them by an instant (s), the mission's last; put on record
+        what became of each frame at each of them.
+        """
+        self.deliver(time)
+        if self._record.everything:
+            frames, auvs = np.arange(self._frames.count), np.arange(len(self._auvs))
+            table = self._record.frame_receptions
+            table.count = len(frames) * len(auvs)
+            table.array = self._received(
+                np.repeat(frames, len(auvs)), np.tile(auvs, len(frames)), time
+            )
+
+    def _received(self, frames: Ints, auvs: Ints, time: float) -> Rows:
+        """Return what has become of frames at AUVs, (n,) each, by an instant (s), shape (n,)."""
+        self._auvs.reach(time)
+        self._asvs.reach(time)
+        received = np.empty(len(frames), FRAME_RECEPTION)
+        received["broadcast"], received["auv"] = frames, auvs
+        receive(
+            received, self._frames.rows, self._promises.rows, *self._physics, time,
+            *self._auvs.motion, *self._asvs.motion,
+        )  # fmt: skip
+        return received
 
     def _leave(
-        self, rows: range, asv: int, frame: tuple[float, float, float], _: simpy.Event
+        self, rows: Sequence[int], asv: int, frame: tuple[float, float, float], _: simpy.Event
     ) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""
         ends = frame[0] + frame[1]

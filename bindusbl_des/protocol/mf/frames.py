@@ -1,0 +1,214 @@
+"""What becomes of a frame at each AUV: frames that overlap there destroy each other.
+
+Compiled, as :mod:`.propagation`.  A frame begins at an AUV when its front has come, and ends when
+the sound of its end has, from where the ASV is by then.
+"""
+
+from dataclasses import dataclass
+from math import inf, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from ...acoustics.propagation import drowns, meet, within
+from ...acoustics.travel_time import distance, light_time, light_time_by
+from ...core.clock import after
+from ...core.compiled import compiled, entry
+from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ...records.rows import Row, Rows, row_type
+from ...vehicles.motion import Floats, Ints, Motion, where
+
+# Factor on airtime and way after which a frame has passed whoever was in range; nobody is as fast.
+PASSED = 1.05
+
+
+@dataclass(slots=True)
+class Frame:
+    """A frame: on the air from an instant on, for so long, though it would last `airtime_s`; what
+    decodes it hands it over so long after its end.
+
+    By `passed_at_s` neither it nor any before it is on the air or arriving any more.
+    """
+
+    asv: int
+    sent_at_s: float
+    on_air_s: float
+    airtime_s: float
+    processing_s: float
+    passed_at_s: float
+
+
+FRAME = row_type(Frame)
+
+# What a channel other than the disc makes of a frame at an AUV: IN_FLIGHT if that decodes it where
+# nothing overlaps it, else why it does not; and how strong it is (:data:`.channel.PROSPECT`).
+PROMISE = np.dtype([("outcome", "i8"), ("sound", "f8")])
+DISC: Rows = np.empty(0, PROMISE)
+
+
+class Medium(NamedTuple):
+    """All frames on record, in the order in which they were sent, and the `promises` of each for
+    each AUV, where a channel was asked; what decides there, as of :class:`.FrameBand`.  The motion
+    of AUVs and ASVs is known up to an instant (s), `known`.
+    """
+
+    frames: Rows
+    promises: Rows
+    reach: float
+    sound_speed: float
+    capture: float
+    known: float
+    auvs: Motion
+    asvs: Motion
+
+
+@entry
+def begin(
+    frames: Rows, number: int, asv: int, time: float, on_air: float, airtime: float,
+    processing: float, fixes: Rows, carried: Ints, foreseen: bool,
+    reach: float, sound_speed: float, rate: float,
+    auv_table: Floats, auv_first: Ints, auv_step: float,
+    asv_table: Floats, asv_first: Ints, asv_step: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Let an ASV send fixes, the rows `carried` (k,), in a frame at an instant (s), which is to
+    last `airtime` (s) and is on the air for `on_air` (s); write it as `number` of the frames.
+
+    The fixes tell when their AUVs will have them, on a clock of a `rate` (Hz, see
+    :func:`.clock.after`): `processing` (s) after the end of the frame has come.  An AUV out of the
+    horizontal range (m) when the frame begins never gets its fix, nor one that does not decode it
+    (whose outcome says so already), and where its way is not `foreseen` the arrival is left open
+    (NaN).  Return the last instant (s) of those known, or -1, and the frame's `passed_at_s`.
+    """
+    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
+    begins, ends = where(asvs, asv, time), where(asvs, asv, time + airtime)
+    frame, last = frames[number], -1.0
+    frame.asv, frame.sent_at_s, frame.on_air_s, frame.airtime_s = asv, time, on_air, airtime
+    frame.processing_s = processing
+    frame.passed_at_s = _passed(frame, foreseen, auvs, asvs, reach, sound_speed)
+    if number > 0:
+        frame.passed_at_s = max(frame.passed_at_s, frames[number - 1].passed_at_s)
+    for row in carried:
+        line = fixes[row]
+        line.broadcast_at_s, line.broadcast_by, line.arrives_at_s = time, asv, nan
+        line.frame = number
+        if not within(where(auvs, line.auv, time), begins, False, reach):
+            line.outcome = OUT_OF_RANGE
+        elif foreseen and line.outcome == IN_FLIGHT:
+            travel = light_time(ends, auvs, line.auv, time + airtime, sound_speed)
+            line.arrives_at_s = after(rate, time, airtime + travel + processing)
+            last = max(last, line.arrives_at_s)
+    return last, frame.passed_at_s
+
+
+@compiled
+def _passed(
+    frame: Row, foreseen: bool, auvs: Motion, asvs: Motion, reach: float, sound_speed: float
+) -> float:
+    """Return an instant (s) by which a frame has passed all AUVs that are in reach as it begins."""
+    begins, later = frame.sent_at_s, frame.sent_at_s
+    ends, margin = begins + frame.on_air_s, (PASSED - 1.0) * frame.on_air_s
+    if foreseen:  # where everybody is when it ends
+        later, margin = ends, 0.0
+    source, leaves, farthest = where(asvs, frame.asv, begins), where(asvs, frame.asv, later), 0.0
+    for auv in range(auvs.first.size - 1):
+        if within(where(auvs, auv, begins), source, False, reach):
+            farthest = max(farthest, distance(leaves, where(auvs, auv, later)))
+    return float(ends + margin + PASSED * farthest / sound_speed)
+
+
+@entry
+def receive(
+    receptions: Rows, frames: Rows, promises: Rows,
+    reach: float, sound_speed: float, capture: float, known: float,
+    auv_table: Floats, auv_first: Ints, auv_step: float,
+    asv_table: Floats, asv_first: Ints, asv_step: float,
+) -> None:  # fmt: skip
+    """Write what has become of frames at AUVs by an instant (s), `known`, up to which their motion
+    is: `receptions` say which frame, and at which AUV (:data:`.rows.FRAME_RECEPTION`).
+
+    All frames that have begun by then are on record.  What has not ended at its AUV is in flight.
+    """
+    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
+    medium = Medium(frames, promises, reach, sound_speed, capture, known, auvs, asvs)
+    for line in receptions:
+        begins, ends = _span(line.broadcast, line.auv, medium)
+        line.arrived_at_s = begins if begins < inf else nan
+        line.ended_at_s = ends
+        line.outcome = _outcome(line.broadcast, line.auv, begins, ends, medium)
+
+
+@compiled
+def _span(number: int, auv: int, medium: Medium) -> tuple[float, float]:
+    """Return when (s) a frame begins at an AUV and when it ends there; infinite if it has not."""
+    frame, ends = medium.frames[number], inf
+    begins = _arrival(frame.asv, frame.sent_at_s, auv, medium)
+    if begins < inf:
+        ends = _arrival(frame.asv, frame.sent_at_s + frame.on_air_s, auv, medium)
+    return begins, ends
+
+
+@compiled
+def _arrival(asv: int, time: float, auv: int, medium: Medium) -> float:
+    """Return when (s) the sound of an ASV of an instant (s) is at an AUV; infinite if it is not."""
+    if time > medium.known:
+        return inf
+    source = where(medium.asvs, asv, time)
+    return time + light_time_by(source, medium.auvs, auv, time, medium.sound_speed, medium.known)
+
+
+@compiled
+def _promise(number: int, auv: int, medium: Medium) -> tuple[int, float]:
+    """Return what would become of a frame at an AUV if nothing overlapped it, and how strong it is
+    there (:data:`PROMISE`).
+    """
+    if medium.promises.size:
+        promise = medium.promises[number * (medium.auvs.first.size - 1) + auv]
+        return promise.outcome, promise.sound
+    frame = medium.frames[number]
+    here = where(medium.asvs, frame.asv, frame.sent_at_s)
+    there = where(medium.auvs, auv, frame.sent_at_s)
+    if within(there, here, False, medium.reach):
+        return IN_FLIGHT, 1.0
+    return OUT_OF_RANGE, 0.0
+
+
+@compiled
+def _outcome(number: int, auv: int, begins: float, ends: float, medium: Medium) -> int:
+    """Return what has become of a frame that begins and ends at an AUV at two instants (s)."""
+    frame = medium.frames[number]
+    outcome, strength = _promise(number, auv, medium)
+    if outcome == OUT_OF_RANGE or not ends < inf:
+        return outcome if outcome == OUT_OF_RANGE else IN_FLIGHT
+    if outcome == LOST or frame.on_air_s < frame.airtime_s:  # it is cut
+        return LOST
+    others = _others(number, auv, begins, ends, medium)
+    return COLLIDED if drowns(strength, others, medium.capture) else HEARD
+
+
+@compiled
+def _others(number: int, auv: int, begins: float, ends: float, medium: Medium) -> float:
+    """Return how strong the frames that overlap one at an AUV are together.
+
+    The search ends at a frame by which all before it had passed, or one that was sent later.
+    """
+    frames, others = medium.frames, 0.0
+    for other in range(number - 1, -1, -1):
+        if frames[other].passed_at_s <= begins:
+            break
+        others += _beside(other, auv, begins, ends, medium)
+    for other in range(number + 1, len(frames)):
+        if frames[other].sent_at_s >= ends:
+            break
+        others += _beside(other, auv, begins, ends, medium)
+    return others
+
+
+@compiled
+def _beside(other: int, auv: int, begins: float, ends: float, medium: Medium) -> float:
+    """Return how strong another frame is at an AUV, if it is there between two instants (s)."""
+    _, strength = _promise(other, auv, medium)
+    if strength > 0.0:
+        its_begin, its_end = _span(other, auv, medium)
+        if not meet(begins, ends, its_begin, its_end):
+            strength = 0.0
+    return strength
