@@ -25,6 +25,7 @@ from numba.core.caching import (
     FunctionCache,
     UserProvidedCacheLocator,
 )
+from numba.core.runtime.nrt import rtsys as runtime
 from numba.core.serialize import dumps
 
 from .durable import draft_of
@@ -216,9 +217,14 @@ class CodeCache(FunctionCache):
         folders.add(self._folder)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the code of a signature, or None where none is kept that can be used."""
+        """Return the code of a signature, or None where none is kept that can be used.
+
+        What is kept needs numba's runtime, but nothing of what numba knows about equations: that
+        takes as long to load as several missions, and who compiles loads it himself.
+        """
         try:
-            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            runtime.initialize(target_context)
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except Exception as error:  # the file may hold anything, and the disk fail in any way
             trouble(self._folder, _said(error))
             return None

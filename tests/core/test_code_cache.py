@@ -77,6 +77,26 @@ def test_code_is_found_again(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == ""
 
 
+def test_code_that_is_kept_runs_without_what_compiles() -> None:
+    """A new process runs kept code before numba has loaded its equations, and compiles after it."""
+    hits()
+    Path("new.py").write_text("""
+import sys
+import numpy as np
+from bindusbl_des.core.compiled import entry
+from tiny import twice
+
+@entry
+def norm(vector):
+    return np.sqrt((vector * vector).sum())
+
+assert twice(3.0) == 6.0
+print("numba.np.npyimpl" in sys.modules, norm(np.array([3.0, 4.0])), twice(4))
+""")
+    run = subprocess.run([sys.executable, "new.py"], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["False", "5.0", "8.0"]
+
+
 def test_a_part_is_kept_in_what_calls_it() -> None:
     """Of what compiled code calls no code is kept but its caller's; Python may call it."""
     Path("tiny.py").write_text("""
