@@ -19,6 +19,7 @@ from ..console import (
     writing,
 )
 from ..options import json_option, plugins_option, scenario_argument, set_option
+from .limits import limits_data, limits_told, planned_limits
 
 if TYPE_CHECKING:
     from ...preflight.round_lengths import Rounds
@@ -47,17 +48,18 @@ MOST_ASVS = 50
 @click.command()
 @scenario_argument
 @set_option
-@json_option("slots and rounds (s)")
+@json_option("slots and rounds (s), limits")
 def timing(scenario: str, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Print slots, rounds and fix rates of a scenario's protocol."""
+    """Print slots, rounds and fix rates of a scenario's protocol, and their limits."""
     mission = scenario_from(scenario, overrides)
     from ...preflight.round_lengths import rounds_of
 
-    rounds = rounds_of(mission)
+    rounds, limits = rounds_of(mission), planned_limits(mission)
     if as_json:
-        print_json(_timing(mission, rounds))
+        print_json({**_timing(mission, rounds), "limits": limits_data(limits)})
         return
-    say("\n".join([*_durations(mission, rounds.slots), "", *_policy(mission, rounds)]))
+    told = _durations(mission, rounds.slots), _policy(mission, rounds), limits_told(mission, limits)
+    say("\n\n".join("\n".join(lines) for lines in told))
 
 
 def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:

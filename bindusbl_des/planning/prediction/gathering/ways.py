@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ....scenario.planned import route_of, tracks_of
-from ....scenario.plans import planned_tour
+from ....preflight.limits.planned_ways import planned_vehicles
+from ....scenario.planned import route_of
 from ....scenario.scenario import Scenario
-from ....vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 from ..parts import Ways
 
 # Instants so far apart (s), but for missions that would have fewer, or more, than these.
@@ -46,24 +45,10 @@ def _ways(plan: _Plan) -> Ways:
     scenario = plan.scenario
     count = min(max(round(scenario.duration_s / STEP_S) + 1, FEWEST), MOST)
     times = np.linspace(0.0, scenario.duration_s, count)
-    vehicles = _vehicles(scenario)
+    vehicles = planned_vehicles(scenario)
     return Ways(
         times,
         np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),
         np.stack([vehicle.heading_integral(times) for vehicle in vehicles]),
         np.array([scenario.survey.depth(auv) for auv in range(len(vehicles))]),
     )
-
-
-def _vehicles(scenario: Scenario) -> list[SegmentedTrajectory]:
-    route, tracks = route_of(scenario), tracks_of(scenario)
-    if tracks is not None:
-        return [recorded(*track) for track in tracks]
-    depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
-    if route.kind == "hold":
-        places = zip(route.positions_m, depths, strict=True)
-        return [moored(Place(x, y, depth, 0.0)) for (x, y), depth in places]
-    return [
-        kinematic(planned_tour(scenario, auv), speed, depth, scenario.duration_s)
-        for auv, (speed, depth) in enumerate(zip(scenario.auvs.speeds, depths, strict=True))
-    ]

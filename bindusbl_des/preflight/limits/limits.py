@@ -1,0 +1,84 @@
+"""The limits of a scenario: what its medium, its modems and its conflict graph leave possible."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...protocol.bounds.conflict import disjoint_senders
+from ...protocol.bounds.rates import decode_bound, latency_bound, record_bound
+from ...protocol.slots import Slots
+from ...scenario.scenario import Scenario
+from ...scenario.water import sound_speed_of
+from ..round_lengths import rounds_of
+from .groups import Groups, each, groups_of
+from .rates import Rates, rates_of
+from .sights import Floats, Sights
+
+# Frames of more records are not tried in search of the one that carries most of them a second.
+MOST_RECORDS = 1000
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What is possible in a mission; what does not apply to its protocol is None.
+
+    `in_range` (n,) is the share of the time in which some ASV hears each AUV.  An ASV decodes
+    `decodes_hz` pings (1/s) at most whose arrivals may touch, `cleared_hz` if each has `CLEARING_S`
+    to die away.  The downlink carries `records_hz` (1/s) at most, of as many `senders` as may
+    broadcast at once.  A fix takes `latency_s` (s) at least, a mean over AUVs in range.  `rates`
+    are those of :func:`.rates.rates_of`.
+    """
+
+    in_range: Floats
+    groups: Groups | None
+    decodes_hz: float
+    cleared_hz: float
+    records_hz: float | None
+    senders: int
+    latency_s: float | None
+    rates: dict[str, Rates]
+
+
+def limits_of(scenario: Scenario, sights: Sights) -> Limits:
+    """Return what is possible in a mission in which so much is in range."""
+    rounds, protocol = rounds_of(scenario), scenario.protocol
+    slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
+    broadcasts = not protocol.is_passive and protocol.downlink != "direct_reply"
+    senders = _senders(scenario, sights) if broadcasts else 1
+    return Limits(
+        in_range=np.asarray(sights.heard.any(axis=2).mean(axis=0)),
+        groups=None if protocol.is_passive else groups_of(protocol.schedule, sights.heard),
+        decodes_hz=decode_bound(ping, 0.0),
+        cleared_hz=decode_bound(ping),
+        records_hz=senders * _records(slots, scenario.auvs.count) if broadcasts else None,
+        senders=senders,
+        latency_s=_latency(scenario, sights, slots),
+        rates=rates_of(scenario, rounds, sights, senders),
+    )
+
+
+def _records(slots: Slots, auvs: int) -> float:
+    """Return how many records (1/s) one ASV can send, frames having one of each AUV at most."""
+    most = min(auvs, slots.messages.most or auvs, MOST_RECORDS)
+    return record_bound(slots.airtime, range(1, most + 1))
+
+
+def _senders(scenario: Scenario, sights: Sights) -> int:
+    """Return how many ASVs may broadcast at once, at most."""
+    if scenario.protocol.broadcaster != "parallel":
+        return 1
+    return int(each(sights.told, disjoint_senders).max())
+
+
+def _latency(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
+    """Return the least latency (s) of fixes, a mean over AUVs in range; None if none ever is."""
+    near = sights.nearest_m[sights.heard.any(axis=2)]
+    if not near.size:
+        return None
+    away, c, protocol = float(near.mean()), sound_speed_of(scenario), scenario.protocol
+    if protocol.is_passive:
+        return latency_bound(away, slots.ping_duration, 0.0, c)
+    if protocol.downlink == "direct_reply":
+        decoded = slots.ping_duration if protocol.reply_at == "ping_end" else 0.0
+        return latency_bound(away, decoded, away, c)
+    return latency_bound(away, slots.airtime(1) + slots.messages.delay(1), away, c)

@@ -1,0 +1,89 @@
+"""How often AUVs would be fixed if no ping and no frame in range were lost."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from ...protocol.slots import Slots
+from ...scenario.scenario import Scenario
+from ..round_lengths import LENGTHS, Rounds
+from .groups import Ints, groups_made
+from .sights import Floats, Sights
+
+# Whose rates stand beside those of the scenario's own rounds.
+POLICIES = ("sequential", "pipelined_round")
+
+
+@dataclass(frozen=True)
+class Rates:
+    """How often (1/s) each of n AUVs is fixed, (n,), as a mean over the mission."""
+
+    each: Floats
+
+    @property
+    def mean(self) -> float:
+        """The mean of the fleet."""
+        return float(self.each.mean())
+
+    @property
+    def worst(self) -> int:
+        """The number of the AUV with the lowest rate."""
+        return int(self.each.argmin())
+
+    @property
+    def lowest(self) -> float:
+        """The rate of that AUV."""
+        return float(self.each[self.worst])
+
+
+def rates_of(scenario: Scenario, rounds: Rounds, sights: Sights, senders: int) -> dict[str, Rates]:
+    """Return the rates of a scenario's own rounds (`planned`; none where they are not known), of
+    sequential and pipelined ones of its schedule, and with frame behind frame (`back_to_back`).
+
+    `senders` broadcast at once.
+    """
+    protocol, heard = scenario.protocol, sights.heard
+    if protocol.is_passive:
+        length = rounds.length(rounds.most, 0)
+        return {"planned": Rates(np.asarray(heard.sum(axis=2).mean(axis=0) / length))}
+    in_range = np.asarray(heard.any(axis=2), dtype=np.float64)
+    if scenario.acoustics.hf.channel != "disc":  # pings from beyond the range may be decoded
+        in_range[:] = 1.0
+    found: dict[str, Rates] = {}
+    if rounds.frame and rounds.are_known:
+        in_turn = np.full(len(heard), scenario.auvs.count * rounds.period(1, 1))
+        found["planned"] = _shared(in_range, in_turn)
+    groups = groups_made(protocol.schedule, heard)
+    if groups is not None and not rounds.frame:
+        policies = dict.fromkeys((protocol.downlink, *POLICIES))
+        if protocol.downlink == "direct_reply":
+            policies = {"direct_reply": None}
+        for policy in policies:
+            if policy in LENGTHS:
+                name = "planned" if policy == protocol.downlink else policy
+                found[name] = _shared(in_range, _lengths(policy, rounds.slots, groups, in_range))
+    if protocol.downlink != "direct_reply":
+        found["back_to_back"] = _shared(in_range, _airtimes(rounds.slots, in_range, senders))
+    return found
+
+
+def _shared(in_range: Floats, lengths: Floats) -> Rates:
+    """Return the rates of AUVs that are fixed once in each round (k,), s, while in range (k, n)."""
+    return Rates(np.asarray((in_range / lengths[:, np.newaxis]).mean(axis=0)))
+
+
+def _lengths(policy: str, slots: Slots, groups: Ints, in_range: Floats) -> Floats:
+    """Return how long (s) rounds are at each instant (k,), all fixed that are in range."""
+    length = cache(lambda ping_groups, fixes: LENGTHS[policy](slots, ping_groups, fixes))
+    fixes = in_range.sum(axis=1).astype(np.int64).tolist()
+    return np.array([length(*it) for it in zip(groups.tolist(), fixes, strict=True)])
+
+
+def _airtimes(slots: Slots, in_range: Floats, senders: int) -> Floats:
+    """Return how long (s) frames with a fix of all in range are at each instant (k,), if so many
+    ASVs share them evenly.
+    """
+    airtime = cache(slots.airtime)
+    fixes = np.maximum(np.ceil(in_range.sum(axis=1) / senders), 1.0).astype(np.int64)
+    return np.array([airtime(count) for count in fixes.tolist()])

@@ -1,0 +1,128 @@
+"""Limits of scenarios whose geometry is simple enough for sums by hand."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from bindusbl_des import Scenario
+from bindusbl_des.cli import main
+from bindusbl_des.preflight.limits.limits import Limits, limits_of
+from bindusbl_des.preflight.limits.sights import planned_sights
+
+# Two ASVs 200 m apart, which hear 50 m: two AUVs below the one, one below the other, one too far.
+PLACES = [[0.0, 0.0], [10.0, 0.0], [200.0, 0.0], [100.0, 0.0]]
+STATIONS = [[0.0, 0.0], [200.0, 0.0]]
+
+
+def scenario(**changes: dict[str, Any]) -> Scenario:
+    data: dict[str, dict[str, Any]] = {
+        "survey": {"side_m": 500, "depth_m": 30.0},
+        "auvs": {"count": 4, "route": {"kind": "hold", "positions_m": PLACES}},
+        "asvs": {"count": 2, "formation": {"positions_m": STATIONS}},
+    }
+    for section, values in changes.items():
+        data[section] = {**data.get(section, {}), **values}
+    return Scenario.model_validate({"name": "limits", "duration_s": 100.0, **data})
+
+
+def limits(**changes: dict[str, Any]) -> Limits:
+    found = scenario(**changes)
+    return limits_of(found, planned_sights(found))
+
+
+def test_rounds_of_a_fleet_that_holds() -> None:
+    """Two slots of 2.5 t_C and a downlink slot of 10 t_C, t_C = 1/3 s: 5 s for three fixes."""
+    found = limits()
+    assert found.in_range.tolist() == [1.0, 1.0, 1.0, 0.0]
+    assert found.groups is not None
+    assert (found.groups.made, found.groups.fewest, found.groups.clique) == (2.0, (2.0, 2.0), 2.0)
+    assert (found.groups.most_heard, found.groups.reuse) == (2.0, 1.5)
+    assert found.rates["planned"].each == pytest.approx([0.2, 0.2, 0.2, 0.0])
+    assert (found.rates["planned"].worst, found.rates["planned"].lowest) == (3, 0.0)
+    assert found.rates["pipelined_round"].mean == pytest.approx(0.75 * 0.3)
+    assert found.rates["back_to_back"].mean == pytest.approx(0.75 / 0.448)
+
+
+def test_medium_of_a_fleet_that_holds() -> None:
+    """Nearest ASVs are 30, 31.6 and 30 m away; a frame of one fix takes 0.192 s."""
+    found = limits(acoustics={"hf": {"ping_s": 0.02}})
+    assert (found.decodes_hz, found.cleared_hz) == pytest.approx((50.0, 25.0))
+    assert found.records_hz == pytest.approx(4 / 0.576)
+    assert found.latency_s == pytest.approx(0.192 + 2 * 30.54 / 1500, abs=1e-4)
+    assert found.senders == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [
+        ({"downlink": "pipelined_group"}, {"planned", "sequential", "pipelined_round"}),
+        ({"downlink": "pipelined_round"}, {"planned", "sequential"}),
+        ({"schedule": "round_robin"}, {"planned"}),
+    ],
+)
+def test_own_rounds_stand_beside_others(changes: dict[str, Any], names: set[str]) -> None:
+    assert set(limits(protocol=changes).rates) == names | {"back_to_back"}
+
+
+def test_one_auv_a_frame() -> None:
+    """An AUV in range is fixed once in four frames of 6 s."""
+    found = limits(protocol={"schedule": "round_robin", "frame_s": 6.0})
+    assert found.rates["planned"].each == pytest.approx([1 / 24, 1 / 24, 1 / 24, 0.0])
+
+
+def test_answers_need_no_records() -> None:
+    """A direct reply takes ping and way; a round is its two uplink slots."""
+    found = limits(protocol={"downlink": "direct_reply"})
+    assert found.records_hz is None
+    assert set(found.rates) == {"planned"}
+    assert found.rates["planned"].each[0] == pytest.approx(1 / (2 * 2.5 / 3))
+    assert found.latency_s == pytest.approx(0.010 + 2 * 30.54 / 1500, abs=1e-4)
+
+
+def test_passive_auvs_are_fixed_by_each_asv_in_range() -> None:
+    """Two slots in turn, of which each AUV hears one."""
+    found = limits(protocol={"ranging": "passive"})
+    assert (found.groups, found.records_hz) == (None, None)
+    assert found.rates["planned"].each == pytest.approx([0.6, 0.6, 0.6, 0.0])
+    assert found.latency_s == pytest.approx(0.010 + 30.54 / 1500, abs=1e-4)
+
+
+def test_an_asv_that_fails_hears_nobody() -> None:
+    """ASV0 works for the first quarter of the mission, within half of one of 121 looks."""
+    found = limits(asvs={"failures": [{"asv": 0, "at_s": 25.0}]})
+    assert found.in_range == pytest.approx([0.25, 0.25, 1.0, 0.0], abs=0.5 / 121)
+
+
+@pytest.fixture
+def inside_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def timing(data: dict[str, Any], *options: str) -> str:
+    Path("m.yaml").write_text(json.dumps(data))
+    return CliRunner().invoke(main, ["timing", "m.yaml", *options]).stdout
+
+
+@pytest.mark.usefixtures("inside_a_folder")
+def test_timing_tells_limits_and_has_them_as_data() -> None:
+    mission = scenario().model_dump(mode="json")
+    text, data = timing(mission), json.loads(timing(mission, "--json"))
+    assert "in HF range               75.0 % of the time, AUV3 0.0 %" in text
+    assert "slots for all, at least   2.00: chromatic number (clique 2.00, one ASV" in text
+    assert ["these", "rounds", "0.150", "0.000", "(AUV3)", "9", "%"] in map(
+        str.split, text.split("\n")
+    )
+    assert data["limits"]["groups"]["fewest"] == [2.0, 2.0]
+    assert data["limits"]["fix_rates_hz"]["planned"] == pytest.approx([0.2, 0.2, 0.2, 0.0])
+
+
+@pytest.mark.usefixtures("inside_a_folder")
+def test_limits_of_a_plug_in_that_is_not_loaded_are_not_guessed() -> None:
+    """Where AUVs go only their own route knows."""
+    mission = scenario().model_dump(mode="json")
+    mission["auvs"]["route"] = {"kind": "somebodys:route"}
+    assert "which only the plug-in knows" in timing(mission)
+    assert json.loads(timing(mission, "--json"))["limits"] is None
