@@ -79,7 +79,6 @@ def test_code_is_found_again(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_code_that_is_kept_runs_without_what_compiles() -> None:
     """A new process runs kept code before numba has loaded its equations, and compiles after it."""
-    hits()
     Path("new.py").write_text("""
 import sys
 import numpy as np
@@ -93,6 +92,7 @@ def norm(vector):
 assert twice(3.0) == 6.0
 print("numba.np.npyimpl" in sys.modules, norm(np.array([3.0, 4.0])), twice(4))
 """)
+    hits()
     run = subprocess.run([sys.executable, "new.py"], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["False", "5.0", "8.0"]
 
