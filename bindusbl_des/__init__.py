@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .mission.simulation import simulate
     from .planning.outcome import Plan
     from .planning.planning import plan
+    from .preflight.limits.limits import limits
     from .preflight.worth_knowing import cautions
     from .protocol.anchors.view import AnchorView
     from .protocol.broadcasters import BroadcastView
@@ -57,6 +58,7 @@ _HOMES = {
     "downlink_slot": "protocol.slots",
     "formation": "geometry.formation",
     "fuse": "usbl.fusion",
+    "limits": "preflight.limits.limits",
     "load_result": "results.loading",
     "load_scenario": "scenario.files.scenario_file",
     "Mission": "mission.mission",
@@ -104,6 +106,7 @@ __all__ = [
     "downlink_slot",
     "formation",
     "fuse",
+    "limits",
     "load_campaign",
     "load_result",
     "load_scenario",

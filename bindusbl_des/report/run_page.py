@@ -13,6 +13,7 @@ from .calibration import calibration_told
 from .envelope import envelope_made_of
 from .packing import Packer
 from .page import assembled, asset, filled, number, table
+from .possible import possible_told
 from .recording import metrics_of, recording
 from .run_data import run_data
 from .story import Story, short_story, story
@@ -97,6 +98,7 @@ def run_page(result: "Result") -> str:
             calibration=calibration_told(mission),
             envelope=html.escape(envelope_made_of(result.scenario.navigation.filter)),
         )
+        middle += possible_told(mission)
     else:
         middle = Template(asset("summary.html")).substitute(
             story=_told(short_story(metrics_of(result)))

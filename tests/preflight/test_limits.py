@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
+import bindusbl_des
 from bindusbl_des import Scenario
 from bindusbl_des.cli import main
-from bindusbl_des.preflight.limits.limits import Limits, limits_of
-from bindusbl_des.preflight.limits.sights import planned_sights
+from bindusbl_des.preflight.limits.limits import Limits
 
 # Two ASVs 200 m apart, which hear 50 m: two AUVs below the one, one below the other, one too far.
 PLACES = [[0.0, 0.0], [10.0, 0.0], [200.0, 0.0], [100.0, 0.0]]
@@ -29,8 +29,7 @@ def scenario(**changes: dict[str, Any]) -> Scenario:
 
 
 def limits(**changes: dict[str, Any]) -> Limits:
-    found = scenario(**changes)
-    return limits_of(found, planned_sights(found))
+    return bindusbl_des.limits(scenario(**changes))
 
 
 def test_rounds_of_a_fleet_that_holds() -> None:

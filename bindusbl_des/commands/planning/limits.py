@@ -22,11 +22,10 @@ WIDTH = 28
 def planned_limits(scenario: "Scenario") -> "Limits | None":
     """Return the limits of a scenario by its plans; None where only a plug-in knows these."""
     from ...core.plugins import PluginError
-    from ...preflight.limits.limits import limits_of
-    from ...preflight.limits.sights import planned_sights
+    from ...preflight.limits.limits import limits
 
     try:
-        return limits_of(scenario, planned_sights(scenario))
+        return limits(scenario)
     except (PluginError, ValueError):
         return None
 

@@ -12,7 +12,7 @@ from ...scenario.water import sound_speed_of
 from ..round_lengths import rounds_of
 from .groups import Groups, each, groups_of
 from .rates import Rates, rates_of
-from .sights import Floats, Sights
+from .sights import Floats, Sights, planned_sights
 
 # Frames of more records are not tried in search of the one that carries most of them a second.
 MOST_RECORDS = 1000
@@ -37,6 +37,18 @@ class Limits:
     senders: int
     latency_s: float | None
     rates: dict[str, Rates]
+
+
+def limits(scenario: Scenario) -> Limits:
+    """Return what is possible in a mission whose vehicles keep to their plans.
+
+    A ring of stations stands in for ASVs that move.
+
+    Raises:
+        ValueError: when the route cannot be flown.
+        PluginError: when one's own is not allowed, or makes none.
+    """
+    return limits_of(scenario, planned_sights(scenario))
 
 
 def limits_of(scenario: Scenario, sights: Sights) -> Limits:
@@ -75,10 +87,15 @@ def _latency(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
     near = sights.nearest_m[sights.heard.any(axis=2)]
     if not near.size:
         return None
-    away, c, protocol = float(near.mean()), sound_speed_of(scenario), scenario.protocol
+    return least_latency(scenario, slots, float(near.mean()), float(near.mean()))
+
+
+def least_latency(scenario: Scenario, slots: Slots, up_m: float, down_m: float) -> float:
+    """Return the least latency (s) of a fix whose ping travels up and which travels down, m."""
+    c, protocol = sound_speed_of(scenario), scenario.protocol
     if protocol.is_passive:
-        return latency_bound(away, slots.ping_duration, 0.0, c)
+        return latency_bound(0.0, slots.ping_duration, down_m, c)
     if protocol.downlink == "direct_reply":
         decoded = slots.ping_duration if protocol.reply_at == "ping_end" else 0.0
-        return latency_bound(away, decoded, away, c)
-    return latency_bound(away, slots.airtime(1) + slots.messages.delay(1), away, c)
+        return latency_bound(up_m, decoded, down_m, c)
+    return latency_bound(up_m, slots.airtime(1) + slots.messages.delay(1), down_m, c)

@@ -1,0 +1,198 @@
+"""What a mission reached of what was possible: limits of its medium and of its conflict graph."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from html import escape
+
+import numpy as np
+
+from ..preflight.limits.groups import each, groups_of
+from ..preflight.limits.limits import Limits, least_latency, limits_of
+from ..preflight.limits.sights import MOST_PAIRS, Sights, instants, sights
+from ..protocol.bounds.conflict import reuse_bound
+from ..protocol.schedules import is_framed
+from ..protocol.slots import slots_of
+from .page import number
+from .recording import TRUTH, Floats, Recording, Whole
+
+# Of a long mission so many rounds, and fixes, are looked at.
+MOST_ROWS = 400
+
+# When the ways of a fix begin and end.
+ENDS = ("pinged_at_s", "delivered_at_s")
+
+
+@dataclass(frozen=True)
+class Reached:
+    """One limit: its name, what was reached and what was possible (in `unit`, None: not known), and
+    what the limit is.  `least` tells that less would be better.
+    """
+
+    name: str
+    unit: str
+    reached: float | None
+    possible: float | None
+    meaning: str
+    least: bool = False
+
+    @property
+    def share(self) -> float | None:
+        """What was reached / what was possible, 1 at the limit."""
+        if not self.reached or not self.possible:
+            return None if self.possible is None or self.reached is None else 0.0
+        return self.possible / self.reached if self.least else self.reached / self.possible
+
+
+def reached(mission: Recording) -> list[Reached]:
+    """Return how near a mission came to its limits; what does not apply to it is left out."""
+    limits = limits_of(mission.scenario, _sights(mission, instants(mission.scenario)))
+    rows = [*_range(mission), *_rates(mission, limits), *_slots(mission), *_medium(mission, limits)]
+    return [row for row in rows if row.reached is not None and row.possible is not None]
+
+
+def _evenly(mission: Recording, rows: Whole) -> Whole:
+    """Return some of the rows of a table, evenly spread: as many as are looked at."""
+    pairs = mission.scenario.auvs.count * mission.scenario.asvs.count
+    most = max(min(MOST_ROWS, MOST_PAIRS // pairs, len(rows)), 1)
+    return rows[np.linspace(0, max(len(rows) - 1, 0), most).astype(np.int64)]
+
+
+def _sights(mission: Recording, times: Floats) -> Sights:
+    """Return who was within range of whom at instants (k,), s, by the true tracks."""
+    places = np.empty((len(times), len(mission.truth["x_m"]), 3))
+    for axis, name in enumerate(TRUTH[:3]):
+        for vehicle, track in enumerate(mission.truth[name]):
+            places[:, vehicle, axis] = np.interp(times, mission.times, track)
+    return sights(mission.scenario, times, places[:, : mission.auvs], places[:, mission.auvs :])
+
+
+def _range(mission: Recording) -> Iterator[Reached]:
+    """Yield how many pings were in range, and how many of them became fixes that AUVs have."""
+    auvs, duration = mission.metrics.auvs, mission.scenario.duration_s
+    sent, near, fixed = (
+        np.array([row[name] for row in auvs], dtype=np.float64)
+        for name in ("pings", "pings_in_range", "fixes_delivered")
+    )
+    yield Reached("Pings in HF range", "", near.sum(), sent.sum(), "of all that were sent")
+    worst = int(fixed.argmin())
+    for whose, name in ((slice(None), ""), (slice(worst, worst + 1), f", AUV{worst}")):
+        yield Reached(
+            f"Fixes per AUV{name or ', mean'}",
+            "/s",
+            fixed[whose].mean() / duration,
+            near[whose].mean() / duration,
+            "a fix of each ping in range" + (", of the AUV with the fewest" if name else ""),
+        )
+
+
+def _rates(mission: Recording, limits: Limits) -> Iterator[Reached]:
+    """Yield how often AUVs were fixed of what the downlink could carry."""
+    if (best := limits.rates.get("back_to_back")) is None:
+        return
+    rates = np.array([row["fix_rate_hz"] for row in mission.metrics.auvs])
+    meaning = "frame behind frame, with a fix of each AUV in range"
+    yield Reached("Fixes per AUV of the best protocol", "/s", rates.mean(), best.mean, meaning)
+    worst = f"AUV{rates.argmin()} of an even share"
+    yield Reached(worst, "/s", rates.min(), best.mean, "the AUV with the fewest fixes of that")
+
+
+def _slots(mission: Recording) -> Iterator[Reached]:
+    """Yield how few ping groups rounds had, and how many AUVs shared a slot."""
+    protocol, at = (
+        mission.scenario.protocol,
+        _evenly(mission, np.arange(len(mission.rounds["round"]))),
+    )
+    colours = mission.rounds["colours"][at]
+    if protocol.is_passive or is_framed(protocol.schedule) or colours.min() == 0:
+        return
+    seen = _sights(mission, mission.rounds["started_at_s"][at].astype(np.float64))
+    groups = groups_of(protocol.schedule, seen.heard)
+    what = "chromatic number of the conflict graph" if groups.is_exact else "at least: a clique"
+    yield Reached("Ping groups in a round", "", colours.mean(), groups.fewest[0], what, least=True)
+    in_range = seen.heard.any(axis=2).sum(axis=1)
+    yield Reached(
+        "AUVs in range that share a slot",
+        "",
+        float((in_range / colours).mean()),
+        float(each(seen.heard, reuse_bound).mean()),
+        "the fewest of the ASVs, and of the AUVs for each that the busiest ASV hears",
+    )
+
+
+def _medium(mission: Recording, limits: Limits) -> Iterator[Reached]:
+    """Yield how busy receivers and the downlink were, and how late fixes."""
+    scenario, duration = mission.scenario, mission.scenario.duration_s
+    listening = scenario.protocol.listening
+    heard = mission.receptions["outcome"] == "heard"
+    decoded = np.bincount(mission.receptions[listening][heard], minlength=1)
+    who = listening.upper()
+    yield Reached(
+        f"Pings decoded by the busiest {who}",
+        "/s",
+        decoded.max() / duration,
+        limits.decodes_hz,
+        f"arrivals that do not overlap; {limits.cleared_hz:.3g} /s if each has 20 ms to die away",
+    )
+    frames = mission.broadcasts
+    if limits.records_hz is not None:
+        ended = frames["sent_at_s"] + frames["airtime_s"] <= duration
+        at_once = f", {limits.senders} ASVs at once" * (limits.senders > 1)
+        yield Reached(
+            "Records on the downlink",
+            "/s",
+            frames["fixes"][ended].sum() / duration,
+            limits.records_hz,
+            f"frame behind frame, a record of each AUV in each{at_once}",
+        )
+    yield _latency(mission, limits)
+
+
+def _latency(mission: Recording, limits: Limits) -> Reached:
+    """Return how late fixes were, and could have been by the ASVs nearest at ping and delivery."""
+    fixes, scenario = mission.fixes, mission.scenario
+    meaning = "up to the nearest ASV, a frame of one fix, and back"
+    if scenario.protocol.is_passive:
+        meaning = "a ping, and its way from the nearest ASV"
+    elif limits.records_hz is None:
+        meaning = "up to the nearest ASV, and back"
+    arrived = np.flatnonzero(fixes["outcome"] == "delivered")
+    late_s = least_s = None
+    if arrived.size:
+        rows = _evenly(mission, arrived)
+        up, down = (
+            float(
+                _sights(mission, times).nearest_m[np.arange(rows.size), fixes["auv"][rows]].mean()
+            )
+            for times in (fixes[name][rows].astype(np.float64) for name in ENDS)
+        )
+        late_s = float(fixes["latency_s"][rows].astype(np.float64).mean())
+        least_s = least_latency(scenario, slots_of(scenario), up, down)
+    return Reached("Latency, mean", "s", late_s, least_s, meaning, least=True)
+
+
+def possible_told(mission: Recording) -> str:
+    """Return the section of limits as HTML: a row each, with a bar of what was reached of it."""
+    lines = "".join(map(_line, reached(mission)))
+    headings = "".join(
+        f'<th scope="col">{name}</th>' for name in ("Limit", "reached", "possible", "share")
+    )
+    return (
+        '<section id="possible"><h2>Reached of what was possible</h2>'
+        '<div class="scroll" tabindex="0" role="region" aria-label="Limits and what was reached">'
+        f'<table class="limits"><thead><tr>{headings}</tr></thead><tbody>{lines}</tbody></table>'
+        '</div><p class="note">The whole bar is the limit. Who is in range is counted where '
+        "the vehicles truly were, for ping groups as rounds began.</p></section>"
+    )
+
+
+def _line(row: Reached) -> str:
+    shown = partial(number, digits=0 if row.unit == "" and (row.possible or 0) > 100 else 2)
+    share, unit = row.share or 0.0, f" {row.unit}" if row.unit else ""
+    return (
+        f'<tr><th scope="row">{escape(row.name)}<small>{escape(row.meaning)}</small></th>'
+        f"<td>{shown(row.reached)}{unit}</td><td>{shown(row.possible)}{unit}</td>"
+        f'<td><span>{100 * share:.0f} %</span><svg viewBox="0 0 100 8" preserveAspectRatio="none" '
+        f'aria-hidden="true"><rect class="whole" width="100" height="8"/>'
+        f'<rect width="{100 * min(share, 1.0):.1f}" height="8"/></svg></td></tr>'
+    )

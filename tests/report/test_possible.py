@@ -1,0 +1,84 @@
+"""What was reached of what was possible: never more, whatever the scenario."""
+
+import random
+from typing import Any
+
+import pytest
+from worlds import scenario, still
+
+from bindusbl_des import Scenario, simulate
+from bindusbl_des.report.possible import Reached, reached
+from bindusbl_des.report.recording import recording
+from bindusbl_des.report.run_page import run_page
+from bindusbl_des.scenario.families import BROADCASTERS, DOWNLINKS, RANGINGS, SCHEDULES
+
+
+def found(mission: Scenario, seed: int = 0) -> dict[str, Reached]:
+    return {row.name: row for row in reached(recording(simulate(mission, seed=seed)))}
+
+
+def test_a_fleet_below_one_asv() -> None:
+    """Three AUVs in three slots of 3 ticks, and a downlink slot of 15: all fixed every 0.8 s."""
+    rows = found(still(3, duration_s=80.0))
+    assert rows["Pings in HF range"].share == 1.0
+    assert rows["Fixes per AUV, mean"].reached == pytest.approx(1.25, abs=0.02)
+    assert rows["Fixes per AUV of the best protocol"].possible == pytest.approx(1 / 0.448)
+    groups = rows["Ping groups in a round"]
+    assert (groups.reached, groups.possible, groups.share) == (3.0, 3.0, 1.0)
+    assert rows["AUVs in range that share a slot"].share == 1.0
+    assert rows["Pings decoded by the busiest ASV"].reached == pytest.approx(3.75, abs=0.05)
+    assert rows["Records on the downlink"].possible == pytest.approx(3 / 0.448)
+    latency = rows["Latency, mean"]
+    assert latency.possible == pytest.approx(0.192 + 2 * 22.36 / 1500, abs=1e-3)
+    assert latency.share == pytest.approx(latency.possible / latency.reached)
+
+
+def test_the_page_shows_each_limit_with_a_bar() -> None:
+    mission = still(3, duration_s=20.0)
+    page = run_page(simulate(mission, seed=0))
+    section = page.split('<section id="possible">')[1].split("</section>")[0]
+    for name in found(mission):
+        assert f'<th scope="row">{name}<small>' in section
+    assert section.count("<svg") == len(found(mission))
+
+
+def test_a_mission_without_any_fix_has_its_limits_too() -> None:
+    rows = found(still(2, at=400.0, duration_s=10.0))
+    assert rows["Pings in HF range"].share == 0.0
+    assert "Latency, mean" not in rows
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_nothing_is_reached_above_its_limit(seed: int) -> None:
+    """Fleets, surveys and protocols drawn at random; a round under way at the end counts whole."""
+    draw = random.Random(seed)
+    auvs, asvs = draw.randint(1, 7), draw.randint(1, 4)
+    protocol: dict[str, Any] = {
+        "schedule": draw.choice(SCHEDULES),
+        "downlink": draw.choice(DOWNLINKS),
+        "broadcaster": draw.choice(BROADCASTERS),
+        "ranging": draw.choice((*RANGINGS, "owtt_sync")),
+        "frame_s": draw.choice((0.5, 1.0, 3.0)),
+        "tick_rate_hz": draw.choice((None, 30.0)),
+    }
+    if draw.random() < 0.5:
+        protocol |= {"uplink_guard_s": 0.0, "shortest_uplink_slot_s": 0.0}
+        protocol |= {"downlink_guard_s": 0.0, "shortest_downlink_slot_s": 0.0}
+    mission = scenario(
+        duration_s=draw.choice((20.0, 60.0)),
+        survey={"side_m": draw.choice((40, 100, 140)), "depth_m": draw.choice((2.0, 10.0))},
+        auvs={"count": auvs, "speed_m_per_s": draw.choice((0.6, 1.5)), "turning_radius_m": 2},
+        asvs={"count": asvs},
+        acoustics={
+            "hf": {"range_m": draw.choice((30.0, 50.0)), "ping_s": draw.choice((0.005, 0.05))},
+            "mf": {"payload_bytes": draw.choice((None, 24, 60))},
+            "loss": {"law": draw.choice(("paper", "none"))},
+        },
+        protocol=protocol,
+    )
+    result = simulate(mission, seed=seed)
+    rounds = len(result.tables["rounds"])
+    for row in reached(recording(result)):
+        slack = 0.0 if row.least or row.unit == "" else 1.0 / rounds
+        assert row.share is not None
+        assert row.share <= 1.0 + slack + 1e-3, (row, protocol)
