@@ -133,7 +133,7 @@ def spread(
         line, auv = pings[ping], group[number]
         line.ping, line.round, line.slot, line.auv = ping, round_number, slot, auv
         line.asv = NONE
-        line.sent_at_s = time
+        line.sent_at_s, line.waited_s = time, nan
         line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
         line.called_at_s, line.called_by = call.called_at_s, call.called_by
         line.call, line.call_time_s = call.call, call.call_time_s

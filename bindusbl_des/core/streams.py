@@ -41,6 +41,8 @@ class Purpose(IntEnum):
     OUTLIER = 24
     HEADING = 30
     SCALE_FACTOR = 31
+    PACKET = 40
+    BACKOFF = 41
 
 
 class Streams:

@@ -9,8 +9,10 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
 from ..results.round_timeline import uplink_slots
+from ..scenario.families import is_random
 from ..scenario.water import sound_speed_of
 from .astray import wrong
+from .at_random import why_broadcast
 from .chain import Part, Step
 from .failing import failed, frame_cut
 from .numbers import compared, place, rows_where
@@ -121,6 +123,8 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
     policy = result.scenario.protocol.downlink
     if is_plugin(policy):
         return f"{policy.told}: the plug-in decided to broadcast now"
+    if is_random(result.scenario):
+        return why_broadcast(result, fix, frame, known_at(result, fix))
     slots = uplink_slots(result, fix["round"])
     slot = row_slot(result, fix) if policy == "pipelined_group" else len(slots) - 1
     if int(frame["round"]) != int(fix["round"]) and policy == "sequential":

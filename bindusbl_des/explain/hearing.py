@@ -12,7 +12,9 @@ from ..acoustics.loss import COMBINERS, LOSS_LAWS, range_loss
 from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
+from ..scenario.families import is_random
 from ..scenario.water import sound_speed_of
+from .at_random import sending_at_random
 from .by_channel import audible, decided_by_channel, levels, loss_by_channel
 from .chain import Step
 from .failing import failed, failed_while, had_failed
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
 
 def sending(result: "Result", ping: Any) -> Iterator[Step]:
     """Yield the round, the call where there is one, and the ping."""
+    if is_random(result.scenario):
+        yield from sending_at_random(result, ping)
+        return
     protocol = result.scenario.protocol
     row = row_of(result, "rounds", "round", ping["round"])
     yield Step(

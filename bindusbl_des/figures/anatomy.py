@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from ..core.palette import ALARM, INK, MF
 from ..protocol.slots import slots_of
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
+from ..scenario.families import is_random
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
@@ -54,7 +55,8 @@ def anatomy(result: "Result", width: float, number: int | None = None) -> Figure
     _annotate_round(whole, result, number)
     _annotate_slot(slot, result, number)
     whole.set(xlabel="time (s)", ylim=(len(rows) - 0.5, -3.4))
-    slot.set(xlabel="time since the first slot began (ms)", ylim=(len(rows) - 0.5, -2.1))
+    first = "first ping" if is_random(scenario) else "first slot"
+    slot.set(xlabel=f"time since the {first} began (ms)", ylim=(len(rows) - 0.5, -2.1))
     whole.set_title(shortened(f"{scenario.name}, seed {result.seed}: round {number}", figure, 0.9))
     legend_below(figure, _handles())
     return figure
@@ -126,7 +128,8 @@ def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
     for index, span in enumerate(uplinks):
         axes.axvspan(span.start, span.end, color="#dfe5ea", alpha=0.5 if index % 2 else 1, lw=0,
                      zorder=0)  # fmt: skip
-        _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms")
+        if not is_random(result.scenario):
+            _bracket(axes, span, -1.2, rf"$T_{{UL}}$ {1e3 * span.length:.0f} ms")
     for span in downlinks:
         axes.axvspan(span.start, span.end, color="#fbefd0", lw=0, zorder=0)
         _bracket(axes, span, -1.2, rf"$T_{{DL}}$ {1e3 * span.length:.0f} ms")
@@ -138,11 +141,11 @@ def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
 
 def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
     """Mark ping, longest way and guard of the first slot; show it in ms since its beginning."""
-    slots, first = slots_of(result.scenario), uplink_slots(result, number)[0]
+    slots, first = slots_of(result.scenario), _first_slot(result, number)
     parts = (
         (slots.ping_duration, "$T_P$"),
         (slots.longest_travel_time, r"$\tau_{OT,max}$"),
-        (slots.uplink_guard, "$T_G$"),
+        *([] if is_random(result.scenario) else [(slots.uplink_guard, "$T_G$")]),
     )
     until = first.start
     axes.set_xlim(until, until + 1.05 * sum(length for length, _ in parts))
@@ -152,6 +155,16 @@ def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
         until = span.end
         axes.axvline(until, color=INK, lw=0.4, ls=":")
     axes.xaxis.set_major_formatter(lambda time, _: f"{1e3 * (time - first.start):.0f}")
+
+
+def _first_slot(result: "Result", number: int) -> Span:
+    """Return the first slot of a round; with random access what follows its first ping."""
+    cycle = uplink_slots(result, number)[0]
+    pings = result.tables["pings"]
+    sent = pings.sent_at_s[pings["round"] == number]
+    if is_random(result.scenario) and len(sent):
+        return Span(float(sent.min()), cycle.end)
+    return cycle
 
 
 def _bracket(axes: Axes, span: Span, y: float, text: str) -> None:

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 
 from ..core.palette import ALARM, HF, INK, MF
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
+from ..scenario.families import is_random
 from .style import colour_of, fits, legend_below, names, new_figure, shortened
 
 if TYPE_CHECKING:
@@ -91,7 +92,8 @@ def _name_owners(axes: Axes, result: "Result", number: int) -> None:
     own, who = pings[pings["round"] == number], result.scenario.protocol.pinging
     for slot, span in enumerate(uplink_slots(result, number)):
         group = [str(name)[3:] for name in own[who][own.slot == slot]]
-        text = " ".join(group) if len(group) <= 4 else f"{len(group)} AUVs"
+        many = "pings" if is_random(result.scenario) else "AUVs"
+        text = " ".join(group) if len(group) <= 4 else f"{len(group)} {many}"
         _name_owner(axes, span, 0, text)
     for frame in broadcasts_of(result, number).itertuples():
         if frame.airtime_s > 0:

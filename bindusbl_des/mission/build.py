@@ -10,6 +10,8 @@ from ..acoustics.channels import hf_channel, loss_of, mf_channel, timing_sd_of
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator
+from ..protocol.access.named import access_of
+from ..protocol.access.serving import serve_at_random
 from ..protocol.broadcasters import broadcaster_named
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.hf.uplink import Uplink
@@ -23,6 +25,7 @@ from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
 from ..records.recorder import Levers, Recorder
 from ..scenario.failing import failures_of
+from ..scenario.families import is_random
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
@@ -77,7 +80,13 @@ def build_world(
     if anchors is not None:
         known = None if scenario.protocol.is_passive else record.fixes
         env.process(anchors.keep_placing(env, known))
-    env.process(take_turns(network) if isinstance(network, PassiveNetwork) else serve(network))
+    if isinstance(network, PassiveNetwork):
+        env.process(take_turns(network))
+    elif is_random(scenario):
+        access = access_of(scenario, streams, auvs, network.uplink.band, hf_channel(scenario))
+        env.process(serve_at_random(network, access))
+    else:
+        env.process(serve(network))
     return World(scenario, auvs, asvs, reckoning, navigator, network, record, streams)
 
 

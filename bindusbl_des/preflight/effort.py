@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ..navigation.belief import STATES
 from ..navigation.navigators import REMEMBERED
+from ..scenario.families import is_random
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of, lanes_heading
 from ..usbl.instrument import NOISE_WIDTH
 from ..vehicles.currents import CONTROL_S
+from .offered_load import offered
 from .round_lengths import Rounds, rounds_of
 
 # Where Linux says how much memory a container may take (bytes).
@@ -215,10 +217,35 @@ def _passive(scenario: Scenario) -> dict[str, float]:
     }
 
 
+def _random(scenario: Scenario) -> dict[str, float]:
+    """Return what :func:`_protocol` does where AUVs ping as they like."""
+    auvs, asvs, load = scenario.auvs.count, scenario.asvs.count, offered(scenario)
+    heard, duration = _heard(scenario), scenario.duration_s
+    share = min(float(heard.sum()) / auvs, asvs)
+    pings = duration * load.pings_per_s
+    fixes = duration * load.fixes_per_s * min(share, 1.0)
+    rounds = rounds_of(scenario)
+    cycles = min(fixes, duration / rounds.period(0, 1)) if rounds.policy == "sequential" else 0.0
+    met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
+    return {
+        "rounds": math.ceil(cycles) + 1,
+        "pings": pings,
+        "ways": pings * asvs,
+        "receptions": pings * (asvs if scenario.record.detail == "full" else share),
+        "fixes": fixes,
+        "edges": 0.0,
+        "choices": 0.0,
+        "pairs": float(auvs * asvs),
+        "noises": met,
+    }
+
+
 def _protocol(scenario: Scenario) -> dict[str, float]:
     """Return how many rounds, pings, receptions and fixes there will be, and edges of graphs."""
     if scenario.protocol.is_passive:
         return _passive(scenario)
+    if is_random(scenario):
+        return _random(scenario)
     auvs, asvs, rounds = scenario.auvs.count, scenario.asvs.count, rounds_of(scenario)
     heard = _heard(scenario)
     crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..core.wording import plain
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
-from ..scenario.families import SCHEDULES
+from ..scenario.families import RANDOM_ACCESS, SCHEDULES
 from ..scenario.key_types import Part
 from ..scenario.places.on_earth import lacks_depths
 from ..scenario.scenario import Scenario
@@ -17,7 +17,7 @@ from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoic
 from .idle import GIVEN, OWN, Idle
 from .idle_instruments import INSTRUMENTS
 
-UNFRAMED = tuple(name for name in SCHEDULES if name not in FRAMED_SCHEDULES)
+UNFRAMED = tuple(name for name in SCHEDULES if name not in (*FRAMED_SCHEDULES, *RANDOM_ACCESS))
 WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
 BROADCASTS = (
     "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
@@ -115,6 +115,17 @@ RULES = (
         ("protocol.positions",),
         "an AUV has its slot to itself wherever it is believed to be",
         "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"protocol.schedule": RANDOM_ACCESS},
+        ("protocol.positions",),
+        "AUVs ping as they like, wherever they are believed to be",
+        "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"protocol.schedule": ("aloha", "csma")},
+        ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
+        "AUVs ping as they like, in no slots",
     ),
     Idle(
         {"acoustics.mf.airtimes": GIVEN},

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from ..protocol.schedules import is_framed
 from ..protocol.slots import Slots, slots_of
+from ..scenario.families import is_random
 from ..scenario.scenario import Scenario
 
 
@@ -51,6 +52,7 @@ LENGTHS: Mapping[str, Callable[[Slots, int, int], float]] = {
 class Rounds:
     """The rounds of a protocol: their slots and policy, and which ping groups they may have.
 
+    With random access there are none: one of no groups is a cycle of the downlink, at its shortest.
     They have `fewest` to `most` groups, together of `auvs` AUVs.  A schedule with frames (`frame`
     in s, else 0) begins each round with a frame.  How long those of a policy of one's own last,
     only it knows; where a number is needed, they are taken for sequential ones.  Passive ranging,
@@ -84,6 +86,10 @@ def rounds_of(scenario: Scenario) -> Rounds:
     slots = slots_of(scenario)
     if protocol.is_passive:
         return Rounds(slots, "passive", scenario.asvs.count, scenario.asvs.count, count, 0.0)
+    if is_random(scenario):
+        replies = protocol.downlink == "direct_reply"
+        policy = protocol.downlink if replies else "sequential"
+        return Rounds(slots, policy, 0, 0, count, 0.0)
     if is_framed(protocol.schedule):
         return Rounds(slots, protocol.downlink, 1, 1, 1, protocol.frame_s)
     fewest = count if protocol.schedule == "one_per_slot" else 1

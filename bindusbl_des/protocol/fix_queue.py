@@ -62,6 +62,10 @@ class FixQueue:
     def expect(self, pings: range) -> None:
         """Wait until pings have passed every ASV in range, which measure them together."""
 
+    def has_fix(self, time: float) -> bool:
+        """Tell whether a fix waits, of pings that have been heard by an instant (s)."""
+        return self._uplink.decide_passed(time).stop > self._waiting
+
     def take(self, time: float) -> FixBatch:
         """Return the fixes of pings that have been heard by an instant (s), the oldest first."""
         first, end = self._waiting, self._uplink.decide_passed(time).stop

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..core.plugins import PluginError, asked, is_whole, loaded, shown
 from ..core.wording import shortened
 from ..scenario.consistency import FRAMED_SCHEDULES
-from ..scenario.families import SCHEDULE
+from ..scenario.families import RANDOM_ACCESS, SCHEDULE
 from ..scenario.part_settings import own_part, shipped_part
 from .colouring import dsatur_groups, greedy_groups
 from .conflicts import Hearing, conflict_graph
@@ -90,6 +90,11 @@ SCHEDULES: dict[str, Schedule] = {
 }
 
 
+def nobody(view: View) -> Groups:
+    """Give nobody a slot: with random access AUVs ping as they like (:mod:`.access`)."""
+    return []
+
+
 def is_framed(name: str) -> bool:
     """Tell whether the rounds of a schedule start on frames; one not loaded yet is not asked."""
     own = loaded(name)
@@ -104,6 +109,8 @@ def schedule_named(name: str) -> Schedule:
     Raises:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
+    if name in RANDOM_ACCESS:
+        return nobody
     if name in SCHEDULES:
         return shipped_part(SCHEDULE, name, SCHEDULES[name])
     return OwnSchedule(name, own_part(SCHEDULE, name))

@@ -30,14 +30,17 @@ HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 class Round:
     """One round: every AUV has had its turn to ping, and the fixes have been broadcast.
 
-    With passive ranging every ASV has had its turn, and AUVs have fixed themselves.
+    With passive ranging every ASV has had its turn, and AUVs have fixed themselves.  With random
+    access (aloha, slotted_aloha, csma) it is a cycle of the downlink: AUVs ping as they like.
     """
 
     round: int = column("1", "number of the round")
-    started_at_s: float = column("s", "start of the first uplink slot")
-    colours: int = column("1", "ping groups of the round (passive: ASVs)")
+    started_at_s: float = column("s", "start of the first uplink slot (random access: MF is free)")
+    colours: int = column("1", "ping groups of the round (passive: ASVs; random access: 0)")
     conflicts: int = column("1", "pairs of AUVs that some ASV hears both of; passive: 0")
-    uplink_s: float | None = column("s", "duration of all uplink slots", None)
+    uplink_s: float | None = column(
+        "s", "duration of all uplink slots (random access: until its broadcast)", None
+    )
     downlink_s: float | None = column("s", "duration of the downlink slots", None)
     fixes: int = column("1", "fixes broadcast (passive: made of its pings)", 0)
 
@@ -69,6 +72,9 @@ class Ping:
         None,
     )  # fmt: skip
     asv: int | None = column("", "ASV that pinged (passive)", None)
+    waited_s: float | None = column(
+        "s", "how long its AUV has held back, hearing pings; 0 if it heard none (csma)", None
+    )
 
 
 @dataclass(slots=True)

@@ -12,6 +12,7 @@ import numpy as np
 from ..core.wording import counted
 from ..explain.numbers import out_of_range
 from ..results.effects import harm_told
+from ..scenario.families import is_random
 from .advised import advised
 from .losses import broadcast_distances, loss_by_listeners
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording
@@ -217,6 +218,12 @@ def _collisions(mission: Recording) -> list[str]:
     if mission.scenario.protocol.is_passive:
         return [
             f"<b>Collisions:</b> {counted(collided, 'reception')} overlapped another at an AUV."
+        ]
+    if is_random(mission.scenario):
+        return [
+            f"<b>Collisions:</b> {counted(collided, 'ping')} of {len(mission.fate)} overlapped "
+            f"another at an ASV and were decoded by none: AUVs ping as they like "
+            f"({escape(schedule)})."
         ]
     return [
         f"<b>Collisions:</b> {counted(collided, 'ping')} overlapped another at an ASV and were "

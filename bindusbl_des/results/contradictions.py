@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, OUTCOMES
 from ..records.worst import WORST_IS_LARGEST
+from ..scenario.families import is_random
 from ..scenario.scenario import Scenario
 from .arrow import numpy_array
 from .parquet import Words
@@ -191,7 +192,10 @@ def _pings(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     sender, other = ("asv", "auv") if scenario.protocol.is_passive else ("auv", "asv")
     if pings[sender].null_count or pings[other].null_count != len(pings):
         yield f"has pings of no {sender.upper()}, or of an {other.upper()}"
-    if (_whole(pings, "slot") >= _whole(rounds, "colours")[_whole(pings, "round")]).any():
+    slots = _whole(rounds, "colours")[_whole(pings, "round")]
+    if is_random(scenario):  # all are in the one slot that there is
+        slots = np.maximum(slots, 1)
+    if (_whole(pings, "slot") >= slots).any():
         yield "has slots that its rounds have not"
 
 

@@ -1,10 +1,12 @@
 """The timeline of one round: its slots, its frames, and what each of their parts is for."""
 
 from dataclasses import dataclass
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
+from ..scenario.families import is_random
 
 if TYPE_CHECKING:
     from .result import Result
@@ -26,11 +28,14 @@ class Span:
 def uplink_slots(result: "Result", number: int) -> list[Span]:
     """Return the uplink slots of a round, one for each of its ping groups.
 
-    A slot begins with its first ping, or call (twtt), whenever the downlink let it; one in which
+    With random access there is one, the whole cycle of the downlink: AUVs ping as they like.  Else
+    a slot begins with its first ping, or call (twtt), whenever the downlink let it; one in which
     nobody has pinged, as the one before it ends.
     """
     rounds = result.tables["rounds"]
     row: Any = rounds[rounds["round"] == number].iloc[0]
+    if is_random(result.scenario):
+        return [_cycle(result, row)]
     slots, starts = slots_of(result.scenario), _first_pings(result, number)
     length = slots.uplink_slot
     if is_plugin(result.scenario.protocol.ranging):  # only it knew, and it is not asked here
@@ -42,6 +47,14 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
         ends = slots.clock.after(start, length)
         spans.append(Span(start, ends))
     return spans
+
+
+def _cycle(result: "Result", row: Any) -> Span:
+    """Return the cycle of a round (random access); the last lasts to the end of the mission."""
+    begins, ends = float(row.started_at_s), float(result.scenario.duration_s)
+    if isnan(row.uplink_s) or isnan(row.downlink_s):
+        return Span(begins, ends)
+    return Span(begins, min(begins + float(row.uplink_s + row.downlink_s), ends))
 
 
 def _first_pings(result: "Result", number: int) -> dict[int, float]:

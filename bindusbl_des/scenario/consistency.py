@@ -16,6 +16,7 @@ from .instruments.agreement import contradictions
 from .part_settings import shipped_mistakes
 from .places.checks import misplaced
 from .places.on_earth import origin_of, positioned
+from .protocols.agreement import disagreements
 from .scenario_keys import ScenarioKeys
 from .sections.anchors import AsvTrack, Follow, Moving, Placed
 from .sections.environment import Environment
@@ -58,7 +59,7 @@ def problems(scenario: ScenarioKeys) -> list[Problem]:
         *(Problem(*found) for found in untenable(scenario)),
         *_anchors(scenario),
         *_parts(scenario),
-        *_protocol(scenario),
+        *(Problem(*found) for found in disagreements(scenario)),
         *_channels(scenario),
         *_messages(scenario),
         *(Problem(*it) for it in contradictions(scenario)),
@@ -278,16 +279,6 @@ def _parts(scenario: ScenarioKeys) -> Iterator[Problem]:
                 f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
                 f"{', '.join(family.siblings)}, or your own as module:object)",
             )
-
-
-def _protocol(scenario: ScenarioKeys) -> Iterator[Problem]:
-    asv, count = scenario.protocol.broadcaster.settings.get("asv"), scenario.asvs.count
-    if scenario.protocol.broadcaster == "fixed" and isinstance(asv, int) and asv >= count:
-        yield Problem(
-            "protocol.broadcaster.asv",
-            f"there is no ASV{asv}: {count} ASVs are numbered from 0; use at most {count - 1}",
-            ("asvs.count",),
-        )
 
 
 def _channels(scenario: ScenarioKeys) -> Iterator[Problem]:

@@ -17,7 +17,12 @@ from .part_settings import Settings, own_mistakes
 from .scenario_keys import ScenarioKeys
 from .vehicle_choice import AsvVehicle, AuvVehicle
 
-SCHEDULES = ("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random")
+# AUVs ping as they like, in no slots that the fleet gives them.
+RANDOM_ACCESS = ("aloha", "slotted_aloha", "csma")
+SCHEDULES = (
+    *("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random"),
+    *RANDOM_ACCESS,
+)
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
 BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
 FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
@@ -69,13 +74,30 @@ class Smoothing(Kalman):
     )
 
 
+class CarrierSense(Settings):
+    """The settings of the schedule `csma`."""
+
+    window: Whole = key(
+        10, "1", "an AUV holds back for 0 to window - 1 slots, drawn by lot", ge=1, le=1_000_000
+    )
+    slot_s: Real | None = key(
+        None,
+        "s",
+        "such a slot; null = a ping and its longest way, until all in range have heard it",
+        gt=0,
+        le=3600,
+    )
+
+
 class Fixed(Settings):
     """The settings of the broadcaster `fixed`."""
 
     asv: Whole = key(0, "1", "number of the ASV that always broadcasts", ge=0, le=9_999)
 
 
-SCHEDULE = Family("protocol.schedule", "schedule", SCHEDULES, ("view",))
+SCHEDULE = Family(
+    "protocol.schedule", "schedule", SCHEDULES, ("view",), settings={"csma": CarrierSense}
+)
 DOWNLINK = Family("protocol.downlink", "downlink", DOWNLINKS, ("network", "turn", "time"))
 BROADCASTER = Family(
     "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
@@ -104,6 +126,11 @@ FAMILIES = (
     *(SCHEDULE, DOWNLINK, BROADCASTER, RANGING, CHANNEL, MF_CHANNEL, INSTRUMENT, NAVIGATOR),
     *(PLACEMENT, ROUTE, AUV, ASV),
 )
+
+
+def is_random(scenario: ScenarioKeys) -> bool:
+    """Tell whether AUVs ping as they like: nobody gives them slots, and no round waits for them."""
+    return scenario.protocol.schedule in RANDOM_ACCESS and not scenario.protocol.is_passive
 
 
 def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family, PartChoice]]:

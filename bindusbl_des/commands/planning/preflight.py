@@ -1,6 +1,7 @@
 """Commands for planners, who run no mission: timing and coverage."""
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from ..console import (
 )
 from ..options import json_option, plugins_option, scenario_argument, set_option
 from .limits import limits_data, limits_told, planned_limits
+from .random_timing import cycles_told, load_told
 
 if TYPE_CHECKING:
     from ...preflight.round_lengths import Rounds
@@ -89,9 +91,17 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
 
 def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
+    from ...scenario.families import is_random
+
     policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
     if scenario.protocol.is_passive:
         yield from _passive(rounds)
+        return
+    if is_random(scenario):
+        from ...preflight.offered_load import offered
+
+        yield from load_told(scenario, offered(scenario, rounds.slots))
+        yield from cycles_told(rounds, _shown(1, rounds.auvs))
         return
     if not rounds.are_known:
         yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
@@ -172,6 +182,8 @@ def _messages(slots: "Slots") -> Iterator[str]:
 
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
+    from ...preflight.offered_load import offered
+    from ...scenario.families import is_random
     from ...scenario.survey_area import area_of
 
     slots, protocol = rounds.slots, scenario.protocol
@@ -181,6 +193,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         {"groups": groups, "fixes": fixes, "round_s": rounds.length(groups, fixes),
          "period_s": rounds.period(groups, fixes)}
         for fixes in ([0] if answered else _shown(0, most))
+        if fixes or rounds.most  # with random access nothing is broadcast in vain
         for groups in (
             _shown(rounds.fewest, rounds.most) if answered
             else sorted({rounds.fewest, rounds.most})
@@ -202,6 +215,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "most_fixes": slots.messages.most,
         "processing_s": slots.messages.delay(slots.messages.most or 0),
         "frame_s": rounds.frame or None,
+        "access": asdict(offered(scenario, slots)) if is_random(scenario) else None,
         "rounds": rows if rounds.are_known else None,
     }
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
 from .gathering.instruments import lasting_of, navigator_of
 from .gathering.medium import access_of, slots_of
@@ -56,8 +57,14 @@ def inputs_of(scenario: Scenario) -> Inputs:
     What does not depend on the placement of the ASVs is worked out once for all that differ in it.
 
     Raises:
-        ValueError: when the route cannot be flown, or the file of a channel cannot be read.
+        ValueError: when the route cannot be flown, the file of a channel cannot be read, or AUVs
+            ping as they like, in no rounds.
     """
+    if is_random(scenario):
+        raise ValueError(
+            f"protocol.schedule: {scenario.protocol.schedule} has no rounds to predict errors by; "
+            "simulate it, or use a schedule with slots"
+        )
     return Inputs(
         float(scenario.duration_s),
         ways_of(scenario),

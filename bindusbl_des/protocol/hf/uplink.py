@@ -177,10 +177,12 @@ class Uplink:
         group: Sequence[int],
         time: float,
         called: Rows = NO_CALL,
+        waited: float | None = None,
     ) -> range:
         """Let AUVs ping now, at `time` (s); return their pings.
 
-        What became of a call that they answer, or should have, tells `called` (1,).
+        What became of a call that they answer, or should have, tells `called` (1,); how long (s)
+        they have held back, `waited`.
         """
         pings, receptions = self._record.pings, self._record.receptions
         first, count = pings.count, len(group)
@@ -195,6 +197,8 @@ class Uplink:
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         pings.count = first + count
+        if waited is not None:
+            pings.rows["waited_s"][first:] = waited
         if self._echoes is not None:
             self._echo(group, first, row, self._echoes)
         elif self._bending is not None:

@@ -41,7 +41,7 @@ def radiate(
     line.ping, line.round, line.slot, line.auv, line.asv = ping, round_number, slot, NONE, asv
     line.sent_at_s = time
     line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
-    line.called_at_s = line.call_time_s = float("nan")
+    line.called_at_s = line.call_time_s = line.waited_s = float("nan")
     line.called_by = line.call = NONE
     line.first, line.in_range_of, line.heard_by, line.calls = row, 0, 0, 0
     last = longest = 0.0

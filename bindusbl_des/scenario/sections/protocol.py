@@ -33,7 +33,8 @@ class Protocol(Part):
     frame_s: Real = key(
         1.0,
         "s",
-        "frame of one AUV (round_robin, random)",
+        "frame of one AUV (round_robin, random); mean interval between pings that each AUV has "
+        "to send (aloha, slotted_aloha, csma)",
         "sec:baseline (1 fix/s)",
         ge=0.001,
         le=1e6,

@@ -1,0 +1,49 @@
+"""What `timing` tells of random access: the load that AUVs offer, and cycles of the downlink."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ...preflight.offered_load import OfferedLoad
+    from ...preflight.round_lengths import Rounds
+    from ...scenario.scenario import Scenario
+
+
+def load_told(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
+    """Yield how often AUVs ping, and how many of these pings meet no other."""
+    protocol = scenario.protocol
+    yield (
+        f"{protocol.schedule.told}: each AUV has something to send every {protocol.frame_s:g} s on "
+        "average, at Poisson instants."
+    )
+    unit = "slots" if protocol.schedule == "slotted_aloha" else "pings"
+    yield f"{'offered load G':<22}{load.load:>10.3f} {unit} of {1e3 * load.lasts_s:.3f} ms"
+    yield f"{'pings of all AUVs':<22}{load.pings_per_s:>10.3f} per s, before any is held back"
+    if load.success is not None:
+        yield f"{'meet no other':<22}{100 * load.success:>10.1f} % at an ASV that hears all AUVs"
+        throughput = load.load * load.success
+        yield f"{'throughput S':<22}{throughput:>10.3f} {unit} clear, per {unit[:-1]}'s length"
+    else:
+        assert load.window is not None
+        assert load.slot_s is not None
+        most = load.window - 1
+        yield (
+            f"{'held back':<22}{f'0 to {most}':>10} slots of {1e3 * load.slot_s:.3f} ms, at most "
+            f"{most * load.slot_s:.3f} s in quiet, by who hears another AUV"
+        )
+
+
+def cycles_told(rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
+    """Yield how long MF is taken by a broadcast of each number of fixes."""
+    if rounds.policy == "direct_reply":
+        yield "direct_reply: each ping is answered as it is heard; there are no rounds."
+        return
+    yield "A fix is broadcast as soon as MF is free, with all that wait; a round of K fixes takes"
+    yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'fixes/s':>10}"
+    for count in fixes:
+        length = rounds.length(0, count)
+        yield (
+            f"{count:>6}{rounds.slots.payload_bytes(count):>8}"
+            f"{1e3 * rounds.slots.airtime(count):>10.1f}{1e3 * length:>10.1f}"
+            f"{count / length:>10.3f}"
+        )

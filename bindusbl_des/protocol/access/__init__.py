@@ -1,0 +1,1 @@
+"""Random access: AUVs ping when they like, and find out whether anybody heard them."""

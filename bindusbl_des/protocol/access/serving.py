@@ -1,0 +1,99 @@
+"""The process of random access: AUVs ping as they like, ASVs broadcast what they make of it.
+
+One process goes from instant to instant, whoever has something to do at each.  A round is a cycle
+of the downlink: from when MF is free, over the broadcast that begins as soon as a fix waits, to the
+end of its slot.  Nobody waits for it on HF.
+"""
+
+from collections.abc import Generator
+from heapq import heappop, heappush
+from math import inf
+
+import simpy
+
+from ...records.events import Round
+from ..colouring import conflict_count
+from ..fix_queue import FixQueue
+from ..network import Network, Turn
+from ..own.steps import moment
+from ..tdma import broadcast
+from .aloha import Access
+
+
+def serve_at_random(network: Network, access: Access) -> Generator[simpy.Event, None, None]:
+    """Serve AUVs that ping as they like, from the start of the mission to its end."""
+    cycles = Cycles(network)
+    while True:
+        time = min(access.next_at, cycles.next_at)
+        yield moment(network.env, time)
+        if cycles.next_at <= time:
+            cycles.go_on(time)
+            continue
+        auvs, waited = access.due()
+        if len(auvs):
+            pings = network.uplink.send(cycles.number, 0, auvs, time, waited=waited)
+            network.queue.expect(pings)
+            cycles.expect(pings)
+
+
+class Cycles:
+    """The downlink's cycles, each a round; direct replies need none, and all are of one round."""
+
+    def __init__(self, network: Network) -> None:
+        """Begin the first cycle at 0 s."""
+        self._network = network
+        self._passing: list[tuple[float, int]] = []  # when (s) pings will have passed, a heap
+        self._is_sending, self._resumes_at = False, inf  # when an ASV works again, if none does
+        self._turn = self._begun(0, 0.0)
+        if not isinstance(network.queue, FixQueue):
+            self._turn.row.downlink_s = 0.0
+
+    @property
+    def number(self) -> int:
+        """The number of the cycle under way."""
+        return self._turn.row.round
+
+    @property
+    def next_at(self) -> float:
+        """The next instant (s) at which a cycle ends, or a ping may have become a fix."""
+        if self._is_sending:
+            return self._network.downlink_free_at
+        return min(self._resumes_at, self._passing[0][0] if self._passing else inf)
+
+    def _begun(self, number: int, time: float) -> Turn:
+        """Begin a cycle at an instant (s)."""
+        view = self._network.view(number, time)
+        row = Round(number, time, colours=0, conflicts=conflict_count(view.heard))
+        self._network.record.rounds.append(row)
+        return Turn(row, (), view)
+
+    def expect(self, pings: range) -> None:
+        """Wait until pings have passed every ASV in range."""
+        if not isinstance(self._network.queue, FixQueue):
+            return
+        for ping in pings:
+            passed = float(self._network.record.pings.array[ping]["passed_at_s"])
+            if passed < inf:
+                heappush(self._passing, (self._network.slots.clock.after(passed, 0.0), ping))
+
+    def go_on(self, time: float) -> None:
+        """Do what is to be done at an instant (s): end a cycle, broadcast the fixes that wait."""
+        network, queue = self._network, self._network.queue
+        assert isinstance(queue, FixQueue)
+        if self._is_sending:
+            self._is_sending = False
+            self._turn = self._begun(self.number + 1, time)
+        has_fix = queue.has_fix(time)
+        while self._passing and self._passing[0][0] <= time:
+            ping = heappop(self._passing)[1]
+            if network.record.pings.array[ping]["passed_at_s"] > time:  # ASVs were predicted nearer
+                self.expect(range(ping, ping + 1))
+        self._resumes_at = inf
+        if has_fix:
+            works = network.asv_fleet.works_from(time)
+            if works > time:
+                self._resumes_at = network.slots.clock.after(0.0, works) if works < inf else inf
+            else:
+                self._turn.row.uplink_s = time - self._turn.row.started_at_s
+                broadcast(network, self._turn, time)
+                self._is_sending = True
