@@ -78,8 +78,9 @@ def _why_now(result: "Result", ping: Any) -> str:
     if waited <= 0.0:
         return "csma: it hears no other AUV, so that it pings as soon as it has something to send"
     return (
-        f"csma: it has had something to send since {ping.sent_at_s - waited:.4f} s, could not "
-        f"ping then (it heard a ping, or sent one) and held back for {waited:.4f} s, until its backoff was counted down in quiet"
+        f"csma: it has had something to send since {ping.sent_at_s - waited:.4f} s, but heard a "
+        f"ping then, or sent one; it held back for {waited:.4f} s, until its backoff was counted "
+        "down in quiet"
     )
 
 

@@ -1,0 +1,182 @@
+"""ALOHA, pure and slotted: Poisson instants, and the closed forms of who is heard."""
+
+from itertools import islice, takewhile
+from math import exp, log
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from worlds import merged, scenario, still
+
+from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des.core.clock import ExactClock, TickClock
+from bindusbl_des.core.streams import Streams
+from bindusbl_des.protocol.access.aloha import Aloha, SlottedAloha
+from bindusbl_des.protocol.access.closed_forms import (
+    aloha_success,
+    offered_load,
+    slot_share,
+    slotted_success,
+)
+from bindusbl_des.protocol.access.packets import packets_of
+from bindusbl_des.protocol.slots import slots_of
+
+PING_S = 0.010
+
+
+def crowd(count: int, schedule: str, every_s: float, pings: float, **changes: Any) -> Scenario:
+    """AUVs that one ASV hears all of, from one place, until there are about so many pings."""
+    base = {
+        "duration_s": pings * every_s / count,
+        "protocol": {"schedule": schedule, "frame_s": every_s, "tick_rate_hz": None},
+        "navigation": {"imu_rate_hz": 0.1},
+        "record": {"detail": "summary", "metrics_hz": 0.01},
+    }
+    return still(count, **merged(base, changes))
+
+
+def share_heard(result: Result) -> float:
+    """Return the share of all pings in range that are heard."""
+    auvs = result.tables["auvs"]
+    return float(auvs.pings_heard.sum() / auvs.pings_in_range.sum())
+
+
+# The standard error of a share p of n pings is sqrt(p (1 - p) / n), below 0.25 % of p in all of
+# these; pings that collide do so in twos, which makes it larger by 1.4 at most.
+@pytest.mark.parametrize(
+    ("count", "every_s", "pings"),
+    [
+        (10, 1.0, 40_000),
+        (3, 0.2, 40_000),
+        pytest.param(20, 0.4, 240_000, marks=pytest.mark.slow),
+        pytest.param(50, 0.5, 600_000, marks=pytest.mark.slow),
+    ],
+)
+def test_pure_aloha_meets_its_closed_form(count: int, every_s: float, pings: float) -> None:
+    """e^(-2 G (N - 1) / N) within 1 %, G = N T / F the load that AUVs offer (Abramson)."""
+    load = offered_load(count, PING_S, every_s)
+    found = share_heard(simulate(crowd(count, "aloha", every_s, pings), 1))
+    assert found == pytest.approx(aloha_success(load, count), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("count", "every_s", "pings"),
+    [(5, 0.1, 60_000), pytest.param(10, 0.05, 600_000, marks=pytest.mark.slow)],
+)
+def test_what_an_auv_leaves_out_is_counted(count: int, every_s: float, pings: float) -> None:
+    """Where AUVs hardly ever pause, instants that fall into their own pings are fewer: exactly."""
+    own = PING_S / every_s
+    found = share_heard(simulate(crowd(count, "aloha", every_s, pings), 1))
+    exact = (exp(-own) / (1.0 + own)) ** (count - 1)
+    assert found == pytest.approx(exact, rel=0.01)
+    textbook = aloha_success(count * own, count)
+    assert log(exact / textbook) == pytest.approx((count - 1) * own**2 / 2, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("count", "every_s", "pings"),
+    [
+        (10, 2.0, 40_000),
+        pytest.param(5, 0.3, 200_000, marks=pytest.mark.slow),
+        pytest.param(30, 3.0, 400_000, marks=pytest.mark.slow),
+    ],
+)
+def test_slotted_aloha_meets_its_closed_form(count: int, every_s: float, pings: float) -> None:
+    """e^(-G (N - 1) / N) within 1 %, G = N T / F with slots of length T (Roberts)."""
+    plan = crowd(count, "slotted_aloha", every_s, pings)
+    slot = slots_of(plan).uplink_slot
+    result = simulate(plan, 1)
+    load = offered_load(count, slot, every_s)
+    assert share_heard(result) == pytest.approx(slotted_success(load, count), rel=0.01)
+    slots = plan.duration_s / slot
+    sent = result.tables["auvs"].pings.sum() / (count * slots)
+    assert sent == pytest.approx(slot_share(slot, every_s), rel=0.01)
+
+
+def test_instants_are_poisson() -> None:
+    """Intervals have the mean asked for, are as scattered as it, and know nothing of each other."""
+    found = np.array([list(islice(own, 20_000)) for own in packets_of(Streams(5), 3, 2.5)])
+    gaps = np.diff(found, axis=1, prepend=0.0)
+    assert gaps.mean(axis=1) == pytest.approx(2.5, rel=0.03)
+    assert gaps.std(axis=1) == pytest.approx(2.5, rel=0.04)
+    assert np.abs(np.corrcoef(gaps) - np.eye(3)).max() < 0.03
+    assert abs(np.corrcoef(gaps[0, 1:], gaps[0, :-1])[0, 1]) < 0.03
+
+
+def test_a_further_auv_leaves_the_instants_of_others() -> None:
+    """Streams are of one AUV each, and a longer interval stretches the same instants."""
+    few, many = packets_of(Streams(5), 2, 1.0), packets_of(Streams(5), 3, 2.0)
+    for auv in range(2):
+        own = list(islice(few[auv], 200))
+        assert [2.0 * it for it in own] == pytest.approx(list(islice(many[auv], 200)), rel=1e-12)
+    first = [next(own) for own in packets_of(Streams(6), 2, 1.0)]
+    assert first != [next(own) for own in packets_of(Streams(5), 2, 1.0)]
+
+
+@given(st.integers(0, 2**32), st.integers(1, 6), st.floats(0.001, 2.0))
+@settings(max_examples=60, deadline=None)
+def test_pure_aloha_is_the_merged_instants_but_own_overlaps(
+    seed: int, auvs: int, ping_s: float
+) -> None:
+    """One process takes them in order; an AUV's own pings never overlap, others are not asked."""
+    access = Aloha(packets_of(Streams(seed), auvs, 1.0), ping_s)
+    sent: list[tuple[float, int]] = []
+    for _ in range(60):
+        time = access.next_at
+        who, waited = access.due()
+        assert waited is None
+        sent += [(time, auv) for auv in who]
+    assert sent == sorted(sent)
+    end = sent[-1][0]
+    for auv, own in enumerate(packets_of(Streams(seed), auvs, 1.0)):
+        kept: list[float] = []
+        for instant in takewhile(lambda it: it <= end, own):
+            if not kept or instant >= kept[-1] + ping_s:
+                kept.append(instant)
+        assert [at for at, who_pings in sent if who_pings == auv] == kept
+
+
+@given(st.integers(0, 2**32), st.integers(1, 6), st.floats(0.01, 3.0), st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_slotted_aloha_puts_instants_on_the_next_slot(
+    seed: int, auvs: int, slot_s: float, ticks: bool
+) -> None:
+    """Each slot's instants are one ping of their AUV at the start of the next slot of the clock."""
+    clock = TickClock(30.0) if ticks else ExactClock()
+    access = SlottedAloha(packets_of(Streams(seed), auvs, 1.0), slot_s, clock)
+    length = clock.after(0.0, slot_s)
+    sent: dict[int, list[int]] = {}
+    for _ in range(40):
+        time = access.next_at
+        number = round(time / length)
+        assert time == pytest.approx(number * length, abs=1e-9)
+        assert number not in sent
+        sent[number] = sorted(access.due().auvs)
+    last = max(sent)
+    expected: dict[int, list[int]] = {}
+    for auv, own in enumerate(packets_of(Streams(seed), auvs, 1.0)):
+        numbers = {
+            int(np.ceil(it / length)) for it in takewhile(lambda it: it <= last * length, own)
+        }
+        for number in numbers:
+            expected.setdefault(number, []).append(auv)
+    assert sent == expected
+
+
+def test_no_downlink_interrupts_pings() -> None:
+    """Pings go on as frames are on the air, at the very instants of their own streams."""
+    plan = scenario(duration_s=40.0, protocol={"schedule": "aloha", "frame_s": 0.7})
+    result = simulate(plan, 3)
+    pings, frames = result.tables["pings"], result.tables["broadcasts"]
+    for auv, own in enumerate(packets_of(Streams(3), plan.auvs.count, 0.7)):
+        sent = pings.sent_at_s[pings.auv == f"AUV{auv}"].to_numpy()
+        meant = np.array(list(takewhile(lambda it: it < 40.0, own)))
+        assert set(sent) <= set(meant)
+        assert len(sent) > 0.95 * len(meant)
+    during = [
+        ((pings.sent_at_s > it.sent_at_s) & (pings.sent_at_s < it.sent_at_s + it.airtime_s)).any()
+        for it in frames.itertuples()
+    ]
+    assert np.mean(during) > 0.5
