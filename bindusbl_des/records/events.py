@@ -260,7 +260,8 @@ class AuvMetrics:
     latency_from_slot_s: float | None = column(
         "s",
         "mean time from the end of the ping's slot to delivery; null where pings do not begin "
-        "with slots (twtt) or fixes do not wait for their end (direct_reply, passive)",
+        "with slots (twtt) or fixes do not wait for their end (direct_reply, passive, random "
+        "access)",
         worst=LARGEST,
     )
     fix_error_rms_m: float | None = column(
