@@ -30,17 +30,14 @@ HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 class Round:
     """One round: every AUV has had its turn to ping, and the fixes have been broadcast.
 
-    With passive ranging every ASV has had its turn, and AUVs have fixed themselves.  With random
-    access (aloha, slotted_aloha, csma) it is a cycle of the downlink: AUVs ping as they like.
+    With passive ranging every ASV has had its turn.  With random access it is a downlink's cycle.
     """
 
     round: int = column("1", "number of the round")
     started_at_s: float = column("s", "start of the first uplink slot (random access: MF is free)")
     colours: int = column("1", "ping groups of the round (passive: ASVs; random access: 0)")
     conflicts: int = column("1", "pairs of AUVs that some ASV hears both of; passive: 0")
-    uplink_s: float | None = column(
-        "s", "duration of all uplink slots (random access: until its broadcast)", None
-    )
+    uplink_s: float | None = column("s", "duration of its uplink slots, or until it sends", None)
     downlink_s: float | None = column("s", "duration of the downlink slots", None)
     fixes: int = column("1", "fixes broadcast (passive: made of its pings)", 0)
 
@@ -49,8 +46,7 @@ class Round:
 class Ping:
     """One ping of one AUV on the HF uplink; with twtt its turn, be it that no call reached it.
 
-    A turn without an answer has all but a ping: nothing arrives anywhere.  With passive ranging it
-    is an ASV that pings, and AUVs that hear it.
+    A turn without an answer has all but a ping.  With passive ranging ASVs ping, and AUVs hear it.
     """
 
     ping: int = column("1", "number of the ping")
@@ -72,9 +68,7 @@ class Ping:
         None,
     )  # fmt: skip
     asv: int | None = column("", "ASV that pinged (passive)", None)
-    waited_s: float | None = column(
-        "s", "how long its AUV has held back, hearing pings; 0 if it heard none (csma)", None
-    )
+    waited_s: float | None = column("s", "how long its AUV held back, hearing pings (csma)", None)
 
 
 @dataclass(slots=True)
@@ -259,9 +253,8 @@ class AuvMetrics:
     )
     latency_from_slot_s: float | None = column(
         "s",
-        "mean time from the end of the ping's slot to delivery; null where pings do not begin "
-        "with slots (twtt) or fixes do not wait for their end (direct_reply, passive, random "
-        "access)",
+        "mean time from the end of the ping's slot to delivery; null where pings do not begin with "
+        "slots (twtt, random access) or fixes do not wait for their end (direct_reply, passive)",
         worst=LARGEST,
     )
     fix_error_rms_m: float | None = column(
