@@ -94,7 +94,7 @@ def _told(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
         decoded = _decoded(channel(fixes, messages.airtime(fixes)), auvs, asvs, mf.range_m)
     if rule == "fixed":
         return np.asarray(decoded[:, rule.settings.get("asv", 0)])
-    if rule == "nearest":
+    if rule in ("nearest", "parallel"):
         return np.asarray(decoded[np.arange(len(auvs)), away.argmin(axis=1)])
     return np.asarray(decoded.mean(axis=1))
 

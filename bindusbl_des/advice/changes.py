@@ -22,7 +22,7 @@ GAINS = (0.5, 0.2, 0.35, 0.7, 0.1, 0.05)
 # Where fixes raise the error, they are to be trusted less.
 SMALL_GAINS = (0.05, 0.2, 0.1, 0.02, 0.35, 0.5)
 FACTORS = (1.5, 1.25, 2.0)
-BROADCASTERS = ("nearest", "most_fixes", "rotate", "random")
+BROADCASTERS = ("nearest", "parallel", "most_fixes", "rotate", "random")
 DOWNLINKS = ("pipelined_round", "direct_reply", "sequential", "pipelined_group")
 SCHEDULES = ("one_per_slot", "spatial_reuse", "dsatur")
 

@@ -16,6 +16,7 @@ from .at_random import why_broadcast
 from .chain import Part, Step
 from .failing import failed, frame_cut
 from .numbers import compared, place, rows_where
+from .overlapping import overlapped
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -77,7 +78,9 @@ def broadcasting(result: "Result", fix: Any) -> Step:
     within = (away > limit) == (fix.outcome == "out_of_range")
     told = compared(away, limit) if within else "at the edge of the"
     reached = f"horizontal range of {fix.auv} {told} MF range"
-    if cut := frame_cut(result, fix):
+    if met := overlapped(result, fix):
+        reached = f"the frame is {met}"
+    elif cut := frame_cut(result, fix):
         reached = cut
     elif mf.channel != "disc":
         reached = f"{fix.auv} is {away:.1f} m away"
@@ -169,6 +172,8 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     if rule == "most_fixes":
         own = sum(fix.broadcast_by in asvs.split() for asvs in carried.asvs)
         return f"most_fixes: it measured {own} of the {len(carried)}, no ASV more"
+    if rule == "parallel":
+        return _shared(result, fix, able)
     goals = carried[["x_m", "y_m"]].to_numpy(float)
     means = [
         float(np.hypot(*(goals - place(result, f"ASV{n}", fix.broadcast_at_s)[:2]).T).mean())
@@ -176,6 +181,18 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     ]
     told = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in zip(able, means, strict=True))
     return f"nearest: mean distance to the fixes {told}"
+
+
+def _shared(result: "Result", fix: Any, able: list[int]) -> str:
+    """Tell why the one of those ASVs that work sends a fix that is nearest to it (parallel)."""
+    begin, goal = fix.broadcast_at_s, np.array([fix.x_m, fix.y_m], dtype=float)
+    away = [math.hypot(*(goal - place(result, f"ASV{n}", begin)[:2])) for n in able]
+    frames = rows_where(result.tables["broadcasts"], sent_at_s=begin)
+    others = sorted(set(frames.asv) - {fix.broadcast_by})
+    told = f"parallel: {fix.broadcast_by} is the nearest to the fix, {min(away):.1f} m from it"
+    if not others:
+        return f"{told}; no other ASV sends now"
+    return f"{told}; {', '.join(others)} {'send' if len(others) > 1 else 'sends'} at once"
 
 
 def latency(result: "Result", fix: Any) -> Iterator[Part]:

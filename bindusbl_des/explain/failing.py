@@ -53,4 +53,6 @@ def frame_cut(result: "Result", fix: Any) -> str:
     frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
     airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes))
     begin = float(fix.broadcast_at_s)
+    if before := had_failed(result, fix.broadcast_by, begin):
+        return f"{before}, before its turn to broadcast"
     return failed_while(result, fix.broadcast_by, begin, begin + airtime, "broadcast the frame")

@@ -9,6 +9,7 @@ from .failing import failed, frame_cut
 from .hearing import is_passive, is_sent, receptions, sending, why_unanswered
 from .itself import own_chain, shared_chain
 from .numbers import out_of_range, row_of, rows_where
+from .overlapping import overlapped
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -72,6 +73,8 @@ def _in_order(steps: list[Step]) -> tuple[Step, ...]:
 def _never_delivered(result: "Result", fix: Any) -> str:
     if fix.outcome == "in_flight":
         return f"fix {fix.fix}, but the mission ends while it is on its way down"
+    if met := overlapped(result, fix):
+        return f"fix {fix.fix}, never delivered: its frame was {met}"
     if cut := frame_cut(result, fix):
         return f"fix {fix.fix}, never delivered: {cut}"
     mf = result.scenario.acoustics.mf

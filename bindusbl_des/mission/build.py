@@ -155,6 +155,7 @@ def _network(
         schedule_draw=streams.of(Purpose.SCHEDULE),
         broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
+        mf_range=scenario.acoustics.mf.range_m,
         chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
     )
 

@@ -76,7 +76,6 @@ def under_way(world: World, time: float) -> list[PingUnderWay]:
     ]
 
 
-def on_air(broadcasts: Sequence[Broadcast], time: float) -> Broadcast | None:
-    """Return the broadcast that is being sent at an instant (s), of those on record by then."""
-    last = broadcasts[-1] if broadcasts else None
-    return last if last and time < last.sent_at_s + last.airtime_s else None
+def on_air(broadcasts: Sequence[Broadcast], time: float) -> list[Broadcast]:
+    """Return the frames that are being sent at an instant (s), of those on record by then."""
+    return [it for it in broadcasts if time < it.sent_at_s + it.airtime_s]

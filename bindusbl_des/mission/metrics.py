@@ -22,6 +22,7 @@ from ..records.events import (
     LOST,
     OUT_OF_RANGE,
     AuvMetrics,
+    Broadcast,
     Utilisation,
 )
 from ..records.recorder import Recorder
@@ -103,7 +104,7 @@ def _service(fixes: Rows, world: World) -> dict[str, Any]:
         "fixes": len(fixes),
         "fixes_delivered": len(latency),
         "fixes_out_of_range": outcomes.count(OUT_OF_RANGE),
-        "fixes_lost": outcomes.count(LOST),
+        "fixes_lost": outcomes.count(LOST) + outcomes.count(COLLIDED),
         "fixes_in_flight": outcomes.count(IN_FLIGHT),
         "fix_rate_hz": len(latency) / world.scenario.duration_s,
         **_spread("interval", np.diff(np.sort(delivered))),
@@ -234,7 +235,6 @@ def utilisation(world: World) -> Utilisation:
     record, duration = world.record, world.scenario.duration_s
     ping = world.network.slots.ping_duration
     covered, area = world.swept_m2(duration), area_of(world.scenario)
-    on_air = [min(b.airtime_s, duration - b.sent_at_s) for b in record.broadcasts]
     energies = modem_energies(world)
     drawn = None if energies is None else float(energies[0].sum() + energies[1].sum())
     delivered = int(np.sum(record.fixes.rows["outcome"] == DELIVERED))
@@ -242,7 +242,7 @@ def utilisation(world: World) -> Utilisation:
         rounds=len(record.rounds),
         collisions=int(np.sum(record.receptions.rows["outcome"] == COLLIDED)),
         hf_utilisation=_covered(_sounds(record), ping, duration) / duration,
-        mf_utilisation=sum(on_air) / duration,
+        mf_utilisation=_on_air(record.broadcasts, duration) / duration,
         energy_j=drawn,
         energy_per_fix_j=_each(drawn, delivered),
         duration_s=float(duration),
@@ -250,6 +250,21 @@ def utilisation(world: World) -> Utilisation:
         area_covered_share=None if covered is None else covered / area.square_m,
         survey_finished_at_s=world.finished_at,
     )
+
+
+def _on_air(broadcasts: Sequence[Broadcast], end: float) -> float:
+    """Return the time (s) before `end` in which some frame is on the air, in the order in which
+    they were sent.
+    """
+    total = until = 0.0
+    for frame in broadcasts:
+        ends = min(frame.sent_at_s + frame.airtime_s, end)
+        if frame.sent_at_s >= until:
+            total += min(frame.airtime_s, end - frame.sent_at_s)
+        else:
+            total += max(ends - until, 0.0)
+        until = max(until, ends)
+    return total
 
 
 def _each(energy: float | None, fixes: int) -> float | None:

@@ -224,13 +224,17 @@ class Mission:
         return under_way(self._world, self._time)
 
     def broadcast_on_air(self) -> Broadcast | None:
-        """Return the broadcast that is on the air now, if any: who sends it, since when, how long.
+        """Return the last begun of :meth:`broadcasts_on_air`, if any."""
+        current = self.broadcasts_on_air()
+        return current[-1] if current else None
 
-        It is on the air while the ASV (a row of `asvs`) sends it; answers of `direct_reply` take no
-        time.
+    def broadcasts_on_air(self) -> list[Broadcast]:
+        """Return the frames that are on the air now: who sends each, since when, how long.
+
+        One is on the air while its ASV (a row of `asvs`) sends it; several are where ASVs broadcast
+        at once (`parallel`).  Answers of `direct_reply` take no time.
         """
-        current = on_air(self._world.record.broadcasts, self._time)
-        return None if current is None else replace(current)
+        return [replace(it) for it in on_air(self._world.record.broadcasts, self._time)]
 
     def result(self) -> Result:
         """Run to the end; return what happened, a table for each kind of event.

@@ -96,7 +96,7 @@ def _told(inputs: Inputs, sights: Sights) -> Floats:
         return np.ones(told.shape[:2])
     if access.broadcaster == "fixed":
         return np.asarray(told[:, :, access.fixed_asv])
-    if access.broadcaster == "nearest":
+    if access.broadcaster in ("nearest", "parallel"):
         nearest = sights.level_m.argmin(axis=2)[:, :, None]
         return np.asarray(np.take_along_axis(told, nearest, axis=2)[:, :, 0])
     return np.asarray(told.mean(axis=2))

@@ -1,8 +1,8 @@
 """Which ASV broadcasts the fixes of a round; the paper does not say.
 
 A broadcaster is a function from what the surface fleet knows as a broadcast begins
-(:class:`BroadcastView`) to the number of the ASV that sends it.  A scenario can name one of one's
-own as ``module:object``.
+(:class:`BroadcastView`) to the number of the ASV that sends it, or to how several share it.  A
+scenario can name one of one's own as ``module:object``.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,11 +17,18 @@ from ..scenario.families import BROADCASTER
 from ..scenario.part_settings import own_part, shipped_part
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
+from .colouring import greedy_groups
 from .fix_queue import FixBatch
 
 Array = NDArray[np.float64]
+Hearing = NDArray[np.bool_]
 
-# ASVs whose distances to all fixes are worked out at a time.
+Ints = NDArray[np.int64]
+
+# What an ASV sends of a broadcast: its number, and which of the k fixes
+Share = tuple[int, Ints]
+
+# ASVs, or fixes, whose distances to all others are worked out at a time.
 BLOCK = 64
 
 
@@ -29,7 +36,8 @@ class BroadcastView:
     """What the surface fleet knows when it broadcasts k fixes; k may be 0.
 
     `number` counts the broadcasts of the mission, `time` (s) is when this one begins, `count` is
-    how many ASVs there are, and `random` a stream of the broadcaster's own.
+    how many ASVs there are, and `random` a stream of the broadcaster's own.  `reached` tells whom
+    it believes within MF range of whom.
     """
 
     def __init__(
@@ -39,9 +47,10 @@ class BroadcastView:
         batch: FixBatch,
         fleet: Fleet,
         random: np.random.Generator,
+        reached: Callable[[float], Hearing],
     ) -> None:
         self.number, self.time, self.count, self.random = number, time, len(fleet), random
-        self._batch, self._fleet = batch, fleet
+        self._batch, self._fleet, self._reached = batch, fleet, reached
 
     @cached_property
     def fixes(self) -> Array:
@@ -63,8 +72,14 @@ class BroadcastView:
         """Whose measurements were fused for each fix, shape (k, m)."""
         return self._batch.hearers(self.count)
 
+    @cached_property
+    def listeners(self) -> Hearing:
+        """Which AUVs the fleet believes within MF range of each ASV, shape (n, m)."""
+        return self._reached(self.time)
 
-Broadcaster = Callable[[BroadcastView], int]
+
+#: Which ASV sends all, or slot after slot which ASVs share it.
+Broadcaster = Callable[[BroadcastView], int | list[list[Share]]]
 
 
 def rotate(view: BroadcastView) -> int:
@@ -101,6 +116,34 @@ def fixed(view: BroadcastView, *, asv: int = 0) -> int:
     return min(_able(view), key=lambda it: (it - asv) % view.count)
 
 
+def parallel(view: BroadcastView) -> list[list[Share]]:
+    """Let each fix go by the ASV nearest to it; ASVs broadcast at once that no AUV hears two of.
+
+    Those that some AUV may hear both of have slots of their own, found as ping groups are
+    (eq. greedy_colour), the ASVs with most fixes first, so that long frames share a slot.  Without
+    any fix the first ASV sends a header.
+    """
+    able = np.array(_able(view))
+    if not len(view.fixes):
+        return [[(int(able[0]), np.empty(0, dtype=np.int64))]]
+    sender = able[_nearest_of(view.asvs[able], view.fixes)]
+    fixes = np.bincount(sender, minlength=view.count)
+    senders = np.argsort(-fixes, kind="stable")[: np.count_nonzero(fixes)]
+    slots = greedy_groups(np.ascontiguousarray(view.listeners.T[senders]))
+    return [
+        [(int(asv), np.flatnonzero(sender == asv)) for asv in senders[list(slot)]] for slot in slots
+    ]
+
+
+def _nearest_of(asvs: Array, fixes: Array) -> Ints:
+    """Return which of m ASVs (m, 3) is horizontally nearest to each of k fixes (k, 3), (k,)."""
+    nearest = [
+        np.linalg.norm(fixes[k : k + BLOCK, None, :2] - asvs[:, :2], axis=2).argmin(axis=1)
+        for k in range(0, len(fixes), BLOCK)
+    ]
+    return np.concatenate(nearest)
+
+
 def _able(view: BroadcastView) -> Sequence[int]:
     """Return the ASVs that can broadcast, in the order of their numbers."""
     every = range(view.count)
@@ -119,6 +162,7 @@ BROADCASTERS: dict[str, Broadcaster] = {
     "most_fixes": most_fixes,
     "nearest": nearest,
     "fixed": fixed,
+    "parallel": parallel,
 }
 
 
@@ -138,7 +182,7 @@ class OwnBroadcaster:
     """A broadcaster of somebody's own: each of its choices is checked."""
 
     name: str
-    choose: Broadcaster
+    choose: Callable[[BroadcastView], int]
 
     def __call__(self, view: BroadcastView) -> int:
         """Return the number of the ASV that broadcasts.

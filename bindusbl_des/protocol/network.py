@@ -1,9 +1,10 @@
 """The network of a mission: both bands, and the surface fleet that schedules and broadcasts."""
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 import simpy
 from numpy.random import Generator as RandomStream
 
@@ -13,7 +14,7 @@ from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from .broadcasters import Broadcaster, BroadcastView
 from .chart import Chart
-from .conflicts import Array, hearing, survey
+from .conflicts import Array, Hearing, hearing, survey
 from .fix_queue import FixBatch, FixQueue, ReplyQueue
 from .happenings import Happenings, Watched
 from .hf.uplink import Uplink
@@ -36,6 +37,9 @@ class Turn:
     groups: Groups
     view: View
 
+
+# What an ASV sends of a broadcast: its number, and the fixes, rows of the record
+Carried = tuple[int, Sequence[int]]
 
 Downlink = Callable[["Network", Turn, float], Steps]
 
@@ -64,6 +68,7 @@ class Network(Watched):
     schedule_draw: RandomStream
     broadcaster: Broadcaster
     broadcaster_draw: RandomStream
+    mf_range: float
     chart: Chart | None
     downlink_free_at: float = 0.0
     paused: float = 0.0
@@ -94,12 +99,28 @@ class Network(Watched):
         self._fixes_plotted = self.record.fixes.count
         return chart.at(time)
 
-    def next_broadcaster(self, frame: FixBatch, time: float) -> int:
-        """Choose the ASV of the next broadcast."""
+    def _reached(self, time: float) -> Hearing:
+        """Return which AUVs the fleet believes within MF range of each ASV, shape (n, m)."""
+        asvs = places(self.asv_fleet.motion, time)[:, :3]
+        if self.chart is not None:
+            auvs = self._plotted(self.chart, time)
+        else:
+            self.auv_fleet.reach(time)
+            auvs = places(self.auv_fleet.motion, time)[:, :3]
+        return hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), self.mf_range, False)
+
+    def shared(self, batch: FixBatch, time: float) -> list[list[Carried]]:
+        """Return which ASVs send what of the next broadcast: those of a list at once, one list
+        after the other.
+        """
         number = self._broadcasts
         self._broadcasts += 1
-        view = BroadcastView(number, time, frame, self.asv_fleet, self.broadcaster_draw)
-        return self.broadcaster(view)
+        draw, fleet = self.broadcaster_draw, self.asv_fleet
+        chosen = self.broadcaster(BroadcastView(number, time, batch, fleet, draw, self._reached))
+        if isinstance(chosen, int):
+            return [[(chosen, batch.rows)]]
+        first = batch.rows.start
+        return [[(asv, (first + own).tolist()) for asv, own in shares] for shares in chosen]
 
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""

@@ -120,6 +120,10 @@ class Slots:
         """Return the airtime T_tx (s) of a broadcast of `fix_count` fixes, of all its messages."""
         return sum(map(self.messages.airtime, self.messages.of(fix_count)))
 
+    def frame_slot(self, fix_count: int) -> float:
+        """Return how long (s) a broadcast of `fix_count` fixes and its guard take."""
+        return self.airtime(fix_count) + self.downlink_guard
+
     def downlink_slot(self, fix_count: int) -> float:
         """Return the downlink slot T_DL (s) for a broadcast of `fix_count` fixes."""
         guard, shortest = self.downlink_guard, self.shortest_downlink

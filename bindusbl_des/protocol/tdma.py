@@ -5,7 +5,7 @@ its timeline reads; all return the instant at which the next round may start.  A
 one of one's own as ``module:object``.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from functools import partial
 from itertools import count
 
@@ -15,7 +15,7 @@ from ..records.events import Broadcast, Round
 from ..scenario.families import DOWNLINK
 from ..scenario.part_settings import own_part, shipped_part
 from .colouring import conflict_count
-from .network import Downlink, Network, Steps, Turn
+from .network import Carried, Downlink, Network, Steps, Turn
 from .own.downlink import OwnDownlink
 from .own.steps import moment, some_work
 
@@ -99,34 +99,46 @@ def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
 
 
 def broadcast(network: Network, turn: Turn, time: float) -> None:
-    """Let one ASV broadcast every fix made since the last broadcast; none still costs a header.
+    """Broadcast every fix made since the last broadcast; none still costs a header.
 
-    Where one message does not hold them, several follow each other.  While all ASVs have failed,
-    the fixes wait.
+    One ASV does, or several share it: those that send at once are given time for the longest of
+    their frames and its guard, and the others follow them.  While all ASVs have failed, the fixes
+    wait.
     """
+    turn.row.downlink_s = turn.row.downlink_s or 0.0
     if network.asv_fleet.works_from(time) > time:
-        turn.row.downlink_s = turn.row.downlink_s or 0.0
         return
-    slots = network.slots
-    frame = network.queue.take(time)
-    asv, fixes = network.next_broadcaster(frame, time), len(frame)
-    ends = network.downlink_free_at = slots.clock.after(time, slots.downlink_slot(fixes))
-    turn.row.downlink_s = (turn.row.downlink_s or 0.0) + ends - time
-    begins, row = time, frame.rows.start
-    for part, carried in enumerate(slots.messages.of(fixes)):
-        send = partial(_send, network, turn, asv, range(row, row + carried), (part, begins))
-        if part == 0:
+    begins, slots = time, network.slots
+    for shares in network.shared(network.queue.take(time), time):
+        for share in shares:
+            _send_all(network, turn, share, begins, begins == time)
+        most = max(len(fixes) for _, fixes in shares)
+        begins = slots.clock.after(begins, slots.frame_slot(most))
+    ends = max(begins, slots.clock.after(time, slots.shortest_downlink))
+    network.downlink_free_at = ends
+    turn.row.downlink_s += ends - time
+
+
+def _send_all(network: Network, turn: Turn, share: Carried, begins: float, now: bool) -> None:
+    """Let an ASV send its fixes from an instant (s) on, which is `now` or to come: where one
+    message does not hold them, several follow each other.
+    """
+    (asv, fixes), messages, first = share, network.slots.messages, 0
+    for part, carried in enumerate(messages.of(len(fixes))):
+        own = fixes[first : first + carried]
+        send = partial(_send, network, turn, asv, own, (part, begins))
+        if now and part == 0:
             send()
         else:
             moment(network.env, begins).callbacks.append(send)
-        begins, row = begins + slots.messages.airtime(carried), row + carried
+        begins, first = begins + messages.airtime(carried), first + carried
 
 
 def _send(
     network: Network,
     turn: Turn,
     asv: int,
-    fixes: range,
+    fixes: Sequence[int],
     when: tuple[int, float],
     _: simpy.Event | None = None,
 ) -> None:

@@ -160,6 +160,7 @@ def _fates(pings: int, receptions: Columns, fixes: Columns, of: Whole) -> Whole:
         "in_flight": IN_FLIGHT,
         "out_of_range": OUT_OF_MF,
         "lost": OUT_OF_MF,
+        "collided": OUT_OF_MF,
         "delivered": DELIVERED,
     }
     for outcome, code in codes.items():

@@ -69,15 +69,21 @@ def _first_pings(result: "Result", number: int) -> dict[int, float]:
 
 
 def downlink_slots(result: "Result", number: int) -> list[Span]:
-    """Return the downlink slots of a round, one for each of its broadcasts."""
+    """Return the downlink slots of a round, one for each of its broadcasts, or for each of the
+    parts of one in which other ASVs broadcast (`parallel`).
+    """
     slots, frames = slots_of(result.scenario), broadcasts_of(result, number)
     frames = frames[frames.airtime_s > 0.0]  # a direct reply takes no slot
-    broadcast = (frames.part == 0).cumsum() if "part" in frames else frames.index
-    spans = frames.groupby(broadcast).agg(begins=("sent_at_s", "min"), fixes=("fixes", "sum"))
-    return [
-        Span(it.begins, slots.clock.after(it.begins, slots.downlink_slot(it.fixes)))
-        for it in spans.itertuples()
-    ]
+    broadcast = frames.index
+    if "part" in frames:  # no older version
+        broadcast = (frames.part == 0).groupby(frames.asv).cumsum()
+    sent = frames.groupby(["asv", broadcast]).agg(
+        begins=("sent_at_s", "min"), fixes=("fixes", "sum")
+    )
+    most = sent.groupby("begins").fixes.max()
+    shares = result.scenario.protocol.broadcaster == "parallel"
+    lasts = slots.frame_slot if shares else slots.downlink_slot
+    return [Span(begins, slots.clock.after(begins, lasts(it))) for begins, it in most.items()]
 
 
 def pings_sent(result: "Result") -> Any:

@@ -24,7 +24,7 @@ SCHEDULES = (
     *RANDOM_ACCESS,
 )
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
-BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed")
+BROADCASTERS = ("rotate", "random", "most_fixes", "nearest", "fixed", "parallel")
 FILTERS = ("fixed_gain", "kalman", "smoother", "dead_reckoning")
 INSTRUMENTS = ("array", "datasheet")
 PLACEMENTS = ("ring", "positions", "follow", "assign", "zigzag", "track")

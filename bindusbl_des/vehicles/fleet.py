@@ -57,9 +57,11 @@ class Fleet:
         return () if self.failures is None else self.failures.failed(time)
 
     def works_for(self, vehicle: int, time: float, longest: float) -> float:
-        """Return how long (s) a vehicle that works at an instant (s) goes on to, at most."""
+        """Return how long (s) a vehicle works on from an instant (s), at most."""
         if self.failures is None:
             return longest
+        if vehicle in self.failed(time):
+            return 0.0
         return min(longest, self.failures.next_of(vehicle, time) - time)
 
     def works_from(self, time: float) -> float:

@@ -355,6 +355,7 @@ def test_a_fix_too_late_for_its_place_is_told() -> None:
         ("fixed", "fixed: always ASV0"),
         ("most_fixes", "most_fixes: it measured 1 of the 1, no ASV more"),
         ("nearest", "nearest: mean distance to the fixes ASV0 20.0 m, ASV1 10.0 m"),
+        ("parallel", "parallel: ASV1 is the nearest to the fix, "),
     ],
 )
 def test_the_broadcaster_is_chosen_by_its_rule(broadcaster: str, told: str) -> None:

@@ -110,7 +110,7 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     if rounds.frame:
         yield from _frames(scenario, rounds)
     else:
-        yield from _groups(rounds)
+        yield from _groups(rounds, scenario.protocol.broadcaster == "parallel")
 
 
 def _passive(rounds: "Rounds") -> Iterator[str]:
@@ -140,11 +140,12 @@ def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield f"A round takes longer than the frame: frames of {longest:.4g} s would hold it."
 
 
-def _groups(rounds: "Rounds") -> Iterator[str]:
+def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
     """Yield a row for each number of fixes that a round may bring.
 
     A round is shortest where all AUVs ping at once, longest where each has a slot of its own; if
-    all are fixed in each round, that is how often an AUV gets a fix.
+    all are fixed in each round, that is how often an AUV gets a fix.  Where several ASVs have their
+    `shares` of a broadcast, downlink slots are shorter than of one that sends all.
     """
     slots, ends = rounds.slots, sorted({rounds.fewest, rounds.most})
     yield from _messages(slots) if rounds.policy != "direct_reply" else ()
@@ -157,6 +158,8 @@ def _groups(rounds: "Rounds") -> Iterator[str]:
     each = (
         "one ping group .. a group for each AUV" if len(ends) > 1 else "a ping group for each AUV"
     )
+    if shares:
+        yield "parallel: ASVs broadcast at once, each to AUVs that hear no other; if one has all:"
     yield f"A round of K fixes, with {each}:"
     yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'round s':>18}{'rounds/s':>18}"
     for fixes in _shown(0, rounds.auvs):

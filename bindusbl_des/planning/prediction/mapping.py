@@ -74,7 +74,7 @@ def _told(inputs: Inputs, around: Sights) -> Floats:
         return np.ones(len(told))
     if rule == "fixed":
         return np.asarray(told[:, inputs.access.fixed_asv])
-    if rule == "nearest":
+    if rule in ("nearest", "parallel"):
         return np.asarray(told[np.arange(len(told)), around.level_m[0].argmin(axis=1)])
     return np.asarray(told.mean(axis=1))
 

@@ -197,7 +197,7 @@ def _by_sender(inputs: Inputs, sights: Sights, number: Ints, at: Ints) -> tuple[
     else:
         weights = located(inputs, sights) if rule == "nearest" else np.ones(1)
         score = -sights.heard if rule == "most_fixes" else weights * sights.level_m
-        if inputs.access.frame_s > 0.0:  # of the one AUV whose fix is broadcast
+        if rule == "parallel" or inputs.access.frame_s > 0.0:  # each AUV has a frame of its own
             best = score.argmin(axis=2)
         else:
             best = np.broadcast_to(score.sum(axis=0).argmin(axis=1), score.shape[:2])

@@ -207,6 +207,8 @@ def _others(number: int, auv: int, begins: float, ends: float, medium: Medium) -
 def _beside(other: int, auv: int, begins: float, ends: float, medium: Medium) -> float:
     """Return how strong another frame is at an AUV, if it is there between two instants (s)."""
     _, strength = _promise(other, auv, medium)
+    if medium.frames[other].on_air_s == 0.0:  # its ASV had failed
+        strength = 0.0
     if strength > 0.0:
         its_begin, its_end = _span(other, auv, medium)
         if not meet(begins, ends, its_begin, its_end):

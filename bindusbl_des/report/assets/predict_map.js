@@ -35,7 +35,7 @@ function chanceAt({ access }, around, { kinds, chance }, i) {
 function toldAt({ downlink, broadcaster, fixed_asv }, { asvs, told, level }, i) {
   if (downlink === "direct_reply") return 1;
   if (broadcaster === "fixed") return told[i * asvs + fixed_asv];
-  if (broadcaster === "nearest") return told[nearestOf(level, i, asvs)];
+  if (broadcaster === "nearest" || broadcaster === "parallel") return told[nearestOf(level, i, asvs)];
   let sum = 0;
   for (let asv = 0; asv < asvs; asv++) sum += told[i * asvs + asv];
   return sum / asvs;

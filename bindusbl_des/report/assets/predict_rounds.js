@@ -163,9 +163,9 @@ function turnsOf(inputs, sights, found, plan) {
 class Senders {
   constructor(inputs, sights, found) {
     Object.assign(this, { sights, rule: inputs.access.broadcaster, fixed: inputs.access.fixed_asv });
-    if (this.rule !== "most_fixes" && this.rule !== "nearest") return;
+    if (!["most_fixes", "nearest", "parallel"].includes(this.rule)) return;
     const { auvs, instants } = sights, fleet = Array.from({ length: auvs }, (_, auv) => auv);
-    const framed = inputs.access.frame_s > 0; // the fix of one AUV is broadcast, else those of all
+    const framed = this.rule === "parallel" || inputs.access.frame_s > 0; // a frame has the fix of one AUV, else those of all
     this.best = Int32Array.from({ length: auvs * instants }, (_, row) => this.choose(found, row % instants, framed ? [Math.floor(row / instants)] : fleet));
   }
   choose(found, k, auvs) {
@@ -174,7 +174,8 @@ class Senders {
       let score = 0;
       for (const auv of auvs) {
         const row = auv * instants + k, n = row * asvs + asv;
-        score += most ? -heard[n] : found.chance[found.kinds === 1 ? row : n] * level[n];
+        const weight = this.rule === "parallel" ? 1 : found.chance[found.kinds === 1 ? row : n];
+        score += most ? -heard[n] : weight * level[n];
       }
       return score;
     });

@@ -381,10 +381,10 @@ class SeaMap {
   drawBroadcasts(context) {
     const { broadcasts, fixes, mf } = this.mission;
     const linger = this.linger();
-    const latest = above(broadcasts.at, this.now) - 1;
-    for (let i = latest; i >= 0 && i > latest - MOST_RINGS; i--) {
+    const latest = above(broadcasts.at, this.now) - 1, rings = MOST_RINGS * this.mission.asvs.length;
+    for (let i = latest; i >= 0 && i > latest - rings; i--) {
       const age = this.now - broadcasts.at[i], shown = Math.max(broadcasts.airtime[i], linger);
-      if (age > shown) break;
+      if (age > shown) continue; // of several at once some are shorter
       const { x, y } = this.mission.asvAt(broadcasts.asv[i], this.now);
       this.ring(context, x, y, mf.range, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown), fill: 0.06 * (1 - age / shown) });
     }
