@@ -99,8 +99,8 @@ class Rounds:
         least = 1e3 * self.pace[0].uplink_slot
         if schedule == "polling":
             yield (
-                f"The next AUV is called when one has answered, {least:.1f} ms after its call if it "
-                "is right below its caller; who is not answered waits for T_UL."
+                f"The next AUV is called when one has answered, {least:.1f} ms after its call if "
+                "it is right below its caller; who is not answered waits for T_UL."
             )
         else:
             yield (
