@@ -160,7 +160,7 @@ def _network(
         broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
-        known=known_of(scenario, auvs, record),
+        estimates=known_of(scenario, auvs, record),
         answers=answers,
     )
 

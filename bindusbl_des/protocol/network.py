@@ -55,8 +55,8 @@ class Network(Watched):
 
     `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0;
     all later by what they have `paused` (s), while no ASV worked.
-    A `chart` tells where the fleet believes the AUVs to be; without one it knows.  What is `known`
-    of their estimates schedules may ask; slots that end with `answers` wait for these.
+    A `chart` tells where the fleet believes the AUVs to be; without one it knows.  What it
+    expects of their `estimates` schedules may ask; slots that end with `answers` wait for these.
     """
 
     env: simpy.Environment
@@ -75,7 +75,7 @@ class Network(Watched):
     broadcaster: Broadcaster
     broadcaster_draw: RandomStream
     chart: Chart | None
-    known: Known
+    estimates: Known
     answers: Answers | None = None
     downlink_free_at: float = 0.0
     paused: float = 0.0
@@ -101,7 +101,7 @@ class Network(Watched):
         return View(
             *(round_number, time, *seen, reach, metric, self.schedule_draw, failed),
             slots=self.slots,
-            known=self.known,
+            known=self.estimates,
         )
 
     def _plotted(self, chart: Chart, time: float) -> Array:
