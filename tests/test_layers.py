@@ -20,7 +20,7 @@ ROOMS = [
 # Libraries that only these rooms and modules may import (numpy is everywhere).
 HOMES = {
     "simpy": "protocol mission",
-    "networkx": "protocol.conflicts protocol.schedules",
+    "networkx": "protocol.conflicts protocol.order.view",
     "pelagic": "acoustics.rays.tracing",
     "pyarrow": "acoustics.rays.reading results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",

@@ -66,7 +66,7 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
     if protocol.is_passive:
         return np.asarray(heard.mean(axis=1))
     located = 1.0 - (1.0 - heard).prod(axis=1)
-    if protocol.ranging == "twtt":
+    if protocol.calls:
         located *= heard[np.arange(len(auvs)), _apart(auvs, asvs).argmin(axis=1)]
     return np.asarray(located if replies else located * _told(scenario, auvs, asvs))
 

@@ -19,6 +19,7 @@ from .by_channel import audible, decided_by_channel, levels, loss_by_channel
 from .chain import Step
 from .failing import failed, failed_while, had_failed
 from .numbers import compared, out_of_range, place, row_of, rows_where
+from .ordering import why_now
 from .under_way import on_its_way
 
 if TYPE_CHECKING:
@@ -49,15 +50,18 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
     yield from _call(result, ping)
     if not is_sent(ping):
         return
+    told, facts = why_now(result, ping)
     yield Step(
         ping.sent_at_s,
         ping.auv,
         f"pings at x {ping.x_m:.1f}, y {ping.y_m:.1f}, depth {ping.z_m:.1f} m",
-        f"slot {ping.slot} lasts from {slot.start:.4f} to {slot.end:.4f} s; "
-        f"{_companions(result, ping)}",
+        "; ".join([
+            f"slot {ping.slot} lasts from {slot.start:.4f} to {slot.end:.4f} s",
+            *told, _companions(result, ping),
+        ]),
         {
             "slot": ping.slot, "slot_started_at_s": slot.start, "slot_ended_at_s": slot.end,
-            "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m,
+            "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m, **facts,
         },
     )  # fmt: skip
 
@@ -93,11 +97,13 @@ def _call(result: "Result", ping: Any) -> Iterator[Step]:
 
 def _caller(result: "Result", ping: Any) -> str:
     """Tell why it is this ASV that calls."""
-    ranging = result.scenario.protocol.ranging
+    protocol = result.scenario.protocol
+    ranging = str(protocol.ranging)
     if is_plugin(ranging):
         return f"{ranging}: the plug-in chose it"
     others = "no other ASV that works" if failed(result, ping.called_at_s) else "no other ASV"
-    return f"{ranging}: {others} is nearer, as far as the fleet knows"
+    rule = "polling" if protocol.schedule == "polling" else ranging
+    return f"{rule}: {others} is nearer, as far as the fleet knows"
 
 
 def why_unanswered(result: "Result", ping: Any) -> str:

@@ -17,6 +17,7 @@ from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.hf.uplink import Uplink
 from ..protocol.mf.downlink import FrameBand, MfDownlink
 from ..protocol.network import Network
+from ..protocol.order.polling import Answers
 from ..protocol.passive.beacons import Beacons
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.ranging import ranging_of, strayed
@@ -39,7 +40,7 @@ from ..vehicles.motion import places
 from ..vehicles.pose_source import PoseSource
 from ..vehicles.poses import Poses
 from .closed_loop import Water, afterwards_s
-from .courses import chart_of
+from .courses import chart_of, known_of
 from .lasting import lasting_errors
 from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
@@ -137,6 +138,9 @@ def _network(
         if protocol.downlink == "direct_reply"
         else FixQueue(uplink, record, None if messages.splits else messages.most)
     )
+    answers = None
+    if protocol.schedule == "polling":
+        answers = Answers(env, uplink, record, slots.clock)
     schedule = schedule_named(protocol.schedule)
     framed = is_framed(protocol.schedule)
     return Network(
@@ -148,7 +152,7 @@ def _network(
         queue,
         uplink,
         downlink,
-        ranging_of(scenario, env, uplink, queue, streams),
+        ranging_of(scenario, env, uplink, queue, streams, answers),
         policy=downlink_named(protocol.downlink),
         frame=protocol.frame_s if framed else 0.0,
         schedule=schedule,
@@ -157,6 +161,8 @@ def _network(
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         mf_range=scenario.acoustics.mf.range_m,
         chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
+        estimates=known_of(scenario, auvs, record),
+        answers=answers,
     )
 
 

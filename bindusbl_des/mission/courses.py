@@ -1,9 +1,15 @@
-"""What is planned for each AUV of a scenario, and the chart by which its fleet schedules."""
+"""What is planned for each AUV of a scenario, and what its fleet goes by when it schedules."""
 
 from ..protocol.chart import Array, CarriedForward, Chart, Course, LastFixes, Shifted, Touring
+from ..protocol.order.known import Known, Plans
+from ..protocol.ranging import planned_speeds
+from ..records.recorder import Recorder
+from ..scenario.instruments.own_sensors import straight_drift_rms
 from ..scenario.planned import route_of, tracks_of
 from ..scenario.plans import planned_tour
 from ..scenario.scenario import Scenario
+from ..scenario.sections.anchors import Placed
+from ..vehicles.fleet import Fleet
 from ..vehicles.vehicle import Place, moored, recorded
 
 
@@ -16,6 +22,23 @@ def chart_of(scenario: Scenario, launched: Array) -> Chart | None:
             return CarriedForward(launched, courses(scenario))
         case _:
             return None
+
+
+def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> Known:
+    """Return what a fleet will know of its AUVs' estimates and places, by what it has planned."""
+    speeds, water = planned_speeds(scenario, auvs), scenario.environment
+    carried = 0.0
+    if scenario.auvs.vehicle.has_dynamics:
+        carried = water.current_m_per_s + 3.0 * water.current_variation_m_per_s
+    formation = scenario.asvs.formation
+    vessels = formation.speed_m_per_s if isinstance(formation, Placed) else 0.0
+
+    def drift(auv: int, time: float) -> float:
+        return straight_drift_rms(scenario, time, float(speeds[auv]))
+
+    initial, positions = scenario.navigation.initial_position_sd_m, scenario.protocol.positions
+    moving = speeds + carried
+    return Known(record, Plans(initial, moving, moving + vessels, drift, positions))
 
 
 def courses(scenario: Scenario) -> list[Course]:

@@ -28,7 +28,7 @@ from ..records.events import (
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Rows
 from ..records.worst import worst_of
-from ..scenario.families import is_random
+from ..scenario.families import UNEQUAL_SLOTS, is_random
 from ..scenario.sections.acoustics import Band
 from ..scenario.survey_area import area_of
 from ..vehicles.motion import places
@@ -95,8 +95,8 @@ def _service(fixes: Rows, world: World) -> dict[str, Any]:
     delivered, latency = arrived["delivered_at_s"], arrived["latency_s"]
     outcomes = fixes["outcome"].tolist()
     protocol = world.scenario.protocol
-    in_slots = protocol.ranging == "owtt_sync" and protocol.downlink != "direct_reply"
-    in_slots = in_slots and not is_random(world.scenario)
+    regular = protocol.ranging == "owtt_sync" and protocol.schedule not in UNEQUAL_SLOTS
+    in_slots = regular and protocol.downlink != "direct_reply" and not is_random(world.scenario)
     slot = world.network.slots.clock.after(
         0.0, world.network.slots.uplink_slot
     )  # pings begin with their slots

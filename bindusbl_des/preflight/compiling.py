@@ -15,6 +15,6 @@ def functions_to_compile(scenario: Scenario) -> int:
         ALWAYS
         + OF_A_HULL * bool(hulls)
         + OF_LASTING_ERRORS * bool(told_of(scenario))
-        + OF_RANGING.get(str(scenario.protocol.ranging), 0)
+        + OF_RANGING.get("twtt" if scenario.protocol.calls else str(scenario.protocol.ranging), 0)
         + OF_FILTER.get(str(scenario.navigation.filter), 0)
     )

@@ -97,7 +97,7 @@ GRAPH_EDGE_BYTES = 600  # of one graph at a time
 SAMPLE_BYTES, IMU_SAMPLE_BYTES = 130, 48  # of one AUV at a time
 ROW_BYTES = 8 * (NOISE_WIDTH + 1)
 STATES_S, STATES_BYTES = 18e-9, 24  # of a pair of states of a belief, whose room doubles
-CALL_S, CALLED_S = 60e-6, 2e-6  # of each ping, of each ASV that may call it (twtt)
+CALL_S, CALLED_S = 60e-6, 2e-6  # of each ping, of each ASV that may call it (twtt, polling)
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def effort(scenario: Scenario) -> Effort:
     counts = {**_protocol(scenario), **_sampling(scenario), **_ways(scenario)}
     auvs, duration, record = scenario.auvs.count, scenario.duration_s, scenario.record
     seconds = 0.05 + auvs * AUV_S + sum(n * COSTS[name][0] for name, n in counts.items())
-    if scenario.protocol.ranging == "twtt":
+    if scenario.protocol.calls:
         seconds += counts["pings"] * (CALL_S + scenario.asvs.count * CALLED_S)
     held = {name: n * COSTS[name][1] for name, n in counts.items()}
     told = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
@@ -251,7 +251,7 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one
     groups = min(max(round(crowd), rounds.fewest), rounds.most)
     downlink = scenario.protocol.downlink
-    pinging = 1 if rounds.frame else auvs
+    pinging = 1 if rounds.frame else rounds.auvs
     fixed = min(float(heard.sum()), pinging)
     number = math.ceil(scenario.duration_s / _period(rounds, groups, round(fixed)))
     lasts = scenario.duration_s / _period(rounds, groups, round(fixed))
@@ -278,8 +278,8 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
 def _period(rounds: Rounds, groups: int, fixes: int) -> float:
     """Return the time (s) between rounds; many groups add as much each as the last of a few."""
     if groups <= FEW_GROUPS:
-        return rounds.period(groups, fixes)
-    last, before = (rounds.period(FEW_GROUPS - n, fixes) for n in (0, 1))
+        return rounds.usual(groups, fixes)
+    last, before = (rounds.usual(FEW_GROUPS - n, fixes) for n in (0, 1))
     return last + (groups - FEW_GROUPS) * (last - before)
 
 

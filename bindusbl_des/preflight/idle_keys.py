@@ -9,7 +9,7 @@ from typing import Any
 
 from ..core.wording import plain
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
-from ..scenario.families import RANDOM_ACCESS, SCHEDULES
+from ..scenario.families import RANDOM_ACCESS, SCHEDULES, UNEQUAL_SLOTS
 from ..scenario.key_types import Part
 from ..scenario.places.on_earth import lacks_depths
 from ..scenario.scenario import Scenario
@@ -34,6 +34,21 @@ STEERING = tuple(
         "turning_radius_m", "join_angle_deg", "launch_m", "recovery_m",
     )
 )  # fmt: skip
+
+
+def calls(scenario: Scenario) -> bool:
+    """Tell whether ASVs call AUVs."""
+    return scenario.protocol.calls
+
+
+def passive(scenario: Scenario) -> bool:
+    """Tell whether ASVs ping."""
+    return scenario.protocol.is_passive
+
+
+def times_by_place(scenario: Scenario) -> bool:
+    """Tell whether slots are as long as it takes from where AUVs are, or are believed to be."""
+    return scenario.protocol.schedule in UNEQUAL_SLOTS
 
 
 RULES = (
@@ -101,6 +116,13 @@ RULES = (
         {"protocol.ranging": ("owtt_sync",)},
         ("protocol.turnaround_s",),
         "AUVs ping on their own clocks, without being called",
+        but=calls,
+    ),
+    Idle(
+        {"protocol.schedule": ("super_tdma",)},
+        ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
+        "arrivals are packed, there are no slots of T_UL",
+        but=passive,
     ),
     Idle(
         {"protocol.schedule": UNFRAMED},
@@ -177,6 +199,7 @@ RULES = (
         {"acoustics.loss.combine": ("off",), "protocol.ranging": ("owtt_sync",)},
         ("acoustics.loss.cap",),
         "the loss is that of the range alone",
+        but=calls,
     ),
     Idle(
         {"record.detail": ("summary",)},
@@ -211,6 +234,7 @@ RULES = (
         {"auvs.count": (1,), "protocol.ranging": ("owtt_sync",)},
         ("protocol.positions",),
         "there is no other AUV",
+        but=times_by_place,
     ),
     Idle(
         {"environment.temperature_c": (None,)},

@@ -1,11 +1,12 @@
 """How long the rounds of a scenario's protocol last, from its slots alone: nothing is simulated."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 from ..protocol.schedules import is_framed
 from ..protocol.slots import Slots, slots_of
-from ..scenario.families import is_random
+from ..scenario.families import SCHEDULE, Polling, SuperTdma, WorstFirst, is_random
+from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 
 
@@ -57,6 +58,7 @@ class Rounds:
     in s, else 0) begins each round with a frame.  How long those of a policy of one's own last,
     only it knows; where a number is needed, they are taken for sequential ones.  Passive ranging,
     which has no downlink, is a policy of its own whose groups are of one ASV each.
+    Where slots are not all of T_UL, `pace` has those of the shortest and of the longest.
     """
 
     slots: Slots
@@ -65,6 +67,7 @@ class Rounds:
     most: int
     auvs: int
     frame: float
+    pace: tuple[Slots, Slots] | None = None
 
     @property
     def are_known(self) -> bool:
@@ -72,25 +75,80 @@ class Rounds:
         return self.policy in LENGTHS
 
     def length(self, groups: int, fixes: int) -> float:
-        """Return the time (s) that a round of some groups and fixes takes."""
-        return LENGTHS.get(self.policy, sequential)(self.slots, groups, fixes)
+        """Return the time (s) that a round of some groups and fixes takes, at most."""
+        slots = self.slots if self.pace is None else self.pace[1]
+        return LENGTHS.get(self.policy, sequential)(slots, groups, fixes)
+
+    def least(self, groups: int, fixes: int) -> float:
+        """Return the time (s) that it takes at least."""
+        slots = self.slots if self.pace is None else self.pace[0]
+        return LENGTHS.get(self.policy, sequential)(slots, groups, fixes)
+
+    def usual(self, groups: int, fixes: int) -> float:
+        """Return about how long (s) it is from one round to the next."""
+        return max((self.least(groups, fixes) + self.length(groups, fixes)) / 2, self.frame)
 
     def period(self, groups: int, fixes: int) -> float:
         """Return the time (s) from one round to the next: its length, or its frame if longer."""
         return max(self.length(groups, fixes), self.frame)
 
+    def pace_told(self, schedule: str) -> Iterator[str]:
+        """Yield how long slots are that are not all of T_UL."""
+        if self.pace is None:
+            return
+        least = 1e3 * self.pace[0].uplink_slot
+        if schedule == "polling":
+            yield (
+                f"The next AUV is called when one has answered, {least:.1f} ms after its call if "
+                "it is right below its caller; who is not answered waits for T_UL."
+            )
+        else:
+            yield (
+                f"Arrivals follow each other every {least:.1f} ms (T_P + clear_s), further apart "
+                "where AUVs may be misplaced; the first needs the longest travel time at most."
+            )
+
 
 def rounds_of(scenario: Scenario) -> Rounds:
     """Return the rounds of a scenario's protocol; a plug-in not loaded yet has no frames."""
-    protocol, count = scenario.protocol, scenario.auvs.count
+    protocol, count, asvs = scenario.protocol, scenario.auvs.count, scenario.asvs.count
     slots = slots_of(scenario)
     if protocol.is_passive:
-        return Rounds(slots, "passive", scenario.asvs.count, scenario.asvs.count, count, 0.0)
+        return Rounds(slots, "passive", asvs, asvs, count, 0.0)
     if is_random(scenario):
         replies = protocol.downlink == "direct_reply"
         policy = protocol.downlink if replies else "sequential"
         return Rounds(slots, policy, 0, 0, count, 0.0)
     if is_framed(protocol.schedule):
         return Rounds(slots, protocol.downlink, 1, 1, 1, protocol.frame_s)
-    fewest = count if protocol.schedule == "one_per_slot" else 1
-    return Rounds(slots, protocol.downlink, fewest, count, count, 0.0)
+    schedule = (
+        settings_of(SCHEDULE, protocol.schedule) if protocol.schedule in SCHEDULE.settings else None
+    )
+    if isinstance(schedule, WorstFirst):
+        most = min(count, schedule.slots)
+        return Rounds(slots, protocol.downlink, 1, most, min(count, most * asvs), 0.0)
+    fewest = count if protocol.schedule in ("one_per_slot", "polling") else 1
+    if isinstance(schedule, Polling) and schedule.side_by_side:
+        fewest = 1
+    pace = pace_of(scenario, slots)
+    return Rounds(slots, protocol.downlink, fewest, count, count, 0.0, pace)
+
+
+def pace_of(scenario: Scenario, slots: Slots) -> tuple[Slots, Slots] | None:
+    """Return slots of the shortest and of the longest length, of schedules without T_UL.
+
+    An AUV right below its caller answers soonest; who is not answered waits for T_UL.  Packed
+    arrivals follow each other, the first after the longest way at most; AUVs are taken to be where
+    they are believed.
+    """
+    schedule, ping = scenario.protocol.schedule, slots.ping_duration
+    if schedule == "polling":
+        way = min(map(scenario.survey.depth, range(scenario.auvs.count))) / slots.sound_speed
+        answered = 2.0 * (ping + way) + scenario.protocol.turnaround_s
+        return replace(slots, uplink_slot=min(answered, slots.uplink_slot)), slots
+    settings = settings_of(SCHEDULE, schedule) if schedule == "super_tdma" else None
+    if isinstance(settings, SuperTdma):
+        lasts = ping + settings.clear_s
+        first = slots.longest_travel_time / scenario.auvs.count
+        return replace(slots, uplink_slot=lasts), replace(slots, uplink_slot=lasts + first)
+    return None

@@ -19,9 +19,12 @@ from .fix_queue import FixBatch, FixQueue, ReplyQueue
 from .happenings import Happenings, Watched
 from .hf.uplink import Uplink
 from .mf.downlink import MfDownlink
+from .order.known import Known
+from .order.polling import Answers
+from .order.view import Groups, TimedGroups, View
 from .own.ranging import OwnRanging
 from .ranging import OneWay, TwoWay
-from .schedules import Groups, Schedule, View
+from .schedules import Schedule
 from .slots import Slots
 
 Steps = Generator[simpy.Event, None, float]
@@ -29,13 +32,19 @@ Steps = Generator[simpy.Event, None, float]
 
 @dataclass(slots=True)
 class Turn:
-    """A round under way: its row in the record, its ping groups, one for each slot, and what the
-    fleet knew when it began.
+    """A round under way: its row in the record, its ping groups, one for each slot, what the fleet
+    knew when it began, and the uplink slot T_UL (s).
     """
 
     row: Round
     groups: Groups
     view: View
+    uplink_slot: float
+
+    def length(self, slot: int) -> float:
+        """Return how long (s) a slot lasts: T_UL, unless the schedule has said how long."""
+        groups = self.groups
+        return groups.lengths_s[slot] if isinstance(groups, TimedGroups) else self.uplink_slot
 
 
 # What an ASV sends of a broadcast: its number, and the fixes, rows of the record
@@ -50,7 +59,8 @@ class Network(Watched):
 
     `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0;
     all later by what they have `paused` (s), while no ASV worked.
-    A `chart` tells where the fleet believes the AUVs to be; without one it knows.
+    A `chart` tells where the fleet believes the AUVs to be; without one it knows.  What it
+    expects of their `estimates` schedules may ask; slots that end with `answers` wait for these.
     """
 
     env: simpy.Environment
@@ -70,6 +80,8 @@ class Network(Watched):
     broadcaster_draw: RandomStream
     mf_range: float
     chart: Chart | None
+    estimates: Known
+    answers: Answers | None = None
     downlink_free_at: float = 0.0
     paused: float = 0.0
     _fixes_plotted: int = field(default=0, init=False)
@@ -91,7 +103,11 @@ class Network(Watched):
         metric, failed = "slant" if slant else "horizontal", self.asv_fleet.failed(time)
         if failed:
             seen[2][:, failed] = False
-        return View(round_number, time, *seen, reach, metric, self.schedule_draw, failed)
+        return View(
+            *(round_number, time, *seen, reach, metric, self.schedule_draw, failed),
+            slots=self.slots,
+            known=self.estimates,
+        )
 
     def _plotted(self, chart: Chart, time: float) -> Array:
         """Return where the fleet believes the AUVs to be, by all fixes made so far."""

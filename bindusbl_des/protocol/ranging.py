@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from math import nan
 
 import numpy as np
 import simpy
@@ -17,8 +18,9 @@ from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, Ints
 from .fix_queue import FixQueue, ReplyQueue
 from .hf.uplink import Uplink
+from .order.polling import Answers
+from .order.view import View
 from .own.ranging import OwnRanging
-from .schedules import View
 
 
 class OneWay:
@@ -38,7 +40,7 @@ class OneWay:
 
 
 class TwoWay:
-    """No clocks: at the start of its slot each AUV is called by an ASV, and answers what it hears.
+    """At the start of its slot each AUV is called by an ASV, and answers what it hears: no clocks.
 
     The nearest ASV calls, as far as the fleet knows, be the AUV within its range or not; who calls
     several names them in one call.  The AUV answers as soon as it has heard the call and turned
@@ -53,7 +55,14 @@ class TwoWay:
         queue: FixQueue | ReplyQueue,
         *,
         turnaround: float,
+        one_way: bool = False,
+        answers: Answers | None = None,
     ) -> None:
+        """Put a way together: with `one_way` the answer alone is timed, by synchronised clocks.
+
+        `answers` are told of calls and pings, where somebody waits for them.
+        """
+        self._one_way, self._answers = one_way, answers
         self._env, self._uplink, self._queue = env, uplink, queue
         self._answer_delay = uplink.band.duration + turnaround
         self._waiting: dict[tuple[int, int, int], Rows] = {}  # calls not yet answered
@@ -62,6 +71,8 @@ class TwoWay:
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
         """Call the AUVs of a group at the start of its slot; each pings when it has heard that."""
+        if self._answers is not None:
+            self._answers.begin((round_number, slot), len(group))
         failed = self._uplink.failed(time)
         if len(failed) == len(view.asvs):
             return  # nobody calls
@@ -93,7 +104,12 @@ class TwoWay:
 
     def _answer(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
         call = self._waiting.pop(turn)
-        self._queue.expect(self._uplink.send(turn[0], turn[1], [turn[2]], time, call))
+        if self._one_way:
+            call["call_time_s"] = nan
+        pings = self._uplink.send(turn[0], turn[1], [turn[2]], time, call)
+        self._queue.expect(pings)
+        if self._answers is not None:
+            self._answers.expect(turn[:2], pings.start, int(call["called_by"][0]))
 
     def close(self) -> None:
         """End the mission; record the calls that AUVs have not answered by now."""
@@ -108,17 +124,19 @@ def ranging_of(
     uplink: Uplink,
     queue: FixQueue | ReplyQueue,
     streams: Streams,
+    answers: Answers | None = None,
 ) -> OneWay | TwoWay | OwnRanging:
-    """Return how the pings of a scenario come about.
+    """Return how the pings of a scenario come about; `answers` wait for them where it polls.
 
     Raises:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
     name = scenario.protocol.ranging
+    if scenario.protocol.calls:
+        delay, one_way = scenario.protocol.turnaround_s, name == "owtt_sync"
+        return TwoWay(env, uplink, queue, turnaround=delay, one_way=one_way, answers=answers)
     if name == "owtt_sync":
         return OneWay(uplink, queue)
-    if name == "twtt":
-        return TwoWay(env, uplink, queue, turnaround=scenario.protocol.turnaround_s)
     draw = streams.of(Purpose.RANGING)
     return OwnRanging(name, own_part(RANGING, name), env, uplink, queue, draw)
 
@@ -141,14 +159,19 @@ def strayed(scenario: Scenario, auvs: Fleet) -> Floats:
     current adds its own way to that of vehicles that drift with it.
     """
     protocol, water = scenario.protocol, scenario.environment
+    drift = 0.0
+    if scenario.auvs.vehicle.has_dynamics:
+        drift = water.current_m_per_s**2 + 2 * water.current_variation_m_per_s**2
+    lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
+    return np.asarray((planned_speeds(scenario, auvs) ** 2 + drift) * lasts**2 / 2)
+
+
+def planned_speeds(scenario: Scenario, auvs: Fleet) -> Floats:
+    """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
     speed = np.array(scenario.auvs.speeds)
     if scenario.auvs.route.kind == "hold":
         speed[:] = 0.0
     elif route_of(scenario).kind == "track" and auvs.poses is None:
         table, first, _ = auvs.motion
         speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
-    drift = 0.0
-    if scenario.auvs.vehicle.has_dynamics:
-        drift = water.current_m_per_s**2 + 2 * water.current_variation_m_per_s**2
-    lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
-    return np.asarray((speed**2 + drift) * lasts**2 / 2)
+    return speed

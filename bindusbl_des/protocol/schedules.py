@@ -1,18 +1,16 @@
 """Who pings when: the ping groups of a round.
 
 A schedule is a function from what the fleet knows (:class:`View`) to ping groups: lists of AUV
-numbers that ping in the same slot, in the order of the slots.  A schedule whose attribute `framed`
-is true starts its rounds on frames of `protocol.frame_s`.  A scenario can name one of one's own as
-``module:object``.
+numbers that ping in the same slot, in the order of the slots; slots of other lengths than T_UL come
+with them (:class:`TimedGroups`).  A schedule whose attribute `framed` is true starts its rounds on
+frames of `protocol.frame_s`.  A scenario can name one of one's own as ``module:object``.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import NDArray
+from math import isfinite
+from numbers import Real
+from typing import Any
 
 from ..core.plugins import PluginError, asked, is_whole, loaded, shown
 from ..core.wording import shortened
@@ -20,41 +18,12 @@ from ..scenario.consistency import FRAMED_SCHEDULES
 from ..scenario.families import RANDOM_ACCESS, SCHEDULE
 from ..scenario.part_settings import own_part, shipped_part
 from .colouring import dsatur_groups, greedy_groups
-from .conflicts import Hearing, conflict_graph
+from .order.polling import polling
+from .order.super_tdma import super_tdma
+from .order.view import Groups, TimedGroups, View
+from .order.worst_first import worst_first
 
-if TYPE_CHECKING:
-    import networkx as nx
-
-Array = NDArray[np.float64]
-Groups = Sequence[Sequence[int]]
-
-
-@dataclass
-class View:
-    """What the surface fleet knows when it schedules a round.
-
-    `round` is its number, `time` (s) when it begins.  `auvs` (n, 3) are the AUV positions it
-    believes and `asvs` (m, 3) its own (m); `heard` (n, m) tells which ASVs each AUV is within HF
-    range of, `hf_range` (m) and `range_metric` (horizontal or slant) what that is; `random` is a
-    stream of the schedule's own.  `failed` are the ASVs that have failed, which hear nobody.
-    `conflicts` is the conflict graph of the AUVs.
-    """
-
-    round: int
-    time: float
-    auvs: Array
-    asvs: Array
-    heard: Hearing
-    hf_range: float
-    range_metric: str
-    random: np.random.Generator
-    failed: tuple[int, ...] = ()
-
-    @cached_property
-    def conflicts(self) -> "nx.Graph[int]":
-        """The conflict graph; of a large fleet it is large, so only made when asked for."""
-        return conflict_graph(self.heard)
-
+__all__ = ["Groups", "Schedule", "TimedGroups", "View", "is_framed", "schedule_named"]
 
 Schedule = Callable[[View], Groups]
 
@@ -86,7 +55,10 @@ def random(view: View) -> Groups:
 
 SCHEDULES: dict[str, Schedule] = {
     function.__name__: function
-    for function in (spatial_reuse, dsatur, one_per_slot, round_robin, random)
+    for function in (
+        *(spatial_reuse, dsatur, one_per_slot, round_robin, random),
+        *(worst_first, polling, super_tdma),
+    )
 }
 
 
@@ -143,9 +115,13 @@ class OwnSchedule:
                 f"{self.name!r} returned {said}{when}; a round is a list of groups, each a list "
                 "of whole AUV numbers",
             )
-        return self._checked(plain, len(view.auvs), when)
+        self._check(plain, len(view.auvs), when)
+        if not isinstance(groups, TimedGroups):
+            return plain
+        self._check_lengths(groups, when)
+        return TimedGroups(plain, map(float, groups.lengths_s))
 
-    def _checked(self, groups: list[list[int]], auvs: int, when: str) -> Groups:
+    def _check(self, groups: list[list[int]], auvs: int, when: str) -> None:
         """Refuse groups that break the rules of a round."""
         flat = [auv for group in groups for auv in group]
         if not groups or len(set(flat)) != len(flat) or not set(flat) <= set(range(auvs)):
@@ -154,7 +130,21 @@ class OwnSchedule:
                 f"{self.name!r} returned {shortened(str(groups))}{when}; a round needs at least "
                 f"one group, and each of the AUVs 0..{auvs - 1} at most once",
             )
-        return groups
+
+    def _check_lengths(self, groups: TimedGroups, when: str) -> None:
+        """Refuse slots that are no lengths of time, or not one for each group."""
+        lengths = groups.lengths_s
+        if len(lengths) != len(groups) or not all(map(_is_time, lengths)):
+            raise PluginError(
+                SCHEDULE.key,
+                f"{self.name!r} returned slots of {shortened(str(list(lengths)))} s{when}; "
+                f"lengths_s is one time above 0 for each of the {len(groups)} groups",
+            )
+
+
+def _is_time(length: Any) -> bool:
+    is_number = isinstance(length, Real) and not isinstance(length, bool)
+    return is_number and isfinite(length) and length > 0.0
 
 
 def _as_lists(groups: Any) -> list[list[int]] | None:

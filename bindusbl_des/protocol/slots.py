@@ -70,7 +70,7 @@ def two_way_uplink_slot(
     guard: float | None = None,
     shortest: float | None = None,
 ) -> float:
-    """Return the slot (s) that holds an interrogation, its reply and the echoes (ranging twtt)."""
+    """Return the slot (s) that holds an interrogation, its reply and the echoes (twtt, polling)."""
     return uplink_slot(
         2 * ping_duration + turnaround, 2 * longest_travel_time, crossing, guard, shortest
     )
@@ -100,7 +100,9 @@ def _chosen(own: float | None, papers: float) -> float:
 
 @dataclass(frozen=True)
 class Slots:
-    """Every duration of the protocol for one survey, derived once and configured nowhere else."""
+    """Every duration (s) of the protocol for one survey, derived once and configured nowhere else,
+    and the speed of sound (m/s) that the fleet assumes.
+    """
 
     crossing_time: float
     ping_duration: float
@@ -111,6 +113,7 @@ class Slots:
     shortest_downlink: float
     messages: Messages
     clock: Clock
+    sound_speed: float
 
     def payload_bytes(self, fix_count: int) -> int:
         """Return the bytes of a broadcast of `fix_count` fixes, of all its messages."""
@@ -159,7 +162,7 @@ def slots_of(scenario: Scenario) -> Slots:
     )
     return Slots(
         crossing, hf.ping_s, longest, _uplink_slot_of(scenario, longest, crossing), *guards,
-        messages_of(scenario), clock_of(scenario),
+        messages_of(scenario), clock_of(scenario), sound_speed,
     )  # fmt: skip
 
 
@@ -167,7 +170,7 @@ def _uplink_slot_of(scenario: Scenario, longest: float, crossing: float) -> floa
     """Return the slot T_UL (s) of the ranging of a scenario."""
     protocol, ping = scenario.protocol, scenario.acoustics.hf.ping_s
     guards = protocol.uplink_guard_s, protocol.shortest_uplink_slot_s
-    if protocol.ranging == "twtt":
+    if protocol.calls:
         return two_way_uplink_slot(ping, longest, protocol.turnaround_s, crossing, *guards)
     own = _own_slot(protocol.ranging, ping, longest, crossing)
     return uplink_slot(ping, longest, crossing, *guards) if own is None else own

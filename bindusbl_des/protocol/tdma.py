@@ -33,7 +33,8 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
         # Positions have changed since the last downlink, and with them the conflict graph.
         view = network.view(number, time)
         groups = network.schedule(view)
-        turn = Turn(Round(number, time, len(groups), conflict_count(view.heard)), groups, view)
+        row = Round(number, time, len(groups), conflict_count(view.heard))
+        turn = Turn(row, groups, view, network.slots.uplink_slot)
         network.record.rounds.append(turn.row)
         time = yield from network.policy(network, turn, time)
 
@@ -90,10 +91,16 @@ def downlink_named(name: str) -> Downlink:
 
 
 def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
-    """Let one ping group ping and wait for the end of its slot (eq. UL_slot, UL_tick)."""
+    """Let one ping group ping and wait for the end of its slot (eq. UL_slot, UL_tick).
+
+    Polled AUVs end it when they have answered.
+    """
     network.ranging.ping(turn.row.round, slot, turn.groups[slot], time, turn.view)
-    ends = network.slots.clock.after(time, network.slots.uplink_slot)
-    yield until(network, ends)
+    ends = network.slots.clock.after(time, turn.length(slot))
+    if network.answers is None:
+        yield until(network, ends)
+    else:
+        ends = yield from network.answers.wait(ends)
     turn.row.uplink_s = ends - turn.row.started_at_s
     return ends
 

@@ -44,7 +44,7 @@ class Round:
 
 @dataclass(slots=True)
 class Ping:
-    """One ping of one AUV on the HF uplink; with twtt its turn, be it that no call reached it.
+    """One ping of one AUV on the HF uplink; with calls its turn, be it that no call reached it.
 
     A turn without an answer has all but a ping.  With passive ranging ASVs ping, and AUVs hear it.
     """
@@ -61,8 +61,8 @@ class Ping:
         "1", "ASVs that work (passive: AUVs) within HF range at that instant", 0
     )
     heard_by: int = column("1", "ASVs (passive: AUVs) that decoded the ping", 0)
-    called_at_s: float | None = column("s", "instant at which it was called (twtt)", None)
-    called_by: int | None = column("", "ASV that called it (twtt)", None)
+    called_at_s: float | None = column("s", "instant at which it was called (twtt, polling)", None)
+    called_by: int | None = column("", "ASV that called it (twtt, polling)", None)
     call: str | None = column(
         "", "what became of the call: heard (it answers), out_of_range, lost, collided, in_flight",
         None,
@@ -204,7 +204,7 @@ class AuvMetrics:
 
     auv: int = column("", "AUV")
     pings: int = column(
-        "1", "pings sent, and turns whose call got no answer (twtt); passive: pings of all ASVs"
+        "1", "pings sent, and turns whose call got no answer; passive: pings of all ASVs"
     )
     pings_in_range: int = column(
         "1", "pings within HF range of at least one ASV (passive: of the AUV)", worst=SMALLEST
@@ -253,8 +253,8 @@ class AuvMetrics:
     )
     latency_from_slot_s: float | None = column(
         "s",
-        "mean time from the end of the ping's slot to delivery; null where pings do not begin with "
-        "slots (twtt, random access) or fixes do not wait for their end (direct_reply, passive)",
+        "mean time from the end of the ping's slot to delivery; null where slots have no T_UL, "
+        "pings do not begin with them (twtt, random access) or fixes do not wait for their end",
         worst=LARGEST,
     )
     fix_error_rms_m: float | None = column(

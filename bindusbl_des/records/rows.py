@@ -49,7 +49,7 @@ CALLED = np.dtype(
 PING = row_type(
     Ping,
     {
-        "call_time_s": float,  # how long its call was under way
+        "call_time_s": float,  # how long its call was under way; NaN where ranges are one-way
         "first": int,  # its receptions,
         "end": int,  # up to but not this one
         "passed_at_s": float,  # when it has passed all of its ASVs; infinite once that is decided

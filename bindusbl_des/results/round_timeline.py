@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
-from ..scenario.families import is_random
+from ..scenario.families import UNEQUAL_SLOTS, is_random
 
 if TYPE_CHECKING:
+    from ..scenario.scenario import Scenario
     from .result import Result
 
 
@@ -29,8 +30,8 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
     """Return the uplink slots of a round, one for each of its ping groups.
 
     With random access there is one, the whole cycle of the downlink: AUVs ping as they like.  Else
-    a slot begins with its first ping, or call (twtt), whenever the downlink let it; one in which
-    nobody has pinged, as the one before it ends.
+    a slot begins with its first ping, or call (twtt, polling), whenever the downlink let it; one in
+    which nobody has pinged, as the one before it ends.
     """
     rounds = result.tables["rounds"]
     row: Any = rounds[rounds["round"] == number].iloc[0]
@@ -42,9 +43,13 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
         starts, length = {}, (row.uplink_s or 0.0) / max(row.colours, 1)
     spans: list[Span] = []
     ends = float(row.started_at_s)
+    last = ends + (row.uplink_s or 0.0)
+    unequal = _are_unequal(result.scenario)
     for slot in range(int(row.colours)):
         start = starts.get(slot, ends)
         ends = slots.clock.after(start, length)
+        if unequal and starts.get(slot + 1, last) > start:  # else the mission has ended in it
+            ends = starts.get(slot + 1, last)
         spans.append(Span(start, ends))
     return spans
 
@@ -57,11 +62,17 @@ def _cycle(result: "Result", row: Any) -> Span:
     return Span(begins, min(begins + float(row.uplink_s + row.downlink_s), ends))
 
 
+def _are_unequal(scenario: "Scenario") -> bool:
+    """Tell whether slots may have other lengths than T_UL, and follow each other without pause."""
+    protocol = scenario.protocol
+    follow = protocol.downlink in ("sequential", "pipelined_round", "direct_reply")
+    return protocol.schedule in UNEQUAL_SLOTS or (is_plugin(protocol.schedule) and follow)
+
+
 def _first_pings(result: "Result", number: int) -> dict[int, float]:
     """Return when (s) the first ping, or call, of each slot of a round was sent, by slot."""
     pings = result.tables["pings"]
-    two_way = result.scenario.protocol.ranging == "twtt"
-    sent = "called_at_s" if two_way else "sent_at_s"
+    sent = "called_at_s" if result.scenario.protocol.calls else "sent_at_s"
     if sent not in pings:  # of an older version
         return {}
     first: Any = pings[pings["round"] == number].groupby("slot")[sent].min()

@@ -19,8 +19,11 @@ from .vehicle_choice import AsvVehicle, AuvVehicle
 
 # AUVs ping as they like, in no slots that the fleet gives them.
 RANDOM_ACCESS = ("aloha", "slotted_aloha", "csma")
+# Slots are not all of the uplink slot T_UL.
+UNEQUAL_SLOTS = ("polling", "super_tdma")
 SCHEDULES = (
     *("spatial_reuse", "dsatur", "one_per_slot", "round_robin", "random"),
+    *("worst_first", *UNEQUAL_SLOTS),
     *RANDOM_ACCESS,
 )
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
@@ -89,6 +92,31 @@ class CarrierSense(Settings):
     )
 
 
+class WorstFirst(Settings):
+    """The settings of the schedule `worst_first`."""
+
+    slots: Whole = key(
+        4, "1", "ping groups of a round, at most; further AUVs wait for a later one", ge=1, le=9_999
+    )
+
+
+class Polling(Settings):
+    """The settings of the schedule `polling`."""
+
+    side_by_side: bool = key(
+        False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
+    )
+
+
+class SuperTdma(Settings):
+    """The settings of the schedule `super_tdma`."""
+
+    clear_s: Real = key(0.02, "s", "pause between two arrivals at an ASV", ge=0, le=60)
+    sds: Real = key(
+        2.0, "1", "standard deviations of fixes by which AUVs may be misplaced", ge=0, le=100
+    )
+
+
 class Fixed(Settings):
     """The settings of the broadcaster `fixed`."""
 
@@ -96,7 +124,13 @@ class Fixed(Settings):
 
 
 SCHEDULE = Family(
-    "protocol.schedule", "schedule", SCHEDULES, ("view",), settings={"csma": CarrierSense}
+    *("protocol.schedule", "schedule", SCHEDULES, ("view",)),
+    settings={
+        "worst_first": WorstFirst,
+        "polling": Polling,
+        "super_tdma": SuperTdma,
+        "csma": CarrierSense,
+    },
 )
 DOWNLINK = Family("protocol.downlink", "downlink", DOWNLINKS, ("network", "turn", "time"))
 BROADCASTER = Family(

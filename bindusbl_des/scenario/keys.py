@@ -247,7 +247,7 @@ def _type(annotation: Any) -> str:
         return "[lat, lon]" if annotation == Position else "[x, y]"
     if parts := _parts(annotation):
         return f"{{{', '.join(parts[0].model_fields)}}}"
-    return {int: "whole number", float: "number", str: "text"}[annotation]
+    return {bool: "true or false", int: "whole number", float: "number", str: "text"}[annotation]
 
 
 def _range(metadata: list[Any]) -> str:

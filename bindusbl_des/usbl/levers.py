@@ -58,7 +58,7 @@ def spread_out(effects: Floats, out: Floats, heard: Heard, row: int, levels: Row
                 out[:, levels.gnss_at + 2 * ping.called_by + axis] += effects[:, CALLER + axis]
     if levels.sound_speed_at != NONE:
         out[:, levels.sound_speed_at] = effects[:, SOUND_SPEED]
-    if levels.clock_at != NONE and isnan(ping.called_at_s):
+    if levels.clock_at != NONE and isnan(ping.call_time_s):
         out[:, levels.clock_at] = effects[:, CLOCK]
         out[:, levels.clock_at + 1] = ping.sent_at_s * effects[:, CLOCK]
 

@@ -22,7 +22,7 @@ def measured(
     """
     ping = heard.ping
     if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
-        if not isnan(ping.called_at_s):
+        if not isnan(ping.call_time_s):
             return two_way(heard, asvs, instrument, strayed[ping.auv])
     estimate, covariance = np.zeros(3), np.zeros((3, 3))
     for row in heard.rows:

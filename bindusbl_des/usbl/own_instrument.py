@@ -100,7 +100,7 @@ def instrument_named(name: str) -> OwnInstrument | None:
 
 def sounding_of(ping: Row, heard: Rows, poses: Array, random: np.random.Generator) -> Sounding:
     """Return a ping at the ASVs that have decoded it, of the rows of both."""
-    called = not np.isnan(ping["called_at_s"])
+    called = not np.isnan(ping["call_time_s"])
     return Sounding(
         float(ping["sent_at_s"]),
         int(ping["auv"]),

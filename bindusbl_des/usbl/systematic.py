@@ -147,7 +147,7 @@ def measured_astray(
 
 @compiled
 def _called(heard: Heard) -> bool:
-    return not isnan(heard.ping.called_at_s)
+    return not isnan(heard.ping.call_time_s)
 
 
 @compiled

@@ -69,7 +69,7 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
 
     rate = scenario.protocol.tick_rate_hz
     ranging = scenario.protocol.ranging
-    two_way = ranging == "twtt"
+    two_way = scenario.protocol.calls
     yield f"{'survey across L':<22}{area_of(scenario).across:>10.2f} m"
     for name, value in (
         ("crossing time t_C", slots.crossing_time),
@@ -107,6 +107,7 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
         return
     yield f"{schedule} / {policy}: {POLICIES[policy]}"
+    yield from rounds.pace_told(schedule)
     if rounds.frame:
         yield from _frames(scenario, rounds)
     else:
@@ -150,10 +151,11 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
     slots, ends = rounds.slots, sorted({rounds.fewest, rounds.most})
     yield from _messages(slots) if rounds.policy != "direct_reply" else ()
     if rounds.policy == "direct_reply":
-        yield f"{'ping groups':>14}{'round s':>12}{'rounds/s':>12}"
+        wide = 12 if rounds.pace is None else 18
+        yield f"{'ping groups':>14}{'round s':>{wide}}{'rounds/s':>{wide}}"
         for groups in _shown(rounds.fewest, rounds.most):
-            length = rounds.length(groups, 0)
-            yield f"{groups:>14}{length:>12.3f}{1 / length:>12.3f}"
+            lengths = [rounds.least(groups, 0), rounds.length(groups, 0)]
+            yield f"{groups:>14}{_span(lengths):>{wide}}{_rates(lengths):>{wide}}"
         return
     each = (
         "one ping group .. a group for each AUV" if len(ends) > 1 else "a ping group for each AUV"
@@ -163,11 +165,10 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
     yield f"A round of K fixes, with {each}:"
     yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'round s':>18}{'rounds/s':>18}"
     for fixes in _shown(0, rounds.auvs):
-        lengths = [rounds.length(groups, fixes) for groups in ends]
+        lengths = [rounds.least(ends[0], fixes), rounds.length(ends[-1], fixes)]
         yield (
             f"{fixes:>6}{slots.payload_bytes(fixes):>8}{1e3 * slots.airtime(fixes):>10.1f}"
-            f"{1e3 * slots.downlink_slot(fixes):>10.1f}{_span(lengths):>18}"
-            f"{_span([1 / length for length in reversed(lengths)]):>18}"
+            f"{1e3 * slots.downlink_slot(fixes):>10.1f}{_span(lengths):>18}{_rates(lengths):>18}"
         )
 
 
@@ -212,6 +213,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "ping_s": slots.ping_duration,
         "longest_travel_time_s": slots.longest_travel_time,
         "uplink_slot_s": slots.uplink_slot,
+        "shortest_uplink_slot_s": (rounds.pace or [slots])[0].uplink_slot,
         "uplink_guard_s": slots.uplink_guard,
         "downlink_guard_s": slots.downlink_guard,
         "shortest_downlink_slot_s": slots.shortest_downlink,
@@ -226,6 +228,10 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
 def _shown(first: int, last: int) -> list[int]:
     """Return the numbers to show: all of a few, of many the first and the last."""
     return [k for k in range(first, last + 1) if k - first < MOST_ROWS or k == last]
+
+
+def _rates(lengths: list[float]) -> str:
+    return _span([1 / length for length in reversed(lengths)])
 
 
 def _span(values: list[float]) -> str:

@@ -65,7 +65,7 @@ class Cycles:
         view = self._network.view(number, time)
         row = Round(number, time, colours=0, conflicts=conflict_count(view.heard))
         self._network.record.rounds.append(row)
-        return Turn(row, (), view)
+        return Turn(row, (), view, self._network.slots.uplink_slot)
 
     def expect(self, pings: range) -> None:
         """Wait until pings have passed every ASV in range."""

@@ -70,20 +70,22 @@ def _stated(off: float, scenario: ScenarioKeys) -> float:
     return per_axis_sd(off, scenario.navigation.drift.statistic)
 
 
-def straight_drift_rms(scenario: ScenarioKeys, time: float) -> float:
+def straight_drift_rms(scenario: ScenarioKeys, time: float, speed: float | None = None) -> float:
     """Return the RMS (m) of what a straight way of some `time` (s) without fixes adds to the error.
 
     Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias adds
     2 sd^2 t^2 (less if it wanders), a scale factor and a heading their variances times the square
-    of the way, the longest of all AUVs'.
+    of the way, at a `speed` (m/s): the highest of all AUVs' unless given.
     """
+    if speed is None:
+        speed = max(scenario.auvs.speeds)
     sensors = own_sensors(scenario)
     lasts = sensors.bias_time_constant_s or math.inf
     skew = math.hypot(sensors.scale_factor_sd, math.radians(sensors.heading_sd_deg))
     return math.hypot(
         drift_rms(time, sensors.bias_m_per_s, sensors.random_walk_m_per_sqrt_s),
         math.sqrt(2) * wandering_rms(time, sensors.bias_sd_m_per_s, lasts),
-        skew * max(scenario.auvs.speeds) * time,
+        skew * speed * time,
     )
 
 

@@ -13,6 +13,7 @@ def disagreements(scenario: ScenarioKeys) -> Found:
     """Yield every contradiction among the keys of the protocol."""
     yield from _fixed(scenario)
     yield from _unslotted(scenario)
+    yield from _ordered(scenario)
 
 
 def _fixed(scenario: ScenarioKeys) -> Found:
@@ -41,3 +42,31 @@ def _unslotted(scenario: ScenarioKeys) -> Found:
                 f"as they like; use {known}, or a schedule with slots",
                 ("protocol.schedule",),
             )
+
+
+def _ordered(scenario: ScenarioKeys) -> Found:
+    """Yield what schedules that call AUVs, or tell them when to ping, do not go with."""
+    protocol, others = scenario.protocol, ("protocol.schedule",)
+    if protocol.schedule == "polling" and is_plugin(protocol.ranging):
+        yield (
+            "protocol.ranging",
+            f"polling calls the AUVs itself, so that {protocol.ranging} has nothing to do; use "
+            "owtt_sync or twtt, or another schedule",
+            others,
+        )
+    if protocol.schedule != "super_tdma":
+        return
+    if protocol.ranging not in ("owtt_sync", "passive"):
+        yield (
+            "protocol.ranging",
+            "super_tdma tells AUVs when to ping, on their own clocks, which "
+            f"{protocol.ranging} does not let them; use owtt_sync, or another schedule",
+            others,
+        )
+    if protocol.downlink == "pipelined_group":
+        yield (
+            "protocol.downlink",
+            "super_tdma packs the pings of a whole round, and pipelined_group would hold them up "
+            "for each frame; use sequential, pipelined_round or direct_reply",
+            others,
+        )

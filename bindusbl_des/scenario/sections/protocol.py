@@ -51,7 +51,7 @@ class Protocol(Part):
     shortest_downlink_slot_s: Real | None = key(
         None, "s", "shortest downlink slot T_DL,min; null = 10 t_C", PAPER, ge=0, le=60
     )
-    turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt)", ge=0, le=60)
+    turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt, polling)", ge=0, le=60)
     reply_at: Literal["ping_front", "ping_end"] = key(
         "ping_end",
         "",
@@ -62,6 +62,11 @@ class Protocol(Part):
     def is_passive(self) -> bool:
         """Whether ASVs ping and AUVs fix themselves."""
         return self.ranging == "passive"
+
+    @property
+    def calls(self) -> bool:
+        """Whether ASVs call the AUVs, which ping in answer."""
+        return self.ranging == "twtt" or (self.schedule == "polling" and not self.is_passive)
 
     @property
     def pinging(self) -> str:

@@ -4,8 +4,10 @@ import numpy as np
 
 from ....core.plugins import is_plugin, loaded
 from ....mission.build import reply_delay_of
+from ....preflight.round_lengths import pace_of
 from ....protocol.schedules import is_framed
 from ....protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
+from ....protocol.slots import Slots as ProtocolSlots
 from ....protocol.slots import slots_of as protocol_slots
 from ....scenario.scenario import Scenario
 from ....scenario.water import assumed_sound_speed_of
@@ -14,6 +16,9 @@ from ..parts import Access, Slots
 # What stands in for parts of one's own, whose ways nobody knows.
 STAND_INS = {"schedule": "spatial_reuse", "downlink": "sequential", "broadcaster": "rotate"}
 
+# Schedules that are predicted as another that is like them
+LIKE = {"worst_first": "spatial_reuse", "super_tdma": "spatial_reuse", "polling": "one_per_slot"}
+
 
 def slots_of(scenario: Scenario) -> Slots:
     """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
@@ -21,7 +26,7 @@ def slots_of(scenario: Scenario) -> Slots:
     crossing, fixes = slots.crossing_time, range(scenario.auvs.count + 1)
     shortest = protocol.shortest_uplink_slot_s
     clock, messages = slots.clock, slots.messages
-    two_way = protocol.ranging == "twtt"
+    two_way = protocol.calls
     own = is_plugin(protocol.ranging) and hasattr(loaded(protocol.ranging), "slot_s")
     return Slots(
         slots.ping_duration,
@@ -29,7 +34,7 @@ def slots_of(scenario: Scenario) -> Slots:
         protocol.turnaround_s if two_way else 0.0,
         UPLINK_GUARD * crossing if protocol.uplink_guard_s is None else protocol.uplink_guard_s,
         SHORTEST_UPLINK * crossing if shortest is None else shortest,
-        slots.uplink_slot if own else None,
+        slots.uplink_slot if own else _usual_slot(scenario, slots),
         scenario.survey.deepest,
         assumed_sound_speed_of(scenario),
         clock.rate,
@@ -40,11 +45,24 @@ def slots_of(scenario: Scenario) -> Slots:
     )  # fmt: skip
 
 
+def _usual_slot(scenario: Scenario, slots: ProtocolSlots) -> float | None:
+    """Return about how long (s) a slot is where schedules know none of T_UL; None where they do.
+
+    AUVs are polled from two thirds of the longest way, as they are on average over a disc.
+    """
+    pace = pace_of(scenario, slots)
+    if scenario.protocol.schedule == "polling":
+        ways = 4.0 / 3.0 * slots.longest_travel_time
+        return 2.0 * slots.ping_duration + scenario.protocol.turnaround_s + ways
+    return None if pace is None else pace[0].uplink_slot
+
+
 def access_of(scenario: Scenario) -> Access:
     """Return who pings when, and who answers how."""
     protocol = scenario.protocol
     named = {name: str(getattr(protocol, name)) for name in STAND_INS}
     known = {name: STAND_INS[name] if is_plugin(it) else it for name, it in named.items()}
+    known["schedule"] = LIKE.get(known["schedule"], known["schedule"])
     ranging = str(protocol.ranging)
     return Access(
         **known,

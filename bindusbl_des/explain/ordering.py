@@ -1,0 +1,106 @@
+"""Why it is an AUV's turn now, where the schedule goes by more than who hears whom."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.wording import counted
+from ..protocol.order.known import weighed
+from ..scenario.instruments.own_sensors import straight_drift_rms
+from .failing import number_of
+from .numbers import row_of, rows_where
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+Why = tuple[list[str], dict[str, Any]]
+
+
+def why_now(result: "Result", ping: Any) -> Why:
+    """Return why an AUV pings now, in sentences and numbers; nothing where its slot says it all."""
+    rule = RULES.get(str(result.scenario.protocol.schedule))
+    return ([], {}) if rule is None else rule(result, ping)
+
+
+def _worst_first(result: "Result", ping: Any) -> Why:
+    """Tell what the fleet expected of the AUV when the round began, and how long it had waited."""
+    begins = float(row_of(result, "rounds", "round", ping["round"]).started_at_s)
+    pings, fixes = result.tables["pings"], result.tables["fixes"]
+    own = rows_where(fixes, auv=ping.auv)
+    variance, fixed_at, last = 2.0 * result.scenario.navigation.initial_position_sd_m**2, 0.0, -1
+    for fix in own[own.broadcast_at_s <= begins].itertuples():
+        if fix.pinged_at_s >= fixed_at:
+            variance += _drift(result, ping.auv, fix.pinged_at_s - fixed_at) ** 2
+            variance = weighed(variance, fix.sd_x_m**2 + fix.sd_y_m**2)
+            fixed_at, last = float(fix.pinged_at_s), int(fix.ping)
+    before = rows_where(pings, auv=ping.auv)
+    before = before[before["round"] < ping["round"]]
+    in_vain = int((before.ping > last).sum())
+    passed = int(ping["round"]) - 1 - int(before["round"].max() if len(before) else -1)
+    since = begins - fixed_at
+    error = math.sqrt(variance + _drift(result, ping.auv, since) ** 2)
+    age = f"its last fix is {since:.1f} s old" if last >= 0 else "it has had no fix yet"
+    tried = f", after {counted(in_vain, 'turn')} in vain" if in_vain else ""
+    waited = f", passed over for {counted(passed, 'round')}" if passed else ""
+    return (
+        [f"worst_first: {age}, an expected error of {error:.2f} m{tried}{waited}"],
+        {
+            "since_s": since, "expected_error_m": error, "turns_in_vain": in_vain,
+            "rounds_passed_over": passed,
+        },
+    )  # fmt: skip
+
+
+def _drift(result: "Result", auv: str, time: float) -> float:
+    """Return the drift (m, RMS) that the fleet expects of an AUV in a time (s) without fixes."""
+    auvs = result.scenario.auvs
+    speed = 0.0 if auvs.route.kind == "hold" else auvs.speed(number_of(auv))
+    return straight_drift_rms(result.scenario, time, speed)
+
+
+def _polling(result: "Result", ping: Any) -> Why:
+    """Tell what the call has waited for."""
+    pings = rows_where(result.tables["pings"], round=ping["round"])
+    before = pings[pings.slot == ping.slot - 1]
+    if not len(before):
+        return ["polling: it is the first to be called in this round"], {}
+    names, unheard = ", ".join(before.auv), []
+    for it in before.itertuples():
+        met = rows_where(result.tables["receptions"], ping=it.ping, asv=it.called_by)
+        if it.call != "heard" or "heard" not in set(met.outcome):
+            unheard.append(it.auv)
+    if unheard:
+        silent = ", ".join(unheard)
+        return [f"polling: it was called when the wait for {silent} was over, unanswered"], {}
+    return [f"polling: it was called when the answer of {names} had been decoded"], {}
+
+
+def _super_tdma(result: "Result", ping: Any) -> Why:
+    """Tell behind whose arrival this one comes in most closely, at which ASV."""
+    lasts = result.scenario.acoustics.hf.ping_s
+    pings = rows_where(result.tables["pings"], round=ping["round"])
+    met = result.tables["receptions"]
+    met = met[met.ping.isin(pings.ping) & (met.outcome != "out_of_range")]
+    gaps = []
+    for own in met[met.ping == ping.ping].itertuples():
+        others = met[(met.asv == own.asv) & (met.arrived_at_s < own.arrived_at_s)]
+        if len(others):
+            other = others.loc[others.arrived_at_s.idxmax()]
+            gaps.append((own.arrived_at_s - other.arrived_at_s - lasts, own.asv, other.auv))
+    departs = f"super_tdma: it sets out {1e3 * _late(result, ping):.1f} ms after the round began"
+    if not gaps:
+        return [f"{departs}, as the first to arrive wherever it is heard"], {}
+    gap, asv, other = min(gaps)
+    how = f"{1e3 * gap:.1f} ms after that of {other} is over"
+    if gap < 0.0:
+        how = f"{-1e3 * gap:.1f} ms before that of {other} is over"
+    return [f"{departs}, so that its ping comes in at {asv} {how}"], {"gap_s": float(gap)}
+
+
+def _late(result: "Result", ping: Any) -> float:
+    begins = row_of(result, "rounds", "round", ping["round"]).started_at_s
+    return float(np.subtract(ping.sent_at_s, begins))
+
+
+RULES = {"worst_first": _worst_first, "polling": _polling, "super_tdma": _super_tdma}

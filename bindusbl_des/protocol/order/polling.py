@@ -1,0 +1,74 @@
+"""Polling: an ASV calls AUV after AUV, the next as soon as it has decoded an answer."""
+
+from collections.abc import Generator
+from functools import partial
+
+import simpy
+
+from ...core.clock import Clock
+from ...records.events import HEARD, IN_FLIGHT
+from ...records.recorder import Recorder
+from ..colouring import greedy_groups
+from ..hf.uplink import Uplink
+from ..own.steps import moment
+from .view import Groups, View
+
+Turn = tuple[int, int]  # number of a round, and of a slot in it
+
+
+def polling(view: View, *, side_by_side: bool = False) -> Groups:
+    """Call one AUV after another; `side_by_side` those at once that no ASV hears two of."""
+    if side_by_side:
+        return greedy_groups(view.heard)
+    return [[auv] for auv in range(len(view.auvs))]
+
+
+class Answers:
+    """The answers to the calls of a slot, which ends when each caller has decoded its own.
+
+    A caller that is not answered, or does not decode the answer, waits for the end of the slot.
+    """
+
+    def __init__(
+        self, env: simpy.Environment, uplink: Uplink, record: Recorder, clock: Clock
+    ) -> None:
+        self._env, self._uplink, self._record, self._clock = env, uplink, record, clock
+        self._turn, self._missing, self._last = (-1, -1), 0, 0.0
+        self._complete = env.event()
+
+    def begin(self, turn: Turn, calls: int) -> None:
+        """Let a slot begin in which so many AUVs are called; answers to others are late."""
+        self._turn, self._missing, self._complete = turn, calls, self._env.event()
+
+    def expect(self, turn: Turn, number: int, caller: int) -> None:
+        """Wait until the ASV that has called can have decoded a ping, by its number."""
+        ping = self._record.pings.array[number]
+        for row in range(ping["first"], ping["end"]):
+            reception = self._record.receptions.array[row]
+            if reception["asv"] == caller and reception["outcome"] == IN_FLIGHT:
+                self._decode_at(float(reception["arrived_at_s"]), turn, row)
+
+    def wait(self, ends: float) -> Generator[simpy.Event, None, float]:
+        """Wait for the answers, at most until an instant (s); return when the slot is over."""
+        complete = self._complete
+        yield complete | moment(self._env, ends)
+        if not complete.triggered:
+            return ends
+        over = min(self._clock.after(self._last, 0.0), ends)
+        if over > self._env.now:
+            yield moment(self._env, over)
+        return over
+
+    def _decode_at(self, arrives: float, turn: Turn, row: int) -> None:
+        event = moment(self._env, arrives + self._uplink.band.duration)
+        event.callbacks.append(partial(self._decode, arrives, turn, row))
+
+    def _decode(self, expected: float, turn: Turn, row: int, _: simpy.Event) -> None:
+        self._uplink.amend(self._env.now)
+        arrived = float(self._record.receptions.array[row]["arrived_at_s"])
+        if arrived > expected:  # the ASV was predicted to be nearer
+            self._decode_at(arrived, turn, row)
+        elif turn == self._turn and self._uplink.outcome_of(row)[0] == HEARD:
+            self._missing, self._last = self._missing - 1, arrived + self._uplink.band.duration
+            if self._missing == 0:
+                self._complete.succeed()

@@ -1,0 +1,28 @@
+"""Priority to the AUV whose estimate is worst, as far as the fleet knows."""
+
+import numpy as np
+
+from .view import Groups, View
+
+# As long as the shortest downlink slot, which every round pays: 10 t_C of at least 2.5 t_C each.
+SLOTS = 4
+
+
+def worst_first(view: View, *, slots: int = SLOTS) -> Groups:
+    """Let those AUVs ping whose estimates are worst, in at most so many slots.
+
+    In the order of their claims, each AUV joins the first group in which no ASV would hear it and
+    another; those that have no room wait for a later round.  An AUV's claim is the error that is
+    expected of it times the chance that a turn will mend it: after k turns in vain, 1 / (k + 2)
+    (Laplace's rule of succession).  So an AUV that is not where it is believed to be cannot keep
+    the others waiting, and one that drifts has its turn after a bounded number of rounds.
+    """
+    claims = view.expected_error_m / (view.turns_in_vain + 2.0)
+    groups: list[list[int]] = [[] for _ in range(slots)]
+    met = np.zeros((slots, view.heard.shape[1]), dtype=np.bool_)  # ASVs that hear one of a group
+    for auv in np.argsort(-claims, kind="stable").tolist():
+        room = np.flatnonzero(~(met & view.heard[auv]).any(axis=1))
+        if len(room):
+            groups[room[0]].append(auv)
+            met[room[0]] |= view.heard[auv]
+    return [group for group in groups if group]
