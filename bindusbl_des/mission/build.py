@@ -157,6 +157,7 @@ def _network(
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         mf_range=scenario.acoustics.mf.range_m,
         chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
+        conflict_margin=protocol.conflict_margin_m,
     )
 
 

@@ -50,7 +50,8 @@ class Network(Watched):
 
     `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0;
     all later by what they have `paused` (s), while no ASV worked.
-    A `chart` tells where the fleet believes the AUVs to be; without one it knows.
+    A `chart` tells where the fleet believes the AUVs to be; without one it knows.  Who is within HF
+    range and a `conflict_margin` (m) of an ASV counts as heard by it.
     """
 
     env: simpy.Environment
@@ -70,6 +71,7 @@ class Network(Watched):
     broadcaster_draw: RandomStream
     mf_range: float
     chart: Chart | None
+    conflict_margin: float = 0.0
     downlink_free_at: float = 0.0
     paused: float = 0.0
     _fixes_plotted: int = field(default=0, init=False)
@@ -80,7 +82,9 @@ class Network(Watched):
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
-        asvs, reach, slant = self.asv_fleet.motion, self.uplink.band.reach, self.uplink.band.slant
+        asvs, slant = self.asv_fleet.motion, self.uplink.band.slant
+        hf_range = self.uplink.band.reach
+        reach = hf_range + self.conflict_margin
         self.asv_fleet.reach(time)
         if self.chart is None:
             self.auv_fleet.reach(time)
@@ -91,7 +95,7 @@ class Network(Watched):
         metric, failed = "slant" if slant else "horizontal", self.asv_fleet.failed(time)
         if failed:
             seen[2][:, failed] = False
-        return View(round_number, time, *seen, reach, metric, self.schedule_draw, failed)
+        return View(round_number, time, *seen, hf_range, metric, self.schedule_draw, failed)
 
     def _plotted(self, chart: Chart, time: float) -> Array:
         """Return where the fleet believes the AUVs to be, by all fixes made so far."""
