@@ -8,7 +8,7 @@ import numpy as np
 
 from ..preflight.round_lengths import rounds_of
 from .case import Array, Case
-from .pair import Pair, by_time
+from .pair import Pair, by_time, undecided
 from .uplink import frame_s, slot_gap
 from .witnesses.broadcasts import beacons_meet, frames_meet, rounds_slip
 
@@ -79,7 +79,12 @@ def broadcasts(case: Case) -> Iterator[Pair]:
     begins may go on by v T_tx until it ends.  The margin is T_DL - T_tx - spread / c, and an uplink
     slot more where rounds are sequential; of all sizes of a frame the largest leaves least.
     """
+    kind, what = "consecutive frames", "broadcasts at an AUV"
     if case.scenario.protocol.downlink == "direct_reply":
+        return
+    if case.scenario.protocol.broadcaster == "parallel":
+        why = "which ASVs broadcast at once is decided by where AUVs are believed to be"
+        yield undecided(kind, what, why)
         return
     margin = downlink_gap(case) - frame_spread(case)
     wide, apart = _widest_frames(case, _moved(case))
@@ -87,8 +92,7 @@ def broadcasts(case: Case) -> Iterator[Pair]:
     unshown += steady_gap(case) - downlink_gap(case)
     why = f"an AUV may be {wide:.4g} m farther from one ASV than from the next to broadcast"
     witnesses = partial(frames_meet, case, apart)
-    what = "broadcasts at an AUV"
-    yield by_time("consecutive frames", what, margin, why, witnesses, unshown)
+    yield by_time(kind, what, margin, why, witnesses, unshown)
 
 
 def most_fixes(case: Case) -> int:

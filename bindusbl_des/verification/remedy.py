@@ -65,6 +65,8 @@ def _lacking(case: Case, pairs: list[Pair]) -> Iterator[tuple[str, Any]]:
     margin = margin_needed(case)
     if "same slot" in refused and margin <= MOST_RANGES * case.scenario.acoustics.hf.range_m:
         yield "conflict_margin_m", _up(margin, STEP_M)
+    if case.scenario.protocol.broadcaster == "parallel":
+        yield "broadcaster", "rotate"
     if "call and answer" in refused:
         lacks = -(refused["call and answer"].margin_s or 0.0)
         yield "turnaround_s", _up(case.scenario.protocol.turnaround_s + lacks, STEP_S)
