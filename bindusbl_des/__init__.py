@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from .sea.water import sound_speed
     from .usbl.fusion import fuse
     from .usbl.own_instrument import Sounding
+    from .verification.verdict import Verdict, verify
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {
@@ -77,6 +78,8 @@ _HOMES = {
     "Signals": "acoustics.channel",
     "Slot": "protocol.own.ranging",
     "Sounding": "usbl.own_instrument",
+    "Verdict": "verification.verdict",
+    "verify": "verification.verdict",
     "View": "protocol.schedules",
     "WayView": "scenario.own_plans",
 }
@@ -94,6 +97,7 @@ __all__ = [
     "Signals",
     "Slot",
     "Sounding",
+    "Verdict",
     "View",
     "WayView",
     "absorption",
@@ -118,6 +122,7 @@ __all__ = [
     "sweep",
     "travel_time",
     "uplink_slot",
+    "verify",
 ]
 
 

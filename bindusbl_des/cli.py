@@ -24,6 +24,7 @@ from .commands.replaying import fit, replay
 from .commands.reports import report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
+from .commands.verifying import verify
 from .core.wording import printable, shortened
 
 INTERRUPTED = 130
@@ -141,6 +142,7 @@ for _command in (
     presets,
     timing,
     coverage,
+    verify,
     plan,
     report,
     plot,

@@ -45,6 +45,7 @@ CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
 LISTED: dict[tuple[str, str], list[Any]] = {
     ("survey", "depths_m"): [10.0],
     ("auvs", "speeds_m_per_s"): [0.6],
+    ("auvs", "ping_late_s"): [0.01],
     ("auvs", "launch_m"): [[0.0, 0.0]],
     ("auvs", "recovery_m"): [[5.0, 0.0]],
 }

@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 ROOMS = [
     *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
     *("navigation", "acoustics", "usbl", "protocol", "preflight", "results", "mission"),
+    "verification",
     *("explain", "report", "figures", "export", "replay", "campaigns", "advice"),
     *("planning", "benchmark", "reproduction"),
     *("commands", "cli", "manual", "dynamics"),

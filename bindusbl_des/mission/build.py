@@ -163,6 +163,7 @@ def _network(
         chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
         estimates=known_of(scenario, auvs, record),
         answers=answers,
+        conflict_margin=protocol.conflict_margin_m,
     )
 
 

@@ -57,7 +57,7 @@ RULES = (
         (
             *BROADCASTS,
             *(f"protocol.{name}" for name in ("schedule", "downlink", "positions", "frame_s")),
-            *("protocol.reply_at", "protocol.turnaround_s"),
+            *("protocol.reply_at", "protocol.turnaround_s", "protocol.conflict_margin_m"),
         ),
         "ASVs ping in turn and AUVs fix themselves; nobody calls, answers or broadcasts",
     ),
@@ -150,6 +150,22 @@ RULES = (
         "AUVs ping as they like, in no slots",
     ),
     Idle(
+        {"protocol.schedule": ("one_per_slot", *FRAMED_SCHEDULES, *RANDOM_ACCESS)},
+        ("protocol.conflict_margin_m",),
+        "an AUV has its slot to itself wherever it is believed to be",
+        "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"protocol.ranging": ("twtt", "passive")},
+        ("auvs.ping_late_s",),
+        "no AUV pings by its own clock",
+    ),
+    Idle(
+        {"protocol.schedule": RANDOM_ACCESS},
+        ("auvs.ping_late_s",),
+        "AUVs ping as they like",
+    ),
+    Idle(
         {"acoustics.mf.airtimes": GIVEN},
         ("acoustics.mf.bit_rate_bps", "acoustics.mf.overhead"),
         "airtimes are those of the table",
@@ -230,6 +246,7 @@ RULES = (
         ("acoustics.loss.contention_per_auv", "acoustics.loss.combine"),
         "there is no other AUV",
     ),
+    Idle({"auvs.count": (1,)}, ("protocol.conflict_margin_m",), "there is no other AUV"),
     Idle(
         {"auvs.count": (1,), "protocol.ranging": ("owtt_sync",)},
         ("protocol.positions",),

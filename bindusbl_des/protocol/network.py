@@ -61,6 +61,7 @@ class Network(Watched):
     all later by what they have `paused` (s), while no ASV worked.
     A `chart` tells where the fleet believes the AUVs to be; without one it knows.  What it
     expects of their `estimates` schedules may ask; slots that end with `answers` wait for these.
+    Who is within HF range and a `conflict_margin` (m) of an ASV counts as heard by it.
     """
 
     env: simpy.Environment
@@ -82,6 +83,7 @@ class Network(Watched):
     chart: Chart | None
     estimates: Known
     answers: Answers | None = None
+    conflict_margin: float = 0.0
     downlink_free_at: float = 0.0
     paused: float = 0.0
     _fixes_plotted: int = field(default=0, init=False)
@@ -92,7 +94,9 @@ class Network(Watched):
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
-        asvs, reach, slant = self.asv_fleet.motion, self.uplink.band.reach, self.uplink.band.slant
+        asvs, slant = self.asv_fleet.motion, self.uplink.band.slant
+        hf_range = self.uplink.band.reach
+        reach = hf_range + self.conflict_margin
         self.asv_fleet.reach(time)
         if self.chart is None:
             self.auv_fleet.reach(time)
@@ -104,7 +108,7 @@ class Network(Watched):
         if failed:
             seen[2][:, failed] = False
         return View(
-            *(round_number, time, *seen, reach, metric, self.schedule_draw, failed),
+            *(round_number, time, *seen, hf_range, metric, self.schedule_draw, failed),
             slots=self.slots,
             known=self.estimates,
         )

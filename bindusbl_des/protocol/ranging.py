@@ -24,16 +24,35 @@ from .own.ranging import OwnRanging
 
 
 class OneWay:
-    """Synchronised clocks: AUVs ping on time, the one-way travel time is the range (owtt_sync)."""
+    """Synchronised clocks: AUVs ping on time, the one-way travel time is the range (owtt_sync).
 
-    def __init__(self, uplink: Uplink, queue: FixQueue | ReplyQueue) -> None:
-        self._uplink, self._queue = uplink, queue
+    Or each so much `late` (s), after the start of its slot.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        uplink: Uplink,
+        queue: FixQueue | ReplyQueue,
+        late: Sequence[float] | None = None,
+    ) -> None:
+        self._env, self._uplink, self._queue, self._late = env, uplink, queue, late
 
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
         """Let a group of AUVs ping at the start of its slot, wherever the fleet believes them."""
-        self._queue.expect(self._uplink.send(round_number, slot, group, time))
+        if self._late is None:
+            self._queue.expect(self._uplink.send(round_number, slot, group, time))
+            return
+        for auv in group:
+            pings_at = time + self._late[auv]
+            event = self._env.timeout(pings_at - self._env.now)
+            event.callbacks.append(partial(self._ping, (round_number, slot, auv), pings_at))
+
+    def _ping(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
+        """Let one AUV ping in its turn (round, slot, AUV) at an instant (s)."""
+        self._queue.expect(self._uplink.send(turn[0], turn[1], [turn[2]], time))
 
     def close(self) -> None:
         """End the mission; nobody waits for anything."""
@@ -136,7 +155,7 @@ def ranging_of(
         delay, one_way = scenario.protocol.turnaround_s, name == "owtt_sync"
         return TwoWay(env, uplink, queue, turnaround=delay, one_way=one_way, answers=answers)
     if name == "owtt_sync":
-        return OneWay(uplink, queue)
+        return OneWay(env, uplink, queue, scenario.auvs.ping_late_s)
     draw = streams.of(Purpose.RANGING)
     return OwnRanging(name, own_part(RANGING, name), env, uplink, queue, draw)
 

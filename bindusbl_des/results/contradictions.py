@@ -61,7 +61,7 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
         limits |= {
             "pings": (0, int(pinging * (duration / scenario.acoustics.hf.ping_s + 2))),
             "receptions": (pings * listening, pings * listening),
-            "rounds": (0, pings + 2),
+            "rounds": (0, pings + 2 + _late(scenario)),
             "fixes": (0, pings * listening if passive else pings),
             "broadcasts": (0, broadcasts),
             "frame_receptions": (auvs * frames, auvs * frames),
@@ -73,6 +73,11 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
             other = FOLLOWS.get(name)
             by = f" by {other}.parquet ({rows[other]:,} rows)" if other else ""
             yield name, f"has {rows[name]:,} rows, where its mission has {expected}{by}"
+
+
+def _late(scenario: Scenario) -> int:
+    """Return how many rounds there may be whose pings are so late that the mission ends before."""
+    return int(max(scenario.auvs.ping_late_s or (0.0,)) / scenario.acoustics.hf.ping_s)
 
 
 def contradictions(

@@ -27,6 +27,14 @@ class Protocol(Part):
         "carried on by planned course and speed",
         PAPER,
     )
+    conflict_margin_m: Real = key(
+        0.0,
+        "m",
+        "AUVs believed within HF range and so much more of an ASV count as heard by it when slots "
+        "are given; `bindusbl-des verify` says how much it takes",
+        ge=0,
+        le=1e6,
+    )
     tick_rate_hz: Real | None = key(
         None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", ge=0.001, le=1e6
     )

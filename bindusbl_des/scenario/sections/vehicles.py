@@ -13,6 +13,7 @@ from .own import OwnPlacement, is_own
 from .routes import Lawnmower, Route
 
 Speed = Annotated[Real, Field(ge=0.001, le=20)]
+Late = Annotated[Real, Field(ge=0, le=10)]
 
 
 class Auvs(Part):
@@ -51,6 +52,12 @@ class Auvs(Part):
         "m",
         "[x, y] where AUVs are recovered, one for all or one per AUV: once through their route "
         "they go and wait there; null = they fly it there and back",
+    )
+    ping_late_s: tuple[Late, ...] | None = key(
+        None,
+        "s",
+        "how much later than its slot begins each AUV pings (owtt_sync), such as by a late clock; "
+        "ranges are measured from the ping itself; null = on time",
     )
     feedback: Literal["truth", "estimate"] = key(
         "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER

@@ -64,6 +64,7 @@ def _fleet(scenario: ScenarioKeys) -> Iterator[Contradiction]:
     for name, given, what in (
         ("survey.depths_m", survey.depths_m, "depth"),
         ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed"),
+        ("auvs.ping_late_s", auvs.ping_late_s, "time"),
         ("auvs.launch_m", auvs.launch_m, "[x, y]"),
         ("auvs.recovery_m", auvs.recovery_m, "[x, y]"),
     ):

@@ -1,0 +1,100 @@
+"""The command `verify`: whether signals of a protocol may overlap, decided before the mission."""
+
+from pathlib import Path
+
+import click
+
+from .console import (
+    compiling_told,
+    print_json,
+    reading_from,
+    refuse,
+    refuse_plugins,
+    say,
+    talk,
+    writing,
+)
+from .options import json_option, plugins_option, scenario_argument, set_option
+
+REFUSED = 1
+
+
+@click.command()
+@scenario_argument
+@click.option(
+    "--max-speed",
+    type=float,
+    metavar="M_PER_S",
+    help="No AUV is faster over ground (default: as planned, with the current where it drifts).",
+)
+@click.option(
+    "--clock-error",
+    type=float,
+    metavar="SECONDS",
+    help="No AUV's clock is farther off (default: three standard deviations of navigation).",
+)
+@click.option(
+    "--sound-speed-error",
+    type=float,
+    metavar="M_PER_S",
+    help="The assumed speed of sound is off by no more (default: what it is off by).",
+)
+@click.option("--out", metavar="DIR", help="Write verify.json there, and the witness.yaml.")
+@click.option("--force", is_flag=True, help="Replace the folder of an earlier verdict.")
+@set_option
+@plugins_option
+@json_option("the verdict")
+@click.pass_context
+def verify(
+    context: click.Context,
+    scenario: str,
+    max_speed: float | None,
+    clock_error: float | None,
+    sound_speed_error: float | None,
+    out: str | None,
+    force: bool,
+    overrides: tuple[str, ...],
+    allow_plugins: bool,
+    as_json: bool,
+) -> None:
+    """Decide whether any two signals of a protocol may overlap at a receiver.
+
+    Whatever AUVs, clocks and sound do within their bounds: accepted (exit code 0), or refused (1)
+    with a witness, a scenario in which two signals do overlap, and with what would be accepted.
+    """
+    reading = reading_from(scenario, overrides, allow_plugins)
+    refuse_plugins(reading.unloaded)
+    from ..core.durable_folder import refusal
+    from ..verification.record import objection, record, write
+    from ..verification.telling import told
+    from ..verification.verdict import verify as decided
+
+    folder = Path(out) if out else None
+    if folder is not None:
+        with writing(folder):
+            taken = refusal(folder, objection, force=force)
+        if taken:
+            refuse(f"{folder}: {taken}")
+    try:
+        with compiling_told():
+            verdict = decided(
+                reading.scenario,
+                max_speed=max_speed,
+                clock_error=clock_error,
+                sound_speed_error=sound_speed_error,
+            )
+    except ValueError as error:
+        refuse(f"{scenario}: {error}")
+    if folder is not None:
+        with writing(folder):
+            write(verdict, folder, force=force)
+    if as_json:
+        print_json(record(verdict))
+    else:
+        say(told(verdict))
+    if folder is not None:
+        talk(f"Results: {folder}")
+    elif verdict.witness is not None:
+        talk("--out DIR writes the witness, a scenario to be run.")
+    if not verdict.accepted:
+        context.exit(REFUSED)

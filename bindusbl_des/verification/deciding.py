@@ -1,0 +1,50 @@
+"""Every kind of pair of signals that may meet at a receiver, and what is decided of it."""
+
+from collections.abc import Callable, Iterator
+
+from ..core.plugins import is_plugin
+from ..scenario.families import is_random
+from .case import Case
+from .frames import beacons, broadcasts, rounds_in_frames
+from .pair import Pair, undecided
+from .random_access import random_access
+from .reuse import REUSING, same_slot
+from .two_way import answer_and_next_call, call_and_answer, calls_of_a_slot
+from .uplink import consecutive_slots
+
+Rule = Callable[[Case], Iterator[Pair]]
+
+# Schedules of which something is proved here
+SCHEDULED = (*REUSING, "one_per_slot", "round_robin", "random")
+
+DOWNLINK: tuple[Rule, ...] = (broadcasts, rounds_in_frames)
+RULES: dict[str, tuple[Rule, ...]] = {
+    "owtt_sync": (same_slot, consecutive_slots, *DOWNLINK),
+    "twtt": (same_slot, calls_of_a_slot, call_and_answer, answer_and_next_call, *DOWNLINK),
+    "passive": (beacons,),
+}
+
+
+def pairs_of(case: Case) -> list[Pair]:
+    """Return every kind of pair of signals of a scenario's protocol, each with its verdict."""
+    unknown = list(_unknown(case))
+    if unknown:
+        return unknown
+    if is_random(case.scenario):
+        return list(random_access(case))
+    rules = RULES[str(case.scenario.protocol.ranging)]
+    return [pair for rule in rules for pair in rule(case)]
+
+
+def _unknown(case: Case) -> Iterator[Pair]:
+    """Yield what of a protocol lies beyond what is proved here: it is refused as such."""
+    protocol, hf = case.scenario.protocol, case.scenario.acoustics.hf
+    for name in (protocol.schedule, protocol.downlink, protocol.ranging):
+        if is_plugin(str(name)):
+            yield undecided("part of one's own", str(name), "who sends when only the plug-in says")
+    if hf.channel != "disc":
+        why = f"with the channel {str(hf.channel)!r} sound ends at no range"
+        yield undecided("sound without a range", "pings", why)
+    known = protocol.is_passive or is_plugin(str(protocol.schedule)) or is_random(case.scenario)
+    if not known and protocol.schedule not in SCHEDULED:
+        yield undecided("schedule", str(protocol.schedule), "nothing is proved of this schedule")

@@ -1,0 +1,68 @@
+"""How long slots must be, how long they are, and what of their guards is wasted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..preflight.round_lengths import rounds_of
+from .case import Case
+from .frames import downlink_gap, frame_spread, sizes
+from .pair import Pair
+from .two_way import answering_s
+
+# Pairs whose margin grows by as much as an uplink slot does
+OF_SLOTS = ("consecutive slots", "answer and next call", "consecutive beacons")
+
+
+@dataclass(frozen=True)
+class Guard:
+    """The time left in a slot once its signals and the longest way are taken off (s): how much
+    there is, and how much it takes for no two signals to overlap.
+    """
+
+    set_s: float
+    needed_s: float
+
+    @property
+    def wasted_s(self) -> float:
+        """What could be left out (s); negative is what lacks."""
+        return self.set_s - self.needed_s
+
+
+def uplink_guard(case: Case, pairs: Sequence[Pair]) -> Guard | None:
+    """Return the guard of an uplink slot (T_G and whatever the shortest slot adds), on the clock.
+
+    Guards against echoes are not in what is needed: echoes are not verified.
+    """
+    margins = [it.margin_s for it in pairs if it.kind in OF_SLOTS and it.margin_s is not None]
+    if not margins:
+        return None
+    guard = case.slot_s - _busy_s(case)
+    return Guard(guard, max(guard - min(margins), 0.0))
+
+
+def _busy_s(case: Case) -> float:
+    """Return what an uplink slot holds beside its guard (s), at the speed of sound assumed."""
+    slots = case.slots
+    if case.scenario.protocol.ranging == "twtt":
+        return slots.ping_duration + answering_s(case) + 2 * slots.longest_travel_time
+    return slots.ping_duration + slots.longest_travel_time
+
+
+def downlink_guard(case: Case) -> Guard | None:
+    """Return the guard of a downlink slot, the least of all sizes of a frame, on the clock.
+
+    What uplink slots between two broadcasts add is not taken for a guard, but makes less needed.
+    """
+    protocol, slots = case.scenario.protocol, case.slots
+    if protocol.is_passive or protocol.downlink == "direct_reply":
+        return None
+    guard = min(
+        slots.clock.after(0.0, slots.downlink_slot(fixes)) - slots.airtime(fixes)
+        for fixes in sizes(case)
+    )
+    needed = frame_spread(case)
+    if protocol.downlink == "sequential":
+        needed -= rounds_of(case.scenario).fewest * case.slot_s
+    if downlink_gap(case) >= frame_spread(case):  # whatever comes between
+        needed = min(needed, guard)
+    return Guard(guard, max(needed, 0.0))

@@ -1,0 +1,134 @@
+"""AUVs that ping in one slot because no ASV hears both, as far as the fleet knows."""
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from .case import Case
+from .pair import ACCEPTED, REFUSED, Pair, Plan, undecided
+from .uplink import slot_gap
+from .witnesses.pings import at_the_edge, come_in_together, rounds_shown
+from .witnesses.reuse import comes_into_range
+
+KIND = "same slot"
+WHAT = "AUVs of one ping group"
+
+# Schedules that let AUVs without a common listener ping together
+REUSING = ("spatial_reuse", "dsatur")
+
+
+def same_slot(case: Case) -> Iterator[Pair]:
+    """Yield whether an ASV may hear two AUVs of one group by the time at which they ping.
+
+    They share a group because no ASV had both within R + m where they were believed, m the conflict
+    margin.  What was believed is wrong by e and has aged by a when they ping, at a relative speed
+    of v: an ASV that hears both within R then had both believed within R + v a + e.  So they are
+    apart iff m >= v a + e.  (Aslant the AUV comes nearer by less than it moves: R + m is the slant
+    range of a place v a farther, seen from above.)
+
+    With true positions e = 0 and a is the way from the round's start to their slot.  An AUV in slot
+    s is there because AUVs of all slots before are in conflict with it, and so is the other: of N
+    AUVs two share slot N - 2 at most.  One ASV alone hears all that conflict, and has nobody share
+    but slot 0, a = 0.  Clocks make a longer by 2 e_c.  With last fixes a may be the whole mission:
+    who is not heard is not fixed.
+    """
+    scenario = case.scenario
+    if scenario.protocol.schedule not in REUSING or scenario.auvs.count < 2:
+        return
+    returning = [it for it in scenario.asvs.failures if it.until_s is not None]
+    if returning:
+        why = (
+            f"ASV{returning[0].asv} works again at {returning[0].until_s:g} s, and may hear AUVs "
+            "of one group that was formed without it"
+        )
+        yield undecided(KIND, WHAT, why)
+        return
+    margin, needed = scenario.protocol.conflict_margin_m, margin_needed(case)
+    age, told = age_s(case), _told(case)
+    why = f"{told}: {needed:.3g} m of conflict margin needed, {margin:.3g} m set"
+    if margin >= needed:
+        yield Pair(KIND, WHAT, ACCEPTED, why, margin_m=margin - needed)
+        return
+    if scenario.protocol.positions == "carried_forward":
+        yield Pair(KIND, WHAT, "undecided", why, margin_m=margin - needed)
+        return
+    witnesses = partial(_witnesses, case, age)
+    yield Pair(KIND, WHAT, REFUSED, why, margin_m=margin - needed, witnesses=witnesses)
+
+
+def margin_needed(case: Case) -> float:
+    """Return the least conflict margin (m) with which no ASV hears two AUVs of one group."""
+    if case.scenario.protocol.schedule not in REUSING or case.scenario.auvs.count < 2:
+        return 0.0
+    speed, error = case.closing_m_per_s, 0.0
+    if case.scenario.protocol.positions == "carried_forward":
+        speed += max(case.scenario.auvs.speeds)
+    if case.scenario.protocol.positions != "truth":
+        error = case.bounds.position_error_m
+    moved = speed * age_s(case)
+    if (
+        case.scenario.acoustics.hf.range_metric == "slant"
+        and not case.scenario.auvs.vehicle.flies_paths
+    ):
+        moved = _aslant(case, moved)
+    return moved + error
+
+
+def _aslant(case: Case, moved: float) -> float:
+    """Return how much nearer aslant (m) an AUV at the edge of range comes that moves so far (m)."""
+    reach, found = case.scenario.acoustics.hf.range_m, 0.0
+    for shallow, _ in set(case.depths):
+        if shallow < reach:
+            across = math.sqrt(reach**2 - shallow**2) + moved
+            found = max(found, math.hypot(across, shallow) - reach)
+    return found
+
+
+def age_s(case: Case) -> float:
+    """Return how long (s) before a shared slot AUVs may have been where they are believed."""
+    if case.scenario.protocol.positions != "truth":
+        return case.scenario.duration_s
+    return most_shared_slot(case) * _slot_in_round(case) + case.late_s
+
+
+def most_shared_slot(case: Case) -> int:
+    """Return the last slot of a round that two AUVs may share and an ASV hear both."""
+    last = case.scenario.auvs.count - 2
+    if last < 1 or not len(case.apart_m):
+        return 0
+    protocol, reach = case.scenario.protocol, case.scenario.acoustics.hf.range_m
+    ways = case.closing_m_per_s * (last * _slot_in_round(case) + case.late_s)
+    met = case.apart_m <= 2 * reach + protocol.conflict_margin_m + ways
+    return last if bool(np.any(met)) else 0
+
+
+def _slot_in_round(case: Case) -> float:
+    """Return the most time (s) from one slot of a round to the next."""
+    if case.scenario.protocol.downlink != "pipelined_group":
+        return slot_gap(case)
+    slots = case.slots
+    return max(slot_gap(case), slots.clock.after(0.0, slots.downlink_slot(len(case.depths))))
+
+
+def _told(case: Case) -> str:
+    age, speed = age_s(case), case.closing_m_per_s
+    if case.scenario.protocol.positions != "truth":
+        return f"positions may be {age:.4g} s old, and {speed:.3g} m/s makes of that"
+    slot = most_shared_slot(case)
+    return f"slot {slot} is {1e3 * age:.4g} ms after the round's start, at {speed:.3g} m/s"
+
+
+def _witnesses(case: Case, age: float) -> Iterator[Plan]:
+    margin, speed = case.scenario.protocol.conflict_margin_m, case.closing_m_per_s
+    if case.scenario.protocol.positions == "last_fix":
+        if speed > 0.0:
+            shown = min(margin / speed + rounds_shown(case), case.scenario.duration_s)
+            yield come_in_together(case, shown)
+        yield at_the_edge(case)
+        return
+    if most_shared_slot(case):
+        yield from comes_into_range(case)
+    if case.late_s:
+        yield come_in_together(case, rounds_shown(case), case.late_s)

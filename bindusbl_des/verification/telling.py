@@ -1,0 +1,105 @@
+"""A verdict for the terminal: what may overlap, by how much guards fall short, what would do."""
+
+from collections.abc import Iterator
+from textwrap import wrap
+
+from ..core.wording import significant
+from .guards import Guard
+from .pair import ACCEPTED, Pair
+from .verdict import Verdict
+from .witnesses.playing import Witness
+
+WIDTH = 80
+
+
+def told(verdict: Verdict) -> str:
+    """Return a verdict in lines of at most 80 columns."""
+    return "\n".join(_lines(verdict))
+
+
+def _lines(verdict: Verdict) -> Iterator[str]:
+    word = "accepted: no two signals overlap" if verdict.accepted else "refused"
+    yield f"{verdict.scenario.name}: {word}"
+    yield _bounds(verdict)
+    yield ""
+    rows = [("signals", "where", "margin", "verdict"), *map(_row, verdict.pairs)]
+    widths = [max(len(row[k]) for row in rows) for k in range(4)]
+    for number, (kind, what, margin, word) in enumerate(rows):
+        line = f"{kind:<{widths[0]}}  {what:<{widths[1]}}  {margin:>{widths[2]}}  {word}"
+        yield line.rstrip()
+        if number == 0:
+            yield "-" * (sum(widths) + 6)
+    yield ""
+    yield from _guards(verdict)
+    if verdict.accepted:
+        return
+    for pair in verdict.pairs:
+        if not pair.is_safe:
+            yield from wrap(f"{pair.kind}: {pair.why}.", WIDTH)
+    if verdict.witness is not None:
+        yield from wrap(f"Witness: {_seen(verdict.witness)}.", WIDTH)
+    else:
+        yield from wrap("No witness: it is not proved safe, and not proved unsafe either.", WIDTH)
+    if verdict.remedy is None:
+        yield "No guard, margin or schedule is known that would be accepted."
+        return
+    yield "Accepted would be:"
+    yield from (f"  {option}" for option in verdict.remedy.options)
+
+
+def _bounds(verdict: Verdict) -> str:
+    bounds, (slowest, fastest) = verdict.bounds, verdict.case.sound_speeds
+    sound = f"{slowest:g} m/s" if slowest == fastest else f"{slowest:g} to {fastest:g} m/s"
+    vessels = f", ASVs {bounds.asv_speed_m_per_s:.3g} m/s" if bounds.asv_speed_m_per_s else ""
+    return (
+        f"AUVs up to {bounds.max_speed_m_per_s:.3g} m/s{vessels}, clocks within "
+        f"{1e3 * bounds.clock_error_s:.4g} ms, sound at {sound}"
+    )
+
+
+def _row(pair: Pair) -> tuple[str, str, str, str]:
+    if pair.margin_s is not None:
+        margin = f"{_ms(pair.margin_s)} ms"
+    elif pair.margin_m is not None:
+        margin = f"{_signed(pair.margin_m)} m"
+    else:
+        margin = "-"
+    word = pair.verdict if pair.verdict == ACCEPTED else pair.verdict.upper()
+    return pair.kind, pair.what, margin, word
+
+
+def _ms(seconds: float) -> str:
+    return _signed(1e3 * seconds)
+
+
+def _signed(value: float) -> str:
+    return f"-{significant(-value)}" if value < 0.0 else significant(value)
+
+
+def _guards(verdict: Verdict) -> Iterator[str]:
+    for name, guard in (("uplink", verdict.uplink), ("downlink", verdict.downlink)):
+        if guard is not None:
+            yield _guard(name, guard)
+    margin = verdict.conflict_margin
+    if margin is not None:
+        needed, is_set = (significant(margin[name]) for name in ("needed_m", "set_m"))
+        yield f"{'conflict margin':<16} {is_set:>8} m set, {needed:>8} m needed"
+
+
+def _guard(name: str, guard: Guard) -> str:
+    rest = "wasted" if guard.wasted_s >= 0.0 else "lacking"
+    return (
+        f"{name + ' guard':<16} {_ms(guard.set_s):>8} ms set, {_ms(guard.needed_s):>7} ms needed, "
+        f"{_ms(abs(guard.wasted_s)):>7} ms {rest}"
+    )
+
+
+def _seen(witness: Witness) -> str:
+    if not witness.signals:
+        return witness.told
+    one, other = witness.signals
+    both = " and ".join(f"{it.sender}'s {it.what}" for it in (one, other))
+    return (
+        f"{both} are at {witness.receiver} together for {_ms(witness.overlap_s or 0.0)} ms, from "
+        f"{other.begins_at_s:.4f} s on"
+    )

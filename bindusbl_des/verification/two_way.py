@@ -1,0 +1,97 @@
+"""Calls and answers of two-way ranging: at AUVs calls meet calls, at ASVs answers meet calls."""
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from .case import Case
+from .pair import ACCEPTED, REFUSED, Pair, by_time, undecided
+from .reuse import REUSING, age_s
+from .uplink import round_gap, slot_gap
+from .witnesses.calls import answer_late, answer_passing, two_calls
+
+
+def answering_s(case: Case) -> float:
+    """Return how long after it has heard a call's front an AUV answers (s)."""
+    return case.slots.ping_duration + case.scenario.protocol.turnaround_s
+
+
+def calls_of_a_slot(case: Case) -> Iterator[Pair]:
+    """Yield whether an AUV may hear the calls of two ASVs at once.
+
+    Who pings in one slot is called at its start, each by the ASV nearest to it, be it in range or
+    not.  An AUV half-way between two ASVs hears both if they call: the other calls somebody whom
+    perhaps no ASV hears, and whom so no conflict keeps from its slot.  No margin of the conflict
+    graph helps.  With one AUV to a slot there is one call; ASVs more than 2 R + v a apart have no
+    listener, and no AUV on its way, in common.
+    """
+    scenario = case.scenario
+    kind, what = "calls of one slot", "calls of two ASVs at an AUV"
+    if scenario.protocol.schedule not in REUSING or scenario.auvs.count < 2:
+        return
+    if not len(case.apart_m):
+        return
+    reach, nearest = scenario.acoustics.hf.range_m, float(case.apart_m.min())
+    moved = case.closing_m_per_s * (age_s(case) + case.slot_s)
+    why = f"ASVs are {nearest:.4g} m apart or more, and share AUVs up to {2 * reach + moved:.4g} m"
+    if nearest > 2 * reach + moved:
+        yield Pair(kind, what, ACCEPTED, why)
+    elif nearest <= 2 * reach:
+        yield Pair(kind, what, REFUSED, why, witnesses=partial(two_calls, case))
+    else:
+        yield undecided(kind, what, why)
+
+
+def call_and_answer(case: Case) -> Iterator[Pair]:
+    """Yield whether an answer may meet its own call at another ASV.
+
+    The call takes L / c from one ASV to the other; by way of an AUV a depth d below them sound
+    takes sqrt(L^2 + 4 d^2) / c at least (the mirrored way), and the turnaround T_ta.  An AUV that
+    comes nearer by v (T_P + T_ta) while it answers shortens that.  Only ASVs within range R of each
+    other hear each other's calls; the farther apart, the tighter it is.
+    """
+    heard = case.apart_m[case.apart_m <= case.scenario.acoustics.hf.range_m]
+    if case.stations is None and len(case.apart_m):
+        heard = np.array([case.scenario.acoustics.hf.range_m])
+    if not len(heard):
+        return
+    apart = float(heard.max())
+    depth = min(map(case.shortest_m, range(case.scenario.auvs.count)))
+    fastest = case.sound_speeds[1]
+    moved = case.closing_m_per_s * answering_s(case)
+    detour = math.hypot(apart, 2 * depth) - apart
+    margin = case.scenario.protocol.turnaround_s + (detour - moved) / fastest
+    why = f"the way by an AUV is {detour:.3g} m longer than that of the call, over {apart:.4g} m"
+    witnesses = partial(answer_passing, case, apart)
+    yield by_time("call and answer", "at another ASV", margin, why, witnesses)
+
+
+def answer_and_next_call(case: Case) -> Iterator[Pair]:
+    """Yield whether an ASV may call while the last slot's answer is still arriving.
+
+    Called at t, an AUV at the edge of range hears that after D, answers T_P + T_ta later, and its
+    answer has arrived another D and T_P later; the next call begins at t + T.  They do not meet
+    iff T >= 2 T_P + T_ta + 2 D, D of the longest way at the slowest speed of sound, to vehicles
+    that go away meanwhile.
+    """
+    scenario = case.scenario
+    within = scenario.auvs.count > 1 and scenario.protocol.schedule in (*REUSING, "one_per_slot")
+    gap = slot_gap(case) if within else round_gap(case)
+    auv = max(range(scenario.auvs.count), key=case.longest_m)
+    margin = gap - two_way_needed(case)
+    far, later = case.longest_m(auv), 1e3 * gap
+    why = f"AUV{auv} answers from {far:.4g} m; the next call is {later:.4g} ms later"
+    witnesses = partial(answer_late, case, auv, gap)
+    still = case.slots.ping_duration + answering_s(case) + 2 * far / case.sound_speeds[0]
+    unshown = two_way_needed(case) - still
+    yield by_time("answer and next call", "at an ASV", margin, why, witnesses, unshown)
+
+
+def two_way_needed(case: Case) -> float:
+    """Return the slot (s) that holds a call and its answer, whatever the sound speed."""
+    slowest, longest = case.sound_speeds[0], max(map(case.longest_m, range(len(case.depths))))
+    called = longest / (slowest - case.bounds.max_speed_m_per_s)
+    answered = longest / (slowest - case.bounds.asv_speed_m_per_s)
+    return case.slots.ping_duration + answering_s(case) + called + answered

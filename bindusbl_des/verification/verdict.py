@@ -1,0 +1,114 @@
+"""The verdict on a scenario's protocol: accepted, or refused with two signals that overlap."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..preflight.round_lengths import rounds_of
+from ..scenario.files.scenario_file import load_scenario
+from ..scenario.scenario import Scenario
+from .bounds import Bounds, bounds_of
+from .case import Case
+from .deciding import pairs_of
+from .guards import Guard, downlink_guard, uplink_guard
+from .pair import Pair
+from .remedy import Remedy, remedy_of
+from .reuse import REUSING, age_s, margin_needed
+from .witnesses.playing import Witness, witness_of
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was decided of a scenario, for which bounds, and why.
+
+    `pairs` are all kinds of pairs of signals that may meet; a `witness` shows two that overlap, and
+    `remedy` what would be accepted.  Both are None where nothing is refused, or none is known.
+    """
+
+    case: Case
+    pairs: tuple[Pair, ...]
+    witness: Witness | None
+    remedy: Remedy | None
+
+    @property
+    def accepted(self) -> bool:
+        """Whether no two signals may overlap."""
+        return all(pair.is_safe for pair in self.pairs)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario that was verified."""
+        return self.case.scenario
+
+    @property
+    def bounds(self) -> Bounds:
+        """The bounds for which that holds."""
+        return self.case.bounds
+
+    @cached_property
+    def uplink(self) -> Guard | None:
+        """The guard of uplink slots; None where none is needed or nothing is known."""
+        return uplink_guard(self.case, self.pairs)
+
+    @cached_property
+    def downlink(self) -> Guard | None:
+        """The guard of downlink slots; None where there are none."""
+        decided = any(pair.kind == "consecutive frames" for pair in self.pairs)
+        return downlink_guard(self.case) if decided else None
+
+    @property
+    def reuses(self) -> bool:
+        """Whether AUVs may share a slot."""
+        protocol = self.scenario.protocol
+        return protocol.schedule in REUSING and not protocol.is_passive
+
+    @property
+    def position_age_s(self) -> float | None:
+        """How old positions may be by which AUVs share a slot (s); None where none do."""
+        return age_s(self.case) if self.reuses else None
+
+    @property
+    def conflict_margin(self) -> dict[str, float] | None:
+        """The conflict margin that is set and the least that is needed (m)."""
+        if not self.reuses:
+            return None
+        is_set = self.scenario.protocol.conflict_margin_m
+        return {"set_m": is_set, "needed_m": margin_needed(self.case)}
+
+    @property
+    def frame(self) -> dict[str, Any] | None:
+        """How long frames are, and rounds with a fix (s); None where rounds have no frames."""
+        rounds = rounds_of(self.scenario)
+        if not rounds.frame:
+            return None
+        lasts = rounds.length(1, int(rounds.policy != "direct_reply"))
+        return {"frame_s": rounds.frame, "round_s": lasts, "fits": lasts <= rounds.frame}
+
+
+def verify(
+    scenario: Scenario | str | Path,
+    *,
+    max_speed: float | None = None,
+    clock_error: float | None = None,
+    sound_speed_error: float | None = None,
+) -> Verdict:
+    """Decide before a mission whether any two signals of its protocol may overlap at a receiver.
+
+    Bounds that are not given are the scenario's own: speed of AUVs over ground (m/s), error of
+    their clocks (s, either way), error of the assumed speed of sound (m/s).
+
+    Raises:
+        ScenarioError: when the scenario file cannot be read or used.
+        ValueError: for a bound that is no number or impossible.
+
+    >>> verify("recovery_140m").accepted
+    False
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    case = Case(scenario, bounds_of(scenario, max_speed, clock_error, sound_speed_error))
+    pairs = tuple(pairs_of(case))
+    if all(pair.is_safe for pair in pairs):
+        return Verdict(case, pairs, None, None)
+    return Verdict(case, pairs, witness_of(pairs), remedy_of(case))

@@ -1,0 +1,214 @@
+"""What is accepted keeps every adversary out; what is refused goes wrong in a mission."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from adversary import overlaps
+from verification_cases import drawn_case
+from worlds import merged
+
+from bindusbl_des import Scenario, Verdict, load_scenario, verify
+from bindusbl_des.verification.record import write
+from bindusbl_des.verification.witnesses.playing import played
+
+# As many as it takes for every rule to accept and to refuse
+DRAWN = 60
+SLOW_DRAWN, SLOW_ROUNDS = 400, 1_000_000
+
+
+def judged(data: dict[str, Any], **bounds: float) -> Verdict:
+    return verify(Scenario.model_validate({"name": "test", "duration_s": 60.0, **data}), **bounds)
+
+
+def mended(data: dict[str, Any], verdict: Verdict) -> Scenario:
+    """Return a scenario with what was proposed."""
+    assert verdict.remedy is not None
+    changes = {key.removeprefix("protocol."): it for key, it in verdict.remedy.changes}
+    return Scenario.model_validate(merged(data, {"protocol": changes}))
+
+
+def accepted_and_refused(seeds: range, rounds: int) -> tuple[int, int, dict[str, set[str]]]:
+    """Judge drawn scenarios: witnesses of what is refused, adversaries of what is accepted, as it
+    is or once mended.
+
+    Return how many rounds were played, how many witnesses seen, and the verdicts of each kind.
+    """
+    played_rounds, witnesses, kinds = 0, 0, dict[str, set[str]]()
+    for seed in seeds:
+        data, bounds = drawn_case(seed)
+        scenario = Scenario.model_validate(data)
+        verdict = verify(scenario, **bounds)
+        for pair in verdict.pairs:
+            kinds.setdefault(pair.kind, set()).add(pair.verdict)
+        if not verdict.accepted:
+            if any(pair.verdict == "refused" for pair in verdict.pairs):
+                assert verdict.witness is not None, seed
+                again = played(verdict.witness.kind, verdict.witness.plan, verdict.witness.seed)
+                assert again == verdict.witness, seed
+                assert again.overlap_s is None or again.overlap_s > 0.0
+                witnesses += 1
+            scenario = mended(data, verdict)
+            verdict = verify(scenario, **bounds)
+            assert verdict.accepted, seed
+        assert overlaps(scenario, verdict.bounds, rounds, seed) == 0, seed
+        played_rounds += rounds
+    return played_rounds, witnesses, kinds
+
+
+def test_what_is_accepted_keeps_adversaries_out_and_what_is_refused_collides() -> None:
+    """Scenarios under every protocol: 24,000 rounds without an overlap, and witnesses that have."""
+    rounds, witnesses, kinds = accepted_and_refused(range(DRAWN), 400)
+    assert rounds == 24_000
+    assert witnesses >= 10
+    assert {"accepted", "refused"} <= kinds["same slot"] & kinds["consecutive slots"]
+
+
+@pytest.mark.slow
+def test_a_million_adversarial_rounds_do_not_overlap() -> None:
+    """Motion, sound speed and clocks at worst corners and at random; every kind is also refused."""
+    began = time.monotonic()
+    each = -(-SLOW_ROUNDS // SLOW_DRAWN)
+    rounds, witnesses, kinds = accepted_and_refused(range(1000, 1000 + SLOW_DRAWN), each)
+    print(f"{rounds} rounds, {witnesses} witnesses, {time.monotonic() - began:.0f} s")
+    assert rounds >= SLOW_ROUNDS
+    assert witnesses >= 40
+    assert all({"accepted", "refused"} <= verdicts for verdicts in kinds.values()), kinds
+
+
+@pytest.mark.parametrize(
+    ("data", "bounds"),
+    [
+        ({}, {}),
+        (
+            {"protocol": {"uplink_guard_s": 0.0, "shortest_uplink_slot_s": 0.0,
+                          "schedule": "one_per_slot"}},
+            {"clock_error": 0.005},
+        ),
+        (
+            {"protocol": {"uplink_guard_s": 0.0, "shortest_uplink_slot_s": 0.0, "ranging": "twtt",
+                          "schedule": "one_per_slot"}},
+            {"sound_speed_error": 30.0},
+        ),
+        ({"protocol": {"ranging": "twtt"}}, {}),
+        (
+            {"survey": {"depth_m": 0.0}, "asvs": {"formation": {"radius_m": 28.9}},
+             "protocol": {"uplink_guard_s": 0.0, "shortest_uplink_slot_s": 0.0,
+                          "ranging": "passive"}},
+            {"sound_speed_error": 30.0},
+        ),
+        (
+            {"acoustics": {"mf": {"range_m": 300.0}},
+             "protocol": {"downlink": "pipelined_round", "downlink_guard_s": 0.0,
+                          "shortest_downlink_slot_s": 0.0}},
+            {},
+        ),
+    ],
+)  # fmt: skip
+def test_the_adversary_finds_what_there_is(data: dict[str, Any], bounds: dict[str, float]) -> None:
+    """Nobody is convinced by an adversary who never finds anything."""
+    verdict = judged(data, **bounds)
+    assert not verdict.accepted
+    assert overlaps(verdict.scenario, verdict.bounds, 40_000, 0) > 0
+
+
+def pair(verdict: Verdict, kind: str) -> Any:
+    return next(it for it in verdict.pairs if it.kind == kind)
+
+
+def test_the_conflict_margin_is_the_way_to_the_last_slot_that_is_shared() -> None:
+    """N AUVs share slot N - 2 at most: 4 of 7/30 s at 0.627 m/s; one ASV alone shares none."""
+    six = {"auvs": {"count": 6}, "protocol": {"tick_rate_hz": 30.0}}
+    assert pair(judged(six), "same slot").margin_m == pytest.approx(-4 * 7 / 30 * 0.627)
+    assert judged(six, max_speed=2.0).conflict_margin == {
+        "set_m": 0.0, "needed_m": pytest.approx(4 * 7 / 30 * 2.0),
+    }  # fmt: skip
+    assert judged({**six, "asvs": {"count": 1}}).accepted
+    far = {"count": 2, "formation": {"positions_m": [[0.0, 0.0], [101.0, 0.0]]}}
+    assert judged({**six, "asvs": far}, max_speed=1.0).accepted
+
+
+def test_aslant_an_auv_comes_nearer_by_less_than_it_moves() -> None:
+    """From 40 m across and 30 m deep, 3 m farther out is hypot(43, 30) - 50 m more."""
+    data = {"survey": {"depth_m": 30.0}, "acoustics": {"hf": {"range_metric": "slant"}}}
+    found = judged(data, max_speed=3.0).conflict_margin
+    slot = 2.5 * 140 / 1500
+    assert found is not None
+    assert found["needed_m"] == pytest.approx(((40 + 3 * slot) ** 2 + 900) ** 0.5 - 50)
+
+
+def test_consecutive_slots_need_the_difference_of_ways_and_two_clock_errors() -> None:
+    """T - T_P - (sqrt(50^2 + 10^2) - 10) / 1480 - 2 * 3 ms at the slowest speed of sound."""
+    data = {"protocol": {"schedule": "one_per_slot"}}
+    margin = pair(
+        judged(data, clock_error=0.003, sound_speed_error=20.0), "consecutive slots"
+    ).margin_s
+    slot = 2.5 * 140 / 1500
+    assert margin == pytest.approx(slot - 0.01 - (2600**0.5 - 10) / 1480 - 0.006)
+
+
+def test_an_answer_needs_two_ways_and_two_pings() -> None:
+    """T - 2 T_P - T_ta - 2 * 50 / 1500, and what an AUV goes away meanwhile."""
+    data = {
+        "survey": {"depth_m": 0.0},
+        "protocol": {"ranging": "twtt", "schedule": "one_per_slot", "turnaround_s": 0.1},
+    }
+    found = pair(judged(data), "answer and next call").margin_s
+    slot = max(0.12 + 100 / 1500 + 0.5 * 140 / 1500, 2.5 * 140 / 1500)
+    assert found == pytest.approx(slot - 0.12 - 50 / 1500 - 50 / (1500 - 0.627))
+
+
+def test_fixes_of_last_rounds_age_as_long_as_the_mission() -> None:
+    """Who is not heard is not fixed: 60 s at 0.627 m/s, and what fixes are off by."""
+    verdict = judged({"asvs": {"count": 1}, "protocol": {"positions": "last_fix"}})
+    assert verdict.position_age_s == 60.0
+    assert verdict.conflict_margin is not None
+    off = verdict.bounds.position_error_m
+    assert verdict.conflict_margin["needed_m"] == pytest.approx(60 * 0.627 + off)
+    assert (
+        judged({"asvs": {"count": 1}, "protocol": {"positions": "carried_forward"}}).witness is None
+    )
+
+
+def test_a_round_longer_than_its_frame_is_refused_with_the_numbers() -> None:
+    """An uplink and a downlink slot of 2.5 and 10 crossing times take 1.1667 s."""
+    verdict = judged({"protocol": {"schedule": "round_robin", "frame_s": 1.0}})
+    assert not verdict.accepted
+    assert verdict.frame == {
+        "frame_s": 1.0, "round_s": pytest.approx(12.5 * 140 / 1500), "fits": False,
+    }  # fmt: skip
+    assert verdict.witness is not None
+    assert verdict.witness.told == "round 1 begins 0.1667 s after its frame"
+    assert verdict.remedy is not None
+    assert verdict.remedy.options == ("--set protocol.frame_s=1.167",)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"acoustics": {"hf": {"channel": {"model": "sonar"}}}},
+        {"asvs": {"failures": [{"asv": 1, "at_s": 5.0, "until_s": 9.0}]}},
+    ],
+    ids=["sonar", "an ASV that comes back"],
+)
+def test_what_is_not_proved_is_refused_as_such(changes: dict[str, Any]) -> None:
+    """Neither accepted nor said to collide."""
+    verdict = judged(changes)
+    assert not verdict.accepted
+    assert "undecided" in {it.verdict for it in verdict.pairs}
+    assert verdict.witness is None
+
+
+def test_a_witness_is_a_scenario_of_its_own(tmp_path: Path) -> None:
+    """Written, read again and run, the two signals named collide at the ASV named."""
+    verdict = verify("recovery_140m")
+    write(verdict, tmp_path / "out")
+    assert sorted(it.name for it in (tmp_path / "out").iterdir()) == ["verify.json", "witness.yaml"]
+    scenario = load_scenario(tmp_path / "out" / "witness.yaml")
+    again = played("same slot", scenario.model_dump(mode="json"))
+    assert verdict.witness is not None
+    assert again is not None
+    assert (again.receiver, again.signals) == (verdict.witness.receiver, verdict.witness.signals)
+    assert {it.sender for it in again.signals} == {"AUV1", "AUV2"}
+    assert again.overlap_s == pytest.approx(0.01, rel=1e-6)
