@@ -9,7 +9,9 @@ import numpy as np
 
 from ..preflight.limits.groups import each, groups_of
 from ..preflight.limits.limits import Limits, least_latency, limits_of
+from ..preflight.limits.rates import rates_of
 from ..preflight.limits.sights import MOST_PAIRS, Sights, instants, sights
+from ..preflight.round_lengths import rounds_of
 from ..protocol.bounds.conflict import reuse_bound
 from ..protocol.schedules import is_framed
 from ..protocol.slots import slots_of
@@ -18,6 +20,9 @@ from .recording import TRUTH, Floats, Recording, Whole
 
 # Of a long mission so many rounds, and fixes, are looked at.
 MOST_ROWS = 400
+
+# Who is in range is averaged over so many instants.
+MOST_INSTANTS = 2000
 
 # When the ways of a fix begin and end.
 ENDS = ("pinged_at_s", "delivered_at_s")
@@ -88,10 +93,14 @@ def _range(mission: Recording) -> Iterator[Reached]:
 
 def _rates(mission: Recording, limits: Limits) -> Iterator[Reached]:
     """Yield how often AUVs were fixed of what the downlink could carry."""
-    if (best := limits.rates.get("back_to_back")) is None:
+    if limits.records_hz is None:
         return
+    scenario = mission.scenario
+    seen = _sights(mission, instants(scenario, MOST_INSTANTS))
+    found = rates_of(scenario, rounds_of(scenario), seen, limits.senders, limits.records_hz)
+    best = found["back_to_back"]
     rates = np.array([row["fix_rate_hz"] for row in mission.metrics.auvs])
-    meaning = "frame behind frame, with a fix of each AUV in range"
+    meaning = "frame behind frame, with fixes of the AUVs in range"
     yield Reached("Fixes per AUV of the best protocol", "/s", rates.mean(), best.mean, meaning)
     worst = f"AUV{rates.argmin()} of an even share"
     yield Reached(worst, "/s", rates.min(), best.mean, "the AUV with the fewest fixes of that")
@@ -137,13 +146,14 @@ def _medium(mission: Recording, limits: Limits) -> Iterator[Reached]:
     frames = mission.broadcasts
     if limits.records_hz is not None:
         ended = frames["sent_at_s"] + frames["airtime_s"] <= duration
+        a_frame = "a record of each AUV in each" if limits.groups else "however long"
         at_once = f", {limits.senders} ASVs at once" * (limits.senders > 1)
         yield Reached(
             "Records on the downlink",
             "/s",
             frames["fixes"][ended].sum() / duration,
             limits.records_hz,
-            f"frame behind frame, a record of each AUV in each{at_once}",
+            f"frame behind frame, {a_frame}{at_once}",
         )
     yield _latency(mission, limits)
 

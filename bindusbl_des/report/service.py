@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..scenario.families import is_random
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from .recording import FATES, Recording
 
@@ -80,15 +81,17 @@ def patience(mission: Recording) -> Patience:
     """Return after how long without a fix an AUV counts as starved."""
     starts, duration = mission.rounds["started_at_s"], mission.scenario.duration_s
     length = float(np.median(np.diff(starts))) if len(starts) > 1 else duration
-    scenario = mission.scenario
+    scenario, turns = mission.scenario, "rounds"
+    if is_random(scenario):  # whose rounds begin as MF is free, whoever pings
+        length, turns = scenario.protocol.frame_s, "times the mean interval of its pings"
     later = _patience(scenario, length, 0.0)
     first = _patience(scenario, length, scenario.navigation.initial_position_sd_m)
     if _drift(scenario, duration, 0.0) <= TOLERATED_DRIFT_M:
-        reason = f"{MANY_ROUNDS:g} rounds, since dead reckoning alone drifts by less than"
+        reason = f"{MANY_ROUNDS:g} {turns}, since dead reckoning alone drifts by less than"
     elif later > TOLERATED_ROUNDS * length:
         reason = "the time in which dead reckoning alone drifts by"
     else:
-        reason = f"{TOLERATED_ROUNDS:g} rounds, in which dead reckoning alone drifts by more than"
+        reason = f"{TOLERATED_ROUNDS:g} {turns}, in which dead reckoning alone drifts by more than"
     return Patience(min(first, later), later, f"{reason} {TOLERATED_DRIFT_M:g} m")
 
 

@@ -157,6 +157,9 @@ def _why(mission: Recording, auv: Service) -> str:
         why = "no ASV pinged" if passive else "it sent no ping"
         also = "" if passive else ": no ASV called it, or none was due"
         return f"<b>Why:</b> {why} in those gaps{also}."
+    pings = f"{counted(sent, 'ping')} {'of the ASVs' if passive else 'it sent'} in those gaps"
+    if not fates:
+        return f"<b>Why:</b> {pings}, and all led to fixes: there were too few."
     ordered = sorted(fates.items(), key=lambda it: -it[1])
     told = {"out_of_hf": f"were sent {escape(out_of_range(mission.scenario.acoustics.hf))}"}
     told |= REASONS | (HEARD_BY_ITSELF if passive else {})
@@ -165,8 +168,7 @@ def _why(mission: Recording, auv: Service) -> str:
     elif mission.scenario.asvs.failures:
         told["out_of_mf"] += ", or as its ASV failed"
     reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {told[name]}" for name, n in ordered)
-    whose = "of the ASVs" if passive else "it sent"
-    text = f"<b>Why:</b> of {counted(sent, 'ping')} {whose} in those gaps, {reasons}"
+    text = f"<b>Why:</b> of {pings}, {reasons}"
     if late:
         text += f"; {late} led to the fixes that ended them"
     if fates.get("out_of_hf"):

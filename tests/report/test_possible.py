@@ -4,6 +4,7 @@ import random
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 from worlds import scenario, still
 
 from bindusbl_des import Scenario, simulate
@@ -48,11 +49,8 @@ def test_a_mission_without_any_fix_has_its_limits_too() -> None:
     assert "Latency, mean" not in rows
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_nothing_is_reached_above_its_limit(seed: int) -> None:
-    """Fleets, surveys and protocols drawn at random; a round under way at the end counts whole."""
-    draw = random.Random(seed)
-    auvs, asvs = draw.randint(1, 7), draw.randint(1, 4)
+def drawn(draw: random.Random) -> Scenario:
+    """Return a fleet, a survey and a protocol drawn at random; what contradicts itself anew."""
     protocol: dict[str, Any] = {
         "schedule": draw.choice(SCHEDULES),
         "downlink": draw.choice(DOWNLINKS),
@@ -64,21 +62,34 @@ def test_nothing_is_reached_above_its_limit(seed: int) -> None:
     if draw.random() < 0.5:
         protocol |= {"uplink_guard_s": 0.0, "shortest_uplink_slot_s": 0.0}
         protocol |= {"downlink_guard_s": 0.0, "shortest_downlink_slot_s": 0.0}
-    mission = scenario(
-        duration_s=draw.choice((20.0, 60.0)),
-        survey={"side_m": draw.choice((40, 100, 140)), "depth_m": draw.choice((2.0, 10.0))},
-        auvs={"count": auvs, "speed_m_per_s": draw.choice((0.6, 1.5)), "turning_radius_m": 2},
-        asvs={"count": asvs},
-        acoustics={
-            "hf": {"range_m": draw.choice((30.0, 50.0)), "ping_s": draw.choice((0.005, 0.05))},
-            "mf": {"payload_bytes": draw.choice((None, 24, 60))},
-            "loss": {"law": draw.choice(("paper", "none"))},
-        },
-        protocol=protocol,
-    )
+    try:
+        return scenario(
+            duration_s=draw.choice((20.0, 60.0)),
+            survey={"side_m": draw.choice((40, 100, 140)), "depth_m": draw.choice((2.0, 10.0))},
+            auvs={
+                "count": draw.randint(1, 7),
+                "speed_m_per_s": draw.choice((0.6, 1.5)),
+                "turning_radius_m": 2,
+            },
+            asvs={"count": draw.randint(1, 4)},
+            acoustics={
+                "hf": {"range_m": draw.choice((30.0, 50.0)), "ping_s": draw.choice((0.005, 0.05))},
+                "mf": {"payload_bytes": draw.choice((None, 24, 60))},
+                "loss": {"law": draw.choice(("paper", "none"))},
+            },
+            protocol=protocol,
+        )
+    except ValidationError:
+        return drawn(draw)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_nothing_is_reached_above_its_limit(seed: int) -> None:
+    """A round under way as the mission ends, or as an AUV leaves the range, counts whole."""
+    mission = drawn(random.Random(seed))
     result = simulate(mission, seed=seed)
     rounds = len(result.tables["rounds"])
     for row in reached(recording(result)):
-        slack = 0.0 if row.least or row.unit == "" else 1.0 / rounds
+        slack = 0.0 if row.least or row.unit == "" else 1.0 / rounds + 0.02
         assert row.share is not None
-        assert row.share <= 1.0 + slack + 1e-3, (row, protocol)
+        assert row.share <= 1.0 + slack + 1e-3, (row, mission.protocol)

@@ -445,3 +445,10 @@ def test_long_missions_are_thinned_and_say_so(
     assert "Tracks are shown at 0.667 Hz, one of 3 rows" in page
     assert f"Of 651 pings {len(kept)} are played" in page
     assert data["fixes"]["auv"]["length"] == len(recovery.tables["fixes"])
+
+
+def test_an_auv_that_pings_seldom_starves_without_any_loss() -> None:
+    """All its pings lead to fixes, and its gaps are told to be for want of pings."""
+    text = told(simulate(still(1, protocol={"schedule": "aloha", "frame_s": 5.0}), seed=0))
+    assert "in those gaps, and all led to fixes: there were too few." in text
+    assert "after 15.0 s without a fix: 3 times the mean interval of its pings" in text

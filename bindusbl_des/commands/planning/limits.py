@@ -46,13 +46,15 @@ def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
         f"pings decoded by {who}",
         f"{limits.decodes_hz:.1f} /s; {limits.cleared_hz:.1f} /s if each has 20 ms to die away",
     )
+    if limits.capacity_hz is not None:
+        yield _line("  of ALOHA, at its best", f"{limits.capacity_hz:.2f} /s on average")
     if limits.records_hz is not None:
         by = f", {limits.senders} ASVs at once" if limits.senders > 1 else ""
-        most = scenario.auvs.count
-        yield _line("records on the downlink", f"{limits.records_hz:.3f} /s, {most} a frame{by}")
+        a_frame = f"{scenario.auvs.count} a frame" if limits.groups is not None else "long frames"
+        yield _line("records on the downlink", f"{limits.records_hz:.3f} /s, {a_frame}{by}")
     if limits.latency_s is not None:
         yield _line("latency", f"{limits.latency_s:.3f} s at least, by the nearest ASV")
-    yield f"Fixes per AUV and second, if nothing in range is lost{_unknown(limits)}:"
+    yield "Fixes per AUV and second, if nothing in range is lost:"
     best = max((rates.mean for rates in limits.rates.values()), default=0.0)
     yield f"{'':<{WIDTH}}{'mean':>8}{'worst AUV':>16}{'of the best':>13}"
     for name, rates in limits.rates.items():
@@ -75,10 +77,6 @@ def _groups(groups: "Groups") -> Iterator[str]:
     yield _line("AUVs in a slot, at most", f"{groups.reuse:.2f}, of those in range")
 
 
-def _unknown(limits: "Limits") -> str:
-    return "" if "planned" in limits.rates else " (of this protocol only its medium is known)"
-
-
 def _line(name: str, told: str) -> str:
     return f"  {name:<{WIDTH - 2}}{told}"
 
@@ -93,6 +91,7 @@ def limits_data(limits: "Limits | None") -> dict[str, Any] | None:
         "groups": None if groups is None else {**asdict(groups), "is_exact": groups.is_exact},
         "decodes_hz": limits.decodes_hz,
         "cleared_hz": limits.cleared_hz,
+        "capacity_hz": limits.capacity_hz,
         "records_hz": limits.records_hz,
         "senders": limits.senders,
         "latency_s": limits.latency_s,

@@ -4,9 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...protocol.bounds.conflict import disjoint_senders
-from ...protocol.bounds.rates import decode_bound, latency_bound, record_bound
+from ...protocol.bounds.conflict import disjoint_senders, most_heard
+from ...protocol.bounds.rates import (
+    aloha_capacity,
+    decode_bound,
+    latency_bound,
+    record_bound,
+    slotted_aloha_capacity,
+)
 from ...protocol.slots import Slots
+from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
 from ...scenario.water import sound_speed_of
 from ..round_lengths import rounds_of
@@ -24,15 +31,17 @@ class Limits:
 
     `in_range` (n,) is the share of the time in which some ASV hears each AUV.  An ASV decodes
     `decodes_hz` pings (1/s) at most whose arrivals may touch, `cleared_hz` if each has `CLEARING_S`
-    to die away.  The downlink carries `records_hz` (1/s) at most, of as many `senders` as may
-    broadcast at once.  A fix takes `latency_s` (s) at least, a mean over AUVs in range.  `rates`
-    are those of :func:`.rates.rates_of`.
+    to die away; with ALOHA `capacity_hz` on average, whatever the load.  The downlink carries
+    `records_hz` (1/s) at most, of as many `senders` as may broadcast at once.  A fix takes
+    `latency_s` (s) at least, a mean over AUVs in range.  `rates` are those of
+    :func:`.rates.rates_of`.
     """
 
     in_range: Floats
     groups: Groups | None
     decodes_hz: float
     cleared_hz: float
+    capacity_hz: float | None
     records_hz: float | None
     senders: int
     latency_s: float | None
@@ -57,22 +66,43 @@ def limits_of(scenario: Scenario, sights: Sights) -> Limits:
     slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
     broadcasts = not protocol.is_passive and protocol.downlink != "direct_reply"
     senders = _senders(scenario, sights) if broadcasts else 1
+    slotted = not (protocol.is_passive or is_random(scenario))
+    fixes = scenario.auvs.count if slotted else MOST_RECORDS
+    records = senders * _records(slots, fixes) if broadcasts else None
     return Limits(
         in_range=np.asarray(sights.heard.any(axis=2).mean(axis=0)),
-        groups=None if protocol.is_passive else groups_of(protocol.schedule, sights.heard),
+        groups=groups_of(protocol.schedule, sights.heard) if slotted else None,
         decodes_hz=decode_bound(ping, 0.0),
         cleared_hz=decode_bound(ping),
-        records_hz=senders * _records(slots, scenario.auvs.count) if broadcasts else None,
+        capacity_hz=_capacity(scenario, sights, slots),
+        records_hz=records,
         senders=senders,
         latency_s=_latency(scenario, sights, slots),
-        rates=rates_of(scenario, rounds, sights, senders),
+        rates=rates_of(scenario, rounds, sights, senders, records),
     )
 
 
-def _records(slots: Slots, auvs: int) -> float:
-    """Return how many records (1/s) one ASV can send, frames having one of each AUV at most."""
-    most = min(auvs, slots.messages.most or auvs, MOST_RECORDS)
+def _records(slots: Slots, fixes: int) -> float:
+    """Return how many records (1/s) one ASV can send, of so many fixes in a frame at most."""
+    most = min(fixes, slots.messages.most or fixes, MOST_RECORDS)
     return record_bound(slots.airtime, range(1, most + 1))
+
+
+def _capacity(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
+    """Return how many pings (1/s) of ALOHA the ASV decodes that hears most AUVs, at the best load.
+
+    None where no closed form tells, and where nobody is heard.
+    """
+    auvs = round(float(each(sights.heard, most_heard).mean()))
+    if not is_random(scenario) or auvs == 0:
+        return None
+    match scenario.protocol.schedule:
+        case "aloha":
+            return aloha_capacity(slots.ping_duration, auvs)
+        case "slotted_aloha":
+            return slotted_aloha_capacity(slots.clock.after(0.0, slots.uplink_slot), auvs)
+        case _:
+            return None
 
 
 def _senders(scenario: Scenario, sights: Sights) -> int:

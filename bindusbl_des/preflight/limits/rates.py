@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from ...protocol.slots import Slots
+from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
 from ..round_lengths import LENGTHS, Rounds
 from .groups import Ints, groups_made
@@ -37,11 +38,13 @@ class Rates:
         return float(self.each[self.worst])
 
 
-def rates_of(scenario: Scenario, rounds: Rounds, sights: Sights, senders: int) -> dict[str, Rates]:
+def rates_of(
+    scenario: Scenario, rounds: Rounds, sights: Sights, senders: int, records_hz: float | None
+) -> dict[str, Rates]:
     """Return the rates of a scenario's own rounds (`planned`; none where they are not known), of
     sequential and pipelined ones of its schedule, and with frame behind frame (`back_to_back`).
 
-    `senders` broadcast at once.
+    `senders` broadcast at once; the downlink carries `records_hz` (1/s) at most, None: has none.
     """
     protocol, heard = scenario.protocol, sights.heard
     if protocol.is_passive:
@@ -63,8 +66,11 @@ def rates_of(scenario: Scenario, rounds: Rounds, sights: Sights, senders: int) -
             if policy in LENGTHS:
                 name = "planned" if policy == protocol.downlink else policy
                 found[name] = _shared(in_range, _lengths(policy, rounds.slots, groups, in_range))
-    if protocol.downlink != "direct_reply":
-        found["back_to_back"] = _shared(in_range, _airtimes(rounds.slots, in_range, senders))
+    if records_hz is not None:
+        frames = _airtimes(rounds.slots, in_range, senders)
+        if is_random(scenario):  # frames carry whatever waits
+            frames = np.maximum(in_range.sum(axis=1), 1.0) / records_hz
+        found["back_to_back"] = _shared(in_range, frames)
     return found
 
 

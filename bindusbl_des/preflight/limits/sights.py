@@ -41,10 +41,12 @@ def planned_sights(scenario: Scenario) -> Sights:
     return sights(scenario, times, places, planned_stations(scenario, len(times)))
 
 
-def instants(scenario: Scenario) -> Floats:
-    """Return the instants (s) at which a mission is looked at: midway through equal parts of it."""
+def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
+    """Return the instants (s) at which a mission is looked at: midway through equal parts of it,
+    `most` of them unless there are many vehicles.
+    """
     pairs = scenario.auvs.count * scenario.asvs.count
-    count = max(min(INSTANTS, MOST_PAIRS // pairs), 1)
+    count = max(min(most, MOST_PAIRS // pairs), 1)
     return np.asarray((np.arange(count) + 0.5) * scenario.duration_s / count)
 
 
