@@ -1,7 +1,6 @@
 """Commands for planners, who run no mission: timing and coverage."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +20,7 @@ from ..console import (
 )
 from ..options import json_option, plugins_option, scenario_argument, set_option
 from .limits import limits_data, limits_told, planned_limits
-from .random_timing import cycles_told, load_told
+from .random_timing import access_data, random_told
 
 if TYPE_CHECKING:
     from ...preflight.round_lengths import Rounds
@@ -98,10 +97,7 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield from _passive(rounds)
         return
     if is_random(scenario):
-        from ...preflight.offered_load import offered
-
-        yield from load_told(scenario, offered(scenario, rounds.slots))
-        yield from cycles_told(rounds, _shown(1, rounds.auvs))
+        yield from random_told(scenario, rounds, _shown(1, rounds.auvs))
         return
     if not rounds.are_known:
         yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
@@ -186,8 +182,6 @@ def _messages(slots: "Slots") -> Iterator[str]:
 
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
     """Return slots and rounds as data: durations in s, rounds as in the table, a row for each."""
-    from ...preflight.offered_load import offered
-    from ...scenario.families import is_random
     from ...scenario.survey_area import area_of
 
     slots, protocol = rounds.slots, scenario.protocol
@@ -220,7 +214,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "most_fixes": slots.messages.most,
         "processing_s": slots.messages.delay(slots.messages.most or 0),
         "frame_s": rounds.frame or None,
-        "access": asdict(offered(scenario, slots)) if is_random(scenario) else None,
+        "access": access_data(scenario, slots),
         "rounds": rows if rounds.are_known else None,
     }
 

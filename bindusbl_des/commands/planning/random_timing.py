@@ -1,15 +1,33 @@
 """What `timing` tells of random access: the load that AUVs offer, and cycles of the downlink."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ...preflight.offered_load import OfferedLoad
     from ...preflight.round_lengths import Rounds
+    from ...protocol.slots import Slots
     from ...scenario.scenario import Scenario
 
 
-def load_told(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
+def random_told(scenario: "Scenario", rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
+    """Yield the load that AUVs offer, and how long broadcasts of some numbers of fixes take."""
+    from ...preflight.offered_load import offered
+
+    yield from _load(scenario, offered(scenario, rounds.slots))
+    yield from _cycles(rounds, fixes)
+
+
+def access_data(scenario: "Scenario", slots: "Slots") -> dict[str, Any] | None:
+    """Return the load that AUVs offer as data; None where they have slots."""
+    from ...preflight.offered_load import offered
+    from ...scenario.families import is_random
+
+    return asdict(offered(scenario, slots)) if is_random(scenario) else None
+
+
+def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
     """Yield how often AUVs ping, and how many of these pings meet no other."""
     protocol = scenario.protocol
     yield (
@@ -33,7 +51,7 @@ def load_told(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
         )
 
 
-def cycles_told(rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
+def _cycles(rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
     """Yield how long MF is taken by a broadcast of each number of fixes."""
     if rounds.policy == "direct_reply":
         yield "direct_reply: each ping is answered as it is heard; there are no rounds."

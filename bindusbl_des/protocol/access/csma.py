@@ -84,6 +84,6 @@ class Csma:
     def _count_down(self, auv: int, held: Held, time: float) -> float:
         """Count down what is left up to an instant (s); return when it may be over (s)."""
         for begins, ends in self._busy(auv, held.counted_to_s, time):
-            held.left_s -= max(begins - held.counted_to_s, 0.0)
+            held.left_s = max(held.left_s - max(begins - held.counted_to_s, 0.0), 0.0)
             held.counted_to_s = max(held.counted_to_s, ends)
         return held.counted_to_s + held.left_s

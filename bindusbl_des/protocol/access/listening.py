@@ -70,16 +70,21 @@ class Listening:
     def heard(self, auv: int, since: float, time: float) -> list[float]:
         """Return when (s) others' pings began to arrive at an AUV, in order: those that it hears
         anything of between two instants (s), the later of which is now.
+
+        One that begins as another ends is heard on.
         """
         self._auvs.reach(time)
-        arrivals = (self._arrival(ping, auv, time) for ping in self._pings)
+        # nobody knows of a ping that begins at the very instant, be it side by side
+        known = (ping for ping in self._pings if ping.sent_at_s < time - TOUCH)
+        arrivals = (self._arrival(ping, auv, time) for ping in known)
         lasts = self._band.duration
-        return sorted(at for at in arrivals if at < time - TOUCH and at + lasts > since + TOUCH)
+        return sorted(at for at in arrivals if at <= time + TOUCH and at + lasts > since + TOUCH)
 
     def _arrival(self, ping: Sounding, auv: int, time: float) -> float:
         """Return when (s) a ping began to arrive at an AUV; infinite if it has not by now (s)."""
         vehicle, speed = self._auvs.vehicles[auv], self._band.sound_speed
-        under_way = dist(ping.place[:3], vehicle.at(time)[:3]) > speed * (time - ping.sent_at_s)
+        lasts = time + TOUCH - ping.sent_at_s
+        under_way = dist(ping.place[:3], vehicle.at(time)[:3]) > speed * lasts
         if under_way or not ping.audible[auv]:
             return inf
 
