@@ -44,8 +44,9 @@ class View:
     range and `protocol.conflict_margin_m` of, `hf_range` (m) and `range_metric` (horizontal or
     slant) what that range is; `random` is a stream of the schedule's own.  `failed` are the ASVs
     that have failed, which hear nobody.  `conflicts` is the conflict graph of the AUVs, and `slots`
-    what the protocol's slots are made of.  What it knows of each AUV is worked out when it is asked for: of its estimate `since_s`,
-    `expected_error_m` and `turns_in_vain`, of its place `misplaced_m` and `range_rates_m_per_s`.
+    what the protocol's slots are made of.  What it knows of each AUV is worked out when it is asked
+    for: of its estimate `since_s`, `expected_error_m` and `turns_in_vain`, of its place
+    `misplaced_m` and `range_rates_m_per_s`.
     """
 
     round: int
