@@ -120,6 +120,7 @@ OTHERS: dict[str, list[Any]] = {
     "protocol.frame_s": [2.5],
     "protocol.conflict_margin_m": [20.0, 100.0],
     "protocol.turnaround_s": [0.2],
+    "protocol.forget_after_s": [5.0],
     "usbl.gnss_sd_m": [0.4],
     "navigation.velocity_bias_m_per_s": [[0.1, -0.02]],
     "navigation.clock_drift_sd": [1e-5],

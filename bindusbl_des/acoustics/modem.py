@@ -1,8 +1,10 @@
 """Messages on a band: how long one is on the air, when it is handed over, and what it holds."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ..presets.airtimes import AirtimeTable, airtime_table
+from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
 
 
@@ -52,12 +54,21 @@ class Modem:
         return 0.0 if self.table is None else self.table.delay(max(size_bytes, 1))
 
 
+class Load(NamedTuple):
+    """What one message carries: records of fixes, and of AUVs that are told their slots."""
+
+    fixes: int
+    named: int = 0
+
+
 @dataclass(frozen=True)
 class Messages:
     """The messages in which fixes are broadcast: a header and a record for each fix.
 
     Of more fixes than `most` (None: any number is held) a broadcast is several messages, one behind
-    the other, if it `splits`; else it carries the oldest and leaves the rest to the next.
+    the other, if it `splits`; else it carries the oldest and leaves the rest to the next.  Where
+    AUVs are told their slots, the records of `assignment_bytes` for that go before the fixes; a
+    message holds `room` (B) for both.
     """
 
     modem: Modem
@@ -65,6 +76,8 @@ class Messages:
     fix_bytes: int
     most: int | None
     splits: bool
+    room: int | None = None
+    assignment_bytes: int = 0
 
     def of(self, fix_count: int) -> list[int]:
         """Return how many fixes each message of a broadcast carries."""
@@ -75,17 +88,31 @@ class Messages:
         full, rest = divmod(fix_count, self.most)
         return [self.most] * full + [rest] * (rest > 0)
 
-    def payload_bytes(self, fixes: int) -> int:
+    def packed(self, fixes: int, named: int) -> list[Load]:
+        """Return what each message of a broadcast carries that tells `named` AUVs their slots."""
+        if not named or self.room is None:
+            return [Load(carried, named) for carried in self.of(fixes)]
+        loads: list[Load] = []
+        while fixes or named:
+            each = self.assignment_bytes
+            told = min(named, self.room // each) if each else named
+            carried = min(fixes, (self.room - told * each) // self.fix_bytes)
+            loads.append(Load(carried, told))
+            fixes, named = fixes - carried, named - told
+        return loads
+
+    def payload_bytes(self, fixes: int, named: int = 0) -> int:
         """Return the bytes of one message."""
-        return payload_bytes(fixes, self.header_bytes, self.fix_bytes)
+        assigned = named * self.assignment_bytes
+        return payload_bytes(fixes, self.header_bytes, self.fix_bytes) + assigned
 
-    def airtime(self, fixes: int) -> float:
+    def airtime(self, fixes: int, named: int = 0) -> float:
         """Return the airtime (s) of one message."""
-        return self.modem.airtime(self.payload_bytes(fixes))
+        return self.modem.airtime(self.payload_bytes(fixes, named))
 
-    def delay(self, fixes: int) -> float:
+    def delay(self, fixes: int, named: int = 0) -> float:
         """Return how long (s) after its end one message is handed over."""
-        return self.modem.delay(self.payload_bytes(fixes))
+        return self.modem.delay(self.payload_bytes(fixes, named))
 
 
 def messages_of(scenario: Scenario) -> Messages:
@@ -94,5 +121,11 @@ def messages_of(scenario: Scenario) -> Messages:
     table = None if mf.airtimes is None else airtime_table(mf.airtimes)
     modem = Modem(mf.bit_rate_bps, mf.overhead, table, mf.processing_s)
     size = mf.payload_bytes if table is None else mf.payload_bytes or table.most_bytes
-    most = None if size is None else (size - mf.header_bytes) // mf.fix_bytes
-    return Messages(modem, mf.header_bytes, mf.fix_bytes, most, mf.overfull == "split")
+    splits, each = mf.overfull == "split", scenario.protocol.assignment_bytes
+    room = most = None
+    if size is not None:
+        room = size - mf.header_bytes
+        # who does not split a broadcast tells all slots in one message
+        reserved = 0 if splits or not tells_slots(scenario) else each * scenario.auvs.count
+        most = (room - reserved) // mf.fix_bytes
+    return Messages(modem, mf.header_bytes, mf.fix_bytes, most, splits, room, each)

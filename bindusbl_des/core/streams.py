@@ -43,6 +43,7 @@ class Purpose(IntEnum):
     SCALE_FACTOR = 31
     PACKET = 40
     BACKOFF = 41
+    CONTENTION = 45
 
 
 class Streams:

@@ -105,7 +105,7 @@ def undecoded(mf: "Downlink", fix: Any) -> str:
 def _on_air(result: "Result", frame: Any) -> str:
     """Tell how long a frame is on the air, and why."""
     mf = result.scenario.acoustics.mf
-    airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes))
+    airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes), int(frame.named))
     if mf.airtimes is None:
         size = f"{frame.payload_bytes} B x 8 x {mf.overhead:g} / {mf.bit_rate_bps:g} bit/s"
     else:
@@ -206,7 +206,8 @@ def latency(result: "Result", fix: Any) -> Iterator[Part]:
     yield Part(f"way up: the ping {until}", known - fix.pinged_at_s)
     yield Part("wait for the broadcast", fix.broadcast_at_s - known)
     yield Part("frame on the air", float(frame.airtime_s))
-    handing = 0.0 if replies else slots_of(result.scenario).messages.delay(int(frame.fixes))
+    load = int(frame.fixes), int(frame.named)
+    handing = 0.0 if replies else slots_of(result.scenario).messages.delay(*load)
     if handing:
         yield Part("modem hands it over", handing)
         on_air += handing

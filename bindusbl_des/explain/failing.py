@@ -51,7 +51,7 @@ def frame_cut(result: "Result", fix: Any) -> str:
         return ""
     frames = result.tables["broadcasts"]
     frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
-    airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes))
+    airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes), int(frame.named))
     begin = float(fix.broadcast_at_s)
     if before := had_failed(result, fix.broadcast_by, begin):
         return f"{before}, before its turn to broadcast"

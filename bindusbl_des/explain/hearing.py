@@ -13,11 +13,13 @@ from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
 from ..scenario.families import is_random
+from ..scenario.protocols.telling import tells_slots
 from ..scenario.water import sound_speed_of
 from .at_random import sending_at_random
 from .by_channel import audible, decided_by_channel, levels, loss_by_channel
 from .chain import Step
 from .failing import failed, failed_while, had_failed
+from .knowing import by_reckoning, is_reckoned, slot_told
 from .numbers import compared, out_of_range, place, row_of, rows_where
 from .ordering import why_now
 from .under_way import on_its_way
@@ -46,24 +48,27 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
         f"({protocol.schedule.told})",
         facts={"round": ping["round"], "colours": row.colours, "conflicts": row.conflicts},
     )
-    slot = uplink_slots(result, ping["round"])[ping.slot]
     yield from _call(result, ping)
     if not is_sent(ping):
         return
     told, facts = why_now(result, ping)
+    facts |= {"slot": ping.slot, "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m}
+    if tells_slots(result.scenario):
+        yield from slot_told(result, ping)
+    if is_reckoned(result, ping):
+        why = by_reckoning(result, ping)
+    else:
+        slot = uplink_slots(result, ping["round"])[ping.slot]
+        lasts = f"slot {ping.slot} lasts from {slot.start:.4f} to {slot.end:.4f} s"
+        why = "; ".join([lasts, *told, _companions(result, ping)])
+        facts |= {"slot_started_at_s": slot.start, "slot_ended_at_s": slot.end}
     yield Step(
         ping.sent_at_s,
         ping.auv,
         f"pings at x {ping.x_m:.1f}, y {ping.y_m:.1f}, depth {ping.z_m:.1f} m",
-        "; ".join([
-            f"slot {ping.slot} lasts from {slot.start:.4f} to {slot.end:.4f} s",
-            *told, _companions(result, ping),
-        ]),
-        {
-            "slot": ping.slot, "slot_started_at_s": slot.start, "slot_ended_at_s": slot.end,
-            "x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m, **facts,
-        },
-    )  # fmt: skip
+        why,
+        facts,
+    )
 
 
 def is_sent(ping: Any) -> bool:

@@ -17,6 +17,7 @@ INSTANT = {
     "receptions": "arrived_at_s",
     "broadcasts": "sent_at_s",
     "frame_receptions": "arrived_at_s",
+    "assignments": "starts_at_s",
     "fixes": "pinged_at_s",
     "tracks": "time_s",
 }
@@ -25,6 +26,7 @@ VEHICLE = {
     "receptions": "auv",
     "broadcasts": "asv",
     "frame_receptions": "auv",
+    "assignments": "auv",
     "fixes": "auv",
     "tracks": "vehicle",
     "auvs": "auv",

@@ -63,6 +63,7 @@ TABLE_MEANING = {
     "receptions": "a ping at an ASV",
     "broadcasts": "an MF frame",
     "frame_receptions": "an MF frame at an AUV; answers of `direct_reply` are none",
+    "assignments": "a slot of an AUV that it has to be told (`knowledge: broadcast`)",
     "fixes": "a fix, fused over the ASVs that heard the same ping",
     "tracks": "a vehicle at an instant, at `record.tracks_hz`",
     "auvs": "the metrics of an AUV",

@@ -15,6 +15,9 @@ from ..protocol.access.serving import serve_at_random
 from ..protocol.broadcasters import broadcaster_named
 from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.hf.uplink import Uplink
+from ..protocol.knowledge.plan import Knowledge
+from ..protocol.knowledge.roll import Roll
+from ..protocol.knowledge.telling import Manner, Telling
 from ..protocol.mf.downlink import FrameBand, MfDownlink
 from ..protocol.network import Network
 from ..protocol.order.polling import Answers
@@ -28,6 +31,7 @@ from ..records.recorder import Levers, Recorder
 from ..scenario.failing import failures_of
 from ..scenario.families import is_random
 from ..scenario.instruments.lasting_kinds import told_of
+from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS
@@ -143,7 +147,7 @@ def _network(
         answers = Answers(env, uplink, record, slots.clock)
     schedule = schedule_named(protocol.schedule)
     framed = is_framed(protocol.schedule)
-    return Network(
+    network = Network(
         env,
         slots,
         auvs,
@@ -164,6 +168,30 @@ def _network(
         estimates=known_of(scenario, auvs, record),
         answers=answers,
         conflict_margin=protocol.conflict_margin_m,
+    )
+    if tells_slots(scenario):
+        network.telling = telling_of(scenario, network, streams)
+    return network
+
+
+def telling_of(scenario: Scenario, network: Network, streams: Streams) -> Telling:
+    """Return who knows which slots, where AUVs have to be told."""
+    protocol, count = scenario.protocol, scenario.auvs.count
+    ahead = 1 if protocol.downlink == "sequential" else 2
+    return Telling(
+        network.env,
+        network.slots,
+        network.record,
+        network.downlink,
+        network.ranging,
+        network.schedule,
+        network.view,
+        network.opens,
+        network.asv_fleet.works_from,
+        Roll(count, network.record.fixes, protocol.forget_after_s),
+        Manner(ahead, protocol.missed, protocol.contention_chance, protocol.recall_rounds),
+        [Knowledge() for _ in range(count)],
+        streams,
     )
 
 

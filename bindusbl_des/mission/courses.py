@@ -7,6 +7,7 @@ from ..records.recorder import Recorder
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from ..scenario.planned import route_of, tracks_of
 from ..scenario.plans import planned_tour
+from ..scenario.protocols.telling import positions_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import Placed
 from ..vehicles.fleet import Fleet
@@ -15,7 +16,7 @@ from ..vehicles.vehicle import Place, moored, recorded
 
 def chart_of(scenario: Scenario, launched: Array) -> Chart | None:
     """Return the chart by which a fleet schedules; None where it knows the truth."""
-    match scenario.protocol.positions:
+    match positions_of(scenario):
         case "last_fix":
             return LastFixes(launched)
         case "carried_forward":
@@ -36,7 +37,7 @@ def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> Known:
     def drift(auv: int, time: float) -> float:
         return straight_drift_rms(scenario, time, float(speeds[auv]))
 
-    initial, positions = scenario.navigation.initial_position_sd_m, scenario.protocol.positions
+    initial, positions = scenario.navigation.initial_position_sd_m, positions_of(scenario)
     moving = speeds + carried
     return Known(record, Plans(initial, moving, moving + vessels, drift, positions))
 

@@ -24,6 +24,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "receptions": _receptions_table(record, world.network.uplink.receiver),
         "broadcasts": from_rows("broadcasts", record.broadcasts),
         "frame_receptions": from_numbers("frame_receptions", record.frame_receptions.rows),
+        "assignments": from_rows("assignments", record.assignments),
         "fixes": _fixes_table(record, len(world.asv_fleet)),
         "tracks": _tracks_table(world),
     }

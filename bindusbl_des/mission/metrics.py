@@ -47,7 +47,7 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
     reach, fixes = look(world.record, len(world.auv_fleet)), world.record.fixes.rows
     metrics, errors = [], np.empty(len(times))
     own = _by_auv(fixes["auv"], len(world.auv_fleet))
-    energies = modem_energies(world)
+    energies, missed = modem_energies(world), _missed(world.record, len(world.auv_fleet))
     for auv, vehicle in enumerate(world.auv_fleet.vehicles):
         distance = vehicle.distance(duration)
         drawn = None if energies is None else float(energies[0][auv])
@@ -66,6 +66,7 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
                 saturated_share=vehicle.saturated(duration),
                 lanes_flown_share=world.lanes_flown(auv),
                 swept_m2=world.swept_m2(duration, auv),
+                slots_missed=missed[auv],
             )
         )
         for column in fields(AuvMetrics):
@@ -73,6 +74,13 @@ def auv_metrics(world: World) -> list[AuvMetrics]:
             if value is not None and math.isnan(value):
                 _refuse(auv, f"{column.name} is no number")
     return metrics
+
+
+def _missed(record: Recorder, auvs: int) -> list[int]:
+    """Return how many slots of its own each AUV did not know as they began."""
+    owners = [it.auv for it in record.assignments if it.outcome == "missed"]
+    counts: list[int] = np.bincount(np.array(owners, dtype=np.int64), minlength=auvs).tolist()
+    return counts
 
 
 def _refuse(auv: int, trouble: str) -> NoReturn:

@@ -16,6 +16,7 @@ from ..scenario.scenario import Scenario
 from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
 from .idle import GIVEN, OWN, Idle
 from .idle_instruments import INSTRUMENTS
+from .idle_knowledge import KNOWLEDGE
 
 UNFRAMED = tuple(name for name in SCHEDULES if name not in (*FRAMED_SCHEDULES, *RANDOM_ACCESS))
 WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
@@ -282,6 +283,7 @@ RULES = (
         "AUVs at the surface are as far as they look from above",
     ),
     *INSTRUMENTS,
+    *KNOWLEDGE,
 )
 
 

@@ -1,4 +1,6 @@
-"""What is worth knowing of a scenario's modems, of messages that overflow, and of short guards."""
+"""What is worth knowing of a scenario's modems, of messages that overflow, of short guards, and of
+what the fleet believes.
+"""
 
 from collections.abc import Iterator
 from typing import Any
@@ -6,6 +8,7 @@ from typing import Any
 from ..core.wording import plain
 from ..presets.airtimes import airtime_table
 from ..scenario.consistency import Problem
+from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
 from ..scenario.sections.acoustics import modem_values
 from ..scenario.water import assumed_sound_speed_of
@@ -73,4 +76,17 @@ def guards(scenario: Scenario) -> Iterator[Problem]:
             f"MF range ({way:.4g} s): the next frame may set out while the end of this one is "
             "under way",
             ("protocol.shortest_downlink_slot_s", "acoustics.mf.range_m"),
+        )
+
+
+def believed(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that a fleet does not know where its AUVs are, though it was said to."""
+    protocol = scenario.protocol
+    truth = protocol.positions == "truth" and "positions" in protocol.model_fields_set
+    if truth and tells_slots(scenario):
+        yield Problem(
+            "protocol.positions",
+            "truth is not to be had with knowledge broadcast, where the fleet knows AUVs by their "
+            "fixes alone: they are carried_forward; write that, or last_fix",
+            ("protocol.knowledge",),
         )

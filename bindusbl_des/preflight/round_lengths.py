@@ -7,20 +7,25 @@ from ..protocol.schedules import is_framed
 from ..protocol.slots import Slots, slots_of
 from ..scenario.families import SCHEDULE, Polling, SuperTdma, WorstFirst, is_random
 from ..scenario.part_settings import settings_of
+from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
 
 
-def sequential(slots: Slots, groups: int, fixes: int) -> float:
-    """Return the length (s) of a round whose broadcast follows its pings."""
-    return slots.round_length(groups, fixes)
+def sequential(slots: Slots, groups: int, fixes: int, named: int = 0) -> float:
+    """Return the length (s) of a round whose broadcast follows its pings.
+
+    The broadcast tells `named` AUVs their slots.
+    """
+    return slots.round_length(groups, fixes, named)
 
 
-def pipelined_round(slots: Slots, groups: int, fixes: int) -> float:
+def pipelined_round(slots: Slots, groups: int, fixes: int, named: int = 0) -> float:
     """Return the time (s) between rounds that ping while the one before them is broadcast."""
-    return max(direct_reply(slots, groups), slots.clock.after(0.0, slots.downlink_slot(fixes)))
+    down = slots.clock.after(0.0, slots.downlink_slot(fixes, named))
+    return max(direct_reply(slots, groups), down)
 
 
-def pipelined_group(slots: Slots, groups: int, fixes: int) -> float:
+def pipelined_group(slots: Slots, groups: int, fixes: int, named: int = 0) -> float:
     """Return the time (s) between rounds each of whose groups is broadcast as the next one pings.
 
     The fixes are spread evenly over the groups.
@@ -30,7 +35,7 @@ def pipelined_group(slots: Slots, groups: int, fixes: int) -> float:
     return more * fuller + (groups - more) * emptier
 
 
-def direct_reply(slots: Slots, groups: int, fixes: int = 0) -> float:
+def direct_reply(slots: Slots, groups: int, fixes: int = 0, named: int = 0) -> float:
     """Return the length (s) of a round whose pings are answered at once: that of its slots."""
     end = 0.0
     for _ in range(groups):
@@ -38,12 +43,12 @@ def direct_reply(slots: Slots, groups: int, fixes: int = 0) -> float:
     return end
 
 
-def passive(slots: Slots, groups: int, fixes: int = 0) -> float:
+def passive(slots: Slots, groups: int, fixes: int = 0, named: int = 0) -> float:
     """Return the length (s) of a round in which so many ASVs ping, one in each slot."""
     return direct_reply(slots, groups)
 
 
-LENGTHS: Mapping[str, Callable[[Slots, int, int], float]] = {
+LENGTHS: Mapping[str, Callable[[Slots, int, int, int], float]] = {
     policy.__name__: policy
     for policy in (sequential, pipelined_round, pipelined_group, direct_reply, passive)
 }
@@ -57,7 +62,8 @@ class Rounds:
     They have `fewest` to `most` groups, together of `auvs` AUVs.  A schedule with frames (`frame`
     in s, else 0) begins each round with a frame.  How long those of a policy of one's own last,
     only it knows; where a number is needed, they are taken for sequential ones.  Passive ranging,
-    which has no downlink, is a policy of its own whose groups are of one ASV each.
+    which has no downlink, is a policy of its own whose groups are of one ASV each.  Broadcasts tell
+    `named` AUVs their slots, and after the groups there may be a slot for others (`contention`).
     Where slots are not all of T_UL, `pace` has those of the shortest and of the longest.
     """
 
@@ -68,6 +74,8 @@ class Rounds:
     auvs: int
     frame: float
     pace: tuple[Slots, Slots] | None = None
+    named: int = 0
+    contention: bool = False
 
     @property
     def are_known(self) -> bool:
@@ -76,13 +84,15 @@ class Rounds:
 
     def length(self, groups: int, fixes: int) -> float:
         """Return the time (s) that a round of some groups and fixes takes, at most."""
-        slots = self.slots if self.pace is None else self.pace[1]
-        return LENGTHS.get(self.policy, sequential)(slots, groups, fixes)
+        return self._lasts(self.slots if self.pace is None else self.pace[1], groups, fixes)
 
     def least(self, groups: int, fixes: int) -> float:
         """Return the time (s) that it takes at least."""
-        slots = self.slots if self.pace is None else self.pace[0]
-        return LENGTHS.get(self.policy, sequential)(slots, groups, fixes)
+        return self._lasts(self.slots if self.pace is None else self.pace[0], groups, fixes)
+
+    def _lasts(self, slots: Slots, groups: int, fixes: int) -> float:
+        length = LENGTHS.get(self.policy, sequential)
+        return length(slots, groups + self.contention, fixes, self.named)
 
     def usual(self, groups: int, fixes: int) -> float:
         """Return about how long (s) it is from one round to the next."""
@@ -119,19 +129,26 @@ def rounds_of(scenario: Scenario) -> Rounds:
         replies = protocol.downlink == "direct_reply"
         policy = protocol.downlink if replies else "sequential"
         return Rounds(slots, policy, 0, 0, count, 0.0)
+    named = count if tells_slots(scenario) else 0
+    contention = named > 0 and protocol.missed == "contention"
+    rounds = Rounds(
+        slots, protocol.downlink, 1, count, count, 0.0, named=named, contention=contention
+    )
     if is_framed(protocol.schedule):
-        return Rounds(slots, protocol.downlink, 1, 1, 1, protocol.frame_s)
+        told = replace(rounds, named=min(named, 1))
+        return replace(told, fewest=1, most=1, auvs=1, frame=protocol.frame_s)
     schedule = (
         settings_of(SCHEDULE, protocol.schedule) if protocol.schedule in SCHEDULE.settings else None
     )
     if isinstance(schedule, WorstFirst):
         most = min(count, schedule.slots)
-        return Rounds(slots, protocol.downlink, 1, most, min(count, most * asvs), 0.0)
+        turns = min(count, most * asvs)
+        return replace(rounds, fewest=1, most=most, auvs=turns, named=min(named, turns))
     fewest = count if protocol.schedule in ("one_per_slot", "polling") else 1
     if isinstance(schedule, Polling) and schedule.side_by_side:
         fewest = 1
     pace = pace_of(scenario, slots)
-    return Rounds(slots, protocol.downlink, fewest, count, count, 0.0, pace)
+    return replace(rounds, fewest=fewest, pace=pace)
 
 
 def pace_of(scenario: Scenario, slots: Slots) -> tuple[Slots, Slots] | None:

@@ -18,7 +18,7 @@ from ..scenario.sections.vehicles import Formation
 from ..scenario.survey_area import area_of
 from .failing import failing
 from .idle_keys import idle_keys
-from .messages import guards, messages, modems
+from .messages import believed, guards, messages, modems
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
@@ -53,6 +53,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
         Caution(*found)
         for look in (
             _former_words,
+            believed,
             modems,
             messages,
             guards,

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import simpy
@@ -15,9 +16,10 @@ from ..vehicles.motion import places
 from .broadcasters import Broadcaster, BroadcastView
 from .chart import Chart
 from .conflicts import Array, Hearing, hearing, survey
-from .fix_queue import FixBatch, FixQueue, ReplyQueue
+from .fix_queue import FixQueue, ReplyQueue
 from .happenings import Happenings, Watched
 from .hf.uplink import Uplink
+from .knowledge.telling import Telling
 from .mf.downlink import MfDownlink
 from .order.known import Known
 from .order.polling import Answers
@@ -47,8 +49,13 @@ class Turn:
         return groups.lengths_s[slot] if isinstance(groups, TimedGroups) else self.uplink_slot
 
 
-# What an ASV sends of a broadcast: its number, and the fixes, rows of the record
-Carried = tuple[int, Sequence[int]]
+class Carried(NamedTuple):
+    """What an ASV sends of a broadcast: fixes, rows of the record, and to whom it tells a slot."""
+
+    asv: int
+    fixes: Sequence[int]
+    named: Sequence[int] = ()
+
 
 Downlink = Callable[["Network", Turn, float], Steps]
 
@@ -62,6 +69,7 @@ class Network(Watched):
     A `chart` tells where the fleet believes the AUVs to be; without one it knows.  What it
     expects of their `estimates` schedules may ask; slots that end with `answers` wait for these.
     Who is within HF range and a `conflict_margin` (m) of an ASV counts as heard by it.
+    `telling` is who knows which slots; without it everybody knows all of them at once.
     """
 
     env: simpy.Environment
@@ -84,6 +92,7 @@ class Network(Watched):
     estimates: Known
     answers: Answers | None = None
     conflict_margin: float = 0.0
+    telling: Telling | None = None
     downlink_free_at: float = 0.0
     paused: float = 0.0
     _fixes_plotted: int = field(default=0, init=False)
@@ -91,6 +100,34 @@ class Network(Watched):
 
     def __post_init__(self) -> None:
         self.watching = Happenings(self.env, self.record, self.uplink, self.downlink)
+
+    def planned(self, round_number: int, time: float) -> tuple[View, Groups]:
+        """Return what the fleet knew when it scheduled a round that begins now, and its groups."""
+        if self.telling is None:
+            view = self.view(round_number, time)
+            return view, self.schedule(view)
+        plan = self.telling.planned(round_number, time)
+        return plan.view, plan.groups
+
+    def pinging(self, turn: Turn, slot: int, time: float) -> Sequence[int]:
+        """Return those of a slot's ping group that know it as it begins, at an instant (s)."""
+        if self.telling is None:
+            return turn.groups[slot]
+        return self.telling.known(turn.row, slot, time)
+
+    def foretell(self, turn: Turn, ends: float) -> None:
+        """Have the frames of a round say when another begins, the downlink slot being over then."""
+        if self.telling is not None:
+            self.telling.foretell(turn.row.round, ends)
+
+    def tell(self, turn: Turn, named: Sequence[int]) -> None:
+        """Note which AUVs the frame names that has just begun."""
+        if self.telling is not None:
+            self.telling.send(turn.row.round, len(self.record.broadcasts) - 1, named)
+
+    def opens(self, round_number: int) -> float:
+        """Return the earliest instant (s) at which a round may begin: that of its frame."""
+        return self.slots.clock.after(0.0, round_number * self.frame + self.paused)
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
@@ -129,18 +166,24 @@ class Network(Watched):
             auvs = places(self.auv_fleet.motion, time)[:, :3]
         return hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), self.mf_range, False)
 
-    def shared(self, batch: FixBatch, time: float) -> list[list[Carried]]:
-        """Return which ASVs send what of the next broadcast: those of a list at once, one list
-        after the other.
+    def shared(self, turn: Turn, time: float) -> list[list[Carried]]:
+        """Return which ASVs send what of the next broadcast, which begins at an instant (s): those
+        of a list at once, one list after the other.
         """
-        number = self._broadcasts
+        batch, number = self.queue.take(time), self._broadcasts
         self._broadcasts += 1
         draw, fleet = self.broadcaster_draw, self.asv_fleet
         chosen = self.broadcaster(BroadcastView(number, time, batch, fleet, draw, self._reached))
         if isinstance(chosen, int):
-            return [[(chosen, batch.rows)]]
-        first = batch.rows.start
-        return [[(asv, (first + own).tolist()) for asv, own in shares] for shares in chosen]
+            shares = [[Carried(chosen, batch.rows)]]
+        else:
+            first = batch.rows.start
+            shares = [[Carried(asv, (first + own).tolist()) for asv, own in it] for it in chosen]
+        if self.telling is None:
+            return shares
+        senders = [share.asv for slot in shares for share in slot]
+        named = self.telling.assign(turn.row.round, time, senders)
+        return [[share._replace(named=named[share.asv]) for share in slot] for slot in shares]
 
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""

@@ -115,29 +115,33 @@ class Slots:
     clock: Clock
     sound_speed: float
 
-    def payload_bytes(self, fix_count: int) -> int:
-        """Return the bytes of a broadcast of `fix_count` fixes, of all its messages."""
-        return sum(map(self.messages.payload_bytes, self.messages.of(fix_count)))
+    def payload_bytes(self, fix_count: int, named: int = 0) -> int:
+        """Return the bytes of a broadcast, of all its messages: of `fix_count` fixes, and of slots
+        of which `named` AUVs are told.
+        """
+        messages = self.messages
+        return sum(messages.payload_bytes(*load) for load in messages.packed(fix_count, named))
 
-    def airtime(self, fix_count: int) -> float:
-        """Return the airtime T_tx (s) of a broadcast of `fix_count` fixes, of all its messages."""
-        return sum(map(self.messages.airtime, self.messages.of(fix_count)))
+    def airtime(self, fix_count: int, named: int = 0) -> float:
+        """Return the airtime T_tx (s) of such a broadcast, of all its messages."""
+        messages = self.messages
+        return sum(messages.airtime(*load) for load in messages.packed(fix_count, named))
 
-    def frame_slot(self, fix_count: int) -> float:
-        """Return how long (s) a broadcast of `fix_count` fixes and its guard take."""
-        return self.airtime(fix_count) + self.downlink_guard
+    def frame_slot(self, fix_count: int, named: int = 0) -> float:
+        """Return how long (s) such a broadcast and its guard take."""
+        return self.airtime(fix_count, named) + self.downlink_guard
 
-    def downlink_slot(self, fix_count: int) -> float:
-        """Return the downlink slot T_DL (s) for a broadcast of `fix_count` fixes."""
+    def downlink_slot(self, fix_count: int, named: int = 0) -> float:
+        """Return the downlink slot T_DL (s) for such a broadcast."""
         guard, shortest = self.downlink_guard, self.shortest_downlink
-        return downlink_slot(self.airtime(fix_count), self.crossing_time, guard, shortest)
+        return downlink_slot(self.airtime(fix_count, named), self.crossing_time, guard, shortest)
 
-    def round_length(self, groups: int, fix_count: int) -> float:
+    def round_length(self, groups: int, fix_count: int, named: int = 0) -> float:
         """Return the length (s) of a sequential round on this clock."""
         end = 0.0
         for _ in range(groups):
             end = self.clock.after(end, self.uplink_slot)
-        return self.clock.after(end, self.downlink_slot(fix_count))
+        return self.clock.after(end, self.downlink_slot(fix_count, named))
 
 
 def clock_of(scenario: Scenario) -> Clock:

@@ -5,7 +5,7 @@ its timeline reads; all return the instant at which the next round may start.  A
 one of one's own as ``module:object``.
 """
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from functools import partial
 from itertools import count
 
@@ -31,8 +31,7 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
             network.paused += began - time
             time = began
         # Positions have changed since the last downlink, and with them the conflict graph.
-        view = network.view(number, time)
-        groups = network.schedule(view)
+        view, groups = network.planned(number, time)
         row = Round(number, time, len(groups), conflict_count(view.heard))
         turn = Turn(row, groups, view, network.slots.uplink_slot)
         network.record.rounds.append(turn.row)
@@ -91,11 +90,14 @@ def downlink_named(name: str) -> Downlink:
 
 
 def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
-    """Let one ping group ping and wait for the end of its slot (eq. UL_slot, UL_tick).
+    """Let those of a ping group that know it ping, and wait for the end of its slot (eq. UL_slot,
+    UL_tick).
 
     Polled AUVs end it when they have answered.
     """
-    network.ranging.ping(turn.row.round, slot, turn.groups[slot], time, turn.view)
+    group = network.pinging(turn, slot, time)
+    if group:
+        network.ranging.ping(turn.row.round, slot, group, time, turn.view)
     ends = network.slots.clock.after(time, turn.length(slot))
     if network.answers is None:
         yield until(network, ends)
@@ -109,20 +111,21 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
     """Broadcast every fix made since the last broadcast; none still costs a header.
 
     One ASV does, or several share it: those that send at once are given time for the longest of
-    their frames and its guard, and the others follow them.  While all ASVs have failed, the fixes
-    wait.
+    their frames and its guard, and the others follow them.  Where AUVs have to be told their slots,
+    frames name those that have one in a round to come.  While all ASVs have failed, the fixes wait.
     """
     turn.row.downlink_s = turn.row.downlink_s or 0.0
     if network.asv_fleet.works_from(time) > time:
         return
     begins, slots = time, network.slots
-    for shares in network.shared(network.queue.take(time), time):
+    for shares in network.shared(turn, time):
         for share in shares:
             _send_all(network, turn, share, begins, begins == time)
-        most = max(len(fixes) for _, fixes in shares)
-        begins = slots.clock.after(begins, slots.frame_slot(most))
+        longest = max(slots.frame_slot(len(it.fixes), len(it.named)) for it in shares)
+        begins = slots.clock.after(begins, longest)
     ends = max(begins, slots.clock.after(time, slots.shortest_downlink))
     network.downlink_free_at = ends
+    network.foretell(turn, ends)
     turn.row.downlink_s += ends - time
 
 
@@ -130,35 +133,40 @@ def _send_all(network: Network, turn: Turn, share: Carried, begins: float, now: 
     """Let an ASV send its fixes from an instant (s) on, which is `now` or to come: where one
     message does not hold them, several follow each other.
     """
-    (asv, fixes), messages, first = share, network.slots.messages, 0
-    for part, carried in enumerate(messages.of(len(fixes))):
-        own = fixes[first : first + carried]
-        send = partial(_send, network, turn, asv, own, (part, begins))
+    (asv, fixes, named), messages = share, network.slots.messages
+    for part, load in enumerate(messages.packed(len(fixes), len(named))):
+        own, told = fixes[: load.fixes], named[: load.named]
+        fixes, named = fixes[load.fixes :], named[load.named :]
+        send = partial(_send, network, turn, Carried(asv, own, told), (part, begins))
         if now and part == 0:
             send()
         else:
             moment(network.env, begins).callbacks.append(send)
-        begins, first = begins + messages.airtime(carried), first + carried
+        begins += messages.airtime(*load)
 
 
 def _send(
     network: Network,
     turn: Turn,
-    asv: int,
-    fixes: Sequence[int],
+    carried: Carried,
     when: tuple[int, float],
     _: simpy.Event | None = None,
 ) -> None:
-    """Let an ASV send one message of a broadcast, its number among them and instant (s) given."""
-    part, time = when
-    messages, count = network.slots.messages, len(fixes)
-    airtime, size = messages.airtime(count), messages.payload_bytes(count)
+    """Let an ASV send one message of a broadcast, its number among them and instant (s) given.
+
+    It carries fixes, and the next slots of the AUVs that it names.
+    """
+    (asv, fixes, named), (part, time) = carried, when
+    messages, load = network.slots.messages, (len(fixes), len(named))
+    airtime, size = messages.airtime(*load), messages.payload_bytes(*load)
     on_air = network.asv_fleet.works_for(asv, time, airtime)
     network.record.broadcasts.append(
-        Broadcast(turn.row.round, asv, time, on_air, size, count, part)
+        Broadcast(turn.row.round, asv, time, on_air, size, len(fixes), part, len(named))
     )
-    network.downlink.send(fixes, asv, time, airtime, messages.delay(count))
-    turn.row.fixes += count
+    network.downlink.send(fixes, asv, time, airtime, messages.delay(*load))
+    if named or part == 0:
+        network.tell(turn, named)
+    turn.row.fixes += len(fixes)
 
 
 def downlink_free(network: Network, time: float) -> Steps:
@@ -171,7 +179,7 @@ def downlink_free(network: Network, time: float) -> Steps:
 
 def frame_start(network: Network, number: int, time: float) -> Steps:
     """Wait for the round's frame."""
-    starts = network.slots.clock.after(0.0, number * network.frame + network.paused)
+    starts = network.opens(number)
     if starts > time:
         yield until(network, starts)
     return max(time, starts)

@@ -40,6 +40,10 @@ class Round:
     uplink_s: float | None = column("s", "duration of its uplink slots, or until it sends", None)
     downlink_s: float | None = column("s", "duration of the downlink slots", None)
     fixes: int = column("1", "fixes broadcast (passive: made of its pings)", 0)
+    assigned: int | None = column(
+        "1", "AUVs that have a slot of it; null where all know at once (knowledge: shared)", None
+    )
+    informed: int | None = column("1", "of these, AUVs that knew their slot as it began", None)
 
 
 @dataclass(slots=True)
@@ -108,23 +112,10 @@ class Broadcast:
     asv: int = column("", "ASV that broadcast")
     sent_at_s: float = column("s", "start of the frame")
     airtime_s: float = column("s", "duration of the frame, or until its ASV failed")
-    payload_bytes: int = column("B", "header and fix records")
+    payload_bytes: int = column("B", "header, fix records and assignments of slots")
     fixes: int = column("1", "fix records in the frame")
     part: int = column("1", "number of the frame among those of one broadcast, from 0", 0)
-
-
-@dataclass(slots=True)
-class FrameReception:
-    """One frame of the MF downlink at one AUV, whether that decoded it or not."""
-
-    broadcast: int = column("1", "row of broadcasts, from 0")
-    auv: int = column("", "AUV at which it arrives")
-    arrived_at_s: float | None = column(
-        "s", "instant at which the frame's front is there; null if it was not by the end", None
-    )
-    outcome: str = column(
-        "", "heard, out_of_range, lost (or its ASV failed), collided or in_flight", "in_flight"
-    )
+    named: int = column("1", "AUVs that it tells their slot (knowledge: broadcast)", 0)
 
 
 @dataclass(slots=True)
@@ -315,6 +306,12 @@ class AuvMetrics:
     )
     swept_m2: float | None = column(
         "m2", "area of the survey that the AUV was the first to sweep", None
+    )
+    slots_missed: int = column(
+        "1",
+        "slots of its own that it did not know as they began (knowledge: broadcast)",
+        0,
+        worst=LARGEST,
     )
 
 

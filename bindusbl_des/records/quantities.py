@@ -47,6 +47,7 @@ NAMES = {
     "saturated_share": "time at an actuator's limit",
     "lanes_flown_share": "lanes flown",
     "swept_m2": "area swept first",
+    "slots_missed": "slots missed",
     "rounds": "rounds",
     "hf_utilisation": "HF in use",
     "mf_utilisation": "MF in use",

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.growing import lengthened
 from .events import Broadcast, Round
+from .frames import Assignment
 from .rows import FIX, FRAME_RECEPTION, PING, RECEPTION, Rows
 
 # Rows for which a buffer has room at first; it doubles when it is full.
@@ -72,5 +73,6 @@ class Recorder:
     receptions: EventBuffer = field(default_factory=lambda: EventBuffer(RECEPTION))
     broadcasts: list[Broadcast] = field(default_factory=list)
     frame_receptions: EventBuffer = field(default_factory=lambda: EventBuffer(FRAME_RECEPTION))
+    assignments: list[Assignment] = field(default_factory=list)
     fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
     levers: Levers = field(default_factory=lambda: Levers(0))

@@ -12,7 +12,8 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from .events import Fix, FrameReception, Ping, Reception
+from .events import Fix, Ping, Reception
+from .frames import FrameReception
 
 Rows = NDArray[np.void]
 Row = Any  # one of them: the type checker knows no fields

@@ -13,6 +13,7 @@ from ..core.wording import counted
 from ..explain.numbers import out_of_range
 from ..results.effects import harm_told
 from ..scenario.families import is_random
+from ..scenario.protocols.telling import tells_slots
 from .advised import advised
 from .losses import broadcast_distances, loss_by_listeners
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording
@@ -156,6 +157,8 @@ def _why(mission: Recording, auv: Service) -> str:
     if not sent:
         why = "no ASV pinged" if passive else "it sent no ping"
         also = "" if passive else ": no ASV called it, or none was due"
+        if tells_slots(mission.scenario):
+            also = ": it had no slot, or did not know it"
         return f"<b>Why:</b> {why} in those gaps{also}."
     pings = f"{counted(sent, 'ping')} {'of the ASVs' if passive else 'it sent'} in those gaps"
     if not fates:
@@ -180,7 +183,22 @@ def _why(mission: Recording, auv: Service) -> str:
 
 
 def _lost(mission: Recording) -> tuple[str, ...]:
-    return (*_losses(mission), *_collisions(mission), *_beyond_reach(mission))
+    return (
+        *_losses(mission), *_collisions(mission), *_beyond_reach(mission), *_untold(mission.metrics)
+    )  # fmt: skip
+
+
+def _untold(metrics: Metrics) -> list[str]:
+    """Return who did not know its slots (protocol.knowledge broadcast)."""
+    missed = {it["auv"]: it["slots_missed"] for it in metrics.auvs if it["slots_missed"]}
+    if not missed:
+        return []
+    most = sorted(missed, key=lambda auv: -missed[auv])[:MOST_OTHERS]
+    named = ", ".join(f"{auv} ({missed[auv]})" for auv in most)
+    slots = counted(sum(missed.values()), "slot")
+    return [
+        f"<b>Slots:</b> {slots} began before their AUV had decoded a frame that names it: {named}."
+    ]
 
 
 def _losses(mission: Recording) -> list[str]:

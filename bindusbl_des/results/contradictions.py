@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, OUTCOMES
 from ..records.worst import WORST_IS_LARGEST
 from ..scenario.families import is_random
+from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
 from .arrow import numpy_array
 from .parquet import Words
@@ -30,10 +31,11 @@ ENUMERATIONS = {
     ("frame_receptions", "outcome"): _UPLINK,
     ("pings", "call"): _UPLINK,
     ("fixes", "outcome"): _DOWNLINK,
+    ("assignments", "outcome"): ("known", "missed"),
 }
 # From which table's row count those of others follow.
 FOLLOWS = dict.fromkeys(("receptions", "rounds", "fixes", "broadcasts"), "pings")
-FOLLOWS["frame_receptions"] = "broadcasts"
+FOLLOWS |= {"frame_receptions": "broadcasts", "assignments": "rounds"}
 # What a fix has once it was broadcast, and once it was delivered.
 BROADCAST = ("broadcast_at_s", "broadcast_by")
 ARRIVED = ("delivered_at_s", "latency_s", "innovation_m")
@@ -55,13 +57,16 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
     limits = {"auvs": (auvs, auvs), "mission": (1, 1)}
     pings = rows.get("pings", 0)
     if "pings" in rows:
+        told = tells_slots(scenario)  # and AUVs that are not told do not ping
         instants = int(duration * scenario.record.tracks_hz) + 2
-        broadcasts = 0 if passive else rows["fixes"] + rows["rounds"]
+        named = auvs * rows["rounds"] if told else 0
+        broadcasts = 0 if passive else rows["fixes"] + rows["rounds"] + named
         frames = 0 if scenario.protocol.downlink == "direct_reply" else rows["broadcasts"]
         limits |= {
             "pings": (0, int(pinging * (duration / scenario.acoustics.hf.ping_s + 2))),
             "receptions": (pings * listening, pings * listening),
-            "rounds": (0, pings + 2 + _late(scenario)),
+            "rounds": (0, LARGEST_COUNT if told else pings + 2 + _late(scenario)),
+            "assignments": (0, named),
             "fixes": (0, pings * listening if passive else pings),
             "broadcasts": (0, broadcasts),
             "frame_receptions": (auvs * frames, auvs * frames),
@@ -197,6 +202,8 @@ def _pings(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     sender, other = ("asv", "auv") if scenario.protocol.is_passive else ("auv", "asv")
     if pings[sender].null_count or pings[other].null_count != len(pings):
         yield f"has pings of no {sender.upper()}, or of an {other.upper()}"
+    if tells_slots(scenario) and scenario.protocol.missed == "last_slot":
+        return  # whose slots may be those of longer rounds
     slots = _whole(rounds, "colours")[_whole(pings, "round")]
     if is_random(scenario):  # all are in the one slot that there is
         slots = np.maximum(slots, 1)
@@ -214,6 +221,10 @@ def _broadcasts(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str
 
 def _frame_receptions(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     yield from _beyond(arrow["frame_receptions"], "broadcast", len(arrow["broadcasts"]))
+
+
+def _assignments(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
+    yield from _beyond(arrow["assignments"], "round", len(arrow["rounds"]))
 
 
 def _fixes(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
@@ -276,6 +287,7 @@ _OF_TABLES: Mapping[str, Callable[[Scenario, Tables, Texts], Iterator[str]]] = {
     "receptions": _receptions,
     "broadcasts": _broadcasts,
     "frame_receptions": _frame_receptions,
+    "assignments": _assignments,
     "fixes": _fixes,
     "tracks": _tracks,
 }

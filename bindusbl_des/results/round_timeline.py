@@ -70,7 +70,14 @@ def _are_unequal(scenario: "Scenario") -> bool:
 
 
 def _first_pings(result: "Result", number: int) -> dict[int, float]:
-    """Return when (s) the first ping, or call, of each slot of a round was sent, by slot."""
+    """Return when (s) the first ping, or call, of each slot of a round was sent, by slot.
+
+    AUVs that were not told their slots may ping at any instant: there slots are those assigned.
+    """
+    assigned = result.tables.get("assignments")
+    if assigned is not None and len(assigned):
+        starts: Any = assigned[assigned["round"] == number].groupby("slot").starts_at_s.min()
+        return dict(zip(starts.index, starts, strict=True))
     pings = result.tables["pings"]
     sent = "called_at_s" if result.scenario.protocol.calls else "sent_at_s"
     if sent not in pings:  # of an older version
@@ -89,12 +96,14 @@ def downlink_slots(result: "Result", number: int) -> list[Span]:
     if "part" in frames:  # no older version
         broadcast = (frames.part == 0).groupby(frames.asv).cumsum()
     sent = frames.groupby(["asv", broadcast]).agg(
-        begins=("sent_at_s", "min"), fixes=("fixes", "sum")
+        begins=("sent_at_s", "min"), fixes=("fixes", "sum"), named=("named", "sum")
     )
-    most = sent.groupby("begins").fixes.max()
     shares = result.scenario.protocol.broadcaster == "parallel"
     lasts = slots.frame_slot if shares else slots.downlink_slot
-    return [Span(begins, slots.clock.after(begins, lasts(it))) for begins, it in most.items()]
+    longest: dict[float, float] = {}
+    for it in sent.sort_values("begins").itertuples():
+        longest[it.begins] = max(longest.get(it.begins, 0.0), lasts(it.fixes, it.named))
+    return [Span(begins, slots.clock.after(begins, it)) for begins, it in longest.items()]
 
 
 def pings_sent(result: "Result") -> Any:

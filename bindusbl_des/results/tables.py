@@ -17,13 +17,13 @@ from ..records.events import (
     AuvMetrics,
     Broadcast,
     Fix,
-    FrameReception,
     Ping,
     Reception,
     Round,
     TrackPoint,
     Utilisation,
 )
+from ..records.frames import Assignment, FrameReception
 from ..records.rows import NONE, Rows
 from ..records.worst import WORST_IS_LARGEST
 from .arrow import arrow, named
@@ -36,17 +36,19 @@ ROWS: dict[str, type] = {
     "receptions": Reception,
     "broadcasts": Broadcast,
     "frame_receptions": FrameReception,
+    "assignments": Assignment,
     "fixes": Fix,
     "tracks": TrackPoint,
     "auvs": AuvMetrics,
 }
 EVENT_TABLES = (
-    *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "fixes", "tracks"),
+    *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),
+    *("fixes", "tracks"),
 )
 TABLES = (*ROWS, "mission")
 
 # Columns that hold a vehicle's number in the record and its name in the table.
-VEHICLES = {"auv": "AUV", "asv": "ASV", "broadcast_by": "ASV", "called_by": "ASV"}
+VEHICLES = {"auv": "AUV", "asv": "ASV", "broadcast_by": "ASV", "called_by": "ASV", "told_by": "ASV"}
 
 SURVEY_FRAME = "survey: x north, y east, z down from the surface, origin as in the scenario"
 SCHEMA_VERSION = 1

@@ -24,8 +24,8 @@ from bindusbl_des.geometry.geodesy import ned_from_geodetic
 
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
 TABLES = (
-    *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "fixes", "tracks"),
-    *("auvs", "mission"),
+    *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),
+    *("fixes", "tracks", "auvs", "mission"),
 )
 
 
@@ -35,13 +35,16 @@ def invoke(*arguments: str | Path) -> Result:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a short mission with an origin, in which some sound is lost."""
+    """Return the folder of a short mission with an origin, in which some sound is lost, and AUVs
+    are told their slots.
+    """
     folder = tmp_path_factory.mktemp("export") / "run"
     asked = scenario(
         name="Kiel Fjord",
         duration_s=40.0,
         environment={"origin": ORIGIN},
         acoustics={"loss": {"combine": "clamp_first"}},
+        protocol={"knowledge": "broadcast"},
     )
     simulate(asked, seed=3).write(folder)
     return folder

@@ -19,6 +19,7 @@ from ..console import (
     writing,
 )
 from ..options import json_option, plugins_option, scenario_argument, set_option
+from .frames import assignments, messages, span
 from .limits import limits_data, limits_told, planned_limits
 from .random_timing import access_data, random_told
 
@@ -104,6 +105,7 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         return
     yield f"{schedule} / {policy}: {POLICIES[policy]}"
     yield from rounds.pace_told(schedule)
+    yield from assignments(scenario, rounds)
     if rounds.frame:
         yield from _frames(scenario, rounds)
     else:
@@ -145,13 +147,13 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
     `shares` of a broadcast, downlink slots are shorter than of one that sends all.
     """
     slots, ends = rounds.slots, sorted({rounds.fewest, rounds.most})
-    yield from _messages(slots) if rounds.policy != "direct_reply" else ()
+    yield from messages(slots) if rounds.policy != "direct_reply" else ()
     if rounds.policy == "direct_reply":
         wide = 12 if rounds.pace is None else 18
         yield f"{'ping groups':>14}{'round s':>{wide}}{'rounds/s':>{wide}}"
         for groups in _shown(rounds.fewest, rounds.most):
             lengths = [rounds.least(groups, 0), rounds.length(groups, 0)]
-            yield f"{groups:>14}{_span(lengths):>{wide}}{_rates(lengths):>{wide}}"
+            yield f"{groups:>14}{span(lengths):>{wide}}{_rates(lengths):>{wide}}"
         return
     each = (
         "one ping group .. a group for each AUV" if len(ends) > 1 else "a ping group for each AUV"
@@ -163,21 +165,11 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
     for fixes in _shown(0, rounds.auvs):
         lengths = [rounds.least(ends[0], fixes), rounds.length(ends[-1], fixes)]
         yield (
-            f"{fixes:>6}{slots.payload_bytes(fixes):>8}{1e3 * slots.airtime(fixes):>10.1f}"
-            f"{1e3 * slots.downlink_slot(fixes):>10.1f}{_span(lengths):>18}{_rates(lengths):>18}"
+            f"{fixes:>6}{slots.payload_bytes(fixes, rounds.named):>8}"
+            f"{1e3 * slots.airtime(fixes, rounds.named):>10.1f}"
+            f"{1e3 * slots.downlink_slot(fixes, rounds.named):>10.1f}"
+            f"{span(lengths):>18}{_rates(lengths):>18}"
         )
-
-
-def _messages(slots: "Slots") -> Iterator[str]:
-    """Yield what a modem does with messages, where it does more than to send them at its rate."""
-    messages = slots.messages
-    if messages.most is not None:
-        rest = "further ones follow in others" if messages.splits else "further ones wait"
-        yield f"A message holds {messages.most} {'fix' if messages.most == 1 else 'fixes'}; {rest}."
-    delays = messages.delay(0), messages.delay(messages.most or 0)
-    if any(delays):
-        told = _span([1e3 * it for it in sorted({*delays})])
-        yield f"A modem hands a message over {told} ms after its end."
 
 
 def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
@@ -213,6 +205,8 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "shortest_downlink_slot_s": slots.shortest_downlink,
         "most_fixes": slots.messages.most,
         "processing_s": slots.messages.delay(slots.messages.most or 0),
+        "named": rounds.named,
+        "assignment_bytes": rounds.named * protocol.assignment_bytes,
         "frame_s": rounds.frame or None,
         "access": access_data(scenario, slots),
         "rounds": rows if rounds.are_known else None,
@@ -225,11 +219,7 @@ def _shown(first: int, last: int) -> list[int]:
 
 
 def _rates(lengths: list[float]) -> str:
-    return _span([1 / length for length in reversed(lengths)])
-
-
-def _span(values: list[float]) -> str:
-    return " .. ".join(dict.fromkeys(f"{value:.3f}" for value in values))
+    return span([1 / length for length in reversed(lengths)])
 
 
 @click.command()

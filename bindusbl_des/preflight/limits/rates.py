@@ -65,7 +65,7 @@ def rates_of(
         for policy in policies:
             if policy in LENGTHS:
                 name = "planned" if policy == protocol.downlink else policy
-                found[name] = _shared(in_range, _lengths(policy, rounds.slots, groups, in_range))
+                found[name] = _shared(in_range, _lengths(policy, rounds, groups, in_range))
     if records_hz is not None:
         frames = _airtimes(rounds.slots, in_range, senders)
         if is_random(scenario):  # frames carry whatever waits
@@ -79,9 +79,10 @@ def _shared(in_range: Floats, lengths: Floats) -> Rates:
     return Rates(np.asarray((in_range / lengths[:, np.newaxis]).mean(axis=0)))
 
 
-def _lengths(policy: str, slots: Slots, groups: Ints, in_range: Floats) -> Floats:
+def _lengths(policy: str, rounds: Rounds, groups: Ints, in_range: Floats) -> Floats:
     """Return how long (s) rounds are at each instant (k,), all fixed that are in range."""
-    length = cache(lambda ping_groups, fixes: LENGTHS[policy](slots, ping_groups, fixes))
+    further, told, slots = rounds.contention, rounds.named, rounds.slots
+    length = cache(lambda count, fixes: LENGTHS[policy](slots, count + further, fixes, told))
     fixes = in_range.sum(axis=1).astype(np.int64).tolist()
     return np.array([length(*it) for it in zip(groups.tolist(), fixes, strict=True)])
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from ...core.plugins import is_plugin
 from ..families import is_random
 from ..scenario_keys import ScenarioKeys
+from .telling import untellable
 
 Found = Iterator[tuple[str, str, tuple[str, ...]]]
 
@@ -14,6 +15,7 @@ def disagreements(scenario: ScenarioKeys) -> Found:
     yield from _fixed(scenario)
     yield from _unslotted(scenario)
     yield from _ordered(scenario)
+    yield from untellable(scenario)
 
 
 def _fixed(scenario: ScenarioKeys) -> Found:

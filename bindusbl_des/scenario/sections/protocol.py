@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from ..key_types import PAPER, Part, Real, formerly, key
+from ..key_types import PAPER, Part, Real, Whole, formerly, key
 from ..part_choice import SET, PartChoice
 
 
@@ -34,6 +34,41 @@ class Protocol(Part):
         "are given; `bindusbl-des verify` says how much it takes",
         ge=0,
         le=1e6,
+    )
+    knowledge: Literal["shared", "broadcast"] = key(
+        "shared",
+        "",
+        "who knows the slots of a round: everybody at once, or AUVs that have decoded the frame "
+        "which names them (broadcast; the fleet then knows AUVs by their fixes alone)",
+        PAPER,
+    )
+    assignment_bytes: Whole = key(
+        2, "B", "record of a frame that tells one AUV its slot (broadcast)", ge=0, le=64
+    )
+    missed: Literal["silent", "last_slot", "contention"] = key(
+        "silent",
+        "",
+        "what an AUV does that was not told its slot (broadcast): it keeps silent, or pings in its "
+        "last slot, or by chance in a further slot at the end of the round, when it reckons these "
+        "to be",
+    )
+    contention_chance: Real = key(
+        0.5, "1", "chance to ping in a contention slot (contention)", gt=0, le=1
+    )
+    forget_after_s: Real | None = key(
+        60.0,
+        "s",
+        "an AUV not heard for so long has no slot any more (broadcast); null = it keeps one",
+        gt=0,
+        le=1e6,
+    )
+    recall_rounds: Whole = key(
+        5,
+        "1",
+        "each so many rounds one AUV that has no slot any more is given one, all such AUVs in turn "
+        "(silent, last_slot)",
+        ge=1,
+        le=1_000_000,
     )
     tick_rate_hz: Real | None = key(
         None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", ge=0.001, le=1e6

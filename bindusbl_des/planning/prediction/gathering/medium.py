@@ -9,6 +9,7 @@ from ....protocol.schedules import is_framed
 from ....protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
 from ....protocol.slots import Slots as ProtocolSlots
 from ....protocol.slots import slots_of as protocol_slots
+from ....scenario.protocols.telling import tells_slots
 from ....scenario.scenario import Scenario
 from ....scenario.water import assumed_sound_speed_of
 from ..parts import Access, Slots
@@ -27,6 +28,7 @@ def slots_of(scenario: Scenario) -> Slots:
     shortest = protocol.shortest_uplink_slot_s
     clock, messages = slots.clock, slots.messages
     two_way = protocol.calls
+    named = scenario.auvs.count if tells_slots(scenario) else 0
     own = is_plugin(protocol.ranging) and hasattr(loaded(protocol.ranging), "slot_s")
     return Slots(
         slots.ping_duration,
@@ -38,9 +40,10 @@ def slots_of(scenario: Scenario) -> Slots:
         scenario.survey.deepest,
         assumed_sound_speed_of(scenario),
         clock.rate,
-        np.array([clock.after(0.0, slots.downlink_slot(count)) for count in fixes]),
+        np.array([clock.after(0.0, slots.downlink_slot(count, named)) for count in fixes]),
         np.array([
-            slots.airtime(count) + messages.delay(messages.of(count)[-1]) for count in fixes
+            slots.airtime(count, named) + messages.delay(*messages.packed(count, named)[-1])
+            for count in fixes
         ]),
     )  # fmt: skip
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from ....core.plugins import is_plugin
 from ....scenario.families import plugins_of
+from ....scenario.protocols.telling import tells_slots
 from ....scenario.scenario import Scenario
 
 # What is said of schedules that are predicted as another.
@@ -27,7 +28,9 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield "ASVs are taken to keep their stations exactly."
     if scenario.asvs.failures:
         yield "ASVs that fail are taken to serve all the time."
-    if scenario.protocol.positions != "truth":
+    if tells_slots(scenario):
+        yield "AUVs are taken to know their slots: in no round does one miss the frame that tells."
+    if scenario.protocol.positions != "truth" or tells_slots(scenario):
         yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
     if scenario.usbl.outlier_share:
         yield "Outliers of the fixes are left out."

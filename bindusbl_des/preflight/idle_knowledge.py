@@ -1,0 +1,40 @@
+"""Keys of what AUVs are told that do nothing: rules as those of :mod:`.idle_keys`."""
+
+from ..scenario.families import RANDOM_ACCESS
+from .idle import Idle
+
+TOLD = tuple(
+    f"protocol.{name}"
+    for name in (
+        "assignment_bytes", "missed", "contention_chance", "forget_after_s", "recall_rounds",
+    )
+)  # fmt: skip
+
+KNOWLEDGE = (
+    Idle(
+        {"protocol.ranging": ("passive", "twtt")},
+        ("protocol.knowledge", *TOLD),
+        "AUVs are called, or do not ping: they need no slot",
+    ),
+    Idle(
+        {"protocol.schedule": (*RANDOM_ACCESS, "polling")},
+        ("protocol.knowledge", *TOLD),
+        "AUVs ping as they like, or are called: they need no slot",
+    ),
+    Idle({"protocol.knowledge": ("shared",)}, TOLD, "all AUVs know the schedule at once"),
+    Idle(
+        {"protocol.missed": ("silent", "last_slot")},
+        ("protocol.contention_chance",),
+        "there is no contention slot",
+    ),
+    Idle(
+        {"protocol.missed": ("contention",)},
+        ("protocol.recall_rounds",),
+        "lost AUVs come back by the contention slot",
+    ),
+    Idle(
+        {"protocol.forget_after_s": (None,)},
+        ("protocol.recall_rounds",),
+        "no AUV is ever lost",
+    ),
+)

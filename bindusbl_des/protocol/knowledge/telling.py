@@ -1,0 +1,255 @@
+"""Slots that AUVs must be told: what frames carry, who knows by when, and who pings all the same.
+
+The fleet assigns the slots of a round as the frame begins that tells of them, and knows of its AUVs
+only what fixes say.  An AUV knows the slots of frames that it has decoded, and nothing else.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache, partial
+from typing import NamedTuple
+
+import numpy as np
+import simpy
+
+from ...core.streams import Purpose, Streams
+from ...records.events import Round
+from ...records.frames import Assignment
+from ...records.recorder import Recorder
+from ..mf.downlink import MfDownlink
+from ..order.view import TimedGroups, View
+from ..own.ranging import OwnRanging
+from ..own.steps import SAME, moment
+from ..ranging import OneWay, TwoWay
+from ..schedules import Schedule
+from ..slots import Slots
+from .plan import Knowledge, Plan
+from .roll import Roll
+
+
+class Manner(NamedTuple):
+    """How AUVs are told: frames of a round tell the slots of the one `ahead` of it.
+
+    `missed` and `chance`: what those do that were not told.  Each `recall_rounds` rounds a lost AUV
+    gets a slot.
+    """
+
+    ahead: int
+    missed: str
+    chance: float
+    recall_rounds: int
+
+
+@dataclass
+class Telling:
+    """Who knows which slots.
+
+    `view` is what the fleet knows as it schedules a round, by its number and an instant (s);
+    `opens` the earliest start (s) of a round, by its number; `works_from` when (s) from an instant
+    on some ASV works.
+    """
+
+    env: simpy.Environment
+    slots: Slots
+    record: Recorder
+    downlink: MfDownlink
+    ranging: OneWay | TwoWay | OwnRanging
+    schedule: Schedule
+    view: Callable[[int, float], View]
+    opens: Callable[[int], float]
+    works_from: Callable[[float], float]
+    roll: Roll
+    manner: Manner
+    auvs: list[Knowledge]
+    streams: Streams
+    _plans: dict[int, Plan] = field(default_factory=dict, init=False)
+    _under_way: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self._luck = cache(partial(self.streams.of, Purpose.CONTENTION))
+
+    def planned(self, number: int, time: float) -> Plan:
+        """Return the plan of a round that begins at an instant (s).
+
+        One that begins later than was said, because no ASV worked, nobody knows of, nor one that no
+        frame has told of.
+        """
+        if not self._plans:
+            self._agree()
+        plan = self._plans.get(number)
+        if plan is None:
+            plan = self._plans[number] = self._plan(number, time, time)
+        elif plan.starts_s != time:
+            plan.forget(time)
+        self._under_way = number
+        self._plans.pop(number - 1, None)  # nobody can learn any more of a round that is over
+        return plan
+
+    def _agree(self) -> None:
+        """Agree before the launch on all rounds that no frame can tell of."""
+        starts = 0.0
+        for number in range(self.manner.ahead):
+            plan = self._plans[number] = self._plan(number, 0.0, max(starts, self.opens(number)))
+            plan.told[:] = True
+            starts = self._slot_starts(plan.groups, plan.starts_s)[-1]
+            for auv in range(len(self.auvs)):
+                self._learn(auv, plan)
+        count = len(plan.named)
+        lasts = starts - plan.starts_s, self.slots.downlink_slot(count, count)
+        for auv, it in enumerate(self.auvs):  # rounds are planned to bring a fix of everybody
+            it.period_s = sum(lasts) if self.manner.ahead == 1 else max(lasts)
+            self._reckon(auv, 1)
+
+    def assign(self, number: int, time: float, senders: Sequence[int]) -> dict[int, list[int]]:
+        """Assign the slots of the round ahead of one whose broadcast begins at an instant (s).
+
+        Return which AUVs each of the ASVs names that send it: those to which it is the nearest.
+        """
+        ahead = number + self.manner.ahead
+        plan = self._plans[ahead] = self._plan(ahead, time, time)
+        named: dict[int, list[int]] = {asv: [] for asv in senders}
+        away = np.linalg.norm(plan.view.auvs[:, None, :2] - plan.view.asvs[senders, :2], axis=2)
+        for auv in plan.named:
+            named[senders[int(away[auv].argmin())]].append(auv)
+        return named
+
+    def foretell(self, number: int, ends: float) -> None:
+        """Have the round ahead begin once the downlink slot of one has ended (s), if no later."""
+        ahead = number + self.manner.ahead
+        plan, starts = self._plans[ahead], [ends, self.opens(ahead)]
+        if self.manner.ahead > 1:  # the round before it begins with the broadcast
+            time = plan.starts_s
+            before = self._plans.get(ahead - 1) or self._plan(ahead - 1, time, time)
+            starts.append(self._slot_starts(before.groups, time)[-1])
+        plan.starts_s = max(starts)
+
+    def send(self, number: int, broadcast: int, named: Sequence[int]) -> None:
+        """Note that a broadcast, by its number, of a round names AUVs."""
+        self._plans[number + self.manner.ahead].frames.append((broadcast, named))
+
+    def _plan(self, number: int, time: float, starts: float) -> Plan:
+        """Return the plan of a round by what the fleet knows at an instant (s)."""
+        view, lost = self.view(number, time), self.roll.lost(time)
+        view.heard[lost] = False
+        asked = self.schedule(view)
+        groups = [[auv for auv in group if not lost[auv]] for group in asked]
+        lengths = list(asked.lengths_s) if isinstance(asked, TimedGroups) else []
+        if not lengths:  # slots of T_UL can be left out
+            groups = [group for group in groups if group] or [[]]
+        if self.manner.missed == "contention":
+            groups.append([])
+        elif lost.any() and number % self.manner.recall_rounds == 0:
+            groups.append([self.roll.recall(lost, number)])
+        lengths += [self.slots.uplink_slot] * (len(groups) - len(lengths))
+        nobody = np.zeros(len(lost), dtype=np.bool_)
+        return Plan(number, view, TimedGroups(groups, lengths), starts, nobody)
+
+    def _slot_starts(self, groups: TimedGroups, starts: float) -> list[float]:
+        """Return when (s) the slots of a round begin, and the last of them ends."""
+        instants = [starts]
+        for length in groups.lengths_s:
+            instants.append(self.slots.clock.after(instants[-1], length))
+        return instants
+
+    def known(self, row: Round, slot: int, time: float) -> list[int]:
+        """Return the AUVs that ping in a slot of a round, from an instant (s) on.
+
+        They are those of its group that know it; in a contention slot those that know where it is,
+        have not had a turn, and try their luck.
+        """
+        self._hear(time)
+        plan = self._plans[row.round]
+        row.assigned, row.informed = len(plan.named), row.informed or 0
+        if self.manner.missed == "contention" and slot == len(plan.groups) - 1:
+            heard = np.flatnonzero(plan.told).tolist()
+            late = [auv for auv in heard if self.auvs[auv].pinged_at_s < plan.starts_s]
+            group = [auv for auv in late if self._dares(auv)]
+        else:
+            for auv in plan.groups[slot]:
+                self._note(plan, slot, auv, time)
+            group = [auv for auv in plan.groups[slot] if plan.told[auv]]
+            row.informed += len(group)
+        able = [auv for auv in group if self._is_quiet(auv, time)]
+        for auv in able:
+            self.auvs[auv].pinged_at_s = time
+        return able
+
+    def _note(self, plan: Plan, slot: int, auv: int, time: float) -> None:
+        """Record whether an AUV knows its slot."""
+        number = plan.frame_of(auv)
+        frame = None if number is None else self.record.broadcasts[number]
+        self.record.assignments.append(
+            Assignment(
+                plan.number,
+                slot,
+                auv,
+                time,
+                told_at_s=None if frame is None else frame.sent_at_s,
+                told_by=None if frame is None else frame.asv,
+                outcome="known" if plan.told[auv] else "missed",
+            )
+        )
+
+    def _dares(self, auv: int) -> bool:
+        return bool(self._luck(auv).random() < self.manner.chance)
+
+    def _is_quiet(self, auv: int, time: float) -> bool:
+        """Tell whether the last ping of an AUV is over."""
+        return time - self.auvs[auv].pinged_at_s >= self.slots.ping_duration
+
+    def _hear(self, time: float) -> None:
+        """Let AUVs know what the frames have told them that they have decoded by an instant (s)."""
+        for plan in self._plans.values():
+            for auv in plan.learn(self.downlink.decoded, time):
+                if plan.number > self.auvs[auv].round:
+                    self._learn(auv, plan)
+                    self._reckon(auv, 1)
+
+    def _learn(self, auv: int, plan: Plan) -> None:
+        """Let an AUV know a plan."""
+        slot = plan.slot_of(auv)
+        if self.manner.missed == "contention":
+            slot = len(plan.groups) - 1
+        turn = None
+        if slot is not None and self.manner.missed != "silent":
+            turn = self._slot_starts(plan.groups, plan.starts_s)[slot] - plan.starts_s
+        self.auvs[auv].learn(plan, turn, slot or 0)
+
+    def _reckon(self, auv: int, rounds: int) -> None:
+        """Expect the turn of an AUV in the round so many after the last that it was told of."""
+        it = self.auvs[auv]
+        if it.turn_s is None:
+            return
+        instant = self._reckoned(it, rounds)
+        while instant < self.env.now:
+            rounds += 1
+            instant = self._reckoned(it, rounds)
+        event = moment(self.env, instant)
+        event.callbacks.append(partial(self._turn, auv, it.round, rounds, instant))
+
+    def _reckoned(self, it: Knowledge, rounds: int) -> float:
+        assert it.turn_s is not None
+        return self.slots.clock.after(it.starts_s, rounds * it.period_s + it.turn_s)
+
+    def _turn(
+        self, auv: int, told: int, rounds: int, instant: float, _: simpy.Event | None = None
+    ) -> None:
+        """Let an AUV have the turn that it has reckoned, unless it was told of a later round."""
+        self._hear(instant)
+        it = self.auvs[auv]
+        if it.round != told:
+            return
+        luck = self.manner.missed == "last_slot" or self._dares(auv)
+        if luck and self._is_quiet(auv, instant):
+            it.pinged_at_s = instant
+            plan = self._plan_at(instant)
+            self.ranging.ping(plan.number, it.slot, [auv], instant, plan.view)
+        self._reckon(auv, rounds + 1)
+
+    def _plan_at(self, instant: float) -> Plan:
+        """Return the plan of the round under way; of one that begins just now, that."""
+        following = self._plans.get(self._under_way + 1)
+        if following is None or following.starts_s > instant + SAME:
+            return self._plans[self._under_way]
+        begins = self.works_from(following.starts_s) == following.starts_s
+        return following if begins else self._plans[self._under_way]
