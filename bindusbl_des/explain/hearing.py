@@ -22,6 +22,7 @@ from .failing import failed, failed_while, had_failed
 from .knowing import by_reckoning, is_reckoned, slot_told
 from .numbers import compared, out_of_range, place, row_of, rows_where
 from .ordering import why_now
+from .overlapping import deafened
 from .under_way import on_its_way
 
 if TYPE_CHECKING:
@@ -192,6 +193,8 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     hf, outcome = result.scenario.acoustics.hf, reception.outcome
     if told := _failed(result, reception):
         return "loses it" if outcome == "lost" else "hears nothing", told
+    if told := deafened(result, reception):
+        return "hears nothing", told
     others = _overlapping(result, reception)
     if hf.channel != "disc" and not is_plugin(hf.channel):
         return decided_by_channel(result, reception, others)

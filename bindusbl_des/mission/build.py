@@ -137,6 +137,8 @@ def _network(
         clock=slots.clock,
         streams=streams,
     )
+    if protocol.duplex == "per_node":
+        uplink.deafening = downlink.frames
     queue = (
         ReplyQueue(env, uplink, downlink, record, reply_delay_of(scenario))
         if protocol.downlink == "direct_reply"
@@ -223,7 +225,8 @@ def frame_band(scenario: Scenario) -> FrameBand:
     """Return what holds for all frames of the downlink."""
     channel, reach = mf_channel(scenario), scenario.acoustics.mf.range_m
     capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
-    return FrameBand(reach, sound_speed_of(scenario), channel, capture)
+    deafening = scenario.acoustics.hf.ping_s if scenario.protocol.duplex == "per_node" else 0.0
+    return FrameBand(reach, sound_speed_of(scenario), channel, capture, deafening)
 
 
 def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..core.wording import plain
 from ..scenario.consistency import FRAMED_SCHEDULES, Problem
-from ..scenario.families import RANDOM_ACCESS, SCHEDULES, UNEQUAL_SLOTS
+from ..scenario.families import RANDOM_ACCESS, SCHEDULES, UNEQUAL_SLOTS, is_random
 from ..scenario.key_types import Part
 from ..scenario.places.on_earth import lacks_depths
 from ..scenario.scenario import Scenario
@@ -27,7 +27,7 @@ BROADCASTS = (
     "acoustics.mf.airtimes", "acoustics.mf.processing_s", "acoustics.mf.payload_bytes",
     "acoustics.mf.overfull", "acoustics.mf.modem", "acoustics.mf.transmit_w",
     "acoustics.mf.receive_w", "acoustics.mf.idle_w",
-    "protocol.downlink_guard_s", "protocol.shortest_downlink_slot_s",
+    "protocol.downlink_guard_s", "protocol.shortest_downlink_slot_s", "protocol.duplex",
 )  # fmt: skip
 STEERING = tuple(
     f"auvs.{name}"
@@ -76,6 +76,12 @@ RULES = (
         {"protocol.downlink": ("sequential", "pipelined_round", "pipelined_group")},
         ("protocol.reply_at",),
         "no ping is answered at once, fixes are broadcast",
+    ),
+    Idle(
+        {"protocol.downlink": ("sequential",)},
+        ("protocol.duplex",),
+        "nobody pings while a frame is on the air or arriving",
+        but=lambda it: is_random(it) or it.protocol.downlink_guard_s is not None,
     ),
     Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),

@@ -14,6 +14,7 @@ from ...usbl.measurement import measured, note
 from ...usbl.systematic import Systematic, measured_astray
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Floats, Ints, Motion
+from ..mf.frames import sends
 from .calling import drowned
 
 
@@ -89,7 +90,7 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 @entry
 def settle(
     time: float, first: int, only: int, pings: Rows, receptions: Rows, echoes: Rows | None,
-    calls: Rows,
+    calls: Rows, frames: Rows | None,
     duration: float, capture: float, shadowing_sd_db: float,
     fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
     asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -104,10 +105,11 @@ def settle(
     Return the number of fixes then, and NONE, NONE; or, when the noise of a pair of an AUV and an
     ASV is used up, these: it must be refilled and the function called again.  What decides at a
     receiver, `capture` and the shadowing (dB), is as of :class:`.channel.Receiver`; `echoes`, row
-    by row of `receptions`, as of :data:`.echoing.ECHO`, None where pings have none.  `strayed` (n,)
-    is how far each AUV may have gone between a call and its answer (variance along its course, m2);
-    None where nobody calls.  Where the `array` is None, an instrument of somebody's own measures
-    later.
+    by row of `receptions`, as of :data:`.echoing.ECHO`, None where pings have none; `frames` those
+    of ASVs that hear nothing while they send them, None where they hear pings all the same.
+    `strayed` (n,) is how far each AUV may have gone between a call and its answer (variance along
+    its course, m2); None where nobody calls.  Where the `array` is None, an instrument of
+    somebody's own measures later.
     Where errors last (`known` and what follows, :class:`.systematic.Systematic`; else None), how
     each fix depends on them is written to `levers` (fixes, 2, 4 k), and the covariance that does
     not come from them, xx, yy, xy, to `left` (fixes, 3), m2.
@@ -117,7 +119,7 @@ def settle(
     asvs = Motion(asv_table, asv_first, asv_step)
     due = np.array([first]) if only != NONE else _due(pings, first, time)
     for ping in due:
-        dry, hearers, measuring = _decide(ping, only, air, echoes, noise)
+        dry, hearers, measuring = _decide(ping, only, air, echoes, frames, noise)
         if dry != NONE:
             return fix, pings[ping].auv, dry
         if hearers.size > 0:
@@ -160,7 +162,7 @@ def _due(pings: Rows, first: int, time: float) -> Ints:
 
 @compiled
 def _decide(
-    ping: int, only: int, air: Air, echoes: Rows | None, noise: Noise
+    ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: Noise
 ) -> tuple[int, Ints, Floats]:
     """Decide the receptions of a ping, or `only` one.
 
@@ -187,7 +189,7 @@ def _decide(
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
         for n in range(len(drawn)):
             measuring[k, n] = drawn[n]
-        it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air, echoes)
+        it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air, echoes, frames)
         it.snr_db += air.shadowing_sd_db * drawn[NOISE_WIDTH]
         if it.outcome == HEARD:
             heard[hearers] = k
@@ -198,9 +200,12 @@ def _decide(
 
 
 @compiled
-def _outcome(row: int, luck: float, air: Air, echoes: Rows | None) -> int:
+def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows | None) -> int:
     """Return what becomes of a ping at an ASV, where it is lost by `luck`, a standard normal."""
     it = air.receptions[row]
+    if frames is not None:  # noqa: SIM102 (compiled: the branch is pruned)
+        if sends(it.asv, it.arrived_at_s, it.arrived_at_s + air.duration, frames):
+            return COLLIDED
     if overlapped(row, air, echoes) or drowned(air.pings[it.ping], it, air.duration, air.calls):
         return COLLIDED
     return by_luck(it, luck)
@@ -216,10 +221,11 @@ def by_luck(it: Row, luck: float) -> int:
 @entry
 def foretold(
     row: int, luck: float, pings: Rows, receptions: Rows, echoes: Rows | None, calls: Rows,
-    duration: float, capture: float,
+    frames: Rows | None, duration: float, capture: float,
 ) -> int:  # fmt: skip
     """Return what will be decided of a reception, once the ping has passed its ASV."""
-    return _outcome(row, luck, Air(pings, receptions, calls, duration, capture, 0.0), echoes)
+    air = Air(pings, receptions, calls, duration, capture, 0.0)
+    return _outcome(row, luck, air, echoes, frames)
 
 
 @compiled

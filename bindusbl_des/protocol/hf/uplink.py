@@ -98,6 +98,7 @@ class Uplink:
         self._calls = EventBuffer(CALL)
         self._undecided = 0  # pings before this one are decided
         self._predicted = 0  # pings before this one have arrived everywhere
+        self.deafening: EventBuffer | None = None  # frames whose ASVs are deaf meanwhile
         #: Whom to tell of pings that have just been sent; nobody unless somebody waits for them.
         self.on_sent: Callable[[range], None] | None = None
 
@@ -128,8 +129,11 @@ class Uplink:
         return self._asvs.failed(time)
 
     @property
-    def _echo_rows(self) -> Rows | None:
-        return None if self._echoes is None else self._echoes.rows
+    def _beside(self) -> tuple[Rows | None, Rows, Rows | None]:
+        """All sound on record but pings: their echoes, calls, and frames that deafen ASVs."""
+        beside = (self._echoes, self.deafening)
+        echoes, frames = (None if it is None else it.rows for it in beside)
+        return echoes, self._calls.rows, frames
 
     @property
     def foresees_calls(self) -> bool:
@@ -258,10 +262,9 @@ class Uplink:
         if self._lasting is not None:
             lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
         fixes.count, auv, asv = settle(
-            time, ping, only, pings.rows, receptions.rows, self._echo_rows, self._calls.rows,
-            self.band.duration, self.receiver.capture, self.receiver.shadowing_sd_db, room,
-            fixes.count, noise.shelf, noise.taken, noise.blocks, *self._asvs.motion,
-            *self._measuring, *lasting,
+            time, ping, only, pings.rows, receptions.rows, *self._beside, self.band.duration,
+            self.receiver.capture, self.receiver.shadowing_sd_db, room, fixes.count,
+            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion, *self._measuring, *lasting,
         )  # fmt: skip
         if self._instrument is not None:
             for fix in fixes.array[count : fixes.count]:
@@ -332,10 +335,8 @@ class Uplink:
         same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
         ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
         luck = float(self._noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
-        calls, duration, receiver = self._calls.rows, self.band.duration, self.receiver
-        outcome = foretold(
-            row, luck, pings, receptions, self._echo_rows, calls, duration, receiver.capture
-        )
+        duration, receiver = self.band.duration, self.receiver
+        outcome = foretold(row, luck, pings, receptions, *self._beside, duration, receiver.capture)
         return outcome, float(it["snr_db"]) + receiver.shadowing_sd_db * luck
 
     def close(self, time: float) -> None:

@@ -31,13 +31,15 @@ NEARLY_THERE = 0.98
 class FrameBand(NamedTuple):
     """What holds for all frames: AUVs within a horizontal `reach` (m) decode them, or as often as
     the `channel` says, where one is asked; they travel at `sound_speed` (m/s).  Frames that overlap
-    at an AUV destroy each other, but for `capture` as of :class:`.channel.Receiver`.
+    at an AUV destroy each other, but for `capture` as of :class:`.channel.Receiver`.  An AUV hears
+    none while it sends a ping of `deafening_s` (s); 0: it hears one band as it sends on the other.
     """
 
     reach: float
     sound_speed: float
     channel: FrameChannel | None
     capture: float = math.inf
+    deafening_s: float = 0.0
 
 
 class MfDownlink(Deliveries):
@@ -73,7 +75,8 @@ class MfDownlink(Deliveries):
             EventBuffer(PROMISE),
         )
         self._passed_at = 0.0  # by then (s) all frames so far have passed
-        self._is_shared = False  # whether two of them may ever have overlapped
+        self._ping_s = band.deafening_s
+        self._is_shared = band.deafening_s > 0.0  # whether anything may ever have met a frame
 
     def send(
         self, rows: Sequence[int], asv: int, time: float, airtime: float, processing: float = 0.0
@@ -127,6 +130,11 @@ class MfDownlink(Deliveries):
         missed = promised != IN_FLIGHT
         fixes["outcome"][carried[missed]] = promised[missed]
 
+    @property
+    def frames(self) -> EventBuffer:
+        """All frames so far, :data:`.frames.FRAME`."""
+        return self._frames
+
     def deliver(self, time: float) -> None:
         """Let AUVs have every fix that has reached them by an instant (s), in a frame that nothing
         has destroyed there.
@@ -170,8 +178,10 @@ class MfDownlink(Deliveries):
         self._asvs.reach(time)
         received = np.empty(len(frames), FRAME_RECEPTION)
         received["broadcast"], received["auv"] = frames, auvs
+        pings = self._record.pings.rows[: None if self._ping_s else 0]
         receive(
-            received, self._frames.rows, self._promises.rows, *self._physics, time,
+            received, self._frames.rows, self._promises.rows, pings, self._ping_s, *self._physics,
+            time,
             *self._auvs.motion, *self._asvs.motion,
         )  # fmt: skip
         return received

@@ -15,7 +15,7 @@ from ...acoustics.travel_time import distance, light_time, light_time_by
 from ...core.clock import after
 from ...core.compiled import compiled, entry
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from ...records.rows import Row, Rows, row_type
+from ...records.rows import NONE, Row, Rows, row_type
 from ...vehicles.motion import Floats, Ints, Motion, where
 
 # Factor on airtime and way after which a frame has passed whoever was in range; nobody is as fast.
@@ -49,7 +49,8 @@ DISC: Rows = np.empty(0, PROMISE)
 class Medium(NamedTuple):
     """All frames on record, in the order in which they were sent, and the `promises` of each for
     each AUV, where a channel was asked; what decides there, as of :class:`.FrameBand`.  The motion
-    of AUVs and ASVs is known up to an instant (s), `known`.
+    of AUVs and ASVs is known up to an instant (s), `known`.  AUVs hear no frame while they send one
+    of the `pings`, which last `ping_s` (s) each.
     """
 
     frames: Rows
@@ -60,6 +61,8 @@ class Medium(NamedTuple):
     known: float
     auvs: Motion
     asvs: Motion
+    pings: Rows
+    ping_s: float
 
 
 @entry
@@ -118,7 +121,7 @@ def _passed(
 
 @entry
 def receive(
-    receptions: Rows, frames: Rows, promises: Rows,
+    receptions: Rows, frames: Rows, promises: Rows, pings: Rows, ping_s: float,
     reach: float, sound_speed: float, capture: float, known: float,
     auv_table: Floats, auv_first: Ints, auv_step: float,
     asv_table: Floats, asv_first: Ints, asv_step: float,
@@ -126,10 +129,11 @@ def receive(
     """Write what has become of frames at AUVs by an instant (s), `known`, up to which their motion
     is: `receptions` say which frame, and at which AUV (:data:`.rows.FRAME_RECEPTION`).
 
-    All frames that have begun by then are on record.  What has not ended at its AUV is in flight.
+    All frames and `pings` (:class:`Medium`) that have begun by then are on record.  What has not
+    ended at its AUV is in flight.
     """
     auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
-    medium = Medium(frames, promises, reach, sound_speed, capture, known, auvs, asvs)
+    medium = Medium(frames, promises, reach, sound_speed, capture, known, auvs, asvs, pings, ping_s)
     for line in receptions:
         begins, ends = _span(line.broadcast, line.auv, medium)
         line.arrived_at_s = begins if begins < inf else nan
@@ -182,7 +186,43 @@ def _outcome(number: int, auv: int, begins: float, ends: float, medium: Medium) 
     if outcome == LOST or frame.on_air_s < frame.airtime_s:  # it is cut
         return LOST
     others = _others(number, auv, begins, ends, medium)
-    return COLLIDED if drowns(strength, others, medium.capture) else HEARD
+    if drowns(strength, others, medium.capture) or _pings(auv, begins, ends, medium):
+        return COLLIDED
+    return HEARD
+
+
+@compiled
+def _pings(auv: int, begins: float, ends: float, medium: Medium) -> bool:
+    """Tell whether an AUV sends a ping between two instants (s)."""
+    pings = medium.pings
+    low, high = 0, len(pings)
+    while low < high:  # the first that is not over by then; they are in order
+        middle = (low + high) // 2
+        if pings[middle].sent_at_s + medium.ping_s > begins:
+            high = middle
+        else:
+            low = middle + 1
+    for number in range(low, len(pings)):
+        ping = pings[number]
+        if ping.sent_at_s >= ends:
+            break
+        sounds = ping.auv == auv and (ping.call == NONE or ping.call == HEARD)
+        if sounds and meet(begins, ends, ping.sent_at_s, ping.sent_at_s + medium.ping_s):
+            return True
+    return False
+
+
+@compiled
+def sends(asv: int, begins: float, ends: float, frames: Rows) -> bool:
+    """Tell whether an ASV sends a frame between two instants (s)."""
+    for number in range(len(frames) - 1, -1, -1):
+        frame = frames[number]
+        if frame.passed_at_s <= begins:
+            break
+        over = frame.sent_at_s + frame.on_air_s
+        if frame.asv == asv and frame.on_air_s > 0.0 and meet(begins, ends, frame.sent_at_s, over):
+            return True
+    return False
 
 
 @compiled

@@ -95,6 +95,11 @@ class Protocol(Part):
         None, "s", "shortest downlink slot T_DL,min; null = 10 t_C", PAPER, ge=0, le=60
     )
     turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt, polling)", ge=0, le=60)
+    duplex: Literal["per_band", "per_node"] = key(
+        "per_band",
+        "",
+        "what a vehicle does not hear while it sends: its own band, or the other, too (per_node)",
+    )
     reply_at: Literal["ping_front", "ping_end"] = key(
         "ping_end",
         "",
