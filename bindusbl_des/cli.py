@@ -17,8 +17,9 @@ from .commands.exports import export
 from .commands.files import init, params, presets, schema, validate
 from .commands.missions import explain, run
 from .commands.options import handed_on, quiet_option, shared_options
+from .commands.planning.coverage import coverage
 from .commands.planning.plan import plan
-from .commands.planning.preflight import coverage, timing
+from .commands.planning.preflight import timing
 from .commands.plot import plot
 from .commands.replaying import fit, replay
 from .commands.reports import report

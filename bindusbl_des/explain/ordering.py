@@ -36,17 +36,17 @@ def _worst_first(result: "Result", ping: Any) -> Why:
             fixed_at, last = float(fix.pinged_at_s), int(fix.ping)
     before = rows_where(pings, auv=ping.auv)
     before = before[before["round"] < ping["round"]]
-    in_vain = int((before.ping > last).sum())
+    since_then = int((before.ping > last).sum())
     passed = int(ping["round"]) - 1 - int(before["round"].max() if len(before) else -1)
     since = begins - fixed_at
     error = math.sqrt(variance + _drift(result, ping.auv, since) ** 2)
     age = f"its last fix is {since:.1f} s old" if last >= 0 else "it has had no fix yet"
-    tried = f", after {counted(in_vain, 'turn')} in vain" if in_vain else ""
+    tried = f", {counted(since_then, 'ping')} since then made none" if since_then else ""
     waited = f", passed over for {counted(passed, 'round')}" if passed else ""
     return (
         [f"worst_first: {age}, an expected error of {error:.2f} m{tried}{waited}"],
         {
-            "since_s": since, "expected_error_m": error, "turns_in_vain": in_vain,
+            "since_s": since, "expected_error_m": error, "pings_since": since_then,
             "rounds_passed_over": passed,
         },
     )  # fmt: skip

@@ -1,24 +1,13 @@
-"""Commands for planners, who run no mission: timing and coverage."""
+"""How long slots and rounds last: the command timing."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ...core.plugins import is_plugin
-from ..console import (
-    check_figure,
-    print_json,
-    reading_from,
-    refuse,
-    refuse_plugins,
-    say,
-    scenario_from,
-    talk,
-    writing,
-)
-from ..options import json_option, plugins_option, scenario_argument, set_option
+from ..console import print_json, say, scenario_from
+from ..options import json_option, scenario_argument, set_option
 from .frames import assignments, messages, span
 from .limits import limits_data, limits_told, planned_limits
 from .random_timing import access_data, random_told
@@ -28,11 +17,7 @@ if TYPE_CHECKING:
     from ...protocol.slots import Slots
     from ...scenario.scenario import Scenario
 
-Stations = list[tuple[float, float]]
-
 # Rows of the timing table; a fleet of more AUVs is shown by its ends.
-# The survey is asked for the chance of a fix in so many cells along each side.
-CELLS = 48
 MOST_ROWS = 12
 
 # What becomes of a round's fixes, in one sentence for each downlink.
@@ -42,9 +27,6 @@ POLICIES = {
     "pipelined_group": "the fixes of a ping group are broadcast while the next group pings.",
     "direct_reply": "each ping is answered as it is heard; a round is its uplink slots.",
 }
-
-# The covering radius takes the fourth power of the number of ASVs: 50 take a moment.
-MOST_ASVS = 50
 
 
 @click.command()
@@ -149,11 +131,10 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
     slots, ends = rounds.slots, sorted({rounds.fewest, rounds.most})
     yield from messages(slots) if rounds.policy != "direct_reply" else ()
     if rounds.policy == "direct_reply":
-        wide = 12 if rounds.pace is None else 18
-        yield f"{'ping groups':>14}{'round s':>{wide}}{'rounds/s':>{wide}}"
+        yield f"{'ping groups':>14}{'round s':>18}{'rounds/s':>18}"
         for groups in _shown(rounds.fewest, rounds.most):
             lengths = [rounds.least(groups, 0), rounds.length(groups, 0)]
-            yield f"{groups:>14}{span(lengths):>{wide}}{_rates(lengths):>{wide}}"
+            yield f"{groups:>14}{span(lengths):>18}{_rates(lengths):>18}"
         return
     each = (
         "one ping group .. a group for each AUV" if len(ends) > 1 else "a ping group for each AUV"
@@ -220,118 +201,3 @@ def _shown(first: int, last: int) -> list[int]:
 
 def _rates(lengths: list[float]) -> str:
     return span([1 / length for length in reversed(lengths)])
-
-
-@click.command()
-@scenario_argument
-@set_option
-@click.option("--figure", metavar="FILE", help="Also draw the map to a PNG, SVG or PDF file.")
-@click.option("--force", is_flag=True, help="Replace the figure if it exists.")
-@json_option("stations and distances (m)")
-@plugins_option
-def coverage(
-    scenario: str,
-    overrides: tuple[str, ...],
-    figure: str | None,
-    force: bool,
-    as_json: bool,
-    allow_plugins: bool,
-) -> None:
-    """Print where the ASVs are and how much of the survey they hear."""
-    reading = reading_from(scenario, overrides, allow_plugins)
-    refuse_plugins(it for it in reading.unloaded if it.key == "asvs.formation")
-    mission = reading.scenario
-    if figure:
-        check_figure(Path(figure), force)
-    from ...core.plugins import PluginError
-    from ...geometry.coverage import coverage_map
-    from ...scenario.planned import NoStations, asv_stations, horizontal_reach
-    from ...scenario.survey_area import area_of
-
-    try:
-        stations, reach = asv_stations(mission), horizontal_reach(mission)
-    except (NoStations, PluginError) as error:
-        refuse(f"{scenario}: {error}")
-    found = _coverage(mission, stations, reach)
-    if as_json:
-        print_json(found)
-    else:
-        say("\n".join(_told(found)))
-        say("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
-        say("\n".join(coverage_map(area_of(mission), stations, reach)))
-    if figure:
-        from ...figures.coverage import coverage_figure
-        from ...figures.style import TWO_COLUMNS, save, styled
-
-        with writing(Path(figure)), styled():
-            save(coverage_figure(mission, TWO_COLUMNS), Path(figure), replace=force)
-        talk(f"Figure: {figure}")
-
-
-def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[str, Any]:
-    """Return where the ASVs are and what they hear, distances in m; what has no value is None."""
-    from ...geometry.coverage import covered_area, covering_radius
-    from ...geometry.formation import corner_distance, formation_radius_bound
-    from ...scenario.survey_area import area_of
-
-    area, hf_range = area_of(scenario), scenario.acoustics.hf.range_m
-    try:
-        bound = formation_radius_bound(area.side, hf_range) if area.side else None
-    except ValueError:  # the HF range is below half the side
-        bound = None
-    few = len(stations) <= MOST_ASVS
-    return {
-        "asvs": [{"asv": number, "x_m": x, "y_m": y} for number, (x, y) in enumerate(stations)],
-        "survey": area.told,
-        "side_m": area.side,
-        "area_m2": area.square_m,
-        "hf_range_m": hf_range,
-        "range_metric": scenario.acoustics.hf.range_metric,
-        "reach_m": reach,
-        "worst_corner_m": corner_distance(area, stations),
-        "formation_radius_bound_m": bound,
-        "covering_radius_m": covering_radius(area, stations) if few else None,
-        "covered_area": covered_area(area, stations, reach),
-        **_chances(scenario, stations),
-    }
-
-
-def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
-    """Return how likely pings from the survey make fixes that are delivered: everywhere, and where
-    it is least likely; None where somebody's own channel decides it.
-    """
-    from ...acoustics.fix_chance import fix_chance, survey_grid
-
-    grid = survey_grid(scenario, CELLS)
-    found = fix_chance(scenario, stations, grid.middles[grid.inside])
-    if found is None:
-        return {"fix_chance_mean": None, "fix_chance_least": None}
-    return {"fix_chance_mean": float(found.mean()), "fix_chance_least": float(found.min())}
-
-
-def _told(found: dict[str, Any]) -> Iterator[str]:
-    stations, reach = found["asvs"], found["reach_m"]
-    for it in stations[:MOST_ROWS]:
-        yield f"ASV{it['asv']:<23}{it['x_m']:>z9.2f}, {it['y_m']:z.2f} m"
-    if len(stations) > MOST_ROWS:
-        yield f"... {len(stations) - MOST_ROWS} more ASVs"
-    metric = found["range_metric"]
-    if not found["side_m"]:
-        yield f"{'survey':<26}{found['area_m2']:>9.0f} m2: {found['survey']}"
-    yield f"{'HF range':<26}{found['hf_range_m']:>9.2f} m {metric}, {reach:.2f} m seen from above"
-    yield f"{'worst corner':<26}{found['worst_corner_m']:>9.2f} m to its nearest ASV"
-    if (bound := found["formation_radius_bound_m"]) is None:
-        why = "the HF range is below half the side" if found["side_m"] else "for squares only"
-        told = f"{'none':>9} ({why})"
-    else:
-        told = f"{bound:>9.2f} m (not sufficient by itself)"
-    yield f"{'smallest radius (paper)':<26}{told}"
-    if (radius := found["covering_radius_m"]) is None:
-        yield f"{'covering radius':<26}{'-':>9} (not computed for more than {MOST_ASVS} ASVs)"
-    else:
-        verdict = "within" if radius <= reach else "beyond"
-        yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} the HF range"
-    yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
-    if (mean := found["fix_chance_mean"]) is not None:
-        least = 100 * found["fix_chance_least"]
-        yield f"{'chance of a fix':<26}{100 * mean:>9.2f} % of pings, {least:.1f} % at worst"

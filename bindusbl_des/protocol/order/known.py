@@ -15,6 +15,7 @@ from ...records.rows import Rows
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,8 @@ class Known:
         self._pinged_at = np.zeros(auvs)
         self._variance = np.full(auvs, 2.0 * initial_sd_m**2)
         self._fixed = np.full(auvs, 0.0)  # variances (m2) of the last fixes, where AUVs are plotted
-        self._turns = np.zeros(auvs, dtype=np.int64)
+        self._heard = np.zeros(auvs, dtype=np.bool_)
+        self._tried: list[list[int]] = [[] for _ in range(auvs)]  # pings since then
         self._fixes = self._pings = 0  # of these rows account has been taken
 
     def since_s(self, time: float) -> Array:
@@ -78,15 +80,22 @@ class Known:
         way = self._plans.speeds_m_per_s * self.since_s(time)
         return np.asarray(sds * np.sqrt(self._fixed) + way)
 
-    def turns_in_vain(self) -> Ints:
-        """Return how many pings each AUV was given since its last fix, (n,)."""
+    def turns_in_vain(self, heard: Flags) -> Ints:
+        """Return how many pings each AUV was given since its last fix while it was believed to be
+        heard, (n,).
+
+        Whom an ASV is believed to hear now, `heard` (n,), counts for what is sent from now on.
+        """
         self._note()
-        return self._turns.copy()
+        self._heard = heard
+        return np.array([len(tried) for tried in self._tried], dtype=np.int64)
 
     def _note(self) -> None:
         """Take account of the pings that were sent and the fixes that were broadcast meanwhile."""
         pings = self._record.pings.rows[self._pings :]
-        np.add.at(self._turns, pings["auv"], 1)
+        for auv, ping in zip(pings["auv"].tolist(), pings["ping"].tolist(), strict=True):
+            if self._heard[auv]:
+                self._tried[auv].append(ping)
         self._pings += len(pings)
         fixes = self._record.fixes.rows[self._fixes :]
         told = np.isfinite(fixes["broadcast_at_s"])
@@ -102,8 +111,7 @@ class Known:
             self._variance[auv] = weighed(drifted, fix["sd_x_m"] ** 2 + fix["sd_y_m"] ** 2)
             self._fixed[auv] = fix["sd_x_m"] ** 2 + fix["sd_y_m"] ** 2
             self._pinged_at[auv] = fix["pinged_at_s"]
-            later = self._record.pings.rows["auv"][int(fix["ping"]) + 1 :]
-            self._turns[auv] = np.count_nonzero(later == auv)
+            self._tried[auv] = [ping for ping in self._tried[auv] if ping > fix["ping"]]
 
 
 def weighed(drifted: float, fix: float) -> float:

@@ -82,10 +82,10 @@ class View:
 
     @cached_property
     def turns_in_vain(self) -> Ints:
-        """How many pings each AUV has been given since then, none of which made a fix that was
-        broadcast, shape (n,).
+        """How many pings each AUV has been given since then where an ASV was believed to hear it,
+        none of which made a fix that was broadcast, shape (n,); of rounds whose view was asked.
         """
-        return self._known.turns_in_vain()
+        return self._known.turns_in_vain(np.asarray(self.heard.any(axis=1)))
 
     @cached_property
     def range_rates_m_per_s(self) -> Array:
