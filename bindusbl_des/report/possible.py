@@ -7,13 +7,12 @@ from html import escape
 
 import numpy as np
 
-from ..preflight.limits.groups import each, groups_of
+from ..preflight.limits.groups import COLOURINGS, each, groups_of
 from ..preflight.limits.limits import Limits, least_latency, limits_of
 from ..preflight.limits.rates import rates_of
 from ..preflight.limits.sights import MOST_PAIRS, Sights, instants, sights
 from ..preflight.round_lengths import rounds_of
 from ..protocol.bounds.conflict import reuse_bound
-from ..protocol.schedules import is_framed
 from ..protocol.slots import slots_of
 from .page import number
 from .recording import TRUTH, Floats, Recording, Whole
@@ -107,16 +106,16 @@ def _rates(mission: Recording, limits: Limits) -> Iterator[Reached]:
 
 
 def _slots(mission: Recording) -> Iterator[Reached]:
-    """Yield how few ping groups rounds had, and how many AUVs shared a slot."""
-    protocol, at = (
-        mission.scenario.protocol,
-        _evenly(mission, np.arange(len(mission.rounds["round"]))),
-    )
-    colours = mission.rounds["colours"][at]
-    if protocol.is_passive or is_framed(protocol.schedule) or colours.min() == 0:
+    """Yield how few ping groups rounds had, and how many AUVs shared a slot, where each round has
+    slots for all AUVs.
+    """
+    rounds, schedule = mission.rounds, mission.scenario.protocol.schedule
+    if mission.scenario.protocol.is_passive or schedule not in COLOURINGS:
         return
-    seen = _sights(mission, mission.rounds["started_at_s"][at].astype(np.float64))
-    groups = groups_of(protocol.schedule, seen.heard)
+    at = _evenly(mission, np.arange(len(rounds["round"])))
+    colours = rounds["colours"][at]
+    seen = _sights(mission, rounds["started_at_s"][at].astype(np.float64))
+    groups = groups_of(schedule, seen.heard)
     what = "chromatic number of the conflict graph" if groups.is_exact else "at least: a clique"
     yield Reached("Ping groups in a round", "", colours.mean(), groups.fewest[0], what, least=True)
     in_range = seen.heard.any(axis=2).sum(axis=1)

@@ -1,6 +1,6 @@
 """Ping groups of a round: how many a schedule makes, and how few any could."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,13 @@ from ...protocol.schedules import is_framed
 from .sights import Flags, Floats
 
 Ints = NDArray[np.int64]
+
+# How many ping groups schedules make of what is heard whose rounds have a slot T_UL for every AUV.
+COLOURINGS: Mapping[str, Callable[[Flags], int]] = {
+    "spatial_reuse": lambda heard: len(greedy_groups(heard)),
+    "dsatur": lambda heard: len(dsatur_groups(heard)),
+    "one_per_slot": len,
+}
 
 
 @dataclass(frozen=True)
@@ -61,15 +68,11 @@ def groups_made(schedule: str, heard: Flags) -> Ints | None:
     """Return how many ping groups a schedule makes of what is in range (k, n, m), at each instant
     (k,); None where only the schedule knows.
     """
-    instants, auvs, _ = heard.shape
-    if schedule == "one_per_slot":
-        return np.full(instants, auvs)
     if is_framed(schedule):
-        return np.ones(instants, dtype=np.int64)
-    colouring = {"spatial_reuse": greedy_groups, "dsatur": dsatur_groups}.get(schedule)
-    if colouring is None:
+        return np.ones(len(heard), dtype=np.int64)
+    if (colouring := COLOURINGS.get(schedule)) is None:
         return None
-    return each(heard, lambda now: len(colouring(now))).astype(np.int64)
+    return each(heard, colouring).astype(np.int64)
 
 
 def each(heard: Flags, of: Callable[[Flags], float]) -> Floats:
