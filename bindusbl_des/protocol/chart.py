@@ -24,6 +24,9 @@ Spot = tuple[float, float]
 SHARE_OF_WAY, LEAST_REACH = 0.3, 10.0
 STEP_M, MOST_STEPS = 0.25, 4000
 
+# How far (m) a fix is beside the way of its AUV, about: noise, and how well it steers.
+BESIDE_M = 2.0
+
 
 class Course(Protocol):
     """What is planned for one AUV, by which a fix of it is carried on."""
@@ -39,7 +42,8 @@ class Touring:
     """A course along a planned tour at the planned speed (m/s), from its start.
 
     A fix tells how far along the tour the AUV is.  That it is beside it is left out: it is noise of
-    the fix, or an error that the AUV steers back from when it has the fix.
+    the fix, or an error that the AUV steers back from when it has the fix.  Where legs lie close to
+    each other, the one is taken on which it is most likely by now.
     """
 
     def __init__(self, tour: Path, speed: float) -> None:
@@ -54,7 +58,10 @@ class Touring:
         steps = min(math.ceil(2 * reach / STEP_M), MOST_STEPS)
         along = np.linspace(max(expected - reach, 0.0), expected + reach, steps + 1)
         ways = self._tour.sample(along)
-        nearest = int(np.argmin(np.hypot(ways[:, 0] - place[0], ways[:, 1] - place[1])))
+        beside = np.hypot(ways[:, 0] - place[0], ways[:, 1] - place[1])
+        unlikely = (beside / BESIDE_M) ** 2 + (2 * (along - expected) / reach) ** 2
+        here = np.abs(along - along[np.argmin(unlikely)]) <= 2 * BESIDE_M
+        nearest = int(np.argmin(np.where(here, beside, np.inf)))
         x, y, yaw = ways[nearest]
         ahead = (place[0] - x) * math.cos(yaw) + (place[1] - y) * math.sin(yaw)
         self._along, self._since = max(float(along[nearest] + ahead), 0.0), time
