@@ -101,6 +101,8 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
         return _number(schema, draw)
     if kind == "array":
         return _array(schema, draw, path)
+    if kind == "boolean":
+        return draw.random() < 0.5
     assert kind == "string", schema
     return "text"
 

@@ -67,7 +67,7 @@ def on_hf(record: Recorder, pinging: str, auvs: int, asvs: int, times: Times) ->
     _add(found[pinging].sending, sent[pinging], sent["sent_at_s"], times)
     _add(found[listening].receiving, met[listening], met["arrived_at_s"], times)
     _add(found["asv"].sending, calls["called_by"], calls["called_at_s"], times)
-    heard = answered["called_at_s"] + answered["call_time_s"]
+    heard = answered["sent_at_s"] - times.signal  # at the latest: who answers has heard it out
     _add(found["auv"].receiving, answered["auv"], heard, times)
     return found
 

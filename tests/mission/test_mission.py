@@ -38,6 +38,8 @@ MISSIONS: dict[str, list[dict[str, Any]]] = {
     "steering": [STEERING, {"protocol": {"downlink": "pipelined_group"}}],
     "steering_twtt": [STEERING, KALMAN, {"protocol": {"ranging": "twtt"}}],
     "steering_direct": [STEERING, {"protocol": {"downlink": "direct_reply"}}],
+    "steering_polling": [STEERING, {"protocol": {"schedule": "polling"}}],
+    "packed_direct": [{"protocol": {"schedule": "super_tdma", "downlink": "direct_reply"}}],
     "passive": [KALMAN, {"protocol": {"ranging": "passive"}}],
     "steering_passive": [STEERING, KALMAN, {"protocol": {"ranging": "passive"}}],
 }

@@ -192,6 +192,15 @@ def test_a_turnaround_counts_where_auvs_are_called() -> None:
     assert told == {"polling": [], "one_per_slot": ["protocol.turnaround_s"]}
 
 
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+def test_calls_cost_energy_whatever_is_ranged(ranging: str) -> None:
+    """An AUV that answers has received a call: as much of the modem's time as it has sent."""
+    modem = {"transmit_w": 10.0, "receive_w": 1.0, "idle_w": 0.0}
+    result = simulate(polled(acoustics={"hf": modem}, protocol={"ranging": ranging}))
+    answered = (result.tables["pings"].call == "heard").sum()
+    assert result.auvs.energy_j.sum() == pytest.approx(answered * PING * (10.0 + 1.0), rel=1e-3)
+
+
 def test_latency_from_slots_is_not_told_where_slots_are_not_equal() -> None:
     result: Result = simulate(polled())
     assert result.arrow["auvs"]["latency_from_slot_s"].null_count == 3
