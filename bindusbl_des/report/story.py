@@ -262,8 +262,8 @@ def _beyond_reach(mission: Recording) -> list[str]:
     if met:
         other = "frame" if mission.scenario.protocol.duplex == "per_band" else "frame, or its ping,"
         told.append(
-            f"<b>Frames that met:</b> {met} of {made} fixes ({100 * met / made:.0f} %) were in frames "
-            f"that another {other} overlapped at their AUV."
+            f"<b>Frames that met:</b> {met} of {made} fixes ({100 * met / made:.0f} %) were in "
+            f"frames that another {other} overlapped at their AUV."
         )
     missed -= met
     if not missed:
