@@ -83,16 +83,20 @@ def on_mf(
     reach: float,
     duration: float,
 ) -> tuple[OnAir, OnAir]:
-    """Return how long AUVs and ASVs send and receive frames.
+    """Return how long AUVs and ASVs send and receive frames; two at once are received once.
 
     `places` tell where AUVs (n, 2+) and ASVs (m, 2+) are at an instant (s), m; frames reach
     `reach` (m), as seen from above.
     """
     auvs, asvs = (OnAir(*np.zeros((2, len(where(0.0))))) for where in places)
+    over = np.zeros(len(auvs.receiving))  # what each AUV has received until then is counted
     for frame in broadcasts:
-        lasts = min(frame.airtime_s, duration - frame.sent_at_s)
+        begins, lasts = frame.sent_at_s, min(frame.airtime_s, duration - frame.sent_at_s)
         if lasts > 0.0:
-            away = places[0](frame.sent_at_s)[:, :2] - places[1](frame.sent_at_s)[frame.asv, :2]
+            away = places[0](begins)[:, :2] - places[1](begins)[frame.asv, :2]
             asvs.sending[frame.asv] += lasts
-            auvs.receiving[np.hypot(*away.T) <= reach] += lasts
+            near = np.hypot(*away.T) <= reach
+            more = np.where(over <= begins, lasts, np.maximum(begins + lasts - over, 0.0))
+            auvs.receiving[near] += more[near]
+            over[near] = np.maximum(over[near], begins + lasts)
     return auvs, asvs

@@ -170,6 +170,8 @@ def _why(mission: Recording, auv: Service) -> str:
         told["out_of_mf"] = UNDECODED
     elif mission.scenario.asvs.failures:
         told["out_of_mf"] += ", or as its ASV failed"
+    if "collided" in mission.fixes["outcome"]:
+        told["out_of_mf"] += ", or met another frame"
     reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {told[name]}" for name, n in ordered)
     text = f"<b>Why:</b> of {pings}, {reasons}"
     if late:
@@ -256,16 +258,26 @@ def _beyond_reach(mission: Recording) -> list[str]:
     made = missed + int(np.sum(mission.fate == DELIVERED))
     if not missed:
         return []
+    met, told = int(np.sum(mission.fixes["outcome"] == "collided")), []
+    if met:
+        other = "frame" if mission.scenario.protocol.duplex == "per_band" else "frame, or its ping,"
+        told.append(
+            f"<b>Frames that met:</b> {met} of {made} fixes ({100 * met / made:.0f} %) were in "
+            f"frames that another {other} overlapped at their AUV."
+        )
+    missed -= met
+    if not missed:
+        return told
     if mission.scenario.acoustics.mf.channel != "disc":
         return [
+            *told,
             f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were in "
             f"frames that their AUV did not decode (acoustics.mf.channel: "
-            f"{escape(mission.scenario.acoustics.mf.channel)})."
+            f"{escape(mission.scenario.acoustics.mf.channel)}).",
         ]
     away, nearest = broadcast_distances(mission)
     reach, cut = mission.scenario.acoustics.mf.range_m, missed - len(away)
-    told = []
-    if cut:  # of the disc, only a failure loses frames
+    if cut:  # of the disc, only a failure loses frames that nothing met
         told.append(f"<b>Downlink:</b> {cut} of {made} fixes were on the air as their ASV failed.")
     if not len(away):
         return told

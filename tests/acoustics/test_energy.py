@@ -2,10 +2,13 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 from worlds import still
 
 from bindusbl_des import Result, simulate
+from bindusbl_des.acoustics.energy import on_mf
+from bindusbl_des.records.events import Broadcast
 
 HF = {"transmit_w": 20.0, "receive_w": 2.0, "idle_w": 0.5}
 MF = {"transmit_w": 10.0, "receive_w": 1.0, "idle_w": 0.1}
@@ -39,6 +42,15 @@ def test_frames_cost_the_vessel_and_all_in_range() -> None:
     fixes = result.auvs.fixes_delivered
     assert result.auvs.energy_per_fix_j[0] == pytest.approx(auv / fixes[0])
     assert result.mission.energy_per_fix_j[0] == pytest.approx((2 * auv + asv) / fixes.sum())
+
+
+def test_who_receives_two_frames_at_once_does_so_once() -> None:
+    """Frames of 2 s from 0 s and from 1.5 s on last 3.5 s together at an AUV in range of both."""
+    frames = [Broadcast(0, 0, 0.0, 2.0, 8, 0), Broadcast(0, 1, 1.5, 2.0, 8, 0)]
+    auvs, asvs = np.array([[0.0, 0.0], [80.0, 0.0]]), np.array([[20.0, 0.0], [-20.0, 0.0]])
+    heard, sent = on_mf(frames, (lambda _: auvs, lambda _: asvs), 90.0, 60.0)
+    assert heard.receiving.tolist() == [3.5, 2.0]
+    assert sent.sending.tolist() == [2.0, 2.0]
 
 
 def test_who_is_out_of_range_only_waits() -> None:
