@@ -563,3 +563,11 @@ def test_the_first_ctrl_c_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_record_tells_what_is_checked(folder: Path) -> None:
     """What a sweep writes passes the check of what is read."""
     assert read_record(folder)["status"] == "complete"
+
+
+def test_tables_without_any_row_are_whole() -> None:
+    """Direct replies need no frames: a part whose table of them is empty lacks nothing."""
+    Path("base.yaml").write_text(f"{BASE}protocol: {{downlink: direct_reply}}\n")
+    done = call("sweep", "base.yaml", "--seeds", 2, "--detail", "full", "--out", "empty")
+    assert done.exit_code == 0, done.output
+    assert load_campaign("empty").missions.status.tolist() == ["ok"] * 2

@@ -128,8 +128,9 @@ def _check_columns(path: Path, table: str, footer: pq.FileMetaData) -> None:
             raise DamagedFile(str(path), f"has {field.type} in its column {field.name}, not {kind}")
         if field.name in LABELS and field.name not in MAY_BE_MISSING:
             for group in range(footer.num_row_groups):
-                known = footer.row_group(group).column(place).statistics
-                if known is None or known.null_count:
+                rows = footer.row_group(group)
+                known = rows.column(place).statistics
+                if rows.num_rows and (known is None or known.null_count):
                     raise DamagedFile(str(path), f"lacks values in its column {field.name}")
 
 
