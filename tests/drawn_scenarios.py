@@ -97,6 +97,8 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
         return out | {name: schema["properties"][name]["const"] for name in named}
     if kind == "object":  # a vehicle with coefficients
         return _vehicle(schema, draw)
+    if kind == "boolean":
+        return draw.random() < 0.5
     if kind in ("number", "integer"):
         return _number(schema, draw)
     if kind == "array":

@@ -13,8 +13,8 @@ class OfferedLoad:
     """The load of a scenario's random access.
 
     `load` is G, of pings or of slots (`lasts_s` each).  `success` is how likely a ping meets no
-    other at an ASV that hears all AUVs, None where no closed form tells (csma); `pings_per_s` are
-    those of all AUVs.  An AUV that holds back (csma) waits for `window` - 1 slots of `slot_s` in
+    other at an ASV that hears all AUVs, None where no closed form tells (csma).  All AUVs send
+    about `pings_per_s`.  One that holds back (csma) waits for `window` - 1 slots of `slot_s` in
     quiet at most.
     """
 
@@ -42,9 +42,11 @@ def offered(scenario: Scenario, slots: Slots | None = None) -> OfferedLoad:
         pings = senders * slot_share(slot, every) / slot
         return OfferedLoad(senders, slot, load, slotted_success(load, senders), pings)
     load = offered_load(senders, ping, every)
-    pings = senders / (every + ping)
     if protocol.schedule == "aloha":
+        pings = senders / (every + ping)
         return OfferedLoad(senders, ping, load, aloha_success(load, senders), pings)
     sensing = sensing_of(scenario)
-    slot = backoff_slot_s(sensing, slots)
+    slot, busy = backoff_slot_s(sensing, slots), load / (1.0 + load)
+    held_back = busy * slot * (sensing.window - 1) / 2
+    pings = senders / (every + ping + held_back)
     return OfferedLoad(senders, ping, load, None, pings, sensing.window, slot)

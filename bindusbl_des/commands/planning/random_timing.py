@@ -36,7 +36,7 @@ def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
     )
     unit = "slots" if protocol.schedule == "slotted_aloha" else "pings"
     yield f"{'offered load G':<22}{load.load:>10.3f} {unit} of {1e3 * load.lasts_s:.3f} ms"
-    yield f"{'pings of all AUVs':<22}{load.pings_per_s:>10.3f} per s, before any is held back"
+    yield f"{'pings of all AUVs':<22}{load.pings_per_s:>10.3f} per s, about"
     if load.success is not None:
         yield f"{'meet no other':<22}{100 * load.success:>10.1f} % at an ASV that hears all AUVs"
         throughput = load.load * load.success
