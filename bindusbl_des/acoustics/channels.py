@@ -25,7 +25,7 @@ from .sonar.sonar_channel import sonar_channel
 # The settings of a channel that knows levels
 Sounding = TypeVar("Sounding", bound=Sound)
 
-# The channel of a frame that carries so many fixes and is on the air for so long (s).
+# The channel of a frame of so many bytes that is on the air for so long (s).
 FrameChannel = Callable[[int, float], AskedChannel]
 
 
@@ -47,13 +47,13 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
         return None
 
     @cache
-    def channel_of(fixes: int, airtime_s: float) -> AskedChannel:
-        message = Message(airtime_s, 8 * (mf.header_bytes + fixes * mf.fix_bytes))
+    def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:
+        message = Message(airtime_s, 8 * size_bytes)
         channel = _channel(scenario, MF_CHANNEL, message, mf.range_m)
         assert channel is not None
         return channel
 
-    channel_of(1, 1.0)  # what is wrong with it is told before the mission
+    channel_of(mf.fix_bytes, 1.0)  # what is wrong with it is told before the mission
     return channel_of
 
 

@@ -91,7 +91,8 @@ def _told(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
     else:
         messages = messages_of(scenario)
         fixes = messages.of(scenario.auvs.count)[0]
-        decoded = _decoded(channel(fixes, messages.airtime(fixes)), auvs, asvs, mf.range_m)
+        asked = channel(messages.payload_bytes(fixes), messages.airtime(fixes))
+        decoded = _decoded(asked, auvs, asvs, mf.range_m)
     if rule == "fixed":
         return np.asarray(decoded[:, rule.settings.get("asv", 0)])
     if rule in ("nearest", "parallel"):

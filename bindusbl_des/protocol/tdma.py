@@ -163,7 +163,7 @@ def _send(
     network.record.broadcasts.append(
         Broadcast(turn.row.round, asv, time, on_air, size, len(fixes), part, len(named))
     )
-    network.downlink.send(fixes, asv, time, airtime, messages.delay(*load))
+    network.downlink.send(fixes, asv, time, airtime, messages.delay(*load), size)
     if named or part == 0:
         network.tell(turn, named)
     turn.row.fixes += len(fixes)

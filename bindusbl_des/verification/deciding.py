@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 
 from ..core.plugins import is_plugin
 from ..scenario.families import is_random
+from ..scenario.protocols.telling import tells_slots
 from .case import Case
 from .frames import beacons, broadcasts, rounds_in_frames
 from .pair import Pair, undecided
@@ -48,3 +49,9 @@ def _unknown(case: Case) -> Iterator[Pair]:
     known = protocol.is_passive or is_plugin(str(protocol.schedule)) or is_random(case.scenario)
     if not known and protocol.schedule not in SCHEDULED:
         yield undecided("schedule", str(protocol.schedule), "nothing is proved of this schedule")
+    if tells_slots(case.scenario) and protocol.missed != "silent":
+        why = "AUVs that were not told their slots ping when they reckon these to be"
+        yield undecided("slots that are told", f"missed {protocol.missed}", why)
+    elif tells_slots(case.scenario) and protocol.schedule in REUSING:
+        why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
+        yield undecided("slots that are told", str(protocol.schedule), why)

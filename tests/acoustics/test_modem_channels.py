@@ -55,4 +55,4 @@ def _loss(scenario: Scenario) -> float:
     assert channel_of is not None
     ranges = np.full((1, 1), 300.0)
     signals = Signals(0.0, np.zeros((1, 3)), np.array([[300.0, 0.0, 0.0]]), ranges, 100.0, True)
-    return float(channel_of(3, airtime).prospects(signals)["loss"][0, 0])
+    return float(channel_of(56, airtime).prospects(signals)["loss"][0, 0])

@@ -189,8 +189,10 @@ def test_a_round_longer_than_its_frame_is_refused_with_the_numbers() -> None:
     [
         {"acoustics": {"hf": {"channel": {"model": "sonar"}}}},
         {"asvs": {"failures": [{"asv": 1, "at_s": 5.0, "until_s": 9.0}]}},
+        {"protocol": {"knowledge": "broadcast"}},
+        {"protocol": {"knowledge": "broadcast", "schedule": "one_per_slot", "missed": "last_slot"}},
     ],
-    ids=["sonar", "an ASV that comes back"],
+    ids=["sonar", "an ASV that comes back", "slots told a round ahead", "slots reckoned"],
 )
 def test_what_is_not_proved_is_refused_as_such(changes: dict[str, Any]) -> None:
     """Neither accepted nor said to collide."""
@@ -198,6 +200,12 @@ def test_what_is_not_proved_is_refused_as_such(changes: dict[str, Any]) -> None:
     assert not verdict.accepted
     assert "undecided" in {it.verdict for it in verdict.pairs}
     assert verdict.witness is None
+
+
+def test_who_is_silent_without_a_slot_of_its_own_collides_with_nobody() -> None:
+    """A slot for each AUV, known or not, is accepted where it is for all that know it."""
+    protocol = {"knowledge": "broadcast", "schedule": "one_per_slot"}
+    assert judged({"protocol": protocol}).accepted
 
 
 def test_a_witness_is_a_scenario_of_its_own(tmp_path: Path) -> None:

@@ -79,11 +79,18 @@ class MfDownlink(Deliveries):
         self._is_shared = band.deafening_s > 0.0  # whether anything may ever have met a frame
 
     def send(
-        self, rows: Sequence[int], asv: int, time: float, airtime: float, processing: float = 0.0
+        self,
+        rows: Sequence[int],
+        asv: int,
+        time: float,
+        airtime: float,
+        processing: float = 0.0,
+        size_bytes: int = 0,
     ) -> None:
         """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick).
 
-        A modem hands a frame over `processing` (s) after its end has arrived.
+        A modem hands a frame over `processing` (s) after its end has arrived.  A channel is asked
+        by its size.
         """
         if self.on_broadcast is not None:
             self.on_broadcast()
@@ -95,7 +102,7 @@ class MfDownlink(Deliveries):
         if on_air < airtime:  # the frame is cut
             self._fixes.array["outcome"][carried] = LOST
         if self._channel is not None:
-            self._ask(self._channel(len(rows), airtime), carried, asv, time)
+            self._ask(self._channel(size_bytes, airtime), carried, asv, time)
         self._is_shared |= time < self._passed_at
         last, self._passed_at = begin(
             frames.room_for(1), frames.count, asv, time, on_air, airtime, processing,

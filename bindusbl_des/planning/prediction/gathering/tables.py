@@ -55,7 +55,7 @@ def mf_chances(scenario: Scenario) -> Chances:
         return Chances(mf.range_m, True, False, ranges[1], np.ones(len(ranges)))
     messages = messages_of(scenario)
     fixes = messages.of(scenario.auvs.count)[0]
-    asked = channel(fixes, messages.airtime(fixes))
+    asked = channel(messages.payload_bytes(fixes), messages.airtime(fixes))
     chances = _decoded(asked, ranges, scenario.survey.deepest, mf.range_m, True)["chance"]
     return Chances(mf.range_m, False, True, ranges[1], chances)
 
