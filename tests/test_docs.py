@@ -7,14 +7,17 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import yaml
+from campaigns_for_tests import OneThread
 from click.testing import CliRunner
 
 import bindusbl_des
 from bindusbl_des import Scenario, load_scenario, simulate
+from bindusbl_des.campaigns import running
 from bindusbl_des.cli import main
 from bindusbl_des.manual import python_page, reference
 from bindusbl_des.scenario.families import FAMILIES
@@ -97,12 +100,24 @@ def test_manual_does_what_it_says(
                 assert part.strip() in printed, f"{page} has:\n{part}\nbut printed is:\n{printed}"
 
 
+@contextlib.contextmanager
+def workers_if_asked(text: str) -> Iterator[None]:
+    """Have campaigns run in this process unless their text speaks of workers: these take longer to
+    start than the manual's missions take to fly.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if "workers" not in text:
+            patch.setattr(running, "pool_for", OneThread)
+        yield
+
+
 def typed(line: str) -> str:
     """Return what a command line of the manual prints; what is not ours is not run."""
     command = shlex.split(line, comments=True)
     if command[:1] != ["bindusbl-des"]:
         return ""
-    outcome = CliRunner().invoke(main, command[1:])
+    with workers_if_asked(line):
+        outcome = CliRunner().invoke(main, command[1:])
     expected = re.search(r"# exits with (\d)", line)
     assert outcome.exit_code == int(expected[1] if expected else 0), f"{line}: {outcome.output}"
     return outcome.stdout
@@ -112,7 +127,7 @@ def shown_by(block: str, names: dict[str, object]) -> str:
     """Return what Python of the manual prints; a block that names a file becomes that file."""
     if named := re.match(r"# (\w+\.py)\n", block):
         Path(named[1]).write_text(block)
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
+    with workers_if_asked(block), contextlib.redirect_stdout(io.StringIO()) as printed:
         exec(block, names)
     return printed.getvalue()
 

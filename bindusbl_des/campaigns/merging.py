@@ -12,7 +12,7 @@ from typing import Any
 from ..core.durable import sync
 from ..core.kept_files import keep, portable
 from .campaign import Campaign, load_campaign
-from .refusals import check_files
+from .refusals import check_files, check_name
 from .storage.folder import RECORD, CampaignError, is_locked, write_json, write_scenario
 from .storage.joining import merge_parts
 
@@ -36,8 +36,9 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
         check_files(campaign)
         if is_locked(campaign.folder):
             raise CampaignError(f"{campaign.folder}: is still running; merge it when it has ended")
+    check_name(folder)
     if folder.exists() or folder.is_symlink():
-        raise CampaignError(f"{folder}: exists; name another --out")
+        raise CampaignError(f"{folder}: exists; name another folder")
     folder.parent.mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(prefix=f".{folder.name[:40]}-", dir=folder.parent))
     try:

@@ -1,13 +1,29 @@
 """Campaigns that must not be run: a folder that is taken, a model that has changed since."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from ..core.kept_files import check_kept
-from ..core.plugin_sources import source_of
+from ..core.plugin_sources import source_of, source_sha256
+from ..core.wording import printable
 from ..results.result import scenario_sha256
 from .campaign import Campaign
 from .experiments.plan import Plan, model_version
 from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record
+
+
+def check_name(folder: Path) -> None:
+    """Refuse a name that no folder can have.
+
+    Raises:
+        CampaignError: naming what is in the way.
+    """
+    if "\0" in str(folder):
+        raise CampaignError(f"{printable(str(folder))}: no folder can have that name; give another")
+    above = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+    if not above.is_dir():
+        raise CampaignError(f"{folder}: cannot be made, since {above} is a file; name another")
 
 
 def check_new(folder: Path, plan: Plan) -> None:
@@ -16,18 +32,19 @@ def check_new(folder: Path, plan: Plan) -> None:
     Raises:
         CampaignError: naming what to do instead.
     """
-    above = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
-    if not above.is_dir():
-        raise CampaignError(f"{folder}: cannot be made, since {above} is a file")
+    check_name(folder)
     if (folder / RECORD).exists():
         if is_locked(folder):
             raise CampaignError(f"{folder}: another process is running this campaign")
-        same = read_record(folder)["plan_sha256"] == plan.fingerprint()
+        record = read_record(folder)
+        same = record["plan_sha256"] == plan.fingerprint()
         which = "this campaign" if same else "another campaign"
+        if why := _changed(folder, record):
+            raise CampaignError(why)
         command = f"`bindusbl-des resume {folder}` continues it"
-        raise CampaignError(f"{folder}: holds {which}; {command}, or name another --out")
+        raise CampaignError(f"{folder}: holds {which}; {command}, or name another folder")
     if folder.exists() and any(path.name != "campaign.lock" for path in folder.iterdir()):
-        raise CampaignError(f"{folder}: is not empty and no campaign; name another --out")
+        raise CampaignError(f"{folder}: is not empty and no campaign; name another folder")
 
 
 def check_unchanged(campaign: Campaign) -> None:
@@ -37,16 +54,9 @@ def check_unchanged(campaign: Campaign) -> None:
         CampaignError: showing what differs.
     """
     now, record, folder = campaign.plan, campaign.record, campaign.folder
-    if record["model_version"] != model_version():
-        raise CampaignError(
-            f"{folder}: began with model {record['model_version']}, this is model "
-            f"{model_version()}; their missions cannot be mixed. Sweep anew into another folder, "
-            f"or install bindusbl-des {record['model_version'].partition('/')[0]}"
-        )
+    if why := _changed(folder, record):
+        raise CampaignError(why)
     check_files(campaign)
-    for name, told in record["own_parts"].items():
-        if now.own_parts.get(name) != told:
-            raise CampaignError(_changed_part(folder, name))
     sha = scenario_sha256(now.experiment.base())
     if record["scenario_sha256"] != sha or record["plan_sha256"] != now.fingerprint():
         raise CampaignError(
@@ -68,6 +78,19 @@ def check_files(campaign: Campaign) -> None:
         check_kept(names, campaign.folder)
     except ValueError as error:
         raise CampaignError(f"{error}, or {ANEW}") from None
+
+
+def _changed(folder: Path, record: Mapping[str, Any]) -> str:
+    """Return why a campaign's missions and those of today cannot be mixed, "" if they can."""
+    if record["model_version"] != model_version():
+        return (
+            f"{folder}: began with model {record['model_version']}, this is model "
+            f"{model_version()}; their missions cannot be mixed. Sweep anew into another folder, "
+            f"or install bindusbl-des {record['model_version'].partition('/')[0]}"
+        )
+    changed = (it for it, told in record["own_parts"].items() if source_sha256(it) != told)
+    name = next(changed, None)
+    return _changed_part(folder, name) if name else ""
 
 
 def _changed_part(folder: Path, name: str) -> str:

@@ -4,7 +4,7 @@ import csv
 import math
 from collections.abc import Iterator, Sequence
 
-from .samples import Sample
+from .samples import Sample, in_sea
 from .shapes import BadChart, position
 
 TIME, NAME = "time_s", "vehicle"
@@ -58,6 +58,7 @@ def _sample(
     if not all(math.isfinite(value) for value in (time, first, second, depth)):
         values = [time, first, second, depth]
         raise BadChart(f"{told}: holds a value that is not finite: {values}")
+    depth = in_sea(told, depth)
     if in_degrees:
         return Sample(told, time, position(first, second, told, "lat_deg, lon_deg"), depth, True)
     return Sample(told, time, (first, second), depth, False)

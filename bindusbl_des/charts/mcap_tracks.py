@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .samples import Sample, above_sea
+from .samples import Sample, above_sea, in_sea
 from .shapes import BadChart, position
 
 LOCATION = "foxglove.LocationFix"
@@ -91,7 +91,7 @@ def _row(told: str, message: Mapping[str, Any]) -> Sample:
     if not all(_is_number(value) and math.isfinite(value) for value in values):
         raise BadChart(f"{told}: needs a finite number in each of {', '.join(ROW)}")
     time, x, y, depth = map(float, values)
-    return Sample(told, time, (x, y), depth, False)
+    return Sample(told, time, (x, y), in_sea(told, depth), False)
 
 
 def _is_number(value: object) -> bool:

@@ -35,5 +35,19 @@ def above_sea(told: str, height: float) -> float:
     return -height
 
 
+def in_sea(told: str, depth: float) -> float:
+    """Return a depth (m), which may be a little above the sea, as waves are.
+
+    Raises:
+        BadChart: when it is far above: a column of heights, or one that counts upwards.
+    """
+    if depth < -HIGHEST:
+        raise BadChart(
+            f"{told}: a depth of {depth:.4g} m is above the sea; depths must be positive below it. "
+            "Turn the sign of the column if it holds heights"
+        )
+    return depth
+
+
 # Higher (m) is no wave: the height of a receiver that is not on the sea, or above an ellipsoid.
 HIGHEST = 5.0

@@ -83,7 +83,7 @@ def sweep(
         plan = load_experiment(file, options, allow_plugins=allow_plugins and not dry_run)
         if not dry_run:
             refuse_plugins(plan.unloaded)
-        talk_of((*plan.warnings, *plan.unloaded))
+        talk_of(plan.warnings if allow_plugins else (*plan.warnings, *plan.unloaded))
         folder = Path(out) if out else default_folder(plan.name, shard)
         _weigh_heaviest(plan, workers if backend == "local" else 1, anyway)
         if dry_run:

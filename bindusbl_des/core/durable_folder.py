@@ -83,11 +83,11 @@ def refusal(folder: Path, objection: Objection, *, force: bool) -> str | None:
         return None
     except NotADirectoryError:
         above = next(it for it in folder.absolute().parents if it.exists())
-        return f"cannot be made, since {above} is a file; name another --out"
+        return f"cannot be made, since {above} is a file; name another folder"
     if not force:
-        return "exists; use --force to replace it, or name another --out"
+        return "exists; use --force (in Python force=True) to replace it, or name another folder"
     if stat.S_ISLNK(mode):
-        return "is a link, so --force will not replace it; name the folder itself"
+        return "is a link, so it is not replaced; name the folder itself"
     return objected
 
 

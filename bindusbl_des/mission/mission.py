@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..core.wording import plain
 from ..preflight.worth_knowing import Caution, cautions
 from ..protocol.happenings import Happening, Watch
+from ..protocol.own.steps import Environment
 from ..records.events import Broadcast
 from ..results.result import Result
 from ..results.tables import from_columns, from_rows
@@ -72,7 +73,7 @@ class Mission:
         self.seed = int(seed)
         self._time, self._worked_s, self._has_failed = 0.0, 0.0, False
         with self._at_work():
-            self._env = simpy.Environment()
+            self._env = Environment()
             self._world = build_world(self._env, self.scenario, self.seed, poses, pose_step_s)
             self._happen(0.0)
 

@@ -182,7 +182,7 @@ def _campaign(plan: Plan, folder: Path) -> Campaign:
         before = unfinished_campaign(folder)
         if before.record["plan_sha256"] != plan.fingerprint():
             raise CampaignError(
-                f"{folder}: holds missions of another plan, model or part; name another --out"
+                f"{folder}: holds missions of another plan, model or part; name another folder"
             )
         check_files(before)
         clean(folder)

@@ -34,7 +34,7 @@ def begin(question: Question, folder: Path, *, force: bool = False) -> Question:
     """
     record = _record(folder)
     if folder.exists() and record is None and (not folder.is_dir() or any(folder.iterdir())):
-        raise PlanError(f"{folder}: is not empty and no plan; name another --out")
+        raise PlanError(f"{folder}: is not empty and no plan; name another folder")
     if is_locked(folder / MISSIONS):
         raise PlanError(f"{folder}: another process is working on this plan; wait for it")
     if record is not None:
@@ -44,7 +44,8 @@ def begin(question: Question, folder: Path, *, force: bool = False) -> Question:
         if not force:
             which = "this plan, which is finished" if same else "another plan"
             raise PlanError(
-                f"{folder}: holds {which}; --force makes it anew, or name another --out"
+                f"{folder}: holds {which}; --force (in Python force=True) makes it anew, or name "
+                "another folder"
             )
         _remove(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -113,7 +114,7 @@ def _record(folder: Path) -> dict[str, Any] | None:
 
 def _damaged(folder: Path, why: str) -> PlanError:
     said = (why.splitlines() or [""])[0][:200]
-    return PlanError(f"{folder / QUESTION}: cannot be used ({said}); plan anew into another --out")
+    return PlanError(f"{folder / QUESTION}: cannot be used ({said}); plan anew into another folder")
 
 
 def _status(folder: Path) -> str:
@@ -133,9 +134,7 @@ def _remove(folder: Path) -> None:
     foreign = sorted(it.name for it in folder.iterdir() if it.name not in OURS or it.is_symlink())
     if foreign:
         named = ", ".join(foreign[:3])
-        raise PlanError(
-            f"{folder}: holds {named}, which no plan wrote, so --force will not replace it"
-        )
+        raise PlanError(f"{folder}: holds {named}, which no plan wrote, so it is not replaced")
     (folder / QUESTION).unlink()  # what is left of it is none
     for path in folder.iterdir():
         shutil.rmtree(path) if path.is_dir() else path.unlink()

@@ -38,7 +38,7 @@ def objection(folder: Path) -> str | None:
     foreign = sorted(it.name for it in found if it.name not in ours and it.suffix != ".png")
     if folder.is_dir() and not foreign:
         return None
-    return f"holds {foreign[0]}, which no replay wrote, so --force will not replace it"
+    return f"holds {foreign[0]}, which no replay wrote, so it is not replaced"
 
 
 def write_tables(found: Mapping[str, pa.Table], folder: Path) -> None:

@@ -44,13 +44,13 @@ def objection(folder: Path) -> str | None:
     """Return why force must not replace a folder; None for results of a run, or an empty folder."""
     if not (folder / RECORD).is_file():
         empty = folder.is_dir() and not any(folder.iterdir())
-        return None if empty else "holds no results of a run, so --force will not replace it"
+        return None if empty else "holds no results of a run, so it is not replaced"
     foreign = sorted(_foreign(folder))
     if not foreign:
         return None
     more = f" and {len(foreign) - MOST_NAMED} more" if len(foreign) > MOST_NAMED else ""
     named = ", ".join(foreign[:MOST_NAMED])
-    return f"holds {named}{more}, which no run wrote, so --force will not replace it"
+    return f"holds {named}{more}, which no run wrote, so it is not replaced"
 
 
 def objection_to_csv(folder: Path) -> str | None:
@@ -60,7 +60,7 @@ def objection_to_csv(folder: Path) -> str | None:
     if not foreign and (not found or folder / CSV_DICTIONARY in found):
         return None
     which = f" (it holds {foreign[0]})" if folder.is_dir() and foreign else ""
-    return f"is no earlier export{which}, so --force will not replace it"
+    return f"is no earlier export{which}, so it is not replaced"
 
 
 def _foreign(folder: Path) -> Iterator[str]:

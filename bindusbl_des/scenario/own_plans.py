@@ -9,6 +9,7 @@ from typing import Any, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..charts.samples import HIGHEST
 from ..core.plugins import Family, PluginError, asked, shown
 from ..vehicles.tracks import FARTHEST, FASTEST, Track
 from .families import ASV, PLACEMENT, ROUTE
@@ -181,6 +182,8 @@ def _motion_problem(scenario: ScenarioKeys, way: Array) -> str:
         return "the times of a track must increase"
     if (np.hypot(steps[:, 1], steps[:, 2]) > FASTEST * steps[:, 0]).any():
         return f"a track must be slower than {FASTEST:g} m/s; are its columns time, x, y, depth?"
+    if (way[:, 3] < -HIGHEST).any():
+        return "a track must be in the sea; depths are positive below its surface"
     if way[0, 0] >= scenario.duration_s or way[-1, 0] <= 0.0:
         return f"a track must be in the mission, which lasts from 0 to {scenario.duration_s:g} s"
     return ""

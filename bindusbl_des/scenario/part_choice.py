@@ -24,6 +24,8 @@ class PartChoice(str):
 
     >>> PartChoice("dsatur") == "dsatur", PartChoice("dsatur") == PartChoice("dsatur", {"k": 1})
     (True, False)
+    >>> PartChoice("dsatur", {"k": 1}) == PartChoice("dsatur", {"k": True})
+    False
     """
 
     settings: Mapping[str, Any]
@@ -35,7 +37,9 @@ class PartChoice(str):
 
     def __eq__(self, other: object) -> bool:
         same = super().__eq__(other)
-        return same and self.settings == other.settings if isinstance(other, PartChoice) else same
+        if not isinstance(other, PartChoice):
+            return same
+        return same and _told_apart(dict(self.settings)) == _told_apart(dict(other.settings))
 
     def __ne__(self, other: object) -> bool:
         return not self == other
@@ -109,6 +113,15 @@ def _plain(name: str, value: Any) -> Any:
     raise _mistake(
         f"takes settings of numbers, texts, lists and mappings; {name} is {described(value)}"
     )
+
+
+def _told_apart(value: Any) -> Any:
+    """Return plain data in which true is not 1, as it is to Python and is not in a file."""
+    if isinstance(value, Mapping):
+        return {key: _told_apart(it) for key, it in value.items()}
+    if isinstance(value, list):
+        return [_told_apart(it) for it in value]
+    return (bool, value) if isinstance(value, bool) else value
 
 
 def _mistake(text: str) -> PydanticCustomError:

@@ -20,7 +20,7 @@ from bindusbl_des.campaigns import merging, running
 from bindusbl_des.campaigns.campaign import load_campaign
 from bindusbl_des.campaigns.experiments.experiment import laid_over
 from bindusbl_des.campaigns.running import resume, sweep
-from bindusbl_des.campaigns.storage.folder import is_locked, locked, read_record
+from bindusbl_des.campaigns.storage.folder import CampaignError, is_locked, locked, read_record
 from bindusbl_des.campaigns.storage.parts import committed
 from bindusbl_des.core.plugin_sources import source_sha256
 from bindusbl_des.results.loading import load_result
@@ -170,6 +170,8 @@ def test_a_part_that_has_changed_is_refused(own: Path) -> None:
     refused = call("resume", "c")
     assert refused.exit_code == 2
     assert refused.stderr.startswith(f"c: {own} has changed since the campaign began")
+    with pytest.raises(CampaignError, match="has changed since the campaign began"):
+        sweep("own.yaml", "c", seeds=8)  # which `resume` would not continue
     own.write_text(OWN)
     assert call("resume", "c").exit_code == 0
 
@@ -334,6 +336,10 @@ def test_a_merger_that_fails_leaves_nothing(folder: Path, monkeypatch: pytest.Mo
         patch.setattr(merging, "write_json", full)
         assert call("merge", "c", "--out", "m").exit_code == 1
     assert sorted(os.listdir()) == before
+    Path("file").touch()
+    beneath = call("merge", "c", "--out", "file/m")
+    assert (beneath.exit_code, beneath.stderr.count("\n")) == (2, 1)
+    assert "file is a file; name another" in beneath.stderr
     assert call("merge", "c", "--out", "m").exit_code == 0
     same(load_campaign(folder), load_campaign("m"))
 

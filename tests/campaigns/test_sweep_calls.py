@@ -38,6 +38,7 @@ M = scenario(name="m", duration_s=2.0)
         ({"seed": 3}, TypeError, "sweep has no argument 'seed'; did you mean 'seeds'?"),
         ({"worker": 3}, TypeError, "sweep has no argument 'worker'; did you mean 'workers'?"),
         ({"workers": 0}, ValueError, "workers needs a whole number >= 1; got 0"),
+        ({"out": "a\0b"}, ValueError, "a\\x00b: no folder can have that name; give another"),
         ({"shard": (3, 2)}, ValueError, "shard needs (i, N) with 1 <= i <= N"),
         ({"until_ci": {"worst_position_error": 1}}, ValueError, "mean 'worst_position_error_m'"),
     ],

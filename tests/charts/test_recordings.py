@@ -131,6 +131,11 @@ def test_locations_in_an_mcap_file_are_a_track(tmp_path: Path) -> None:
             r"a.csv:2: latitude 6021000, longitude 570000 are no degrees .* UTM",
         ),
         ("time_s,x_m,y_m,depth_m\n0,0,0\n", "a.csv", r"a.csv:2: needs a number in each of time_s"),
+        (
+            "time_s,x_m,y_m,z_m\n0,0,0,-0.5\n1,0,0,-40\n",
+            "a.csv",
+            r"a.csv:3: a depth of -40 m is above the sea; depths must be positive below it",
+        ),
         ("time_s,x_m,y_m,depth_m\n0,0,0,inf\n", "a.csv", r"a.csv:2: holds a value that is not f"),
         (
             "time_s,x_m,y_m,depth_m\n5,0,0,1\n5,1,0,1\n",
@@ -175,6 +180,11 @@ def test_what_is_no_track_is_told_with_its_line_and_a_remedy(
             {"time_s": 0, "x_m": None, "y_m": 0, "z_m": 0},
             "row",
             r"message 1 on /a: needs a finite number in each of time_s, x_m, y_m, z_m",
+        ),
+        (
+            {"time_s": 0, "x_m": 0, "y_m": 0, "z_m": -9},
+            "row",
+            r"message 1 on /a: a depth of -9 m is above the sea; depths must be positive below it",
         ),
         (b"{", LOCATION, r"a.mcap: cannot be read as an MCAP file: Expecting property name"),
     ],

@@ -99,7 +99,7 @@ def test_version() -> None:
         (("run", "f.yaml", "--out", "f.yaml"), "f.yaml: exists; use --force"),
         (("run", "f.yaml", "--out", "f.yaml", "--force"), "f.yaml: holds no results of a run"),
         (("run", "f.yaml", "--out", "full", "--force"), "full: holds no results of a run"),
-        (("run", "f.yaml", "--out", "f.yaml/out"), "f.yaml is a file; name another --out"),
+        (("run", "f.yaml", "--out", "f.yaml/out"), "f.yaml is a file; name another folder"),
         (
             ("run", "f.yaml", "--allow-plugins", "--set", "protocol.schedule=none.such:thing"),
             "protocol.schedule: cannot load 'none.such:thing'",
@@ -319,7 +319,9 @@ def test_run_never_overwrites_before_it_is_told_to(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
     result = call("run", "f.yaml", "--out", "o")
     assert result.exit_code == 2
-    assert result.stderr == "o: exists; use --force to replace it, or name another --out\n"
+    assert result.stderr == (
+        "o: exists; use --force (in Python force=True) to replace it, or name another folder\n"
+    )
 
 
 def test_of_two_runs_with_one_folder_none_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -200,6 +200,7 @@ def test_what_only_reads_never_imports(home: Path) -> None:
     ):
         outcome = call(*words)
         assert outcome.exit_code == 0, (words, outcome.output)
+        assert ("use --allow-plugins" in outcome.stderr) <= ("--allow-plugins" not in words), words
     assert load_result(home / "r").scenario.protocol.schedule == "stranger:fair"
     outcome = call("report", "r", "--advice-s", "1")
     assert outcome.exit_code == 2

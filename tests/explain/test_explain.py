@@ -155,7 +155,7 @@ def test_the_parts_of_every_latency_add_up(
 ) -> None:
     """None is negative, their sum is the recorded latency, and what is printed adds up too."""
     protocol = {"downlink": downlink, "ranging": ranging, "tick_rate_hz": tick_rate_hz}
-    run = simulate(scenario(duration_s=12.0, protocol=protocol), 1)
+    run = simulate(scenario(duration_s=8.0, protocol=protocol), 1)
     fixes = run.tables["fixes"]
     delivered = fixes[fixes.outcome == "delivered"]
     assert len(delivered) > 10
@@ -210,7 +210,7 @@ def test_a_correction_takes_its_share_of_the_error(delay_compensation: str) -> N
 
 def test_errors_differ_by_what_the_estimate_moved() -> None:
     """In a noisy mission no correction changes the error by more than it moved the estimate."""
-    run = simulate(scenario(duration_s=40.0, navigation={"filter": "fixed_gain"}), 3)
+    run = simulate(scenario(duration_s=15.0, navigation={"filter": "fixed_gain"}), 3)
     known = 0
     for fix in run.tables["fixes"].query("outcome == 'delivered'").itertuples():
         facts = next(it for it in chain_of_fix(run, fix.fix).steps if "has it" in it.what).facts
@@ -274,7 +274,7 @@ def corrections(run: Result) -> list[tuple[Any, Step, str]]:
 def test_a_filter_that_weighs_tells_gain_gate_and_what_it_changed() -> None:
     """The gate is as strict as it says; what passes tells its gain and the ellipse after it."""
     navigation = {"nis_gate": 3.0, "random_walk_m_per_sqrt_s": 0.3}
-    run = simulate(scenario(duration_s=120.0, navigation=navigation), 3)
+    run = simulate(scenario(duration_s=40.0, navigation=navigation), 3)
     smaller = refused = 0
     for fix, has, text in corrections(run):
         if fix.nis <= 3.0:
@@ -300,7 +300,7 @@ def test_a_filter_that_weighs_tells_gain_gate_and_what_it_changed() -> None:
 
 def test_after_five_refused_the_next_is_taken_in() -> None:
     """A gate that lets nearly nothing pass lets each sixth fix pass, and says why."""
-    run = simulate(scenario(duration_s=60.0, navigation={"nis_gate": 1e-3}))
+    run = simulate(scenario(duration_s=20.0, navigation={"nis_gate": 1e-3}))
     told = [text for _, _, text in corrections(run)]
     assert any("> 0.001 (nis_gate), yet 5 in a row had been refused" in text for text in told)
     assert any(text.endswith("refused: the estimate stays") for text in told)
@@ -317,7 +317,7 @@ def test_without_a_gate_a_filter_says_so() -> None:
 def test_every_navigator_tells_what_it_did_with_a_fix() -> None:
     """A fixed gain has no gate, dead reckoning takes nothing in, one's own is named."""
     fixed, alone, own = (
-        corrections(simulate(scenario(duration_s=30.0, navigation={"filter": name}), 1))
+        corrections(simulate(scenario(duration_s=12.0, navigation={"filter": name}), 1))
         for name in ("fixed_gain", "dead_reckoning", "test_explain:Trusting")
     )
     for fix, has, text in fixed:

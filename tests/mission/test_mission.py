@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from worlds import merged, scenario
 
 from bindusbl_des import Mission, Result, Scenario, simulate
@@ -107,55 +108,69 @@ def test_vehicles_are_where_the_tracks_have_them(name: str) -> None:
     at_ticks = fixes.delivered_at_s.dropna()
     assert name in EXACT or np.isin(at_ticks, tracks.time_s).mean() > 0.9
     mission = Mission(flown(name), 1)
-    for instant, rows in tracks.groupby("time_s"):
+    tracks = tracks.sort_values("time_s", kind="stable")
+    instants = np.unique(tracks.time_s)
+
+    def seen_at(kind: str, columns: list[str]) -> NDArray[np.float64]:
+        """Return columns of all AUVs or ASVs: by instant, vehicle and column."""
+        own = tracks[tracks.vehicle.str.startswith(kind)]
+        return own[columns].to_numpy().reshape(len(instants), -1, len(columns))
+
+    place = ["x_m", "y_m", "z_m", "yaw_rad"]
+    auvs, asvs = seen_at("AUV", place), seen_at("ASV", place)
+    estimates = seen_at("AUV", ["estimate_x_m", "estimate_y_m"])
+    spreads = seen_at("AUV", ["estimate_sd_x_m", "estimate_sd_y_m"])
+    together = seen_at("AUV", ["estimate_cov_xy_m2"])[..., 0]
+    for n, instant in enumerate(instants):
         mission.advance(float(instant))
-        auvs, asvs = (rows[rows.vehicle.str.startswith(kind)] for kind in ("AUV", "ASV"))
         seen = mission.auvs()
-        place = ["x_m", "y_m", "z_m", "yaw_rad"]
-        assert np.array_equal(seen.truth, auvs[place])
-        assert np.array_equal(mission.asvs(), asvs[place])
-        assert np.array_equal(seen.estimate, auvs[["estimate_x_m", "estimate_y_m"]])
+        assert np.array_equal(seen.truth, auvs[n])
+        assert np.array_equal(mission.asvs(), asvs[n])
+        assert np.array_equal(seen.estimate, estimates[n])
         variances = np.diagonal(seen.covariance, axis1=1, axis2=2)
-        assert np.array_equal(np.sqrt(variances), auvs[["estimate_sd_x_m", "estimate_sd_y_m"]])
+        assert np.array_equal(np.sqrt(variances), spreads[n])
         for off in (seen.covariance[:, 0, 1], seen.covariance[:, 1, 0]):
-            assert np.array_equal(off, auvs.estimate_cov_xy_m2)
+            assert np.array_equal(off, together[n])
 
 
 def number(vehicle: str) -> int:
     return int(vehicle[3:])
 
 
-def sounding(result: Result, time: float) -> list[tuple[int, int, float]]:
-    """Return number, AUV and instant (s) of the pings under way at an instant, by the tables."""
+def soundings(result: Result) -> list[tuple[float, tuple[int, int, float]]]:
+    """Return until when (s) each ping is under way by the tables; its number, AUV and instant."""
     pings, receptions = result.tables["pings"], result.tables["receptions"]
     lasts = result.scenario.acoustics.hf.ping_s
     pings = pings[pings.call.isna() | (pings.call == "heard")]
     in_range = receptions[receptions.outcome != "out_of_range"]
     passed = in_range.groupby("ping").arrived_at_s.max().reindex(pings.ping).to_numpy() + lasts
     ends = np.fmax(pings.sent_at_s + lasts, passed)
-    found = pings[(pings.sent_at_s <= time) & (time < ends)]
-    return list(zip(found.ping, found.auv.map(number), found.sent_at_s, strict=True))
+    told = zip(pings.ping, pings.auv.map(number), pings.sent_at_s, strict=True)
+    return list(zip(ends, told, strict=True))
 
 
 @pytest.mark.parametrize("name", ["sequential", "exact_clock", "direct_reply", "twtt", "steering"])
 def test_what_is_in_the_air_is_what_the_tables_say(name: str) -> None:
     """Pings and broadcasts under way are those that the tables of the whole mission have then."""
     result = simulate(flown(name), 1)
-    broadcasts = result.tables["broadcasts"]
+    broadcasts = list(result.tables["broadcasts"].itertuples())
+    pinged = soundings(result)
     mission = Mission(flown(name), 1)
     together, sent = 0, 0
     for instant in np.arange(0.0, DURATION_S - 1.0, 0.031):
         mission.advance(instant)
         pings = mission.pings_under_way()
-        assert [(it.ping, it.auv, it.sent_at_s) for it in pings] == sounding(result, instant)
+        sounding = [ping for ends, ping in pinged if ping[2] <= instant < ends]
+        assert [(it.ping, it.auv, it.sent_at_s) for it in pings] == sounding
         together = max(together, len(pings))
-        ends = broadcasts.sent_at_s + broadcasts.airtime_s
-        expected = broadcasts[(broadcasts.sent_at_s <= instant) & (instant < ends)]
+        expected = [
+            (number(it.asv), it.fixes, it.sent_at_s)
+            for it in broadcasts
+            if it.sent_at_s <= instant < it.sent_at_s + it.airtime_s
+        ]
         seen = mission.broadcast_on_air()
-        assert ([seen.sent_at_s] if seen else []) == list(expected.sent_at_s)
-        if seen:
-            assert (seen.asv, seen.fixes) == (number(expected.asv.iloc[0]), expected.fixes.iloc[0])
-            sent += 1
+        assert ([(seen.asv, seen.fixes, seen.sent_at_s)] if seen else []) == expected
+        sent += seen is not None
     assert together > 0
     assert (sent > 0) == (name != "direct_reply")
 

@@ -185,7 +185,9 @@ def test_folders_are_never_mixed_up() -> None:
     made()
     with pytest.raises(CampaignError, match="holds this plan, which is finished; --force"):
         made()
-    with pytest.raises(CampaignError, match="holds another plan; --force makes it anew"):
+    with pytest.raises(
+        CampaignError, match=r"holds another plan; --force \(in Python force=True\)"
+    ):
         made(confidence=0.9)
     assert made(confidence=0.9, force=True).record["confidence"] == 0.9
     Path("out/mine.txt").write_text("mine")

@@ -130,6 +130,7 @@ def fails(network, turn, time):
         yield network.env.timeout(0.1)
         raise KeyError("inner")
     yield network.env.process(inner())
+def forever(network, turn, time): yield network.env.timeout(math.nan)
 def few(network, turn): yield
 def tells(network, turn, time):
     time = yield from uplink_slot(network, turn, 0, time)
@@ -327,6 +328,11 @@ ASV = "it must be the whole number of an ASV, 0..2"
         ("downlink", "early", f"returned 0.01 in round 0; {INSTANT} and not before 0."),
         ("downlink", "slot", "raised IndexError in round 0: "),
         ("downlink", "late", "raised ValueError in round 0: too late"),
+        (
+            "downlink",
+            "forever",
+            "raised ValueError in round 0: a wait must last a number of seconds",
+        ),
         ("downlink", "fails", "raised KeyError in round 0: 'inner'"),
     ],
 )

@@ -287,7 +287,7 @@ def test_a_folder_of_other_missions_is_refused(small: Path) -> None:
     (small / "sweep" / "campaign.json").write_text(text)
     assert result.exit_code == 2
     assert "holds other missions" in result.output
-    assert "name another --out" in result.output
+    assert "name another folder" in result.output
 
 
 def test_a_failed_mission_ends_with_3(small: Path, monkeypatch: pytest.MonkeyPatch) -> None:

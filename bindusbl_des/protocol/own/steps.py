@@ -19,6 +19,20 @@ SAME = 1e-6
 _NONE = object()
 
 
+class Environment(simpy.Environment):
+    """SimPy's, which would lose all events behind one after nan s: who asks for that is told so."""
+
+    def timeout(self, delay: float = 0.0, value: Any = None) -> simpy.Timeout:
+        """Return the event of an instant so much later (s).
+
+        Raises:
+            ValueError: when that is negative or no number.
+        """
+        if math.isnan(delay):
+            raise ValueError("a wait must last a number of seconds; got nan")
+        return simpy.Timeout(self, delay, value)
+
+
 def moment(env: simpy.Environment, instant: float) -> simpy.Timeout:
     """Return the event of an instant (s) that is not past."""
     now = env.now

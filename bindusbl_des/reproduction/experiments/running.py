@@ -61,7 +61,7 @@ def _run(
     if campaign.record["plan_sha256"] != plan.fingerprint():
         raise CampaignError(
             f"{folder}: holds other missions than `reproduce` would run (of another version, "
-            "another reading, or with and without --quick); name another --out, or remove it"
+            "another reading, or with and without --quick); name another folder, or remove it"
         )
     if not campaign.state().missing:
         return campaign
