@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from ..protocol.order.worst_first import SLOTS
 from .case import Case
 from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair, Plan, undecided
 from .uplink import slot_gap
@@ -19,7 +20,7 @@ WHAT = "AUVs of one ping group"
 TOUCH_M = 1e-9
 
 # Schedules that let AUVs without a common listener ping together
-REUSING = ("spatial_reuse", "dsatur")
+REUSING = ("spatial_reuse", "dsatur", "worst_first")
 
 
 def same_slot(case: Case) -> Iterator[Pair]:
@@ -120,6 +121,8 @@ def age_s(case: Case) -> float:
 def most_shared_slot(case: Case) -> int:
     """Return the last slot of a round that two AUVs may share and an ASV hear both."""
     last = case.scenario.auvs.count - 2
+    if case.scenario.protocol.schedule == "worst_first":  # whoever finds no room has no slot
+        last = min(last, case.scenario.protocol.schedule.settings.get("slots", SLOTS) - 1)
     if last < 1 or not len(case.apart_m):
         return 0
     protocol, reach = case.scenario.protocol, case.scenario.acoustics.hf.range_m
