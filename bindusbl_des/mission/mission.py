@@ -26,7 +26,7 @@ from .build import build_world
 from .event_tables import event_tables
 from .looking import AuvStates, PingUnderWay, auv_states, on_air, places_of, under_way
 from .metrics import auv_metrics, mission_metrics, utilisation
-from .monitor import violations_of
+from .outcomes.monitor import violations_of
 
 Array = NDArray[np.float64]
 

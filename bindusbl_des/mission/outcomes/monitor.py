@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..acoustics.propagation import TOUCH
-from ..records.events import COLLIDED
-from ..records.rows import Row, Rows
-from ..results.violations import Violation, Violations
-from ..scenario.families import is_random
-from .world import World
+from ...acoustics.propagation import TOUCH
+from ...records.events import COLLIDED
+from ...records.rows import Row, Rows
+from ...results.violations import Violation, Violations
+from ...scenario.families import is_random
+from ..world import World
 
 
 def violations_of(world: World) -> Violations | None:
