@@ -42,10 +42,9 @@ def _unknown(case: Case) -> Iterator[Pair]:
     for name in (protocol.schedule, protocol.downlink, protocol.ranging):
         if is_plugin(str(name)):
             yield undecided("part of one's own", str(name), "who sends when only the plug-in says")
-    # Keys that protocols have by now, or not yet
-    if getattr(protocol, "knowledge", "shared") != "shared":
+    if protocol.knowledge != "shared":
         yield undecided("what AUVs know", "pings", "AUVs may not know of their slots")
-    if getattr(protocol, "duplex", "per_band") != "per_band":
+    if protocol.duplex != "per_band":
         yield undecided("half duplex", "pings and frames", "who sends on one band is deaf on both")
     if hf.channel != "disc":
         why = f"with the channel {str(hf.channel)!r} sound ends at no range"
