@@ -19,6 +19,7 @@ from bindusbl_des.verification.bounds import Bounds
 
 Array = NDArray[np.float64]
 COLOURS = {"spatial_reuse": greedy_groups, "dsatur": dsatur_groups}
+WORST_FIRST_SLOTS = 4
 
 # Rounding of instants, as the simulator has it
 TOUCH = 1e-9
@@ -134,12 +135,16 @@ def _slots_of_round(worlds: Worlds, number: int, begins: Array) -> tuple[Array, 
         return slots, np.ones(n, dtype=int)
     believed = worlds.away(np.repeat(begins[:, None], count, axis=1))[1]
     heard = believed <= worlds.reach + worlds.protocol.conflict_margin_m
-    slots, most = np.empty((n, count)), np.empty(n, dtype=int)
+    slots, most = np.full((n, count), np.nan), np.empty(n, dtype=int)
     for trial in range(n):
-        groups = COLOURS[schedule](np.ascontiguousarray(heard[trial]))
+        order = np.arange(count)
+        if schedule == "worst_first":  # claims may be any
+            order = worlds.draw.permutation(count)
+        groups = COLOURS.get(schedule, greedy_groups)(np.ascontiguousarray(heard[trial, order]))
+        groups = groups[:WORST_FIRST_SLOTS] if schedule == "worst_first" else groups
         most[trial] = len(groups)
         for slot, group in enumerate(groups):
-            slots[trial, list(group)] = slot
+            slots[trial, order[list(group)]] = slot
     return slots, most
 
 

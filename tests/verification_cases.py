@@ -38,7 +38,7 @@ def drawn_case(seed: int) -> tuple[Data, dict[str, float]]:
         },
         "protocol": {
             "schedule": draw.choice(
-                ("spatial_reuse", "spatial_reuse", "dsatur", "one_per_slot", "round_robin")
+                ("spatial_reuse", "worst_first", "dsatur", "one_per_slot", "round_robin")
             ),
             "downlink": draw.choice(
                 ("sequential", "pipelined_round", "pipelined_group", "direct_reply")

@@ -32,7 +32,7 @@ from ..scenario.families import UNEQUAL_SLOTS, is_random
 from ..scenario.sections.acoustics import Band
 from ..scenario.survey_area import area_of
 from ..vehicles.motion import places
-from .reach import heard_by_auvs, heard_of_auvs
+from .outcomes.reach import heard_by_auvs, heard_of_auvs
 from .samples import Samples, instants, sample
 from .world import World
 

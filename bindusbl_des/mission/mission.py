@@ -27,6 +27,7 @@ from .build import build_world
 from .event_tables import event_tables
 from .looking import AuvStates, PingUnderWay, auv_states, on_air, places_of, under_way
 from .metrics import auv_metrics, mission_metrics, utilisation
+from .outcomes.monitor import violations_of
 
 Array = NDArray[np.float64]
 
@@ -255,7 +256,10 @@ class Mission:
             tables["auvs"] = from_rows("auvs", auvs)
             whole = mission_metrics(auvs, utilisation(world))
             tables["mission"] = from_columns("mission", {name: [whole[name]] for name in whole})
-        return Result(self.scenario, self.seed, tables, self._worked_s, self._warnings())
+            broken = violations_of(world)
+        return Result(
+            self.scenario, self.seed, tables, self._worked_s, self._warnings(), violations=broken
+        )
 
     def _warnings(self) -> list[Caution] | None:
         """Return what is worth knowing; None where the scenario alone says it."""

@@ -29,17 +29,21 @@ DELIVERED, OUT_OF_HF, LOST, COLLIDED, OUT_OF_MF, IN_FLIGHT = range(len(FATES))
 
 @dataclass(frozen=True)
 class Metrics:
-    """What a mission achieved: metrics of each AUV and of the mission, and what would help."""
+    """What a mission achieved: metrics of each AUV and of the mission, what would help,
+    and what broke its schedule (empty if nothing did).
+    """
 
     auvs: list[dict[str, Any]]
     mission: dict[str, Any]
     advice: "Advice | None"
+    broken: str = ""
 
 
 def metrics_of(result: "Result") -> Metrics:
     """Return the metrics of a mission, whatever was recorded of it."""
     mission = result.arrow["mission"].to_pylist()[0]
-    return Metrics(result.arrow["auvs"].to_pylist(), mission, result.advice)
+    broken = "" if result.violations is None else result.violations.told
+    return Metrics(result.arrow["auvs"].to_pylist(), mission, result.advice, broken)
 
 
 @dataclass(frozen=True)

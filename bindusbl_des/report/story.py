@@ -64,8 +64,10 @@ def story(mission: Recording) -> Story:
 def short_story(metrics: Metrics) -> Story:
     """Return what can be said of a mission of which only metrics were recorded."""
     warning = " ".join(harm_told(metrics.auvs, metrics.advice))
-    sections = (("What would help", advised(metrics.advice)),)
-    return Story(warning, _worst(metrics), sections, ())
+    sections = [("What would help", advised(metrics.advice))]
+    if metrics.broken:
+        sections.insert(0, ("Its schedule", (escape(metrics.broken),)))
+    return Story(warning, _worst(metrics), tuple(sections), ())
 
 
 def _others(starving: list[Service]) -> str:
@@ -185,8 +187,11 @@ def _why(mission: Recording, auv: Service) -> str:
 
 
 def _lost(mission: Recording) -> tuple[str, ...]:
+    broken = mission.metrics.broken
+    told = [f"<b>Schedule:</b> {escape(broken)}"] if broken else []
     return (
-        *_losses(mission), *_collisions(mission), *_beyond_reach(mission), *_untold(mission.metrics)
+        *_losses(mission), *_collisions(mission), *told, *_beyond_reach(mission),
+        *_untold(mission.metrics),
     )  # fmt: skip
 
 

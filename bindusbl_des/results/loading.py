@@ -18,6 +18,7 @@ from .parquet import DamagedFile, check_claims, read_table, read_words
 from .result import Result
 from .result_folder import ADVICE
 from .tables import EVENT_TABLES
+from .violations import is_violations, violations_in
 
 
 def load_result(folder: str | Path) -> Result:
@@ -44,7 +45,10 @@ def load_result(folder: str | Path) -> Result:
     except _Damaged as error:
         raise ValueError("; ".join([*error.told, _again(folder, run["seed"])])) from None
     told = [Caution(it["key"], it["message"]) for it in run.get("warnings", ())]
-    result = Result(scenario, run["seed"], arrow, float(run["wall_time_s"]), told)
+    broken = violations_in(run.get("violations"))
+    result = Result(
+        scenario, run["seed"], arrow, float(run["wall_time_s"]), told, violations=broken
+    )
     result.advice = _read_advice(folder, scenario)
     return result
 
@@ -168,6 +172,7 @@ RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "sim_seconds_per_second": (_is_number, "a number above 0"),
     "status": (lambda it: it == "complete", '"complete"'),
     "warnings": (_is_cautions, "a list of keys with messages"),
+    "violations": (is_violations, "null, or a count and the first"),
     "versions": (_is_versions, "a version for each package"),
 }
 ALWAYS = ("scenario", "scenario_sha256", "seed", "wall_time_s")

@@ -22,6 +22,7 @@ from .faces import FIGURE, face, page
 from .result_folder import ADVICE, RECORD, advice_text, result_draft, write_json
 from .summary import summary
 from .tables import data_dictionary, write_parquet
+from .violations import Violations
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,8 +34,8 @@ class Result:
     """What happened in one mission, and what it achieved.
 
     `scenario` and `seed` made it; `arrow` has its tables as Arrow tables, by name; `wall_time_s`
-    (s) is what it took; `advice` is what would help, as measured by `advise`, None if nothing was
-    tried.
+    (s) is what it took; `violations` says how often its schedule was broken, and where first;
+    `advice` is what would help, as measured by `advise`, None if nothing was tried.
     """
 
     def __init__(
@@ -44,14 +45,17 @@ class Result:
         arrow: Mapping[str, pa.Table],
         wall_time_s: float,
         warnings: Sequence[Caution] | None = None,
+        *,
+        violations: Violations | None = None,
     ) -> None:
         """Take the Arrow tables by name; with `record.detail: summary` only auvs and mission.
 
-        `warnings` are what was worth knowing when the mission was run, by default now.
+        `warnings` are what was worth knowing when the mission was run, by default now; `violations`
+        what broke its schedule, None where that is not known or AUVs ping as they like.
         """
         self.scenario, self.seed = scenario, seed
         self.arrow = dict(arrow)
-        self.wall_time_s = wall_time_s
+        self.wall_time_s, self.violations = wall_time_s, violations
         self.advice: Advice | None = None
         self._told = warnings
 
@@ -78,7 +82,8 @@ class Result:
     def summary(self) -> str:
         """Return the metrics that matter most, in a table of at most 80 columns, and the advice."""
         auvs, mission = (self.arrow[name].to_pylist() for name in ("auvs", "mission"))
-        return summary(auvs, mission[0], self.advice)
+        broken = "" if self.violations is None else self.violations.told
+        return summary(auvs, mission[0], self.advice, broken)
 
     def report(self, path: str | Path | None = None) -> str:
         """Return the report, one HTML page that opens offline; also write it to `path`, if given.
@@ -126,6 +131,7 @@ class Result:
             "scenario_sha256": scenario_sha256(self.scenario),
             "seed": self.seed,
             "warnings": [{"key": it.key, "message": it.message} for it in self.warnings],
+            "violations": None if self.violations is None else self.violations.data(),
             "versions": {"python": platform.python_version(), **{p: version(p) for p in PACKAGES}},
             "wall_time_s": self.wall_time_s,
             "sim_seconds_per_second": self.scenario.duration_s / self.wall_time_s,

@@ -27,13 +27,17 @@ MOST_ROWS, FIRST_ROWS = 20, 10
 MOST_ADVICE, WIDTH = 4, 80
 
 
-def summary(auvs: Sequence[Row], mission: Row, advice: Advice | None = None) -> str:
+def summary(
+    auvs: Sequence[Row], mission: Row, advice: Advice | None = None, broken: str = ""
+) -> str:
     """Return what a mission achieved: first what is wrong with its fixes, the table, the advice.
 
-    Take the metrics of each AUV and of the mission by their names; None is not known.
+    Take the metrics of each AUV and of the mission by their names; None is not known.  `broken`
+    says what broke its schedule, if anything.
     """
     harm = [line for told in harm_told(auvs, advice) for line in wrap(told, WIDTH)]
-    parts = ["\n".join(harm), summary_table(auvs, mission), "\n".join(_advice(advice))]
+    table = "\n".join([summary_table(auvs, mission), *wrap(broken, WIDTH)])
+    parts = ["\n".join(harm), table, "\n".join(_advice(advice))]
     return "\n\n".join(part for part in parts if part)
 
 

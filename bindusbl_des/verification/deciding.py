@@ -43,6 +43,10 @@ def _unknown(case: Case) -> Iterator[Pair]:
     for name in (protocol.schedule, protocol.downlink, protocol.ranging):
         if is_plugin(str(name)):
             yield undecided("part of one's own", str(name), "who sends when only the plug-in says")
+    if protocol.knowledge != "shared":
+        yield undecided("what AUVs know", "pings", "AUVs may not know of their slots")
+    if protocol.duplex != "per_band":
+        yield undecided("half duplex", "pings and frames", "who sends on one band is deaf on both")
     if hf.channel != "disc":
         why = f"with the channel {str(hf.channel)!r} sound ends at no range"
         yield undecided("sound without a range", "pings", why)

@@ -6,8 +6,9 @@ from functools import partial
 
 import numpy as np
 
+from ..protocol.order.worst_first import SLOTS
 from .case import Case
-from .pair import ACCEPTED, REFUSED, Pair, Plan, undecided
+from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair, Plan, undecided
 from .uplink import slot_gap
 from .witnesses.pings import at_the_edge, come_in_together, rounds_shown
 from .witnesses.reuse import comes_into_range
@@ -15,8 +16,11 @@ from .witnesses.reuse import comes_into_range
 KIND = "same slot"
 WHAT = "AUVs of one ping group"
 
+# What a margin lacks by less (m) is rounding.
+TOUCH_M = 1e-9
+
 # Schedules that let AUVs without a common listener ping together
-REUSING = ("spatial_reuse", "dsatur")
+REUSING = ("spatial_reuse", "dsatur", "worst_first")
 
 
 def same_slot(case: Case) -> Iterator[Pair]:
@@ -46,16 +50,15 @@ def same_slot(case: Case) -> Iterator[Pair]:
         yield undecided(KIND, WHAT, why)
         return
     margin, needed = scenario.protocol.conflict_margin_m, margin_needed(case)
-    age, told = age_s(case), _told(case)
-    why = f"{told}: {needed:.3g} m of conflict margin needed, {margin:.3g} m set"
-    if margin >= needed:
-        yield Pair(KIND, WHAT, ACCEPTED, why, margin_m=margin - needed)
-        return
-    if scenario.protocol.positions == "carried_forward":
-        yield Pair(KIND, WHAT, "undecided", why, margin_m=margin - needed)
-        return
-    witnesses = partial(_witnesses, case, age)
-    yield Pair(KIND, WHAT, REFUSED, why, margin_m=margin - needed, witnesses=witnesses)
+    spare = margin - needed
+    why = f"{_told(case)}: {needed:.3g} m of conflict margin needed, {margin:.3g} m set"
+    if spare > -TOUCH_M:
+        yield Pair(KIND, WHAT, ACCEPTED, why, margin_m=max(spare, 0.0))
+    elif margin < _shown(case):
+        witnesses = partial(_witnesses, case, _slots_shown(case))
+        yield Pair(KIND, WHAT, REFUSED, why, margin_m=spare, witnesses=witnesses)
+    else:
+        yield Pair(KIND, WHAT, UNDECIDED, why, margin_m=spare)
 
 
 def margin_needed(case: Case) -> float:
@@ -67,13 +70,35 @@ def margin_needed(case: Case) -> float:
         speed += max(case.scenario.auvs.speeds)
     if case.scenario.protocol.positions != "truth":
         error = case.bounds.position_error_m
-    moved = speed * age_s(case)
-    if (
-        case.scenario.acoustics.hf.range_metric == "slant"
-        and not case.scenario.auvs.vehicle.flies_paths
-    ):
-        moved = _aslant(case, moved)
-    return moved + error
+    return _nearer(case, speed * age_s(case)) + error
+
+
+def _shown(case: Case) -> float:
+    """Return the conflict margin (m) up to which witnesses show that it is too small.
+
+    Positions carried forward are wrong by what AUVs do against their plan, which none does here.
+    """
+    if case.scenario.protocol.positions == "carried_forward":
+        return 0.0
+    if case.scenario.protocol.positions == "last_fix":
+        return margin_needed(case)
+    age = _slots_shown(case) * case.slot_s + case.late_s
+    return _nearer(case, case.closing_m_per_s * age)
+
+
+def _slots_shown(case: Case) -> int:
+    """Return the last slot that two AUVs share whom others between the same ASVs keep waiting."""
+    protocol, reach = case.scenario.protocol, case.scenario.acoustics.hf.range_m
+    shared = 2 * (reach + protocol.conflict_margin_m)
+    return most_shared_slot(case) if bool(np.any(case.apart_m <= shared)) else 0
+
+
+def _nearer(case: Case, moved: float) -> float:
+    """Return how much nearer (m) an AUV at the edge of range comes that moves so far (m)."""
+    scenario = case.scenario
+    if scenario.acoustics.hf.range_metric != "slant" or scenario.auvs.vehicle.flies_paths:
+        return moved
+    return _aslant(case, moved)
 
 
 def _aslant(case: Case, moved: float) -> float:
@@ -96,6 +121,8 @@ def age_s(case: Case) -> float:
 def most_shared_slot(case: Case) -> int:
     """Return the last slot of a round that two AUVs may share and an ASV hear both."""
     last = case.scenario.auvs.count - 2
+    if case.scenario.protocol.schedule == "worst_first":  # whoever finds no room has no slot
+        last = min(last, case.scenario.protocol.schedule.settings.get("slots", SLOTS) - 1)
     if last < 1 or not len(case.apart_m):
         return 0
     protocol, reach = case.scenario.protocol, case.scenario.acoustics.hf.range_m
@@ -120,7 +147,7 @@ def _told(case: Case) -> str:
     return f"slot {slot} is {1e3 * age:.4g} ms after the round's start, at {speed:.3g} m/s"
 
 
-def _witnesses(case: Case, age: float) -> Iterator[Plan]:
+def _witnesses(case: Case, slots: int) -> Iterator[Plan]:
     margin, speed = case.scenario.protocol.conflict_margin_m, case.closing_m_per_s
     if case.scenario.protocol.positions == "last_fix":
         if speed > 0.0:
@@ -128,7 +155,7 @@ def _witnesses(case: Case, age: float) -> Iterator[Plan]:
             yield come_in_together(case, shown)
         yield at_the_edge(case)
         return
-    if most_shared_slot(case):
+    if slots:
         yield from comes_into_range(case)
     if case.late_s:
         yield come_in_together(case, rounds_shown(case), case.late_s)

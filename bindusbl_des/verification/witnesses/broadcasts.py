@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 
@@ -33,9 +34,10 @@ def frames_meet(case: Case, apart: float) -> Iterator[Plan]:
     """Yield the same for frames of fixes, with ever more others that are fixed, below an ASV."""
     lasts = min(ROUNDS_OF_CHANCE * case.scenario.asvs.count * rounds_shown(case), LONGEST_S)
     x, y = map(float, stations_of(case)[0])
-    reach, count = case.scenario.acoustics.mf.range_m, case.scenario.auvs.count
+    hf, mf, count = case.scenario.acoustics.hf, case.scenario.acoustics.mf, case.scenario.auvs.count
     crowds = range(count) if count <= MOST_CROWDS else (0, count - 1)
-    for crowd in crowds:
+    # At the edge of range, or where the AUV that listens is fixed as well
+    for crowd, reach in product(crowds, {mf.range_m, min(apart + hf.range_m / 2, mf.range_m)}):
         for actors in _between(case, apart, reach, False):
             others = [n for n in range(count) if n not in actors][:crowd]
             fixed = {n: Actor(x, y, case.depths[n][1]) for n in others}

@@ -12,7 +12,12 @@ from ..pair import Plan
 from .pings import rounds_shown
 from .stage import SLIVER, Actor, staged, stations_of
 
-GROUPS = {"spatial_reuse": greedy_groups, "dsatur": dsatur_groups}
+# At first all claims of `worst_first` are equal.
+GROUPS = {
+    "spatial_reuse": greedy_groups,
+    "worst_first": greedy_groups,
+    "dsatur": dsatur_groups,
+}
 
 # Directions (deg) from which AUVs come in, beside that of the other ASV, and away from it
 BESIDE = (0.0, 20.0, -20.0, 45.0, -45.0, 70.0, -70.0)

@@ -1,0 +1,104 @@
+"""The monitor of a mission: signals of its schedule that overlapped, and the first of them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...acoustics.propagation import TOUCH
+from ...records.events import COLLIDED
+from ...records.rows import Row, Rows
+from ...results.violations import Violation, Violations
+from ...scenario.families import is_random
+from ..world import World
+
+
+def violations_of(world: World) -> Violations | None:
+    """Return what broke the schedule of a mission; None with random access, which has none.
+
+    Pings, calls and frames are counted that others destroyed at a receiver; of frames, where not
+    everything is recorded, those at the AUVs of their fixes.
+    """
+    if is_random(world.scenario):
+        return None
+    record = world.record
+    met = np.flatnonzero(record.receptions.rows["outcome"] == COLLIDED)
+    calls = np.flatnonzero(record.pings.rows["call"] == COLLIDED)
+    table = record.frame_receptions if record.everything else record.fixes
+    frames = table.rows[table.rows["outcome"] == COLLIDED]
+    heard = met[~np.isnan(record.receptions.rows["arrived_at_s"][met])]
+    count = len(heard) + len(calls) + len(frames)
+    firsts = [*_ping(world, heard), *_call(world, calls), *_frame(world, frames)]
+    return Violations(count, min(firsts, key=lambda it: it.at_s, default=None))
+
+
+def _ping(world: World, rows: np.ndarray) -> Iterator[Violation]:
+    """Yield the ping among destroyed receptions, by their rows, that arrived first."""
+    if not len(rows):
+        return
+    receptions = world.record.receptions.rows
+    row = int(rows[np.argmin(receptions["arrived_at_s"][rows])])
+    it = receptions[row]
+    ping = world.record.pings.rows[it["ping"]]
+    passive = world.scenario.protocol.is_passive
+    sender, receiver = f"AUV{ping['auv']}", f"ASV{it['asv']}"
+    if passive:
+        sender, receiver = f"ASV{ping['asv']}", f"AUV{it['auv']}"
+    others = tuple(_beside(world, row, it))
+    yield Violation(
+        "ping", float(it["arrived_at_s"]), sender, receiver, int(ping["round"]),
+        int(ping["slot"]), others,
+    )  # fmt: skip
+
+
+def _beside(world: World, row: int, it: Row) -> Iterator[str]:
+    """Yield who sent what overlaps a reception at its receiver: other pings, and calls."""
+    lasts = world.scenario.acoustics.hf.ping_s - TOUCH
+    receptions, pings = world.record.receptions.rows, world.record.pings.rows
+    passive = world.scenario.protocol.is_passive
+    there = "auv" if passive else "asv"
+    near = np.abs(receptions["arrived_at_s"] - it["arrived_at_s"]) < lasts
+    for other in np.flatnonzero(near & (receptions[there] == it[there])):
+        if other != row and receptions["sound"][other] > 0.0:
+            ping = pings[receptions["ping"][other]]
+            yield f"that of ASV{ping['asv']}" if passive else f"that of AUV{ping['auv']}"
+    called = pings[pings["called_by"] >= 0]
+    if not len(called):
+        return
+    here = world.asv_fleet.vehicles[it["asv"]].at(float(it["arrived_at_s"]))
+    told = set()
+    for ping in called[np.abs(called["called_at_s"] - it["arrived_at_s"]) < 1.0 + lasts]:
+        caller, sent = int(ping["called_by"]), float(ping["called_at_s"])
+        way = np.linalg.norm(np.subtract(world.asv_fleet.vehicles[caller].at(sent)[:3], here[:3]))
+        band = world.network.uplink.band
+        arrives = sent + float(way) / band.sound_speed
+        if way <= band.reach and abs(arrives - it["arrived_at_s"]) < lasts:
+            told.add(f"a call of ASV{caller}")
+    yield from sorted(told)
+
+
+def _call(world: World, rows: np.ndarray) -> Iterator[Violation]:
+    """Yield the first call, by rows of pings, that another destroyed at its AUV."""
+    if not len(rows):
+        return
+    pings = world.record.pings.rows
+    it = pings[rows[np.argmin(pings["called_at_s"][rows])]]
+    same = (pings["called_at_s"] == it["called_at_s"]) & (pings["called_by"] != it["called_by"])
+    others = tuple(f"that of ASV{asv}" for asv in np.unique(pings["called_by"][same]))
+    yield Violation(
+        "call", float(it["called_at_s"]), f"ASV{it['called_by']}", f"AUV{it['auv']}",
+        int(it["round"]), int(it["slot"]), others,
+    )  # fmt: skip
+
+
+def _frame(world: World, frames: Rows) -> Iterator[Violation]:
+    """Yield the first of frames that another destroyed at an AUV: receptions of frames, or fixes in
+    them.
+    """
+    if not len(frames):
+        return
+    number = frames["broadcast" if world.record.everything else "frame"]
+    it = frames[np.argmin(number)]
+    sent = world.record.broadcasts[int(number.min())]
+    yield Violation(
+        "frame", sent.sent_at_s, f"ASV{sent.asv}", f"AUV{it['auv']}", sent.round, None, ()
+    )  # fmt: skip
