@@ -10,6 +10,7 @@ from test_reception import at, downlink, fleet, made, moving, steered
 from worlds import scenario
 
 from bindusbl_des import simulate
+from bindusbl_des.acoustics.channel import PROSPECT, Signals
 from bindusbl_des.protocol.mf.downlink import FrameBand
 from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE, OUTCOMES
 from bindusbl_des.records.recorder import Recorder
@@ -103,18 +104,58 @@ def test_vehicles_that_move_stretch_a_frame() -> None:
     assert row["ended_at_s"] == pytest.approx(1.0 + 330 / 1470, abs=1e-12)
 
 
-@pytest.mark.parametrize("downlink_kind", ["sequential", "pipelined_round", "pipelined_group"])
-def test_every_frame_has_one_outcome_at_every_auv(downlink_kind: str) -> None:
-    """Its table has a row for each; fixes are delivered by the frames that were heard."""
+class Loud:
+    """A channel that loses nothing, of sounds that fade with the square of their range."""
+
+    def prospects(self, signals: Signals) -> np.ndarray:
+        told = np.zeros(signals.ranges.shape, PROSPECT)
+        told["sound"] = 1e6 / signals.ranges**2
+        return told
+
+
+def test_a_frame_that_is_strong_enough_survives_another() -> None:
+    """Of two at once AUV0 decodes that from 100 m, 9 times as strong as the other, by a capture of
+    6 dB; AUV1, half way between both, decodes neither.
+    """
+    auvs, asvs = fleet(at(100.0), at(200.0)), fleet(at(0.0), at(400.0))
+    band = FrameBand(500.0, SOUND, lambda fixes, airtime: Loud(), capture=10**0.6)
+    _, record = sent(auvs, asvs, [(0.0, 0, 1.0), (0.0, 1, 1.0)], band=band)
+    assert outcomes(record) == [[HEARD, COLLIDED], [COLLIDED, COLLIDED]]
+
+
+STEERING = {"vehicle": "bluerov2", "feedback": "estimate", "speed_m_per_s": 0.6}
+SONAR = {"channel": {"model": "sonar", "capture_db": 6.0}}
+
+
+@pytest.mark.parametrize("broadcaster", ["rotate", "parallel"])
+@pytest.mark.parametrize(
+    ("protocol", "auvs", "mf"),
+    [
+        ({"downlink": "sequential"}, {}, {}),
+        ({"downlink": "pipelined_round", "downlink_guard_s": 0.0}, {}, SONAR),
+        ({"downlink": "pipelined_group", "duplex": "per_node"}, {}, {"payload_bytes": 24}),
+        ({"downlink": "pipelined_round", "duplex": "per_node"}, STEERING, {}),
+        ({"schedule": "aloha", "duplex": "per_node"}, {}, {}),
+        ({"knowledge": "broadcast"}, {}, {}),
+    ],
+)
+def test_every_frame_has_one_outcome_at_every_auv(
+    protocol: dict[str, Any], auvs: dict[str, Any], mf: dict[str, Any], broadcaster: str
+) -> None:
+    """A row for each; fixes are delivered by the frames that were heard, and lost by the others."""
     result = simulate(
-        scenario(duration_s=30.0, auvs={"count": 4}, protocol={"downlink": downlink_kind}), 1
-    )
+        scenario(
+            duration_s=12.0, auvs={"count": 3, **auvs}, asvs={"count": 3}, acoustics={"mf": mf},
+            protocol={**protocol, "broadcaster": broadcaster},
+        ),
+        1,
+    )  # fmt: skip
     table, fixes = result.tables["frame_receptions"], result.tables["fixes"]
     broadcasts = result.tables["broadcasts"]
-    assert len(table) == 4 * len(broadcasts)
+    assert len(table) == 3 * len(broadcasts) > 0
     assert not table[["broadcast", "auv"]].duplicated().any()
-    sent_at = broadcasts["sent_at_s"].to_numpy()
-    for fix in fixes[fixes["outcome"] != "in_flight"].itertuples():
-        frame = np.flatnonzero(sent_at == fix.broadcast_at_s)[0]
-        row = table[(table["broadcast"] == frame) & (table["auv"] == fix.auv)]
-        assert row["outcome"].item() == ("heard" if fix.outcome == "delivered" else fix.outcome)
+    outcome = table.set_index(["broadcast", "auv"]).outcome
+    for fix in fixes[fixes.outcome != "in_flight"].itertuples():
+        own = (broadcasts.sent_at_s == fix.broadcast_at_s) & (broadcasts.asv == fix.broadcast_by)
+        became = outcome[broadcasts.index[own][0], fix.auv]
+        assert became == ("heard" if fix.outcome == "delivered" else fix.outcome)
