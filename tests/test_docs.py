@@ -56,7 +56,8 @@ def test_readme_commands_print_what_it_says(
     ]
     assert len(commands) == len(shown) == 4
     for command, expected in zip(commands, shown, strict=True):
-        outcome = CliRunner().invoke(main, shlex.split(command)[1:])
+        with workers_if_asked(command):
+            outcome = CliRunner().invoke(main, shlex.split(command)[1:])
         assert outcome.exit_code == 0, outcome.output
         assert expected.strip() in outcome.stdout
 
