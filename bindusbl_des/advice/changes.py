@@ -24,7 +24,7 @@ SMALL_GAINS = (0.05, 0.2, 0.1, 0.02, 0.35, 0.5)
 FACTORS = (1.5, 1.25, 2.0)
 BROADCASTERS = ("nearest", "parallel", "most_fixes", "rotate", "random")
 DOWNLINKS = ("pipelined_round", "direct_reply", "sequential", "pipelined_group")
-SCHEDULES = ("one_per_slot", "spatial_reuse", "dsatur", "super_tdma", "worst_first")
+SCHEDULES = ("one_per_slot", "spatial_reuse", "dsatur")
 
 STATIONS, COUNT, RANGES, PAIR = "formation", "number of ASVs", "ranges", "pair"
 DELAY = "delay compensation"
