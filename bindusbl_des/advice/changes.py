@@ -9,6 +9,7 @@ import numpy as np
 
 from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
+from ..scenario.families import is_random
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import Moving
@@ -127,10 +128,17 @@ def _protocols(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]
         needless.append("another schedule, downlink or broadcaster (AUVs fix themselves)")
         return []
     return [
-        _others(scenario, "downlink", DOWNLINKS),
+        _others(scenario, "downlink", _downlinks(scenario)),
         _schedules(scenario, needless),
         _broadcasters(scenario, needless),
     ]
+
+
+def _downlinks(scenario: Scenario) -> tuple[str, ...]:
+    """Return the downlinks that differ: with random access all with broadcasts mean the same."""
+    if not is_random(scenario):
+        return DOWNLINKS
+    return ("sequential",) if scenario.protocol.downlink == "direct_reply" else ("direct_reply",)
 
 
 def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
