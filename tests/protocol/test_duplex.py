@@ -69,3 +69,13 @@ def test_sequential_rounds_let_nobody_ping_while_a_frame_arrives() -> None:
     band, node = (flown(it, downlink="sequential") for it in ("per_band", "per_node"))
     for name, table in band.tables.items():
         assert table.equals(node.tables[name])
+
+
+def test_answers_are_no_frames() -> None:
+    """Where ASVs answer pings directly there is nothing on MF to be deaf to."""
+    one, other = (
+        flown("per_band", downlink="direct_reply"),
+        flown("per_node", downlink="direct_reply"),
+    )
+    assert len(one.tables["fixes"])
+    assert one.tables["fixes"].equals(other.tables["fixes"])

@@ -17,7 +17,7 @@ from ...core.streams import Purpose, Streams
 from ...navigation.navigators import Navigator
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.recorder import EventBuffer, Recorder
-from ...records.rows import FRAME_RECEPTION, Rows
+from ...records.rows import FRAME_RECEPTION, NONE, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from ...vehicles.vehicle import Place
@@ -150,6 +150,7 @@ class MfDownlink(Deliveries):
             first = self.first_under_way
             fixes = self._fixes.rows[first:]
             arrives = (fixes["outcome"] == IN_FLIGHT) & (fixes["arrives_at_s"] <= time)
+            arrives &= fixes["frame"] != NONE  # answers are no frames
             due = fixes[arrives]
             received = self._received(due["frame"], due["auv"], time)
             rows = first + np.flatnonzero(arrives)[received["outcome"] == COLLIDED]
