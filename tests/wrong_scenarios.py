@@ -388,7 +388,8 @@ WRONG = {
         [
             "2:22: protocol.schedule: 'spatial_resue' is no schedule; did you mean "
             "'spatial_reuse'? (one of spatial_reuse, dsatur, one_per_slot, round_robin, random, "
-            "or your own as module:object)"
+            "worst_first, polling, super_tdma, aloha, slotted_aloha, csma, or your own as "
+            "module:object)"
         ],
     ),
     "too many samples": (

@@ -70,8 +70,8 @@ def topic(table: str, row: dict[str, Any]) -> str:
 def json_schema(table: str) -> dict[str, Any]:
     """Return the JSON Schema of a table's rows; a column that has no value is left out of a row.
 
-    >>> json_schema("rounds")["properties"]["started_at_s"]
-    {'type': 'number', 'description': 'start of the first uplink slot (s)'}
+    >>> json_schema("fixes")["properties"]["pinged_at_s"]
+    {'type': 'number', 'description': 'instant at which that ping was sent (s)'}
     """
     return {
         "title": f"bindusbl.{table}",

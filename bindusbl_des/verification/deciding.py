@@ -43,8 +43,6 @@ def _unknown(case: Case) -> Iterator[Pair]:
     for name in (protocol.schedule, protocol.downlink, protocol.ranging):
         if is_plugin(str(name)):
             yield undecided("part of one's own", str(name), "who sends when only the plug-in says")
-    if protocol.knowledge != "shared":
-        yield undecided("what AUVs know", "pings", "AUVs may not know of their slots")
     if protocol.duplex != "per_band":
         yield undecided("half duplex", "pings and frames", "who sends on one band is deaf on both")
     if hf.channel != "disc":

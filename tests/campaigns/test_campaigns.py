@@ -519,7 +519,8 @@ WRONG = {
             "5:30: acoustics.hf.range_m: must be >= 0.1 and <= 100000 m; got -1",
             "5:34: acoustics.hf.range_m: needs a number (>= 0.1 and <= 100000 m); got the text 'x'",
             "6:31: protocol.schedule: 'no where:x' is no schedule (one of spatial_reuse, dsatur, "
-            "one_per_slot, round_robin, random, or your own as module:object)",
+            "one_per_slot, round_robin, random, worst_first, polling, super_tdma, aloha, "
+            "slotted_aloha, csma, or your own as module:object)",
             "7:9: detail: must be one of summary, full; got the text 'ful'; did you mean 'full'?",
         ],
     ),

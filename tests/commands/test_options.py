@@ -13,7 +13,7 @@ TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
 # Commands whose product is a file to be edited print no data.
 WITHOUT_JSON = {"init"}
-WITH_SET = {"run", "sweep", "validate", "timing", "coverage", "plan"}
+WITH_SET = {"run", "sweep", "validate", "timing", "coverage", "plan", "verify"}
 
 
 @pytest.fixture(autouse=True)

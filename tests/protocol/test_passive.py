@@ -272,5 +272,7 @@ def test_row_counts_that_no_such_mission_has_are_told() -> None:
     rows = {name: len(table) for name, table in simulate(world, 1).tables.items()}
     assert list(too_many_rows(world, rows)) == []
     assert (rows["pings"], rows["receptions"], rows["fixes"]) == (10, 20, 15)
-    for name, count in (("receptions", 19), ("broadcasts", 1), ("fixes", 21)):
+    for name, count in (("receptions", 19), ("frame_receptions", 1), ("fixes", 21)):
         assert [it for it, _ in too_many_rows(world, {**rows, name: count})] == [name]
+    frame = {"broadcasts": 1, "frame_receptions": 2}
+    assert [it for it, _ in too_many_rows(world, {**rows, **frame})] == ["broadcasts"]
