@@ -48,6 +48,10 @@ UNSEEN = (
     ("acoustics.hf.range_metric", "acoustics.hf.channel", "table"),
     ("asvs.formation.hysteresis", "asvs.formation.model", "assign"),
     ("asvs.formation.hysteresis", "asvs.formation.model", "zigzag"),
+    ("protocol.conflict_margin_m", "auvs.feedback", "estimate"),
+    ("protocol.conflict_margin_m", "auvs.vehicle", "bluerov2"),
+    ("protocol.conflict_margin_m", "asvs.formation.model", "positions"),
+    ("protocol.recall_rounds", "protocol.knowledge", "broadcast"),
 )
 
 
