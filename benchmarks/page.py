@@ -107,7 +107,7 @@ def _fleets(now: Measured) -> str:
             number(missions[name].acoustics.hf.range_m),
             number(missions[name].acoustics.mf.range_m),
             number(missions[name].acoustics.mf.bit_rate_bps),
-            f"{row['events']:,}",
+            "-" if row["events"] is None else f"{row['events']:,}",
         )
         for name, row in now["missions"].items()
         if name.endswith("kinematic")

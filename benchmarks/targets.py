@@ -36,10 +36,16 @@ def worst_ratio(found: Measured, fleet: str) -> float:
     return float(max(row["mission_ms"] / row["stock_run_ms"] for row in rows))
 
 
-def growth(found: Measured) -> float:
-    """Return the cost per AUV and second at (1000,50) over that at (10,3), kinematic."""
-    large = mission_ms(found, "(1000,50) kinematic") / 1000
+def growth(found: Measured, auvs: int, asvs: int) -> float:
+    """Return the cost per AUV and second of a large fleet over that at (10,3), kinematic."""
+    large = mission_ms(found, f"({auvs},{asvs}) kinematic") / auvs
     return large / (mission_ms(found, "(10,3) kinematic") / 10)
+
+
+def first_of_configuration_s(found: Measured, name: str) -> float:
+    """Return the processor time (s) of the first mission of a configuration."""
+    took: float = found["missions"][name]["new_configuration_ms"]["processor"]
+    return took / 1e3
 
 
 TARGETS = (
@@ -48,9 +54,27 @@ TARGETS = (
     Target("(10,3), dearer vehicle", "ms", 80, 80, lambda it: slowest_ms(it, "(10,3)")),
     Target("(10,3) over ns-3's acoustics", "x", 1, 1, lambda it: worst_ratio(it, "(10,3)")),
     Target(
-        "(1000,50), dearer vehicle", "s", 20, 5, lambda it: slowest_ms(it, "(1000,50)") / 1e3
+        "(1000,50), dearer vehicle", "s", 5, 1.5, lambda it: slowest_ms(it, "(1000,50)") / 1e3
     ),
-    Target("(1000,50) over (10,3), per AUV and second", "x", 3, 3, growth),
+    Target(
+        "(1000,50), new configuration, dearer vehicle", "s", 20, 5,
+        lambda it: max(first_of_configuration_s(it, f"(1000,50) {own}") for own in VEHICLES),
+    ),
+    Target(
+        "(1000,50) over (10,3), per AUV and second", "x", 3, 2, lambda it: growth(it, 1000, 50)
+    ),
+    Target(
+        "(10000,200), new configuration", "s", 60, 60,
+        lambda it: first_of_configuration_s(it, "(10000,200) kinematic"),
+    ),
+    Target(
+        "memory of (10000,200)", "MB", 4000, 4000,
+        lambda it: float(it["missions"]["(10000,200) kinematic"]["peak_memory_mb"]),
+    ),
+    Target(
+        "(10000,200) over (10,3), per AUV and second", "x", 3, 2,
+        lambda it: growth(it, 10_000, 200),
+    ),
     Target(
         "sweep of 5,760 missions on two cores", "s", 240, 90,
         lambda it: float(it["commands"]["sweep"]["planned_processor_s"]) / 2,

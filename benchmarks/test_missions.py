@@ -13,7 +13,7 @@ import pytest
 from bindusbl_des import simulate
 from bindusbl_des.benchmark.missions import standard_missions
 
-# The largest fleet takes long: it is measured when asked for, by -k 1000.
+# Large fleets take long: they are measured when asked for, by -k 1000x50 or -k 10000x200.
 MISSIONS = standard_missions()
 
 
@@ -26,9 +26,9 @@ def identity(name: str) -> str:
 def test_mission(benchmark: Any, name: str, request: pytest.FixtureRequest) -> None:
     """One mission, warm, with a seed of its own each time."""
     mission, seeds = MISSIONS[name], count()
-    large = mission.auvs.count > 100
-    if large and "1000" not in request.config.getoption("-k"):
-        pytest.skip("takes long; ask for it with -k 1000")
+    large, fleet = mission.auvs.count > 100, identity(name).split("-")[0]
+    if large and fleet not in request.config.getoption("-k"):
+        pytest.skip(f"takes long; ask for it with -k {fleet}")
     rounds, warm = (1, 0) if large else (5, 1)
     result = benchmark.pedantic(
         lambda: simulate(mission, next(seeds)), rounds=rounds, warmup_rounds=warm

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..geometry.formation import formation
 from ..scenario.planned import horizontal_reach, route_of, tracks_of
-from ..scenario.plans import planned_tour
+from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 
@@ -94,4 +94,4 @@ def _way(scenario: Scenario, auv: int) -> Floats:
     if tracks is not None:
         at, places = tracks[auv]
         return np.column_stack([np.interp(times, at, places[:, axis]) for axis in (0, 1)])
-    return planned_tour(scenario, auv).sample(scenario.auvs.speed(auv) * times)[:, :2]
+    return planned_tours(scenario)[auv].sample(scenario.auvs.speed(auv) * times)[:, :2]

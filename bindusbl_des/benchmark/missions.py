@@ -1,15 +1,26 @@
-"""The missions whose speed is measured: fleets of 3 to 1,000 AUVs under 1 to 50 ASVs.
+"""The missions whose speed is measured: fleets of 3 to 10,000 AUVs under 1 to 200 ASVs.
 
 Up to ten AUVs survey the paper's square of 140 m in strips.  Larger fleets keep the density of
 those ten: the square grows with the root of their number, each AUV sweeps a patch of its own, the
 ASVs are moored in staggered rows, and the HF range grows with the water per ASV as in the paper's
 square with three, so that the sea is covered alike and the colouring has conflicts to resolve.
+
+Up to a thousand AUVs are answered by one ASV at a time, as in the paper.  Beyond that slots guarded
+against echoes from all of the survey would outlast the mission, and no modem reaches across it: the
+ASVs answer in parallel, each those nearest to it, and MF range and guards grow with the HF range.
 """
 
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ..protocol.slots import (
+    DOWNLINK_GUARD,
+    SHORTEST_DOWNLINK,
+    SHORTEST_UPLINK,
+    UPLINK_GUARD,
+    crossing_time,
+)
 from ..scenario.scenario import Scenario
 
 DURATION_S = 300.0
@@ -24,6 +35,9 @@ BIT_RATE_BPS = 2000.0
 # Fleets no denser than this many AUVs in the paper's square.
 DENSEST = 10
 
+# Fleets that one rotating ASV can answer.
+MOST_ANSWERED = 1000
+
 # Speed (m/s) at which each vehicle flies: the paper's, and what the models cruise at.
 SPEEDS = {"kinematic": 0.627, "bluerov2": 0.6, "remus100": 1.5}
 
@@ -31,7 +45,14 @@ SPEEDS = {"kinematic": 0.627, "bluerov2": 0.6, "remus100": 1.5}
 HALF_LANE = 15.0
 LANES = (-15.0, -5.0, 5.0, 15.0)
 
-FLEETS = ((3, 1), (3, 3), (10, 3), (100, 10), (1000, 50))
+FLEETS = ((3, 1), (3, 3), (10, 3), (100, 10), (1000, 50), (10_000, 200))
+
+# Fleets that fly with dynamics: REMUS 100, which turn in 27 m, in the paper's square only; the logs
+# of ten thousand BlueROV2 would fill the memory.
+FLOWN = {"bluerov2": FLEETS[:-1], "remus100": ((3, 3), (10, 3))}
+
+# Missions of larger fleets are measured only where somebody names them.
+USUAL = 1000
 
 Point = tuple[float, float]
 
@@ -39,16 +60,15 @@ Point = tuple[float, float]
 def standard_missions() -> dict[str, Scenario]:
     """Return the standard missions by name, such as ``(10,3) kinematic``, smallest first.
 
-    (N,M) has N AUVs and M ASVs.  Vehicles with six degrees of freedom are BlueROV2, which fly the
-    same lanes; REMUS 100, which turn in 27 m, fly the paper's square only.
+    (N,M) has N AUVs and M ASVs.  Vehicles with six degrees of freedom are BlueROV2 or REMUS 100,
+    which fly the same lanes.
     """
-    choices = [
-        (auvs, asvs, vehicle)
-        for auvs, asvs in FLEETS
-        for vehicle in ("kinematic", "bluerov2", "remus100")
-        if vehicle != "remus100" or (auvs, asvs) in ((3, 3), (10, 3))
-    ]
-    missions = (standard_mission(*choice) for choice in choices)
+    missions = (
+        standard_mission(*fleet, vehicle)
+        for fleet in FLEETS
+        for vehicle in SPEEDS
+        if fleet in FLOWN.get(vehicle, FLEETS)
+    )
     return {mission.name: mission for mission in missions}
 
 
@@ -75,6 +95,8 @@ def standard_mission(auvs: int, asvs: int, vehicle: str = "kinematic") -> Scenar
 def _large(auvs: int, asvs: int, vehicle: str) -> Mapping[str, Any]:
     growth = math.sqrt(auvs / DENSEST)
     patches, side = tuple(patch_lanes(auvs, growth * SIDE_M)), growth * SIDE_M
+    around = growth * math.sqrt(ASVS / asvs)  # an ASV, over that of the paper's square
+    is_shared = auvs > MOST_ANSWERED
     return {
         "name": f"({auvs},{asvs}) {vehicle}",
         "duration_s": DURATION_S,
@@ -87,12 +109,38 @@ def _large(auvs: int, asvs: int, vehicle: str) -> Mapping[str, Any]:
         },
         "asvs": {"count": asvs, "formation": {"positions_m": tuple(spread(asvs, side))}},
         "acoustics": {
-            "hf": {"range_m": HF_RANGE_M * growth * math.sqrt(ASVS / asvs)},
-            # One rotating ASV answers the whole fleet: both scale, lest rounds be but waiting.
-            "mf": {"range_m": MF_RANGE_M * growth, "bit_rate_bps": BIT_RATE_BPS * growth**2},
+            "hf": {"range_m": HF_RANGE_M * around},
+            "mf": _shared_band(auvs / asvs, around) if is_shared else _rotating_band(growth),
             "loss": {"law": "none", "combine": "off"},
         },
         "navigation": {"filter": "fixed_gain"},
+        "protocol": _shared_protocol(around) if is_shared else {},
+        # Every ping's way to every ASV, and every frame's to every AUV, would fill the memory.
+        "record": {"detail": "summary" if is_shared else "full"},
+    }
+
+
+def _rotating_band(growth: float) -> Mapping[str, float]:
+    """Return the MF band of one ASV that answers all: it grows lest rounds be but waiting."""
+    return {"range_m": MF_RANGE_M * growth, "bit_rate_bps": BIT_RATE_BPS * growth**2}
+
+
+def _shared_band(answered: float, around: float) -> Mapping[str, float]:
+    """Return the MF band of ASVs that answer so many AUVs each: the paper's ten take as long."""
+    return {"range_m": MF_RANGE_M * around, "bit_rate_bps": BIT_RATE_BPS * answered / DENSEST}
+
+
+def _shared_protocol(around: float) -> Mapping[str, Any]:
+    """Return the protocol of ASVs that answer in parallel: the paper's guards for what is around
+    one of them.
+    """
+    crossing = crossing_time(SIDE_M * around)
+    return {
+        "broadcaster": "parallel",
+        "uplink_guard_s": UPLINK_GUARD * crossing,
+        "shortest_uplink_slot_s": SHORTEST_UPLINK * crossing,
+        "downlink_guard_s": DOWNLINK_GUARD * crossing,
+        "shortest_downlink_slot_s": SHORTEST_DOWNLINK * crossing,
     }
 
 

@@ -58,7 +58,7 @@ def measured(scenario: Scenario, effort: Effort) -> dict[str, Any]:
     moved = repeated(lambda number: simulate(elsewhere(scenario, number), seed=0), allowed)
     result = simulate(scenario, seed=0)
     written = spread(list(_writing(result, effort)))
-    events = sum(result.arrow[table].num_rows for table in EVENT_TABLES)
+    events = event_count(result)
     mission, writing = spread(same)["processor"] / 1e3, written["processor"] / 1e3
     return {
         "auvs": scenario.auvs.count,
@@ -69,12 +69,20 @@ def measured(scenario: Scenario, effort: Effort) -> dict[str, Any]:
         "new_configuration_ms": spread(moved),
         "writing_ms": written,
         "events": events,
-        "events_per_s": events / mission,
+        "events_per_s": None if events is None else events / mission,
         "sim_seconds_per_s": scenario.duration_s / mission,
         "us_per_auv_second": 1e6 * mission / scenario.auvs.count / scenario.duration_s,
         "peak_memory_mb": memory,
         "shares": _shares(scenario, writing / (mission + writing), len(same)),
     }
+
+
+def event_count(result: Result) -> int | None:
+    """Return the number of events in a mission; None where it keeps no tables of them."""
+    if result.scenario.record.detail == "summary":
+        return None
+    events: int = sum(result.arrow[table].num_rows for table in EVENT_TABLES)
+    return events
 
 
 def of_length(scenario: Scenario, seconds: float) -> Scenario:

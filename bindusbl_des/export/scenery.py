@@ -8,7 +8,7 @@ from foxglove.messages import ArrowPrimitive, Color, SpherePrimitive, TextPrimit
 
 from ..core.palette import HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
 from ..scenario.planned import horizontal_reach
-from ..scenario.plans import planned_path
+from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
 from .drawing import auv_colour, line, ring, update, upright
 from .messages import MAP, Message, Messages, colour, timestamp
@@ -59,8 +59,7 @@ def _survey(scenario: "Scenario") -> dict[str, Any]:
 def _planned(scenario: "Scenario") -> Iterator[dict[str, Any]]:
     if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
         return
-    for number in range(scenario.auvs.count):
-        path = planned_path(scenario, number)
+    for number, path in enumerate(planned_paths(scenario)):
         places = path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]
         depth = np.full(len(places), scenario.survey.depth(number))
         plan = line(np.column_stack([places, depth]), colour(PLANNED_ON_DARK), width=1.0)

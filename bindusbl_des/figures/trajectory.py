@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.palette import HF, INK, MF, PLANNED
 from ..geometry.area import Area
-from ..scenario.plans import planned_path
+from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
 from .style import (
     LARGEST_LEGEND,
@@ -76,8 +76,10 @@ def _plans(scenario: "Scenario") -> list[Any]:
     """Return the planned paths (n, 2), none where AUVs hold or repeat a track."""
     if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
         return []
-    paths = [planned_path(scenario, index) for index in range(scenario.auvs.count)]
-    return [path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2] for path in paths]
+    return [
+        path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]
+        for path in planned_paths(scenario)
+    ]
 
 
 def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:

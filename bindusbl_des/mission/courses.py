@@ -6,7 +6,7 @@ from ..protocol.ranging import planned_speeds
 from ..records.recorder import Recorder
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from ..scenario.planned import route_of, tracks_of
-from ..scenario.plans import planned_tour
+from ..scenario.plans import planned_tours
 from ..scenario.protocols.telling import positions_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import Placed
@@ -52,5 +52,5 @@ def courses(scenario: Scenario) -> list[Course]:
     tracks = tracks_of(scenario)
     if tracks is not None:
         return [Shifted(recorded(*track)) for track in tracks]
-    tours = (planned_tour(scenario, auv) for auv in range(auvs.count))
-    return [Touring(tour, speed) for tour, speed in zip(tours, auvs.speeds, strict=True)]
+    tours = zip(planned_tours(scenario), auvs.speeds, strict=True)
+    return [Touring(tour, speed) for tour, speed in tours]

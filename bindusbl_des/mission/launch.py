@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from ..core.plugins import load
 from ..core.streams import Streams
-from ..geometry.paths import Path
 from ..protocol.anchors.placing import Anchors, anchors_of
 from ..protocol.chart import CarriedForward
 from ..scenario.families import ASV, AUV
@@ -17,7 +16,7 @@ from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
 from ..scenario.places.on_earth import vessel_tracks
 from ..scenario.planned import are_told, asv_stations, route_of, tracks_of
-from ..scenario.plans import planned_tour
+from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import AsvTrack
 from ..scenario.sections.environment import Environment
@@ -65,14 +64,14 @@ def launch_auvs(scenario: Scenario, water: Water, wrong: Wrong) -> Fleet:
         return _kinematic_auvs(scenario, route_of(scenario))
     if auvs.feedback == "truth":
         return _guided_foreseen(scenario) if water.is_steady else _guided(scenario, water)
-    guided = guided_auvs(scenario, _tours(scenario), water, wrong)
+    guided = guided_auvs(scenario, planned_tours(scenario), water, wrong)
     return Fleet(_members(guided, auvs.count), guided.motion, guided)
 
 
 # Where vehicles go whatever the seed is worked out once for all seeds of a scenario.
 @lru_cache(maxsize=4)
 def _kinematic_auvs(scenario: Scenario, _route: object) -> Fleet:
-    return _segmented([_kinematic(scenario, index) for index in range(scenario.auvs.count)])
+    return _segmented(_kinematic(scenario))
 
 
 @lru_cache(maxsize=4)
@@ -80,7 +79,7 @@ def _own_auvs(scenario: Scenario, own: PartChoice, _loaded: int) -> Fleet:
     speed, depth = scenario.auvs.speed, scenario.survey.depth
     ways = [
         WayView(number, speed(number), depth(number), scenario.duration_s, tour.sample)
-        for number, tour in enumerate(_tours(scenario))
+        for number, tour in enumerate(planned_tours(scenario))
     ]
     return _segmented([recorded(*track) for track in own_motion(scenario, AUV, own, ways)])
 
@@ -123,26 +122,25 @@ def _segmented(vehicles: Sequence[SegmentedTrajectory]) -> Fleet:
 
 def _guided(scenario: Scenario, water: Water) -> Fleet:
     """Return AUVs with dynamics that know where they are: their whole way is foreseen."""
-    guided = guided_auvs(scenario, _tours(scenario), water, None)
+    guided = guided_auvs(scenario, planned_tours(scenario), water, None)
     guided.advance(guided.duration_s)
     return Fleet(_members(guided, scenario.auvs.count), guided.motion)
-
-
-def _tours(scenario: Scenario) -> list[Path]:
-    return [planned_tour(scenario, index) for index in range(scenario.auvs.count)]
 
 
 def _members(guided: "GuidedFleet", count: int) -> "list[GuidedVehicle]":
     return [guided.vehicle(index) for index in range(count)]
 
 
-def _kinematic(scenario: Scenario, index: int) -> SegmentedTrajectory:
-    """Return one AUV without dynamics on its route, at its depth."""
-    route, depth = route_of(scenario), scenario.survey.depth(index)
+def _kinematic(scenario: Scenario) -> list[SegmentedTrajectory]:
+    """Return the AUVs without dynamics on their routes, at their depths."""
+    route, auvs = route_of(scenario), scenario.auvs
+    depths = [scenario.survey.depth(auv) for auv in range(auvs.count)]
     if route.kind == "hold":
-        return moored(Place(*route.positions_m[index], depth, 0.0))
+        held = zip(route.positions_m, depths, strict=True)
+        return [moored(Place(*place, depth, 0.0)) for place, depth in held]
     lasts = scenario.duration_s + afterwards_s(scenario)
-    return kinematic(planned_tour(scenario, index), scenario.auvs.speed(index), depth, lasts)
+    ways = zip(planned_tours(scenario), auvs.speeds, depths, strict=True)
+    return [kinematic(tour, speed, depth, lasts) for tour, speed, depth in ways]
 
 
 def launch_anchors(scenario: Scenario, auvs: Fleet) -> Anchors | None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scenario.planned import horizontal_reach
-from ..scenario.plans import planned_path
+from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
 from ..scenario.water import sound_speed_of
 from .envelope import error_envelope
@@ -113,7 +113,7 @@ def _plan(mission: Recording, number: int, packer: Packer) -> dict[str, Any] | N
     scenario = mission.scenario
     if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
         return None
-    path = planned_path(scenario, number)
+    path = planned_paths(scenario)[number]
     most = max(MOST_PLAN_POINTS // mission.auvs, 2)
     points = int(np.clip(path.length / area_of(scenario).across * 200, 2, most))
     places = path.sample(np.linspace(0.0, path.length, points))

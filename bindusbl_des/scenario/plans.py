@@ -26,21 +26,21 @@ STARTING_S, LOOSELY = 10.0, 0.05
 SIGMAS = 3.0
 
 
-def planned_path(scenario: ScenarioKeys, index: int) -> Path:
-    """Return the path that one AUV is to fly, once through (routes lawnmower and waypoints).
+def planned_paths(scenario: ScenarioKeys) -> list[Path]:
+    """Return the path that each AUV is to fly, once through (routes lawnmower and waypoints).
 
     Raises:
-        ValueError: when the route has no plan: an AUV that holds or repeats a track.
+        ValueError: when the route has no plan: AUVs hold or repeat tracks.
     """
-    return plans_of(scenario)[index].path
+    return [plan.path for plan in plans_of(scenario)]
 
 
-def planned_tour(scenario: ScenarioKeys, index: int) -> Path:
-    """Return the endless tour of one AUV along its planned path, there and back.
+def planned_tours(scenario: ScenarioKeys) -> list[Path]:
+    """Return the endless tour of each AUV along its planned path, there and back.
 
     Where it is to be recovered the path ends there, and is not flown again.
     """
-    return plans_of(scenario)[index].tour
+    return [plan.tour for plan in plans_of(scenario)]
 
 
 def plans_of(scenario: ScenarioKeys) -> tuple[FlightPlan, ...]:

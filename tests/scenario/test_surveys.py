@@ -13,7 +13,7 @@ from bindusbl_des import Scenario, simulate
 from bindusbl_des.preflight.worth_knowing import cautions
 from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.planned import asv_stations, horizontal_reach
-from bindusbl_des.scenario.plans import planned_path, planned_tour, plans_of
+from bindusbl_des.scenario.plans import planned_paths, planned_tours, plans_of
 from bindusbl_des.scenario.survey_area import area_of
 
 BRIEF: dict[str, Any] = {"duration_s": 20.0, "record": {"detail": "summary"}}
@@ -163,7 +163,7 @@ def test_auvs_are_launched_and_recovered(kind: str) -> None:
         assert mine[["x_m", "y_m"]].iloc[0].tolist() == pytest.approx([-90.0, -10.0])
         assert mine[["x_m", "y_m"]].iloc[-1].tolist() == pytest.approx(recovery)
         plan = plans_of(mission)[auv]
-        assert plan.tour == plan.path == planned_tour(mission, auv) == planned_path(mission, auv)
+        assert plan.tour == plan.path == planned_tours(mission)[auv] == planned_paths(mission)[auv]
         assert 0.0 < plan.lanes[0][0] < plan.lanes[-1][1] < plan.path.length
 
 

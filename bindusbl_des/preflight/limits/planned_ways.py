@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scenario.planned import known_stations, route_of, tracks_of
-from ...scenario.plans import planned_tour
+from ...scenario.plans import planned_tours
 from ...scenario.scenario import Scenario
 from ...vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 
@@ -27,10 +27,8 @@ def planned_vehicles(scenario: Scenario) -> list[SegmentedTrajectory]:
     if route.kind == "hold":
         places = zip(route.positions_m, depths, strict=True)
         return [moored(Place(x, y, depth, 0.0)) for (x, y), depth in places]
-    return [
-        kinematic(planned_tour(scenario, auv), speed, depth, scenario.duration_s)
-        for auv, (speed, depth) in enumerate(zip(scenario.auvs.speeds, depths, strict=True))
-    ]
+    ways = zip(planned_tours(scenario), scenario.auvs.speeds, depths, strict=True)
+    return [kinematic(tour, speed, depth, scenario.duration_s) for tour, speed, depth in ways]
 
 
 def planned_places(scenario: Scenario, times: Floats) -> Floats:
