@@ -95,6 +95,12 @@ class NoiseStore:
         twin = deepcopy(self._drawn[auv, asv][0])
         return np.asarray(twin.standard_normal((row - rows + 1, self._width))[-1])
 
+    def refill_spent(self, auvs: NDArray[np.int64], asvs: NDArray[np.int64]) -> None:
+        """Draw the next rows of those pairs, AUVs (k,) and ASVs (k,), that have none left."""
+        spent = self.taken[auvs, asvs] == self.blocks.shape[1]
+        for auv, asv in set(zip(auvs[spent].tolist(), asvs[spent].tolist(), strict=True)):
+            self.refill(auv, asv)
+
     def refill(self, auv: int, asv: int) -> None:
         """Draw the next rows of a pair."""
         if (auv, asv) not in self._drawn:
@@ -103,7 +109,7 @@ class NoiseStore:
         shelf = self.shelf[auv, asv]
         if shelf == len(self.blocks):
             self.blocks = lengthened(self.blocks, 2 * len(self.blocks))
-        parts = np.split(self.blocks[shelf], [self._width], axis=1)
+        parts = self.blocks[shelf, :, : self._width], self.blocks[shelf, :, self._width :]
         for stream, part in zip(self._drawn[auv, asv], parts, strict=False):
             part[:] = stream.standard_normal(part.shape)
         self.taken[auv, asv] = 0

@@ -241,12 +241,10 @@ class Uplink:
         pings, first = self._record.pings, self._record.fixes.count
         self.amend(time)
         while True:
-            auv, asv = self._settle(time, self._undecided)
+            _, asv = self._settle(time, self._undecided)
             if asv == NONE:
                 break
-            for other in {asv, *self._bound_for(auv)}:  # at once: settling begins anew each time
-                if self._noise.is_spent(auv, other):
-                    self._noise.refill(auv, other)
+            self._refill_noise()  # of all at once: settling begins anew each time
         while (
             self._undecided < pings.count and pings.array[self._undecided]["passed_at_s"] == np.inf
         ):
@@ -279,12 +277,11 @@ class Uplink:
         ping, draw = self._record.pings.array[fix["ping"]], self._instrument_draw(int(fix["auv"]))
         note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
 
-    def _bound_for(self, auv: int) -> list[int]:
-        """Return the ASVs that pings of an AUV are under way to."""
+    def _refill_noise(self) -> None:
+        """Draw noise for every pair that a ping is under way between and that has none left."""
         rows = self._record.receptions.rows[self._record.pings.array[self._undecided]["first"] :]
-        mine = (rows["auv"] == auv) & (rows["outcome"] == IN_FLIGHT)
-        bound: list[int] = rows["asv"][mine].tolist()
-        return bound
+        under_way = rows["outcome"] == IN_FLIGHT
+        self._noise.refill_spent(rows["auv"][under_way], rows["asv"][under_way])
 
     def decide(self, ping: int, row: int) -> bool:
         """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
