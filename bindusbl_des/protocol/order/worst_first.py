@@ -15,8 +15,9 @@ def worst_first(view: View, *, slots: int = SLOTS) -> Groups:
     another; those that have no room wait for a later round.  An AUV's claim is the error that is
     expected of it times the chance that a turn will mend it: after k turns in vain, 1 / (k + 2)
     (Laplace's rule of succession).  So an AUV that is not where it is believed to be cannot keep
-    the others waiting, and one that drifts has its turn after a bounded number of rounds.  An AUV
-    that no ASV is believed to hear pings in the first slot, where it disturbs nobody.
+    the others waiting, and one that drifts has its turn again after a number of rounds that is
+    bounded by its turns in vain.  An AUV that no ASV is believed to hear pings in the first slot,
+    where it disturbs nobody.
     """
     claims = view.expected_error_m / (view.turns_in_vain + 2.0)
     groups: list[list[int]] = [[] for _ in range(slots)]
