@@ -170,6 +170,7 @@ def crew(workers: int | None) -> Iterator[WorkerPool]:
     pool = pool_for("local", workers or os.cpu_count() or 1)
     ended = False
     try:
+        pool.begin()
         yield pool
         ended = True
     finally:
