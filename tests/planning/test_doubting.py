@@ -58,7 +58,10 @@ def test_time_that_is_up_leaves_what_was_told_before() -> None:
     """A look that is not whole tells nothing; what earlier ones told stays."""
     clear, close = 0.4, 0.97
     found = told(around(clear, close), most=20)
-    assert [(it.met, it.missions, it.is_told) for it in found] == [(True, 8, True), (None, 8, False)]
+    assert [(it.met, it.missions, it.is_told) for it in found] == [
+        (True, 8, True),
+        (None, 8, False),
+    ]
     assert told(around(clear, close), most=15) == []
 
 

@@ -125,7 +125,7 @@ def _end_with_parent() -> None:
 
 
 def _stand_by() -> None:
-    """Do nothing, in a process that has imported this module by then, and all that missions need."""
+    """Do nothing: to come here the process has imported this module, and all that missions need."""
 
 
 class LocalPool:
