@@ -29,6 +29,9 @@ class OneThread:
         self._executor = ThreadPoolExecutor(1)
         self._running = 0
 
+    def begin(self) -> None:
+        pass
+
     def has_room(self) -> bool:
         return self._running == 0
 

@@ -1,16 +1,19 @@
 """How a team fares where the world is worse than the scenario has it, on the answer's own seeds."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..campaigns.statistics.intervals import Interval, interval
 from ..scenario.sections.vehicles import Formation
 from ..scenario.water import assumed_sound_speed_of
 from .questions.question import Question
-from .selection.goals import Floats, Goal
+from .selection.evidence import Evidence, OutOfTime
+from .selection.goals import Goal
+from .selection.looks import SPENT, looks_at_each
+from .selection.selection import Estimate, Sample
 from .teams.candidates import FORMATION, Candidate, candidate
 from .teams.foresight import Foresight
 from .teams.placing import place_keys, placed
@@ -19,8 +22,8 @@ from .teams.placing import place_keys, placed
 # dead reckoning.
 SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
 
-# Missions in each of these conditions, and the fewest that tell anything
-SEEDS, FEWEST_SEEDS = 32, 8
+# What is told of a condition is told with so much confidence, after so many missions at most.
+CONFIDENCE, SEEDS = 0.95, max(SPENT)
 
 HF, MF = "acoustics.hf", "acoustics.mf"
 NAVIGATION = "navigation"
@@ -45,15 +48,20 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Doubted:
-    """What became of the goals in it: an interval each (95 %), and whether they are still met.
+    """What became of the goals in it: an estimate each, and whether they are still met.
 
     `met` is None where neither is certain.
     """
 
     doubt: Doubt
     missions: int
-    intervals: tuple[Interval, ...]
+    estimates: tuple[Estimate, ...]
     met: bool | None
+
+    @property
+    def is_told(self) -> bool:
+        """Whether more missions would not be flown."""
+        return self.met is not None or self.missions == SEEDS
 
     def record(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -61,9 +69,9 @@ class Doubted:
             "told": self.doubt.told,
             "keys": dict(self.doubt.keys),
             "missions": self.missions,
-            "mean": [_known(it.mean) for it in self.intervals],
-            "low": [_known(it.low) for it in self.intervals],
-            "high": [_known(it.high) for it in self.intervals],
+            "mean": [_known(it.mean) for it in self.estimates],
+            "low": [_known(it.low) for it in self.estimates],
+            "high": [_known(it.high) for it in self.estimates],
             "met": self.met,
         }
 
@@ -145,23 +153,31 @@ def _drift(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
         yield f"drift x {DRIFTIER:g}", keys
 
 
-def judged(doubt: Doubt, values: Floats, goals: Sequence[Goal]) -> Doubted:
-    """Return what missions (k, goals) in a condition came to; nan misses a goal."""
-    found = [interval(values[:, n].tolist()) for n in range(len(goals))]
-    verdicts = [_verdict(goal, it, len(values)) for goal, it in zip(goals, found, strict=True)]
-    met = False if False in verdicts else None if None in verdicts else True
-    return Doubted(doubt, len(values), tuple(found), met)
+def doubted(conditions: Sequence[Doubt], goals: Sequence[Goal], sample: Sample) -> list[Doubted]:
+    """Fly a team in each condition until it is told whether the goals are still met.
 
-
-def _verdict(goal: Goal, found: Interval, missions: int) -> bool | None:
-    """Tell whether a goal is met; it is not where a mission has no value."""
-    if found.count < missions:
-        return False
-    sign = 1.0 if goal.is_below else -1.0
-    worse, better = sorted((sign * found.low, sign * found.high), reverse=True)
-    if worse < sign * goal.limit:
-        return True
-    return False if better > sign * goal.limit else None
+    Returned are those that were flown, which are all unless `sample` returns too few missions.
+    """
+    looks = looks_at_each(CONFIDENCE, len(goals))
+    evidence = Evidence(len(conditions), goals, looks, 0.0, sample)
+    numbers = range(len(conditions))
+    with suppress(OutOfTime):
+        for look in range(len(looks)):
+            untold = [it for it in numbers if evidence.verdicts[it] is None]
+            evidence.fly(untold, look)
+            for it in untold:
+                evidence.judge(it, look)
+    is_met = {"met": True, "not met": False}
+    return [
+        Doubted(
+            conditions[it],
+            evidence.missions(it),
+            evidence.estimates(it),
+            is_met.get(evidence.verdicts[it] or ""),
+        )
+        for it in numbers
+        if evidence.missions(it)
+    ]
 
 
 def _known(value: float) -> float | None:

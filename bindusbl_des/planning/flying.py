@@ -41,6 +41,9 @@ from ..core.kept_files import keep, portable
 Floats = NDArray[np.float64]
 Pair = tuple[int, int]  # the number of a point, and that of a seed in its list
 
+# Batches are written when their share is flown, or after so long (s): each costs some files.
+BATCH_S = 2.0
+
 # Of one table of a part, the columns that are wanted of each mission.
 Wanted = Mapping[str, Sequence[str]]
 
@@ -94,7 +97,13 @@ class Flights:
         return point * len(self.campaign.plan.experiment.seeds) + seed
 
     def _fly(self, missing: NDArray[np.int64], until: float) -> None:
-        supervisor = Supervisor(self.campaign.plan, self.campaign.folder, self._pool, self._note)
+        supervisor = Supervisor(
+            self.campaign.plan,
+            self.campaign.folder,
+            self._pool,
+            self._note,
+            shortest_batch_s=BATCH_S,
+        )
         interrupted = False
 
         def stop() -> None:
@@ -170,6 +179,7 @@ def crew(workers: int | None) -> Iterator[WorkerPool]:
     pool = pool_for("local", workers or os.cpu_count() or 1)
     ended = False
     try:
+        pool.begin()
         yield pool
         ended = True
     finally:

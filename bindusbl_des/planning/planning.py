@@ -45,7 +45,7 @@ from ..scenario.scenario import Scenario
 from .binding import binding
 from .clock import Clock
 from .dearer import with_dearer
-from .doubting import FEWEST_SEEDS, SEEDS, Doubt, Doubted, doubts, judged
+from .doubting import SEEDS, Doubted, doubted, doubts
 from .flying import Flights, Pair, crew, flights
 from .folder import DOUBTS, MISSIONS, begin
 from .found import Found, ranked
@@ -166,25 +166,26 @@ def planned(question: Question, folder: Path, clock: Clock, workers: int | None 
     """
     goals = question.goals
     foresight = Foresight(goals)
-    candidates, left_out = narrowed(proposed(question, foresight), foresight, goals)
-    seeds = question.seeds()
     with crew(workers) as pool, clock.told():
+        candidates, left_out = narrowed(proposed(question, foresight), foresight, goals)
+        seeds = question.seeds()
         fly = partial(flights, asked=wanted(goals), pool=pool, note=clock.note)
         clock.begin(f"flying {counted(len(candidates), 'team')}")
         with fly(_experiment(question, candidates, seeds), folder / MISSIONS) as missions:
-            sample = partial(_sampled, question, missions, clock)
+            sample = partial(_sampled, question, missions, clock.selected_by)
             selection = _selected(question, candidates, foresight, sample, clock)
             if not clock.is_late:
                 selection = with_dearer(selection, candidates, goals, sample)
             looked_at = _looked_at(question, candidates, selection, foresight)
             is_found = selection.answer is not None
             conditions = doubts(question, looked_at, foresight) if is_found else []
-            doubted, flown_in_doubt = list[Doubted](), 0
+            told, flown_in_doubt = list[Doubted](), 0
             if conditions:
                 clock.begin("doubting the answer")
                 worse = _experiment(question, [it.team for it in conditions], seeds[:SEEDS])
                 with fly(worse, folder / DOUBTS) as doubtful:
-                    doubted = _doubted(question, conditions, doubtful, clock)
+                    sample = partial(_sampled, question, doubtful, clock.doubted_by)
+                    told = doubted(conditions, goals, sample)
                     flown_in_doubt = len(doubtful)
     found = Found(
         question=question,
@@ -194,9 +195,9 @@ def planned(question: Question, folder: Path, clock: Clock, workers: int | None 
         left_out=left_out,
         reliefs=binding(looked_at, foresight, goals),
         further="" if is_found else further(question, candidates, foresight),
-        doubted=doubted,
+        doubted=told,
         missions=len(missions) + flown_in_doubt,
-        cut=_cut(selection, clock, len(conditions), len(doubted)),
+        cut=_cut(selection, clock, len(conditions), told),
     )
     return written(found, folder)
 
@@ -227,9 +228,9 @@ def _selected(
     )
 
 
-def _sampled(question: Question, missions: Flights, clock: Clock, pairs: Sequence[Pair]) -> Floats:
+def _sampled(question: Question, missions: Flights, until: float, pairs: Sequence[Pair]) -> Floats:
     """Return the goals' values of missions, of the first of them where the time was up."""
-    return values(question.goals, missions.rows(pairs, clock.selected_by))
+    return values(question.goals, missions.rows(pairs, until))
 
 
 def _looked_at(
@@ -245,21 +246,9 @@ def _looked_at(
     return candidates[nearest[0]] if nearest else min(candidates, key=foresight.rank)
 
 
-def _doubted(
-    question: Question, conditions: Sequence[Doubt], missions: Flights, clock: Clock
-) -> list[Doubted]:
-    """Fly the answer in worse conditions, each with as many seeds as there is time for."""
-    pairs = [(point, seed) for seed in range(SEEDS) for point in range(len(conditions))]
-    found = values(question.goals, missions.rows(pairs, clock.doubted_by))
-    told = [
-        judged(doubt, found[point :: len(conditions)], question.goals)
-        for point, doubt in enumerate(conditions)
-    ]
-    return [it for it in told if it.missions >= FEWEST_SEEDS]
-
-
-def _cut(selection: Selection, clock: Clock, asked: int, told: int) -> str:
+def _cut(selection: Selection, clock: Clock, asked: int, told: Sequence[Doubted]) -> str:
     """Return what the time was too short for; empty if it was not."""
     if clock.is_late and not selection.is_settled:
         return "The time was up before the answer was settled"
-    return "The time was up before the answer was doubted" if told < asked else ""
+    all_told = len(told) == asked and all(it.is_told for it in told)
+    return "" if all_told else "The time was up before the answer was doubted"

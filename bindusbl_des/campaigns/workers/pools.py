@@ -37,6 +37,9 @@ class WorkerPool(Protocol):
     def size(self) -> int:
         """How many batches run at once."""
 
+    def begin(self) -> None:
+        """Start the workers: until batches are given they import what these need."""
+
     def has_room(self) -> bool:
         """Tell whether a worker waits for a batch."""
 
@@ -121,6 +124,10 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
+def _stand_by() -> None:
+    """Do nothing: to come here the process has imported this module, and all that missions need."""
+
+
 class LocalPool:
     """Processes of this machine, each in a pool of its own: if one dies, it dies alone."""
 
@@ -131,6 +138,14 @@ class LocalPool:
         self._processes: dict[ProcessPoolExecutor, list[BaseProcess]] = {}
         with _environment(QUIETLY):
             resource_tracker.ensure_running()
+
+    def begin(self) -> None:
+        """Start the workers: until batches are given they import what these need."""
+        for _ in range(self.size - len(self._processes)):
+            pool = self._new()
+            pool.submit(_stand_by)
+            self._processes[pool] = _processes_of(pool)
+            self._idle.append(pool)
 
     def has_room(self) -> bool:
         """Tell whether a worker waits for a batch."""
@@ -145,7 +160,7 @@ class LocalPool:
             self._dismiss(pool)
             pool = self._new()
             future = pool.submit(run_batch, batch)
-        self._processes[pool] = list((getattr(pool, "_processes", None) or {}).values())
+        self._processes[pool] = _processes_of(pool)
         self._busy[future] = pool
         return future
 
@@ -180,6 +195,10 @@ class LocalPool:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
+def _processes_of(pool: ProcessPoolExecutor) -> list[BaseProcess]:
+    return list((getattr(pool, "_processes", None) or {}).values())
+
+
 class ClusterPool:
     """The workers of a Dask cluster."""
 
@@ -198,6 +217,9 @@ class ClusterPool:
         # A batch that Dask sends again after a worker died is recognised by its part.
         self._executor: Executor = self._client.get_executor(pure=False, retries=0)
         self._running = 0
+
+    def begin(self) -> None:
+        """Leave the workers as they are: they have begun."""
 
     @property
     def size(self) -> int:

@@ -55,9 +55,11 @@ class Supervisor:
         pool: WorkerPool,
         note: Callable[[Sequence[Row]], None] = lambda _: None,
         mission_timeout_s: float | None = None,
+        shortest_batch_s: float = SHORTEST_BATCH_S,
     ) -> None:
         self.plan, self.folder, self.pool, self.note = plan, folder, pool, note
         self.mission_timeout_s = mission_timeout_s
+        self._shortest_batch_s = shortest_batch_s
         self.stopping = False
         self.trouble: NotWritten | None = None
         self._fresh = Waiting(len(plan.experiment.seeds))
@@ -96,7 +98,7 @@ class Supervisor:
     def _next(self) -> Batch:
         """Return the next batch: one under suspicion, or a fair share of the fresh missions."""
         spent = monotonic() - self._began
-        budget = min(max(BATCH_SHARE * spent, SHORTEST_BATCH_S), LONGEST_BATCH_S)
+        budget = min(max(BATCH_SHARE * spent, self._shortest_batch_s), LONGEST_BATCH_S)
         if self._suspects:
             return self._batch(self._suspects.popleft(), budget)
         share = min(math.ceil(len(self._fresh) / (2 * self.pool.size)), MOST_IN_BATCH)

@@ -21,6 +21,11 @@ from ...campaigns.statistics.intervals import student
 # At so few seeds candidates may only drop out, which skewed errors do not make riskier.
 FEW_SEEDS = (4, 6)
 
+# Where each candidate is told by itself: the seeds of looks, and the share of the risk that each
+# takes.  Little is spent early, so that the last look is hardly stricter than a single one would be
+# (O'Brien and Fleming 1979, Biometrics 35:549; Lan and DeMets 1983, Biometrika 70:659).
+SPENT = {8: 0.1, 16: 0.1, 32: 0.8}
+
 
 @dataclass(frozen=True)
 class Look:
@@ -50,6 +55,24 @@ def looks(most_seeds: int, confidence: float, candidates: int, goals: int) -> tu
     few = [Look(seeds, None, _errors(seeds, missed), inf) for seeds in FEW_SEEDS]
     risks = (met, missed, outdone)
     return (*few, *(Look(seeds, *(_errors(seeds, it) for it in risks)) for seeds in judged))
+
+
+@cache
+def looks_at_each(confidence: float, goals: int) -> tuple[Look, ...]:
+    """Return looks at candidates of which each is told by itself whether it meets the goals.
+
+    The confidence is that of each, over all its looks, and two-sided as that of an interval: half
+    of the risk is that of telling that it meets them, half that it misses one.
+
+    >>> [(look.seeds, round(look.met, 2)) for look in looks_at_each(0.95, 1)]
+    [(8, 4.03), (16, 3.25), (32, 2.14)]
+    """
+    risk = (1 - confidence) / 2
+    shares = {seeds: share * risk for seeds, share in SPENT.items()}
+    return tuple(
+        Look(seeds, _errors(seeds, share), _errors(seeds, share / goals), inf)
+        for seeds, share in shares.items()
+    )
 
 
 def _errors(seeds: int, risk: float) -> float:

@@ -1,0 +1,82 @@
+"""Whether a team still meets its goals where the world is worse: told as early as it is sure."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bindusbl_des import Scenario
+from bindusbl_des.planning.doubting import SEEDS, Doubt, Doubted, doubted
+from bindusbl_des.planning.selection.goals import Goal
+from bindusbl_des.planning.teams.candidates import Candidate
+
+Floats = NDArray[np.float64]
+TEAM = Candidate({}, Scenario(name="bay"), 1.0)
+BELOW, ABOVE = Goal("position_error_m", below=1.0), Goal("fix_rate_hz", above=0.1)
+
+
+def told(values: Floats, goals: Sequence[Goal] = (BELOW,), most: int = 10**6) -> list[Doubted]:
+    """Return what is told of conditions with values (c, seeds, goals), of `most` missions."""
+    conditions = [Doubt(f"condition {n}", {}, TEAM) for n in range(len(values))]
+    left = most
+
+    def sample(pairs: Sequence[tuple[int, int]]) -> Floats:
+        nonlocal left
+        found = [values[pair] for pair in pairs][:left]
+        left -= len(found)
+        return np.array(found).reshape(-1, len(goals))
+
+    return doubted(conditions, goals, sample)
+
+
+def around(*means: float, spread: float = 0.1) -> Floats:
+    """Return values (c, 32, 1) that scatter evenly about each mean."""
+    apart = spread * np.resize([1.0, -1.0, 0.5, -0.5], SEEDS)
+    return np.array(means)[:, None, None] + apart[None, :, None]
+
+
+def test_what_is_clear_takes_few_missions_and_what_is_close_takes_all() -> None:
+    """Far from the limit 8 are enough, nearer 16, and at the limit 32 do not tell."""
+    found = told(around(0.4, 2.0, 0.92, 1.0))
+    assert [it.met for it in found] == [True, False, True, None]
+    assert [it.missions for it in found] == [8, 8, 16, 32]
+    assert all(it.is_told for it in found)
+    assert found[0].record()["mean"] == [pytest.approx(0.4)]
+
+
+def test_all_goals_have_to_be_met_and_one_that_is_missed_is_enough() -> None:
+    """A goal of more than a limit counts as one of less; a mission without a value misses it."""
+    errors, rates = around(0.4, 0.4, 0.4), around(0.2, 0.05, 0.2, spread=0.01)
+    rates[2, 5] = np.nan
+    found = told(np.concatenate([errors, rates], axis=2), (BELOW, ABOVE))
+    assert [it.met for it in found] == [True, False, False]
+    assert found[2].record()["mean"] == [pytest.approx(0.4), None]
+
+
+def test_time_that_is_up_leaves_what_was_told_before() -> None:
+    """A look that is not whole tells nothing; what earlier ones told stays."""
+    clear, close = 0.4, 0.97
+    found = told(around(clear, close), most=20)
+    assert [(it.met, it.missions, it.is_told) for it in found] == [
+        (True, 8, True),
+        (None, 8, False),
+    ]
+    assert told(around(clear, close), most=15) == []
+
+
+@pytest.mark.parametrize("shape", [None, 16.0])
+def test_verdicts_at_the_limit_are_wrong_as_seldom_as_was_asked(shape: float | None) -> None:
+    """Over all looks one in twenty verdicts at most is given to a mean that is at its limit, half
+    of them that it is met; values are normal, or skewed as errors are (gamma, skewness 0.5).
+    """
+    count, rng = 4000, np.random.default_rng(7)
+    noise = (
+        rng.standard_normal((count, SEEDS, 1))
+        if shape is None
+        else (rng.gamma(shape, size=(count, SEEDS, 1)) - shape) / np.sqrt(shape)
+    )
+    found = [it.met for it in told(1.0 + 0.2 * noise)]
+    wrong = {met: found.count(met) / count for met in (True, False)}
+    assert 0.005 < wrong[True] < 0.03
+    assert sum(wrong.values()) < 0.05
