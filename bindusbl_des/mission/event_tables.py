@@ -1,18 +1,23 @@
 """The event tables of a finished mission: what happened, and where everybody was meanwhile."""
 
-from dataclasses import fields
-
 import numpy as np
 import pyarrow as pa
 
 from ..acoustics.channel import Receiver
 from ..protocol.fix_queue import FixBatch
-from ..records.events import TrackPoint
+from ..records.events import OUTCOMES, TrackPoint
 from ..records.recorder import Recorder
+from ..records.rows import row_type
 from ..results.tables import from_numbers, from_rows
 from .launch import Array
 from .samples import instants, sample, turned
 from .world import World
+
+# What tables have beside the buffers of a mission: how loud receptions were, whose measurements
+# were fused; and where a vehicle was
+LEVELS = np.dtype([("level_db", "f8"), ("margin_db", "f8")])
+FUSED = np.dtype([("asvs", "i8")])
+TRACK_POINT = row_type(TrackPoint)
 
 
 def event_tables(world: World) -> dict[str, pa.Table]:
@@ -32,19 +37,21 @@ def event_tables(world: World) -> dict[str, pa.Table]:
 
 def _receptions_table(record: Recorder, receiver: Receiver) -> pa.Table:
     rows = record.receptions.rows
-    columns = {name: rows[name] for name in rows.dtype.names or ()}
-    return from_numbers("receptions", columns | receiver.levels(rows["snr_db"]))
+    told, levels = receiver.levels(rows["snr_db"]), np.empty(len(rows), dtype=LEVELS)
+    for name in LEVELS.names or ():
+        levels[name] = told[name]
+    return from_numbers("receptions", rows, levels)
 
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     rows = record.fixes.rows
-    hearers = FixBatch(record, range(len(rows))).hearers(asvs)
-    number: dict[bytes, int] = {}
-    fused = np.array([number.setdefault(own.tobytes(), len(number)) for own in hearers], dtype=int)
-    together = [np.flatnonzero(np.frombuffer(own, dtype=np.bool_)) for own in number]
-    names = [" ".join([f"ASV{asv}" for asv in own]) for own in together]
-    columns = {name: rows[name] for name in rows.dtype.names or ()}
-    return from_numbers("fixes", {**columns, "asvs": fused}, asvs=names)
+    hearers = np.packbits(FixBatch(record, range(len(rows))).hearers(asvs), axis=1)
+    groups, group = np.unique(hearers.view(f"V{hearers.shape[1]}")[:, 0], return_inverse=True)
+    fused = np.empty(len(rows), dtype=FUSED)
+    fused["asvs"] = len(OUTCOMES) + group
+    together = np.unpackbits(groups.view(np.uint8).reshape(-1, hearers.shape[1]), axis=1)
+    names = [" ".join([f"ASV{asv}" for asv in np.flatnonzero(own)]) for own in together]
+    return from_numbers("fixes", rows, fused, words=(*OUTCOMES, *names))
 
 
 def _tracks_table(world: World) -> pa.Table:
@@ -52,12 +59,14 @@ def _tracks_table(world: World) -> pa.Table:
     times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
     auvs, asvs = world.auv_fleet.vehicles, world.asv_fleet.vehicles
     shape = len(auvs) + len(asvs), len(times)
-    columns: dict[str, Array] = {it.name: np.full(shape, np.nan) for it in fields(TrackPoint)}
-    columns["time_s"][:] = times
+    points = np.full(shape, np.array((np.nan,) * 18, dtype=TRACK_POINT) if False else 0, dtype=TRACK_POINT)
+    for name in TRACK_POINT.names or ():
+        if name != "vehicle": points[name] = np.nan
+    points["time_s"], points["vehicle"] = times, np.arange(shape[0])[:, np.newaxis]
 
     def note(vehicle: int, **values: Array) -> None:
         for name, its_own in values.items():
-            columns[name][vehicle] = its_own
+            points[name][vehicle] = its_own
 
     for number, vehicle in enumerate((*auvs, *asvs)):
         off_path = vehicle.path_error(times)
@@ -85,9 +94,7 @@ def _tracks_table(world: World) -> pa.Table:
             estimate_cov_xy_m2=xy,
         )
     vehicles = [f"AUV{auv}" for auv in range(len(auvs))] + [f"ASV{asv}" for asv in range(len(asvs))]
-    numbers = np.arange(len(vehicles)).repeat(len(times))
-    flat = {name: values.ravel() for name, values in columns.items()}
-    return from_numbers("tracks", {**flat, "vehicle": numbers}, vehicle=vehicles)
+    return from_numbers("tracks", points.ravel(), words=tuple(vehicles))
 
 
 def _pose(truth: Array) -> dict[str, Array]:

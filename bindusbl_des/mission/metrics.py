@@ -331,13 +331,11 @@ def _covered(starts: Array, length: float, end: float) -> float:
     return float(np.minimum(np.diff(starts, append=end), length).sum())
 
 
-def mission_metrics(
-    auvs: Sequence[AuvMetrics], whole: Utilisation
-) -> dict[str, float | str | None]:
+def mission_metrics(auvs: Sequence[AuvMetrics], whole: Utilisation) -> dict[str, float | None]:
     """Return the fleet means of all AUV metrics (AUVs without a value left out), the mission's own,
-    and the worst AUV's.
+    and the worst AUV's with its number.
     """
-    means: dict[str, float | str | None] = {}
+    means: dict[str, float | None] = {}
     for column in fields(AuvMetrics)[1:]:
         known = [v for auv in auvs if (v := getattr(auv, column.name)) is not None]
         means[column.name] = math.fsum(known) / len(known) if known else None

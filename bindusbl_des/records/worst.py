@@ -41,11 +41,11 @@ def worst(metric: str, values: Sequence[float | None]) -> Worst:
     return sign * value, auv
 
 
-def worst_of(auvs: Sequence[AuvMetrics]) -> dict[str, float | str | None]:
-    """Return `worst_<metric>` and `worst_<metric>_auv` (AUV0, AUV1, ...) of a fleet."""
-    found: dict[str, float | str | None] = {}
+def worst_of(auvs: Sequence[AuvMetrics]) -> dict[str, float | None]:
+    """Return `worst_<metric>` and `worst_<metric>_auv`, the number of that AUV, of a fleet."""
+    found: dict[str, float | None] = {}
     for metric in WORST_IS_LARGEST:
         value, auv = worst(metric, [getattr(it, metric) for it in auvs])
         found[f"worst_{metric}"] = value
-        found[f"worst_{metric}_auv"] = None if auv is None else f"AUV{auv}"
+        found[f"worst_{metric}_auv"] = auv
     return found

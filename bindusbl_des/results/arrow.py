@@ -11,40 +11,6 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from ..core.compiled import entry
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Ends = NDArray[np.int32]
-Bytes = NDArray[np.uint8]
-
-
-def named(values: Ints, names: Sequence[str]) -> pa.Array:
-    """Return the names that numbers count in, as Arrow strings; a negative number becomes null."""
-    encoded = [name.encode() for name in names]
-    letters = np.array(encoded or [b"-"])
-    width = letters.dtype.itemsize
-    ends = np.zeros(len(values) + 1, dtype=np.int32)
-    text = np.empty(len(values) * width, dtype=np.uint8)
-    spelt = letters.view(np.uint8).reshape(-1, width)
-    values = np.ascontiguousarray(values)
-    length = _spell(values, spelt, np.array(list(map(len, encoded)), dtype=np.int64), ends, text)
-    return _string_array(values < 0, ends, text[:length])
-
-
-@entry
-def _spell(values: Ints, spelt: Bytes, lengths: Ints, ends: Ends, text: Bytes) -> int:
-    """Write names one after the other, and where each ends; return how long the text is."""
-    length = 0
-    for k in range(values.size):
-        name = values[k]
-        if name >= 0:
-            for letter in range(lengths[name]):
-                text[length + letter] = spelt[name, letter]
-            length += lengths[name]
-        ends[k + 1] = length
-    return length
-
 
 def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
     """Return numbers or strings as an Arrow array; None and NaN become null."""
@@ -81,12 +47,7 @@ def _strings(values: Sequence[str | None]) -> pa.Array:
     missing = np.zeros(len(values), dtype=bool)
     if None in letters:
         missing[:] = [value is None for value in values]
-    return _string_array(missing, ends, b"".join(encoded))
-
-
-def _string_array(missing: NDArray[np.bool_], ends: Ends, text: bytes | Bytes) -> pa.Array:
-    """Return strings that follow each other in a text, each up to its end."""
-    buffers = [_validity(missing), pa.py_buffer(ends), pa.py_buffer(text)]
+    buffers = [_validity(missing), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded))]
     return pa.Array.from_buffers(pa.string(), len(missing), buffers)
 
 

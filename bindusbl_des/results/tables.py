@@ -3,14 +3,13 @@
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields
-from functools import cache
+from functools import cache, lru_cache
 from operator import attrgetter
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
 from ..records.events import (
     OUTCOMES,
@@ -26,9 +25,20 @@ from ..records.events import (
 from ..records.frames import Assignment, FrameReception
 from ..records.rows import NONE, Rows
 from ..records.worst import WORST_IS_LARGEST
-from .arrow import arrow, named
-
-Floats = NDArray[np.float64]
+from .batches import (
+    COLUMN,
+    FLOATS,
+    NUMBERED,
+    WHOLES,
+    WHOLES_OR_NULL,
+    WORD,
+    WORDS,
+    Message,
+    Words,
+    batch,
+    message_of,
+    words_of,
+)
 
 ROWS: dict[str, type] = {
     "rounds": Round,
@@ -114,52 +124,94 @@ def mission_numbers() -> list[str]:
 
 
 def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
-    """Return the rows of an event table as an Arrow table; vehicle numbers become names."""
-    described = schema(table)
-    arrays = []
-    for field in described:
-        values = list(map(attrgetter(field.name), rows))
-        if field.name in VEHICLES:
-            prefix = VEHICLES[field.name]
-            names = {n: None if n is None else f"{prefix}{n}" for n in set(values)}
-            values = [names[n] for n in values]
-        arrays.append(arrow(values, field.type))
-    return pa.Table.from_arrays(arrays, schema=described)
+    """Return the rows of a table, objects with its columns, as an Arrow table; None becomes null.
 
-
-def from_numbers(
-    table: str, columns: Rows | Mapping[str, NDArray[Any]], **labels: Sequence[str]
-) -> pa.Table:
-    """Return the rows of a buffer, all columns numbers, as an Arrow table with names for labels.
-
-    Vehicles and outcomes have theirs; in other columns of text numbers count in `labels`.  NaN
-    becomes null, as does NONE in columns of text.
+    Vehicles are numbers.
     """
-    described = schema(table)
-    arrays = []
-    for field in described:
-        values = columns[field.name]
-        if field.type != pa.string():
-            arrays.append(arrow(values, field.type))
-        elif field.name in VEHICLES:
-            most = int(np.max(values, initial=NONE))
-            arrays.append(named(values, [f"{VEHICLES[field.name]}{n}" for n in range(most + 1)]))
-        else:
-            arrays.append(named(values, labels.get(field.name, OUTCOMES)))
-    return pa.Table.from_arrays(arrays, schema=described)
+    return _from_tuples(table, list(map(attrgetter(*schema(table).names), rows)))
 
 
-def from_columns(table: str, columns: Mapping[str, Any]) -> pa.Table:
-    """Return columns (sequences or arrays) as an Arrow table; a missing column is all null."""
-    described = schema(table)
-    length = len(next(iter(columns.values())))
-    arrays = [
-        arrow(columns[field.name], field.type)
-        if field.name in columns
-        else pa.nulls(length, field.type)
-        for field in described
+def from_columns(table: str, columns: Mapping[str, Sequence[Any]]) -> pa.Table:
+    """Return columns of equal length as :func:`from_rows` does; a missing column is all null."""
+    nothing = [None] * len(next(iter(columns.values())))
+    named = (columns.get(name, nothing) for name in schema(table).names)
+    return _from_tuples(table, list(zip(*named, strict=True)))
+
+
+def _from_tuples(table: str, rows: Sequence[tuple[Any, ...]]) -> pa.Table:
+    """Return rows as an Arrow table; words are counted as they come up."""
+    counted, words = _counted(table), dict[str, int]()
+
+    def number(value: Any) -> Any:
+        if isinstance(value, str):
+            return words.setdefault(value, len(words))
+        return NONE if value is None else value
+
+    if counted:
+        rows = [
+            tuple([number(it) if k in counted else it for k, it in enumerate(row)]) for row in rows
+        ]
+    numbers = [
+        (field.name, "f8" if field.type == pa.float64() else "i8") for field in schema(table)
     ]
-    return pa.Table.from_arrays(arrays, schema=described)
+    return from_numbers(table, np.array(rows, dtype=numbers), words=tuple(words))
+
+
+@cache
+def _counted(table: str) -> frozenset[int]:
+    """Return the places of columns that hold words, or no whole number in some rows."""
+    return frozenset(
+        place
+        for place, field in enumerate(schema(table))
+        if (field.type == pa.string() and not _prefix(field.name))
+        or (field.type != pa.float64() and field.name not in never_null(table))
+    )
+
+
+def from_numbers(table: str, *parts: Rows, words: tuple[str, ...] = OUTCOMES) -> pa.Table:
+    """Return the rows of one or two buffers side by side, of numbers, as an Arrow table.
+
+    Vehicles have their names; in other columns of text numbers count in `words`.  NaN becomes null,
+    as does NONE where there may be no name or whole number.
+    """
+    described, message = _described_as(table)
+    columns = _columns(table, tuple([part.dtype for part in parts]))
+    return batch(described, message, columns, _spelt(words), parts)
+
+
+@cache
+def _described_as(table: str) -> tuple[pa.Schema, Message]:
+    return schema(table), message_of(schema(table))
+
+
+@lru_cache(maxsize=8)
+def _spelt(words: tuple[str, ...]) -> Words:
+    return words_of(("AUV", "ASV", *words))
+
+
+@cache
+def _columns(table: str, parts: tuple[np.dtype[np.void], ...]) -> Rows:
+    """Return where the columns of a table are in the records of its parts (:data:`COLUMN`)."""
+    columns = np.empty(len(schema(table)), dtype=COLUMN)
+    for column, field in zip(columns, schema(table), strict=True):
+        part = next(k for k, of in enumerate(parts) if field.name in (of.names or ()))
+        found = parts[part].fields
+        assert found is not None  # as it has names
+        column["part"], column["place"] = part, found[field.name][1] // WORD
+        prefix = _prefix(field.name)
+        if field.type == pa.string():
+            column["kind"] = NUMBERED if prefix else WORDS
+            column["word"] = int(prefix == "ASV") if prefix else 2  # behind the prefixes
+        elif field.type == pa.float64():
+            column["kind"] = FLOATS
+        else:
+            column["kind"] = WHOLES if field.name in never_null(table) else WHOLES_OR_NULL
+    return columns
+
+
+def _prefix(column: str) -> str:
+    """Return what the names of a column's vehicles begin with; empty where it has none."""
+    return VEHICLES.get(column, "AUV" if column.endswith("_auv") else "")
 
 
 def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, str]) -> None:
