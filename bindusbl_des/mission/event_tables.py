@@ -5,19 +5,16 @@ import pyarrow as pa
 
 from ..acoustics.channel import Receiver
 from ..protocol.fix_queue import FixBatch
-from ..records.events import OUTCOMES, TrackPoint
+from ..records.events import OUTCOMES
 from ..records.recorder import Recorder
-from ..records.rows import row_type
 from ..results.tables import from_numbers, from_rows
-from .launch import Array
-from .samples import instants, sample, turned
+from .track_points import track_points
 from .world import World
 
-# What tables have beside the buffers of a mission: how loud receptions were, whose measurements
-# were fused; and where a vehicle was
+# What tables have beside the buffers of a mission: how loud receptions were, and whose measurements
+# were fused
 LEVELS = np.dtype([("level_db", "f8"), ("margin_db", "f8")])
 FUSED = np.dtype([("asvs", "i8")])
-TRACK_POINT = row_type(TrackPoint)
 
 
 def event_tables(world: World) -> dict[str, pa.Table]:
@@ -55,48 +52,6 @@ def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
 
 
 def _tracks_table(world: World) -> pa.Table:
-    """Return the tracks of all vehicles at record.tracks_hz, ASVs after AUVs."""
-    times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
-    auvs, asvs = world.auv_fleet.vehicles, world.asv_fleet.vehicles
-    shape = len(auvs) + len(asvs), len(times)
-    points = np.full(shape, np.array((np.nan,) * 18, dtype=TRACK_POINT) if False else 0, dtype=TRACK_POINT)
-    for name in TRACK_POINT.names or ():
-        if name != "vehicle": points[name] = np.nan
-    points["time_s"], points["vehicle"] = times, np.arange(shape[0])[:, np.newaxis]
-
-    def note(vehicle: int, **values: Array) -> None:
-        for name, its_own in values.items():
-            points[name][vehicle] = its_own
-
-    for number, vehicle in enumerate((*auvs, *asvs)):
-        off_path = vehicle.path_error(times)
-        if len(off_path):
-            note(number, path_error_m=off_path)
-    for number, vessel in enumerate(asvs, len(auvs)):
-        note(number, **_pose(vessel.sample(times)))
-    for auv in range(len(auvs)):
-        if world.swept is not None:
-            note(auv, swept_m2=world.swept.area(times, auv))
-        samples = sample(world, auv, times)
-        xx, yy, xy = world.navigator.covariance(auv, samples.odometry).T
-        note(
-            auv,
-            **_pose(samples.truth),
-            estimate_x_m=samples.estimate[:, 0],
-            estimate_y_m=samples.estimate[:, 1],
-            estimate_z_m=samples.truth[:, 2] + world.depth_noise(auv, times),
-            imu_x_m=samples.odometry.position[:, 0],
-            imu_y_m=samples.odometry.position[:, 1],
-            position_error_m=samples.position_error,
-            cross_track_error_m=samples.cross_track_error,
-            estimate_sd_x_m=np.sqrt(np.maximum(xx, 0.0)),
-            estimate_sd_y_m=np.sqrt(np.maximum(yy, 0.0)),
-            estimate_cov_xy_m2=xy,
-        )
-    vehicles = [f"AUV{auv}" for auv in range(len(auvs))] + [f"ASV{asv}" for asv in range(len(asvs))]
-    return from_numbers("tracks", points.ravel(), words=tuple(vehicles))
-
-
-def _pose(truth: Array) -> dict[str, Array]:
-    x, y, z, yaw = truth.T
-    return {"x_m": x, "y_m": y, "z_m": z, "yaw_rad": turned(yaw)}
+    auvs, asvs = range(len(world.auv_fleet)), range(len(world.asv_fleet))
+    names = *(f"AUV{auv}" for auv in auvs), *(f"ASV{asv}" for asv in asvs)
+    return from_numbers("tracks", track_points(world), words=names)

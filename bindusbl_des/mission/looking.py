@@ -10,7 +10,7 @@ from ..records.events import HEARD, Broadcast
 from ..records.rows import NONE
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from .samples import sample, turned
+from .samples import turned
 from .world import World
 
 Array = NDArray[np.float64]
@@ -46,8 +46,8 @@ def auv_states(world: World, time: float) -> AuvStates:
     count, now = len(world.auv_fleet), np.array([time])
     states = AuvStates(np.empty((count, 4)), np.empty((count, 2)), np.empty((count, 2, 2)))
     for auv in range(count):
-        found = sample(world, auv, now)
-        states.truth[auv], states.estimate[auv] = found.truth[0], found.estimate[0]
+        found = world.sample(auv, now)
+        states.truth[auv], states.estimate[auv] = found.way.truth[0], found.estimate[0]
         xx, yy, xy = world.navigator.covariance(auv, found.odometry)[0]
         states.covariance[auv] = (xx, xy), (xy, yy)
     states.truth[:, 3] = turned(states.truth[:, 3])

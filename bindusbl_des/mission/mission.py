@@ -19,7 +19,7 @@ from ..protocol.happenings import Happening, Watch
 from ..protocol.own.steps import Environment
 from ..records.events import Broadcast
 from ..results.result import Result
-from ..results.tables import from_columns, from_rows
+from ..results.tables import from_columns, from_numbers
 from ..scenario.files.scenario_file import as_scenario
 from ..scenario.scenario import Scenario
 from ..vehicles.pose_source import PoseSource
@@ -253,7 +253,7 @@ class Mission:
         with self._at_work():
             tables = {} if self.scenario.record.detail == "summary" else event_tables(world)
             auvs = auv_metrics(world)
-            tables["auvs"] = from_rows("auvs", auvs)
+            tables["auvs"] = from_numbers("auvs", auvs)
             whole = mission_metrics(auvs, utilisation(world))
             tables["mission"] = from_columns("mission", {name: [whole[name]] for name in whole})
             broken = violations_of(world)

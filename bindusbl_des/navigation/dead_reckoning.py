@@ -11,6 +11,7 @@ from ..records.rows import Rows
 from ..vehicles.expected_drift import Told
 from ..vehicles.motion import Ints, Motion, headed, places
 from ..vehicles.reckoning import Wrong, by_compass, error, follow
+from ..vehicles.ways import Way, Ways
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,7 @@ class DeadReckoning:
         """
         wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
+        self._motion, self._wrong = motion, wrong
         # as compiled equations take them
         self.flat: tuple[Any, ...] = (*motion, *wrong)
 
@@ -102,49 +104,50 @@ class DeadReckoning:
 
     def sample(self, auv: int, times: Array) -> tuple[Array, Odometry]:
         """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
-        n = len(times)
-        truth, position, headings = np.empty((n, 4)), np.empty((n, 2)), np.empty((n, 2))
-        instants = np.array(times, dtype=np.float64)
-        _reckoned_all(auv, instants, truth, position, headings, *self.flat)
-        return truth, Odometry(instants, position, headings)
+        way = Ways(self._motion, foreseen=False).of(auv, times)
+        return way.truth, self.told(auv, way)
+
+    def told(self, auv: int, way: Way) -> Odometry:
+        """Return what an AUV's own sensors have told it of its way."""
+        n = len(way.times)
+        position, headings = np.empty((n, 2)), np.empty((n, 2))
+        _reckoned_all(auv, *way, position, headings, *self._wrong)
+        return Odometry(way.times, position, headings)
 
 
 @inlined
 def _reckon(
-    auv: int, time: float, known: Reckoned
-) -> tuple[float, float, float, float, float, float, float, float]:
-    """Return true x, y, z (m) and yaw (rad), dead-reckoned x and y (m), and the integrals of the
-    cosine and sine of the heading by compass (s), at an instant (s).
+    auv: int, time: float, place: tuple[float, float], turned: tuple[float, float], wrong: Wrong
+) -> Told:
+    """Return what an AUV's own sensors have told it by an instant (s), at which it is at a place
+    (m); `turned` are the true integrals of the cosine and sine of its heading (s).
     """
-    motion, wrong = known.motion, known.wrong
-    x, y, z, yaw, cosine, sine = headed(motion, auv, time)
-    cosine, sine = by_compass(cosine, sine, wrong, auv)
-    way = x - wrong.skews[auv].begin_x, y - wrong.skews[auv].begin_y
+    cosine, sine = by_compass(turned[0], turned[1], wrong, auv)
+    way = place[0] - wrong.skews[auv].begin_x, place[1] - wrong.skews[auv].begin_y
     ahead, aside = error(time, (cosine, sine), way, wrong, auv)
-    return x, y, z, yaw, x + ahead, y + aside, cosine, sine
+    return Told(time, place[0] + ahead, place[1] + aside, cosine, sine)
 
 
 @compiled
 def reckoned(auv: int, time: float, known: Reckoned) -> Told:
     """Return what an AUV's own sensors have told it by an instant (s)."""
-    _, _, _, _, x, y, cosine, sine = _reckon(auv, time, known)
-    return Told(time, x, y, cosine, sine)
+    x, y, _, _, cosine, sine = headed(known.motion, auv, time)
+    return _reckon(auv, time, (x, y), (cosine, sine), known.wrong)
 
 
 @entry
 def _reckoned_all(
-    auv: int, times: Array, truth: Array, position: Array, headings: Array,
-    table: Array, first: Ints, step: float, walks: Array, rate: float, biases: Array,
-    offsets: Array, held_s: float, in_body: bool, skews: Rows,
+    auv: int, times: Array, lines: Array, position: Array, headings: Array,
+    walks: Array, rate: float, biases: Array, offsets: Array, held_s: float, in_body: bool,
+    skews: Rows,
 ) -> None:  # fmt: skip
-    """Write truth (n, 4), dead reckoning (n, 2) and headings (n, 2) at instants (n,), s."""
+    """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`.ways.Way`)."""
     wrong = Wrong(walks, rate, biases, offsets, held_s, in_body, skews)
-    known = Reckoned(Motion(table, first, step), wrong)
     for k in range(times.size):
-        x, y, z, yaw, reckoned_x, reckoned_y, cosine, sine = _reckon(auv, times[k], known)
-        truth[k, 0], truth[k, 1], truth[k, 2], truth[k, 3] = x, y, z, yaw
-        position[k, 0], position[k, 1] = reckoned_x, reckoned_y
-        headings[k, 0], headings[k, 1] = cosine, sine
+        place, turned = (lines[k, 0], lines[k, 1]), (lines[k, 4], lines[k, 5])
+        told = _reckon(auv, times[k], place, turned, wrong)
+        position[k, 0], position[k, 1] = told.x, told.y
+        headings[k, 0], headings[k, 1] = told.cosine, told.sine
 
 
 @entry

@@ -8,11 +8,11 @@ import numpy as np
 from ..core.compiled import compiled, entry
 from ..core.growing import lengthened
 from ..records.rows import Rows
-from ..vehicles.expected_drift import Told, expected_error, way_since
+from ..vehicles.expected_drift import Drift, Told, expected_error, way_since
 from ..vehicles.motion import Floats, Ints, Motion
 from ..vehicles.reckoning import Wrong
 from .belief import Belief, Growth, carry, expected, note, one, step_on
-from .dead_reckoning import Reckoned
+from .dead_reckoning import Odometry, Reckoned
 
 
 def copies(first: Belief, *counts: int) -> Belief:
@@ -43,15 +43,14 @@ class Beliefs:
             length = max(2 * room, self.count + count)
             self.flat = tuple(lengthened(column[: self.count], length) for column in self.flat)
 
-    def of(self, auv: int) -> tuple[Any, ...]:
-        """Return since when (k,), s, an AUV has believed what (k,), one array after the other."""
+    def of(self, auv: int) -> Ints:
+        """Return the rows of what an AUV has believed (k,), one after the other."""
         if self._sorted != self.count:  # not a search of all for each AUV
             holders = self.flat[0][: self.count]
             self._order = np.argsort(holders, kind="stable")
-            self._ends = np.searchsorted(holders[self._order], np.arange(self._fleet + 1))
+            self._ends = np.searchsorted(holders[self._order], np.arange(self._fleet + 1)).tolist()
             self._sorted = self.count
-        own = self._order[self._ends[auv] : self._ends[auv + 1]]
-        return tuple(column[own] for column in self.flat[1:])
+        return self._order[self._ends[auv] : self._ends[auv + 1]]
 
 
 @compiled
@@ -63,42 +62,66 @@ def _blank(beliefs: Belief) -> Belief:
 
 @entry
 def believed(
-    auv: int, sure: bool, times: Floats, position: Floats, headings: Floats,
-    since: Floats, moment: Rows, state: Floats, covariance: Floats,
+    auv: int, sure: bool, times: Floats, position: Floats, headings: Floats, own: Ints,
+    holders: Ints, since: Floats, moment: Rows, state: Floats, covariance: Floats,
     walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
     time_constants: Floats, longest: float,
     table: Floats, first: Ints, step: float, walks: Floats, rate: float, biases: Floats,
-    offsets: Floats, held_s: float, biases_in_body: bool, skews: Rows,
-) -> Floats:  # fmt: skip
-    """Return the positions (n, 2), m, that an AUV believed in at instants (n,), s, that rise.
+    offsets: Floats, held_s: float, biases_in_body: bool, skews: Rows, out: Floats,
+) -> None:  # fmt: skip
+    """Write the positions (n, 2), m, that an AUV believed in at instants (n,), s, that rise.
 
-    Or how `sure` it was of them: covariances xx, yy, xy (n, 3), m2.  Beliefs (k,) are held from the
-    instants `since` (k,), s, on, the first from before all `times`; times, position and headings as
-    in :class:`.dead_reckoning.Odometry`.
+    Or how `sure` it was of them: covariances xx, yy, xy (n, 3), m2.  Its `own` beliefs (k,), by
+    their rows, are held from the instants `since`, s, on, the first from before all `times`; times,
+    position and headings as in :class:`.dead_reckoning.Odometry`.
     """
     growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, longest)
     wrong = Wrong(walks, rate, biases, offsets, held_s, biases_in_body, skews)
     reckoning = Reckoned(Motion(table, first, step), wrong)
-    beliefs = Belief(moment, state, covariance)
-    scratch, ahead, out = _blank(beliefs), _blank(beliefs), np.empty((times.size, 2 + sure))
-    own, then, last, stop = one(scratch, 0), one(ahead, 0), -1, -inf
-    spread, drift = then.covariance, expected(own, growth)
-    for n in range(times.size):
-        fresh = last < 0
-        last = max(last, 0)
-        while last + 1 < since.size and since[last + 1] <= times[n]:
-            last, fresh = last + 1, True
-        if fresh:
-            note(scratch, 0, one(beliefs, last))
-        if fresh or stop < times[n]:
-            stop = step_on(own, auv, times[n], growth, reckoning)
-            drift = expected(own, growth)
+    beliefs, told = Belief(moment, state, covariance), Odometry(times, position, headings)
+    scratch, ahead, n = _blank(beliefs), _blank(beliefs), 0
+    belief = one(scratch, 0)
+    for k in range(own.size):
+        until = since[own[k + 1]] if k + 1 < own.size else inf
+        if n < times.size and times[n] < until:
+            note(scratch, 0, one(beliefs, own[k]))
+        while n < times.size and times[n] < until:
+            stop = step_on(belief, auv, times[n], growth, reckoning)
+            end = n
+            while end < times.size and times[end] < until and times[end] <= stop:
+                end += 1
+            if sure:
+                _spread(out, told, n, end, scratch, ahead, growth)
+            else:
+                _places(out, told, n, end, expected(belief, growth), in_body)
+            n = end
+
+
+@compiled
+def _places(
+    out: Floats, odometry: Odometry, begin: int, end: int, drift: Drift, in_body: bool
+) -> None:
+    """Write where dead reckoning less the drift expected of it is, of some instants."""
+    times, position, headings = odometry.times, odometry.position, odometry.headings
+    for n in range(begin, end):
         told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        if sure:
-            note(ahead, 0, own)
-            carry(then, told, growth)
-            out[n, 0], out[n, 1], out[n, 2] = spread[0, 0], spread[1, 1], spread[0, 1]
-        else:
-            x, y = expected_error(drift, way_since(drift, told, in_body))
-            out[n, 0], out[n, 1] = told.x - x, told.y - y
-    return out
+        x, y = expected_error(drift, way_since(drift, told, in_body))
+        out[n, 0], out[n, 1] = told.x - x, told.y - y
+
+
+@compiled
+def _spread(
+    out: Floats, odometry: Odometry, begin: int, end: int, held: Belief, ahead: Belief,
+    growth: Growth,
+) -> None:  # fmt: skip
+    """Write what the covariance of a belief (1,) has become at some instants; `ahead` (1,) is
+    written over.
+    """
+    times, position, headings = odometry.times, odometry.position, odometry.headings
+    then = one(ahead, 0)
+    spread = then.covariance
+    for n in range(begin, end):
+        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        note(ahead, 0, one(held, 0))
+        carry(then, told, growth)
+        out[n, 0], out[n, 1], out[n, 2] = spread[0, 0], spread[1, 1], spread[0, 1]

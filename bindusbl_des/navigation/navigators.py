@@ -126,21 +126,23 @@ class LinearNavigator:
         """Return the states (k,) that an AUV believes in after its last fix, and their covariance
         (k, k).
         """
-        _, _, states, covariances = self._held.of(auv)
-        return states[-1], covariances[-1]
+        _, _, _, states, covariances = self._held.flat
+        last = self._held.of(auv)[-1]
+        return states[last], covariances[last]
 
     def estimate(self, auv: int, odometry: Odometry) -> Array:
         """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
-        return believed(auv, False, *odometry, *self._known_of(auv))
+        return self._believed(auv, odometry, sure=False)
 
     def covariance(self, auv: int, odometry: Odometry) -> Array:
         """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
-        own = Odometry(*(np.array(column, order="C") for column in odometry))
-        return believed(auv, True, *own, *self._known_of(auv))
+        return self._believed(auv, odometry, sure=True)
 
-    def _known_of(self, auv: int) -> tuple[Any, ...]:
-        """Return what an AUV has believed, and how it goes on, as compiled equations take it."""
-        return (*self._held.of(auv), *self._going_on)
+    def _believed(self, auv: int, odometry: Odometry, *, sure: bool) -> Array:
+        told = (np.ascontiguousarray(column) for column in odometry)
+        found, known = np.empty((len(odometry.times), 2 + sure)), self._held
+        believed(auv, sure, *told, known.of(auv), *known.flat, *self._going_on, found)
+        return found
 
 
 @entry

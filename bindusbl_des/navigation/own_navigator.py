@@ -96,7 +96,8 @@ class OwnNavigator:
         return found
 
     def _checked(self, verb: str, auv: int, odometry: Odometry, width: int) -> Array:
-        answer = self._asked(lambda: getattr(self._navigator, verb)(auv, odometry))
+        told = Odometry(*(column.copy() for column in odometry))  # they may be written over
+        answer = self._asked(lambda: getattr(self._navigator, verb)(auv, told))
         found: Array | None = self._asked(_numbers, answer)
         wanted = (len(odometry.times), width)
         if found is None or found.shape != wanted or not np.isfinite(found).all():
@@ -116,6 +117,6 @@ def _numbers(answer: Any) -> Array | None:
     """Return an answer as an array; None for what is no array of real numbers."""
     try:
         found = np.asarray(answer)
-        return found.astype(np.float64) if found.dtype.kind in "fiu" else None
+        return np.array(found, dtype=np.float64, order="C") if found.dtype.kind in "fiu" else None
     except (TypeError, ValueError):
         return None

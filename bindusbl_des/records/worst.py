@@ -5,10 +5,13 @@ and rates the smallest (:class:`.events.AuvMetrics` says which).  An AUV that ha
 it got no fix, is worse than any that has one.  Of several equally bad the first counts.
 """
 
-from collections.abc import Sequence
+import math
 from dataclasses import fields
 
+import numpy as np
+
 from .events import LARGEST, AuvMetrics
+from .rows import Rows
 
 # For each metric that can be bad: whether the largest value is the worst.
 WORST_IS_LARGEST = {
@@ -20,32 +23,24 @@ WORST_IS_LARGEST = {
 # What some missions have not at all: where no AUV has it, none is worse for it.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
 
-Worst = tuple[float | None, int | None]
 
+def worst_of(auvs: Rows) -> dict[str, float | None]:
+    """Return `worst_<metric>` of a fleet and `worst_<metric>_auv`, the number of that AUV.
 
-def worst(metric: str, values: Sequence[float | None]) -> Worst:
-    """Return the worst of a fleet's values of a metric, and the number of its AUV.
-
-    The value is None where that AUV has none, both are where nobody's could be told.
-
-    >>> worst("latency_mean_s", [0.8, None, 0.9]), worst("hf_coverage", [0.8, 1.0])
-    ((None, 1), (0.8, 0))
+    `auvs` (n,) has the metrics of each, NaN for none.  A value is None where that AUV has none,
+    both are where nobody's could be told.
     """
-    missing = [auv for auv, value in enumerate(values) if value is None]
-    if missing:
-        is_undefined = metric in UNDEFINED and len(missing) == len(values)
-        return None, None if is_undefined else missing[0]
-    sign = 1.0 if WORST_IS_LARGEST[metric] else -1.0
-    known = [(sign * value, auv) for auv, value in enumerate(values) if value is not None]
-    value, auv = max(known, key=lambda it: it[0])
-    return sign * value, auv
-
-
-def worst_of(auvs: Sequence[AuvMetrics]) -> dict[str, float | None]:
-    """Return `worst_<metric>` and `worst_<metric>_auv`, the number of that AUV, of a fleet."""
+    names = list(WORST_IS_LARGEST)
+    values = np.array([auvs[name] for name in names], dtype=np.float64)
+    missing = np.isnan(values)
+    badness = np.where(missing, np.inf, np.where(_LARGEST, values, -values))
+    which, nobody = badness.argmax(axis=1), missing.all(axis=1)
     found: dict[str, float | None] = {}
-    for metric in WORST_IS_LARGEST:
-        value, auv = worst(metric, [getattr(it, metric) for it in auvs])
-        found[f"worst_{metric}"] = value
-        found[f"worst_{metric}_auv"] = auv
+    for name, its_own, auv, none in zip(names, values, which.tolist(), nobody, strict=True):
+        value = float(its_own[auv])
+        found[f"worst_{name}"] = None if math.isnan(value) else value
+        found[f"worst_{name}_auv"] = None if none and name in UNDEFINED else auv
     return found
+
+
+_LARGEST = np.array(list(WORST_IS_LARGEST.values()))[:, np.newaxis]

@@ -188,9 +188,7 @@ def _missing(kind: int, rows: int, floats: Floats, wholes: Ints) -> int:
 
 
 @compiled
-def _write_known(
-    body: Body, begin: int, kind: int, rows: int, floats: Floats, wholes: Ints
-) -> int:
+def _write_known(body: Body, begin: int, kind: int, rows: int, floats: Floats, wholes: Ints) -> int:
     """Write a bit for each row, set where there is a value; return the word after them."""
     end = begin + (rows + 63) // 64
     body.words[begin:end] = 0

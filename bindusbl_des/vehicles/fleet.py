@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING
 
 from .failures import Failures
 from .motion import Motion
 from .vehicle import Vehicle
+from .ways import Ways
 
 if TYPE_CHECKING:
     from .guidance import GuidedFleet
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from .steered import Steered
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fleet:
     """All AUVs, or all ASVs: where each is at any instant.
 
@@ -39,6 +41,11 @@ class Fleet:
     def foreseen(self) -> bool:
         """Whether the motion is known to the end, whatever happens in the mission."""
         return self.guided is None and self.poses is None and self.steered is None
+
+    @cached_property
+    def ways(self) -> Ways:
+        """Where the vehicles are at instants by which their motion is known."""
+        return Ways(self.motion, foreseen=self.foreseen)
 
     @property
     def sure_s(self) -> float:

@@ -1,0 +1,82 @@
+"""The tracks of a mission: where vehicles were at regular instants, and what AUVs made of it."""
+
+from math import cos, hypot, nan, pi, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import entry, inlined
+from ..records.events import TrackPoint
+from ..records.rows import Row, Rows, row_type
+from .samples import instants
+from .voyage import beside
+from .world import World
+
+Floats = NDArray[np.float64]
+
+TRACK_POINT = row_type(TrackPoint)
+
+
+def track_points(world: World) -> Rows:
+    """Return the tracks of all vehicles at record.tracks_hz, ASVs after AUVs."""
+    times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
+    auvs, asvs, voyage = world.auv_fleet, world.asv_fleet, world.voyage
+    points = np.empty((len(auvs) + len(asvs), len(times)), dtype=TRACK_POINT)
+    points["vehicle"] = np.arange(len(points))[:, np.newaxis]
+    points["path_error_m"][: len(auvs)] = voyage.beside_m
+    points["path_error_m"][len(auvs) :] = beside(asvs.vehicles, times)
+    points["swept_m2"][: len(auvs)], points["swept_m2"][len(auvs) :] = voyage.swept_m2, nan
+    for auv in range(len(auvs)):
+        found = world.sample(auv, times)
+        sure = world.navigator.covariance(auv, found.odometry)
+        depth_error = world.depth_noise(auv, times)
+        _note(points[auv], *found.way, found.odometry.position, found.estimate, sure, depth_error)
+    for asv, its_own in enumerate(points[len(auvs) :]):
+        _note_truth(its_own, *asvs.ways.of(asv, times))
+    return points.ravel()
+
+
+@entry
+def _note(
+    points: Rows, times: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats,
+    depth_error: Floats,
+) -> None:  # fmt: skip
+    """Write where an AUV was on its way (:class:`.ways.Way`), and what it made of it.
+
+    `reckoned` and `estimate` (n, 2), m; how `sure` it was: xx, yy, xy (n, 3), m2.
+    """
+    cosine, sine = cos(0.0), sin(0.0)
+    for k in range(times.size):
+        point = points[k]
+        _place(point, times[k], lines, k)
+        point.estimate_x_m, point.estimate_y_m = estimate[k, 0], estimate[k, 1]
+        point.estimate_z_m = lines[k, 2] + depth_error[k]
+        point.imu_x_m, point.imu_y_m = reckoned[k, 0], reckoned[k, 1]
+        x, y = estimate[k, 0] - lines[k, 0], estimate[k, 1] - lines[k, 1]
+        if k == 0 or lines[k, 3] != lines[k - 1, 3]:  # lanes keep their heading
+            cosine, sine = cos(lines[k, 3]), sin(lines[k, 3])
+        point.position_error_m = hypot(x, y)
+        point.cross_track_error_m = cosine * y - sine * x
+        point.estimate_sd_x_m = sqrt(max(sure[k, 0], 0.0))
+        point.estimate_sd_y_m = sqrt(max(sure[k, 1], 0.0))
+        point.estimate_cov_xy_m2 = sure[k, 2]
+
+
+@entry
+def _note_truth(points: Rows, times: Floats, lines: Floats) -> None:
+    """Write where a vessel was on its way, which nobody asks about anything."""
+    for k in range(times.size):
+        point = points[k]
+        _place(point, times[k], lines, k)
+        point.estimate_x_m = point.estimate_y_m = point.estimate_z_m = nan
+        point.imu_x_m = point.imu_y_m = nan
+        point.position_error_m = point.cross_track_error_m = nan
+        point.estimate_sd_x_m = point.estimate_sd_y_m = point.estimate_cov_xy_m2 = nan
+
+
+@inlined
+def _place(point: Row, time: float, lines: Floats, k: int) -> None:
+    """Write the instant and the true place of line k of a way, its heading in (-pi, pi]."""
+    point.time_s = time
+    point.x_m, point.y_m, point.z_m = lines[k, 0], lines[k, 1], lines[k, 2]
+    point.yaw_rad = pi - (pi - lines[k, 3]) % (2 * pi)

@@ -1,0 +1,146 @@
+"""What of a mission follows from the ways of its AUVs alone, whatever is heard in it."""
+
+from collections.abc import Hashable, Sequence
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scenario.plans import plans_of
+from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of, swath_of
+from ..vehicles.fleet import Fleet
+from ..vehicles.sweeping import Sweep, sweep
+from ..vehicles.vehicle import Vehicle
+from .samples import instants
+
+Array = NDArray[np.float64]
+
+# A lane whose end is this near (m) is flown; the instant of it is found to 2^-50 of the mission.
+ARRIVED_M, HALVINGS = 1e-6, 50
+
+
+class Voyage(NamedTuple):
+    """The ways of n AUVs, looked back on; NaN stands for what somebody does not say or do.
+
+    `metrics` are columns of :class:`.events.AuvMetrics`, (n,).  At the k instants of `tracks`, each
+    AUV was so far `beside_m` its path (m), and was the first to sweep so much, `swept_m2`, (n, k).
+    All of them have swept `covered_m2` (m2), and the last has flown its lanes by `finished_at_s`.
+    """
+
+    metrics: dict[str, Array]
+    beside_m: Array
+    swept_m2: Array
+    covered_m2: float | None
+    finished_at_s: float | None
+
+
+_looked_back: WeakKeyDictionary[Fleet, tuple[Hashable, Voyage]] = WeakKeyDictionary()
+
+
+def voyage_of(scenario: Scenario, fleet: Fleet) -> Voyage:
+    """Return what AUVs have done whose motion is known to the mission's end.
+
+    Where that is foreseen, missions share it.
+    """
+    if not fleet.foreseen:
+        return _look_back(scenario, fleet)
+    asked = scenario.duration_s, scenario.record, scenario.survey, scenario.auvs
+    question = *asked, scenario.environment
+    kept = _looked_back.get(fleet)
+    if kept is None or kept[0] != question:
+        kept = _looked_back[fleet] = question, _look_back(scenario, fleet)
+    return kept[1]
+
+
+def _look_back(scenario: Scenario, fleet: Fleet) -> Voyage:
+    end, vehicles, record = scenario.duration_s, fleet.vehicles, scenario.record
+    often, seldom = instants(end, record.metrics_hz), instants(end, record.tracks_hz)
+    swept, last = _swept(scenario, fleet), np.array([end])
+    distance = np.array([vehicle.distance(end) for vehicle in vehicles])
+    lanes = _lanes(scenario, fleet)
+    flown = [_flown(*it, end) for it in zip(vehicles, lanes, strict=True)] if lanes else []
+    metrics = {
+        "path_error_m": np.array([off.mean() for off in beside(vehicles, often)]),
+        "distance_m": distance,
+        "speed_m_per_s": distance / end,
+        "saturated_share": np.array([vehicle.saturated(end) for vehicle in vehicles], np.float64),
+        "lanes_flown_share": np.array(flown or [np.nan] * len(vehicles)),
+        "swept_m2": _first_to_sweep(swept, len(vehicles), last)[:, 0],
+    }
+    return Voyage(
+        metrics,
+        beside(vehicles, seldom),
+        _first_to_sweep(swept, len(vehicles), seldom),
+        None if swept is None else float(swept.area(last)[0]),
+        _finished_at(vehicles, lanes, end) if lanes else None,
+    )
+
+
+def beside(vehicles: Sequence[Vehicle], times: Array) -> Array:
+    """Return how far (m) vehicles were beside their paths at k instants (s), (n, k)."""
+    found = np.full((len(vehicles), len(times)), np.nan)
+    for its_own, vehicle in zip(found, vehicles, strict=True):
+        off = vehicle.path_error(times)
+        if len(off):
+            its_own[:] = off
+    return found
+
+
+def _swept(scenario: Scenario, fleet: Fleet) -> Sweep | None:
+    """Return what of the survey the AUVs have swept, and when; None where nobody says how wide."""
+    swath = swath_of(scenario)
+    if swath is None:
+        return None
+    return sweep(area_of(scenario), fleet.vehicles, swath, scenario.duration_s)
+
+
+def _first_to_sweep(swept: Sweep | None, count: int, times: Array) -> Array:
+    """Return how much of the survey (m2) each AUV was the first to sweep by k instants (s)."""
+    if swept is None:
+        return np.full((count, len(times)), np.nan)
+    return np.stack([swept.area(times, auv) for auv in range(count)])
+
+
+Lanes = tuple[tuple[float, float], ...]
+
+
+def _lanes(scenario: Scenario, fleet: Fleet) -> list[Lanes]:
+    """Return where along its plan (m) each AUV's lanes begin and end; empty without plans."""
+    if any(vehicle.along(0.0) is None for vehicle in fleet.vehicles):
+        return []
+    if scenario.auvs.route.kind == "hold":
+        return []
+    return [plan.lanes for plan in plans_of(scenario)]
+
+
+def _flown(vehicle: Vehicle, lanes: Lanes, end: float) -> float:
+    """Return which share of its lanes an AUV has flown by an instant (s)."""
+    begin, end_m = np.array(lanes).T
+    along = vehicle.along(end)
+    return float(np.clip(along - begin, 0.0, end_m - begin).sum() / (end_m - begin).sum())
+
+
+def _finished_at(vehicles: Sequence[Vehicle], lanes: Sequence[Lanes], end: float) -> float | None:
+    """Return the instant (s) at which the last had flown all its lanes; None if one has not."""
+    found = [
+        _reached(vehicle, its_own[-1][1] - ARRIVED_M, end)
+        for vehicle, its_own in zip(vehicles, lanes, strict=True)
+    ]
+    known = [time for time in found if time is not None]
+    return max(known) if len(known) == len(found) else None
+
+
+def _reached(vehicle: Vehicle, along: float, until: float) -> float | None:
+    """Return when (s) a vehicle was so far along its plan (m); None if it was not by an instant."""
+    low, high = 0.0, until
+    if (vehicle.along(high) or 0.0) < along:
+        return None
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        if (vehicle.along(middle) or 0.0) < along:
+            low = middle
+        else:
+            high = middle
+    return high
