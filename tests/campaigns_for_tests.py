@@ -5,6 +5,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
@@ -15,9 +16,9 @@ from bindusbl_des.campaigns.campaign import Campaign
 from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
-from bindusbl_des.mission.metrics import mission_metrics
-from bindusbl_des.records.events import AuvMetrics, Utilisation
-from bindusbl_des.results.tables import from_columns, from_rows
+from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics
+from bindusbl_des.records.events import Utilisation
+from bindusbl_des.results.tables import from_columns, from_numbers
 
 
 class OneThread:
@@ -89,14 +90,18 @@ def hand_made(
     def simulate(scenario: Scenario, seed: int) -> Any:
         rows = []
         for number, given in enumerate(fleet(scenario, seed)):
-            metrics: dict[str, Any] = dict.fromkeys(AuvMetrics.__dataclass_fields__, 1.0)
-            metrics |= {"auv": number, "imu_error_m": 9.0, "path_error_m": None, **given}
-            metrics["fix_benefit_m"] = metrics["imu_error_m"] - metrics["position_error_m"]
-            rows.append(AuvMetrics(**metrics))
-        mission = mission_metrics(rows, Utilisation(10, 0, 0.5, 0.5, None, None, 100.0))
+            own: dict[str, Any] = dict.fromkeys(AUV_METRICS.names, 1.0)
+            own |= {"auv": number, "imu_error_m": 9.0, "path_error_m": None, **given}
+            own["fix_benefit_m"] = own["imu_error_m"] - own["position_error_m"]
+            rows.append(tuple(own.values()))
+        metrics = np.array(rows, dtype=AUV_METRICS)
+        mission = mission_metrics(metrics, Utilisation(10, 0, 0.5, 0.5, None, None, 100.0))
         columns = {name: [value] for name, value in mission.items()}
         return SimpleNamespace(
-            arrow={"auvs": from_rows("auvs", rows), "mission": from_columns("mission", columns)}
+            arrow={
+                "auvs": from_numbers("auvs", metrics),
+                "mission": from_columns("mission", columns),
+            }
         )
 
     monkeypatch.setattr(running, "pool_for", OneThread)

@@ -8,7 +8,7 @@ from ..protocol.fix_queue import FixBatch
 from ..records.events import OUTCOMES
 from ..records.recorder import Recorder
 from ..results.tables import from_numbers, from_rows
-from .track_points import track_points
+from .outcomes.track_points import track_points
 from .world import World
 
 # What tables have beside the buffers of a mission: how loud receptions were, and whose measurements

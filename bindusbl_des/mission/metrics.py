@@ -34,9 +34,11 @@ from .world import World
 Array = NDArray[np.float64]
 
 AUV_METRICS = row_type(AuvMetrics)
+NAMES = AUV_METRICS.names or ()
 
-# Of these no AUV lacks a number.
-NUMBERS = [name for name in AUV_METRICS.names or () if name in never_null("auvs")]
+# No AUV lacks a number of these, or if it has any of what they are made of.
+NUMBERS = dict.fromkeys([name for name in NAMES if name in never_null("auvs")], "")
+NUMBERS |= {"fix_error_rms_m": "fixes", "latency_mean_s": "fixes_delivered"}
 
 
 def auv_metrics(world: World) -> Rows:
@@ -59,9 +61,10 @@ def auv_metrics(world: World) -> Rows:
         metrics["energy_j"] = energies[0]
         np.divide(energies[0], delivered, out=metrics["energy_per_fix_j"], where=delivered > 0)
     metrics["slots_missed"] = _missed(world.record, count)
-    for name in NUMBERS:
-        if not np.isfinite(metrics[name]).all():
-            refuse(int(np.argmin(np.isfinite(metrics[name]))), f"{name} is no number")
+    for name, made_of in NUMBERS.items():
+        lost = np.isnan(metrics[name]) & ((metrics[made_of] > 0) if made_of else True)
+        if lost.any():
+            refuse(int(lost.argmax()), f"{name} is no number")
     return metrics
 
 
@@ -180,7 +183,7 @@ def mission_metrics(auvs: Rows, whole: Utilisation) -> dict[str, float | None]:
     and the worst AUV's with its number.
     """
     means: dict[str, float | None] = {}
-    for name in AUV_METRICS.names[1:]:
+    for name in NAMES[1:]:
         known = [value for value in auvs[name].tolist() if value == value]
         means[name] = math.fsum(known) / len(known) if known else None
     own = {column.name: getattr(whole, column.name) for column in fields(Utilisation)}

@@ -86,8 +86,9 @@ class DeadReckoning:
         """
         wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
-        self._motion, self._wrong = motion, wrong
+        self._motion = motion
         # as compiled equations take them
+        self._wrong: tuple[Any, ...] = wrong
         self.flat: tuple[Any, ...] = (*motion, *wrong)
 
     def follow(self, time: float) -> None:

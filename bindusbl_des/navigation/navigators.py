@@ -139,9 +139,10 @@ class LinearNavigator:
         return self._believed(auv, odometry, sure=True)
 
     def _believed(self, auv: int, odometry: Odometry, *, sure: bool) -> Array:
-        told = (np.ascontiguousarray(column) for column in odometry)
-        found, known = np.empty((len(odometry.times), 2 + sure)), self._held
-        believed(auv, sure, *told, known.of(auv), *known.flat, *self._going_on, found)
+        found = np.empty((len(odometry.times), 2 + sure))
+        told: tuple[Any, ...] = tuple([np.ascontiguousarray(column) for column in odometry])
+        held: tuple[Any, ...] = (self._held.of(auv), *self._held.flat)
+        believed(auv, sure, *told, *held, *self._going_on, found)
         return found
 
 

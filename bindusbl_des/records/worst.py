@@ -34,9 +34,9 @@ def worst_of(auvs: Rows) -> dict[str, float | None]:
     values = np.array([auvs[name] for name in names], dtype=np.float64)
     missing = np.isnan(values)
     badness = np.where(missing, np.inf, np.where(_LARGEST, values, -values))
-    which, nobody = badness.argmax(axis=1), missing.all(axis=1)
+    which, nobody = badness.argmax(axis=1).tolist(), missing.all(axis=1).tolist()
     found: dict[str, float | None] = {}
-    for name, its_own, auv, none in zip(names, values, which.tolist(), nobody, strict=True):
+    for name, its_own, auv, none in zip(names, values, which, nobody, strict=True):
         value = float(its_own[auv])
         found[f"worst_{name}"] = None if math.isnan(value) else value
         found[f"worst_{name}_auv"] = None if none and name in UNDEFINED else auv

@@ -110,7 +110,7 @@ def batch(
     """Return the rows of a table: `columns` (:data:`COLUMN`) say which numbers of the `parts`, one
     or two arrays of n records side by side, become what.
     """
-    first, second = (parts * 2)[:2]
+    first, second = parts[0], parts[-1]
     rows, kind = len(first), columns["kind"]
     texts = int(np.count_nonzero(kind >= WORDS))
     longest = words.letters.shape[1] + DIGITS
@@ -128,7 +128,7 @@ def batch(
     return pa.Table.from_batches([found], schema=schema)
 
 
-def _numbers(rows: Rows) -> tuple[Floats, Ints, int]:
+def _numbers(rows: Rows) -> tuple[Any, ...]:
     """Return records, row by row, as floats and as whole numbers, and how many each row has."""
     flat: Any = np.ascontiguousarray(rows)
     return flat.view(np.float64), flat.view(np.int64), rows.dtype.itemsize // WORD

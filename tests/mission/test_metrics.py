@@ -10,10 +10,13 @@ from hypothesis import strategies as st
 from worlds import scenario, still
 
 from bindusbl_des import simulate
-from bindusbl_des.mission.metrics import _ages, _p95
+from bindusbl_des.core.means import mean, quantile, sort
+from bindusbl_des.mission import metrics
+from bindusbl_des.mission.outcomes.accuracy import quantile_of
+from bindusbl_des.mission.outcomes.service import fix_ages
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import LinearNavigator
-from bindusbl_des.records.worst import WORST_IS_LARGEST, worst
+from bindusbl_des.records.worst import WORST_IS_LARGEST, worst_of
 
 
 def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
@@ -77,12 +80,18 @@ def test_intervals_and_rates_of_clockwork() -> None:
     assert auv.latency_from_slot_s == pytest.approx(7 / 30)
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 20, 21, 22, 1000])
-def test_the_quantile_is_that_of_numpy(count: int) -> None:
-    """95 % of the time: linear between the two values beside that place."""
+@pytest.mark.parametrize("count", [1, 2, 3, 7, 8, 20, 21, 22, 129, 1000])
+def test_means_and_quantiles_are_those_of_numpy(count: int) -> None:
+    """95 % of the time: linear between the two values beside that place.  Means are bit for bit."""
     values = np.random.default_rng(count).random(count)
-    assert _p95(values) == pytest.approx(np.quantile(values, 0.95), abs=1e-15)
-    assert _p95(np.empty(0)) is None
+    assert mean(values) == values.mean()
+    assert quantile_of(values, 0.95) == pytest.approx(np.quantile(values, 0.95), abs=1e-15)
+    rising = values.copy()
+    sort(rising)
+    assert rising.tolist() == sorted(values.tolist())
+    assert quantile(rising, 0.95) == quantile_of(values, 0.95)
+    assert math.isnan(mean(np.empty(0)))
+    assert math.isnan(quantile(np.empty(0), 0.95))
 
 
 @given(st.lists(st.floats(0.0, 99.0), max_size=30))
@@ -90,10 +99,10 @@ def test_the_age_of_a_fix_is_that_of_a_fine_clock(instants: list[float]) -> None
     """Mean, quantile and maximum of the sawtooth are those of a hundred thousand samples of it."""
     delivered, times = np.sort(np.array(instants)), (np.arange(100_000) + 0.5) / 1000
     since = np.append(0.0, delivered)[np.searchsorted(delivered, times, side="right")]
-    found = _ages(delivered, 100.0)
-    assert found["fix_age_mean_s"] == pytest.approx((times - since).mean(), abs=2e-3)
-    assert found["fix_age_p95_s"] == pytest.approx(np.quantile(times - since, 0.95), abs=2e-2)
-    assert found["fix_age_max_s"] == pytest.approx((times - since).max(), abs=1e-2)
+    average, oldest, largest = fix_ages(delivered, 100.0, np.empty(len(delivered) + 1))
+    assert average == pytest.approx((times - since).mean(), abs=2e-3)
+    assert oldest == pytest.approx(np.quantile(times - since, 0.95), abs=2e-2)
+    assert largest == pytest.approx((times - since).max(), abs=1e-2)
 
 
 def test_who_lost_his_fixes_early_is_the_worst() -> None:
@@ -114,6 +123,14 @@ def test_who_lost_his_fixes_early_is_the_worst() -> None:
     assert pd.isna(mission.worst_saturated_share_auv)  # nobody has actuators
     assert "worst_distance_m" not in mission
     assert "worst_pings" not in mission
+
+
+def worst(metric: str, values: list[float | None]) -> tuple[float | None, float | None]:
+    """Return the worst value of a fleet's of one metric, and whose it is."""
+    auvs = np.zeros(len(values), dtype=[(name, float) for name in WORST_IS_LARGEST])
+    auvs[metric] = np.array(values, dtype=np.float64)
+    found = worst_of(auvs)
+    return found[f"worst_{metric}"], found[f"worst_{metric}_auv"]
 
 
 @pytest.mark.parametrize("metric", ["latency_from_slot_s", "path_error_m", "latency_mean_s"])
@@ -150,6 +167,12 @@ def test_an_estimate_that_is_no_number_is_told(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(ArithmeticError, match=r"AUV1's estimate is no number from 12\.5 s on"):
         simulate(still(2, duration_s=20.0, record={"detail": "summary"}))
     monkeypatch.undo()
-    monkeypatch.setattr("bindusbl_des.mission.metrics._rms", lambda values: math.nan)
+    whole = metrics.note_service
+
+    def unsure(auvs: np.ndarray, *known: object) -> None:
+        whole(auvs, *known)
+        auvs["fix_error_rms_m"] = math.nan
+
+    monkeypatch.setattr(metrics, "note_service", unsure)
     with pytest.raises(ArithmeticError, match="AUV0's fix_error_rms_m is no number"):
         simulate(still(2, duration_s=20.0, record={"detail": "summary"}))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bindusbl_des.mission.metrics import _ages
+from bindusbl_des.mission.outcomes.service import fix_ages
 from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.prediction.waiting import Waiting, waiting
 
@@ -14,13 +14,16 @@ def waited(told: np.ndarray, chance: float, end: float, many: int = 1) -> Waitin
     return waiting(Turns(rows, rows, np.full(rows.shape, chance), none, none, many), end)
 
 
+def ages(told: np.ndarray, end: float) -> tuple[float, float, float]:
+    """Return mean, 95 % quantile and maximum of the age of the last fix (s)."""
+    return fix_ages(told, end, np.empty(len(told) + 1))
+
+
 def test_certain_fixes_are_counted_as_metrics_count_them() -> None:
     told = np.array([3.0, 4.5, 20.0, 21.0, 60.0])
-    found, exact = waited(told, 1.0, 100.0), _ages(told, 100.0)
+    found, exact = waited(told, 1.0, 100.0), ages(told, 100.0)
     assert found.rate_hz[0] == 0.05
-    assert found.mean_s[0] == pytest.approx(exact["fix_age_mean_s"])
-    assert found.p95_s[0] == pytest.approx(exact["fix_age_p95_s"])
-    assert found.longest_s[0] == pytest.approx(exact["fix_age_max_s"])
+    assert (found.mean_s[0], found.p95_s[0], found.longest_s[0]) == pytest.approx(exact)
 
 
 def test_without_fixes_the_wait_is_the_mission() -> None:
@@ -35,9 +38,9 @@ def test_fixes_by_chance_are_awaited_longer() -> None:
     assert found.mean_s[0] == pytest.approx(2.0 * (2 - chance) / (2 * chance), rel=0.01)
     draw, drawn = np.random.default_rng(2), []
     for _ in range(1000):
-        drawn.append(_ages(told[draw.random(len(told)) < chance], 800.0))
-    for name, value in (("p95_s", found.p95_s), ("max_s", found.longest_s)):
-        assert value[0] == pytest.approx(np.mean([it[f"fix_age_{name}"] for it in drawn]), rel=0.03)
+        drawn.append(ages(told[draw.random(len(told)) < chance], 800.0))
+    expected = np.mean(drawn, axis=0)[1:]
+    assert (found.p95_s[0], found.longest_s[0]) == pytest.approx(expected, rel=0.03)
 
 
 def test_rounds_taken_together_are_awaited_one_by_one() -> None:

@@ -16,10 +16,21 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import Result, load_result, simulate
+from bindusbl_des.records.events import OUTCOMES, Round
+from bindusbl_des.records.frames import Assignment
+from bindusbl_des.records.rows import FIX
 from bindusbl_des.results import result as results
 from bindusbl_des.results import result_folder
-from bindusbl_des.results.arrow import arrow, named, numpy_columns
-from bindusbl_des.results.tables import EVENT_TABLES, TABLES, data_dictionary, schema
+from bindusbl_des.results.arrow import arrow, numpy_columns
+from bindusbl_des.results.tables import (
+    EVENT_TABLES,
+    TABLES,
+    VEHICLES,
+    data_dictionary,
+    from_numbers,
+    from_rows,
+    schema,
+)
 
 
 @pytest.fixture(scope="module")
@@ -256,9 +267,44 @@ def test_a_folder_that_lacks_a_table_is_damaged(result: Result, tmp_path: Path) 
         load_result(folder)
 
 
-def test_names_are_spelt_from_their_numbers() -> None:
-    """Names may be of any length, none at all, beyond ASCII, or missing."""
-    names, numbers = ["AUV0", "", "AUV10", "Bo\u00eft"], [2, 0, -1, 3, 1, 2]
-    expected = [None if n < 0 else names[n] for n in numbers]
-    assert named(np.array(numbers), names).to_pylist() == expected
-    assert named(np.empty(0, dtype=int), []).to_pylist() == []
+@pytest.mark.parametrize("missing", [False, True])
+@pytest.mark.parametrize("count", [0, 1, 9, 64, 1000])
+def test_a_table_made_at_once_is_that_made_column_by_column(count: int, missing: bool) -> None:
+    """Numbers bit for bit, words and names, each with what is null; in one part or two."""
+    draw = np.random.default_rng(count)
+    fixes = np.zeros(count, dtype=FIX)
+    for name in FIX.names or ():
+        fixes[name] = draw.integers(-1 if missing else 0, 12, count)
+    fixes["outcome"] = draw.integers(0, len(OUTCOMES), count)
+    fixes["x_m"] = draw.normal(size=count)
+    fixes["y_m"] = np.where(draw.random(count) < (0.5 if missing else 0.0), np.nan, -0.0)
+    words = (*OUTCOMES, "Bo\u00eft", "", "ASV1 ASV10")
+    fused = np.array([(it,) for it in draw.integers(6, 9, count)], dtype=[("asvs", "i8")])
+    found = from_numbers("fixes", fixes, fused, words=words)
+    found.validate(full=True)
+    assert found.schema.equals(schema("fixes"), check_metadata=True)
+    for field in found.schema:
+        values = (fused if field.name == "asvs" else fixes)[field.name].tolist()
+        prefix = VEHICLES.get(field.name)
+        if prefix:
+            expected = [None if it < 0 else f"{prefix}{it}" for it in values]
+        elif field.type == pa.string():
+            expected = [words[it] for it in values]
+        else:
+            expected = [None if it != it else it for it in values]
+        assert found[field.name].to_pylist() == expected
+        assert found[field.name].num_chunks == 1
+    if not missing:  # the sign of zero stays
+        assert np.signbit(numpy_columns(found)["y_m"]).all()
+
+
+def test_whole_numbers_may_be_missing_where_the_table_says_so() -> None:
+    """Whoever was not told of a slot has no count; of words and vehicles None is null as well."""
+    rows = [Round(0, 0.0, 1, 2), Round(1, 0.5, 1, 2, 0.5, None, 3, 4, 0)]
+    table = from_rows("rounds", rows)
+    assert table["assigned"].to_pylist() == [None, 4]
+    assert table["downlink_s"].to_pylist() == [None, None]
+    told = from_rows("assignments", [Assignment(0, 0, 12, 0.5, None, None, "missed")])
+    assert [told[name][0].as_py() for name in ("auv", "told_by", "outcome")] == [
+        "AUV12", None, "missed",
+    ]  # fmt: skip

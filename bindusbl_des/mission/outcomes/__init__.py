@@ -1,1 +1,1 @@
-"""What became of signals in a mission: counts for each AUV, and what broke the schedule."""
+"""What a mission came to: counts and metrics of each AUV, tracks, and what broke the schedule."""

@@ -5,12 +5,12 @@ from math import cos, hypot, nan, pi, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import entry, inlined
-from ..records.events import TrackPoint
-from ..records.rows import Row, Rows, row_type
-from .samples import instants
-from .voyage import beside
-from .world import World
+from ...core.compiled import entry, inlined
+from ...records.events import TrackPoint
+from ...records.rows import Row, Rows, row_type
+from ..samples import instants
+from ..voyage import beside
+from ..world import World
 
 Floats = NDArray[np.float64]
 
