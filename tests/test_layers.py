@@ -123,12 +123,13 @@ def test_arguments_that_travel_together_have_a_name() -> None:
     assert long <= FOR_NOW
 
 
-# Where numbers have names: outcomes and models, which are no places in a row; the coefficients of
+# Where numbers have names: outcomes, models and kinds of columns, no places in a row; the coefficients of
 # hulls, one vector whatever the hull, since one integrator moves them all; and the table of
 # motions, which as records would cost each entry 0.12 us more (6 % of a mission).
 NUMBERED = {
     "vehicles.motion",
-    *("records.events", "report.recording", "vehicles.guidance.flight", "vehicles.hulls.rk4"),
+    *("records.events", "results.batches", "report.recording"),
+    *("vehicles.guidance.flight", "vehicles.hulls.rk4"),
     *("vehicles.hulls.bluerov2", "vehicles.hulls.cybership2", "vehicles.hulls.otter"),
     "vehicles.hulls.remus100_parameters",
 }

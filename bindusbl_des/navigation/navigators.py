@@ -141,8 +141,8 @@ class LinearNavigator:
     def _believed(self, auv: int, odometry: Odometry, *, sure: bool) -> Array:
         found = np.empty((len(odometry.times), 2 + sure))
         told: tuple[Any, ...] = tuple([np.ascontiguousarray(column) for column in odometry])
-        held: tuple[Any, ...] = (self._held.of(auv), *self._held.flat)
-        believed(auv, sure, *told, *held, *self._going_on, found)
+        known: tuple[Any, ...] = (self._held.of(auv), *self._held.flat, *self._going_on, found)
+        believed(auv, sure, *told, *known)
         return found
 
 

@@ -34,7 +34,8 @@ def worst_of(auvs: Rows) -> dict[str, float | None]:
     values = np.array([auvs[name] for name in names], dtype=np.float64)
     missing = np.isnan(values)
     badness = np.where(missing, np.inf, np.where(_LARGEST, values, -values))
-    which, nobody = badness.argmax(axis=1).tolist(), missing.all(axis=1).tolist()
+    which: list[int] = badness.argmax(axis=1).tolist()
+    nobody: list[bool] = np.logical_and.reduce(missing, axis=1).tolist()
     found: dict[str, float | None] = {}
     for name, its_own, auv, none in zip(names, values, which, nobody, strict=True):
         value = float(its_own[auv])

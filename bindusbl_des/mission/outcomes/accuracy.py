@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import entry
-from ...core.means import mean
 from ...navigation.dead_reckoning import Odometry
 from ...navigation.weighing import SURE
 from ...records.rows import Rows
 from ..world import World
+from .means import mean
 from .service import MOST
 
 Floats = NDArray[np.float64]

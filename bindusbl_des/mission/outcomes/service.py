@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import compiled, entry
-from ...core.means import mean, quantile, sort, total
 from ...records.events import COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import Row, Rows
+from .means import mean, quantile, sort, total
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled
+from ...core.compiled import compiled
 
 Floats = NDArray[np.float64]
 
