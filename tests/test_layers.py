@@ -26,7 +26,7 @@ HOMES = {
     "pyarrow": "acoustics.rays.reading results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands manual",
-    "numba": "core.compiled core.code_cache",
+    "numba": "core.compiled core.code_cache core.lanes",
     "pydantic": "scenario campaigns",
     "pydantic_core": "scenario",
     "matplotlib": "figures reproduction replay",
@@ -124,14 +124,14 @@ def test_arguments_that_travel_together_have_a_name() -> None:
 
 
 # Where numbers have names: outcomes, models and kinds of columns, no places in a row; the coefficients of
-# hulls, one vector whatever the hull, since one integrator moves them all; and the table of
-# motions, which as records would cost each entry 0.12 us more (6 % of a mission).
+# hulls, one vector whatever the hull, since one integrator moves them all; rows of lanes; and the
+# table of motions, which as records would cost each entry 0.12 us more (6 % of a mission).
 NUMBERED = {
     "vehicles.motion",
     *("records.events", "results.batches", "report.recording"),
     *("vehicles.guidance.flight", "vehicles.hulls.rk4"),
     *("vehicles.hulls.bluerov2", "vehicles.hulls.cybership2", "vehicles.hulls.otter"),
-    "vehicles.hulls.remus100_parameters",
+    *("vehicles.hulls.remus100_parameters", "vehicles.hulls.frames", "vehicles.guidance.logbook"),
 }
 
 

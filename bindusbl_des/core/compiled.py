@@ -38,7 +38,9 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 # What a file imports from files beside it: `from .motion import where`, `from . import logs`
 IMPORT = re.compile(rb"^from (\.*)([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
-COMPILES = re.compile(rb"^from (\.+(core\.)?|bindusbl_des\.core\.)compiled import", re.MULTILINE)
+COMPILES = re.compile(
+    rb"^from ((\.+(core\.)?|bindusbl_des\.core\.)compiled|numba\.extending) import", re.MULTILINE
+)
 
 
 @cache

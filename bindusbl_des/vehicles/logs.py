@@ -5,12 +5,14 @@ yaw are cubic polynomials through both ends with the rates there (Hermite), whic
 is within a micrometre of the motion itself.
 """
 
-from math import cos, hypot, sin
+from math import hypot
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
+from ..core.lanes.numbers import sincos
 
 Floats = NDArray[np.float64]
 Place = tuple[float, float, float, float]
@@ -21,20 +23,62 @@ Velocity = tuple[float, float, float]
 X, Y, Z, YAW, RATES, COS, SIN, DISTANCE, COLUMNS = 0, 1, 2, 3, 4, 8, 9, 10, 11
 
 
+class Bearing(NamedTuple):
+    """Cosine and sine of a yaw, and how fast it turns (rad/s)."""
+
+    cosine: float
+    sine: float
+    turning: float
+
+
+class Stride(NamedTuple):
+    """A place (m), its rates and its speed (m/s)."""
+
+    x: float
+    y: float
+    u: float
+    v: float
+    speed: float
+
+
+@inlined
+def turned_over(was: Bearing, now: Bearing, duration: float) -> tuple[float, float]:
+    """Return the integrals of cos(yaw) and sin(yaw) (s) over some time (s) between two bearings.
+
+    Trapezoid with its end correction (Euler-Maclaurin).
+    """
+    half, twelfth = duration / 2.0, duration * duration / 12.0
+    ends, begins = now.sine * now.turning, was.sine * was.turning
+    ahead = half * (was.cosine + now.cosine) + twelfth * (ends - begins)
+    begins, ends = was.cosine * was.turning, now.cosine * now.turning
+    aside = half * (was.sine + now.sine) + twelfth * (begins - ends)
+    return ahead, aside
+
+
+@inlined
+def walked(was: Stride, now: Stride, duration: float) -> float:
+    """Return the distance (m) travelled in some time (s) between two places.
+
+    Simpson's rule, the speed half way taken from the cubic of the position.
+    """
+    share = 1.5 / duration
+    u_half = share * (now.x - was.x) - 0.25 * (was.u + now.u)
+    v_half = share * (now.y - was.y) - 0.25 * (was.v + now.v)
+    return duration / 6.0 * (was.speed + 4.0 * hypot(u_half, v_half) + now.speed)
+
+
 @inlined
 def headings(
     log: Floats, line: int, duration: float, yaw: float, turn: float
 ) -> tuple[float, float]:
     """Return the integrals of cos(yaw) and sin(yaw) (s) `duration` past a line.
 
-    `yaw` (rad) and its rate `turn` (rad/s) are those of that later instant.  Trapezoid with its end
-    correction (Euler-Maclaurin).
+    `yaw` (rad) and its rate `turn` (rad/s) are those of that later instant.
     """
-    before, turned = log[line, YAW], log[line, RATES + YAW]
-    c_before, s_before, c_now, s_now = cos(before), sin(before), cos(yaw), sin(yaw)
-    half, twelfth = duration / 2.0, duration * duration / 12.0
-    ahead = half * (c_before + c_now) + twelfth * (s_now * turn - s_before * turned)
-    aside = half * (s_before + s_now) + twelfth * (c_before * turned - c_now * turn)
+    s_before, c_before = sincos(log[line, YAW])
+    s_now, c_now = sincos(yaw)
+    was = Bearing(c_before, s_before, log[line, RATES + YAW])
+    ahead, aside = turned_over(was, Bearing(c_now, s_now, turn), duration)
     return log[line, COS] + ahead, log[line, SIN] + aside
 
 
@@ -44,18 +88,14 @@ def distance(
 ) -> float:
     """Return the distance (m) travelled until `duration` past a line.
 
-    What follows are place (m) and velocity (m/s) at that later instant.  Simpson's rule, the speed
-    half way taken from the cubic of the position.
+    What follows are place (m) and velocity (m/s) at that later instant.
     """
     so_far: float = log[line, DISTANCE]
     if duration <= 0.0:
         return so_far
     u_was, v_was = log[line, RATES + X], log[line, RATES + Y]
-    share = 1.5 / duration
-    u_half = share * (x - log[line, X]) - 0.25 * (u_was + u)
-    v_half = share * (y - log[line, Y]) - 0.25 * (v_was + v)
-    walked: float = hypot(u_was, v_was) + 4.0 * hypot(u_half, v_half) + hypot(u, v)
-    return so_far + duration / 6.0 * walked
+    was = Stride(log[line, X], log[line, Y], u_was, v_was, hypot(u_was, v_was))
+    return so_far + walked(was, Stride(x, y, u, v, hypot(u, v)), duration)
 
 
 @inlined

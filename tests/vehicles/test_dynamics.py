@@ -17,6 +17,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped,unused-ignore]
 
+from bindusbl_des.core.compiled import entry
+from bindusbl_des.core.lanes.numbers import LANES
 from bindusbl_des.vehicles.hulls import (
     MODELS,
     DivergenceError,
@@ -27,6 +29,7 @@ from bindusbl_des.vehicles.hulls import (
     steady_turn,
     trajectory,
 )
+from bindusbl_des.vehicles.hulls.frames import Current
 
 Floats = NDArray[np.float64]
 REFERENCE = Path(__file__).parents[1] / "reference" / "dynamics"
@@ -347,14 +350,35 @@ def test_the_equations_agree_with_their_second_writing(model: str) -> None:
     kind = MODELS[model]
     packed = kind.pack(parameters(model))
     state_spread, command_spread, tolerance = SPREAD[model]
-    for _ in range(500):
-        state = random.uniform(-1, 1, len(kind.states)) * state_spread
-        command = random.uniform(-1, 1, len(kind.commands)) * command_spread
+    for _ in range(125):
+        states = random.uniform(-1, 1, (LANES, len(kind.states))) * state_spread
+        commands = random.uniform(-1, 1, (LANES, len(kind.commands))) * command_spread
         current = random.uniform(-0.5, 0.5, 2)
-        ours = np.empty(len(kind.states))
-        rk4.derivative(kind.equations, state, command, current[0], current[1], packed, ours)
-        theirs = RATES[model](state, command, current)
-        assert np.abs(ours - theirs).max() < tolerance * np.abs(theirs).max()
+        ours = np.empty(states.shape)
+        rates_of_four(kind.equations, states, commands, *current, packed, rk4.room(), ours)
+        for state, command, rates in zip(states, commands, ours, strict=True):
+            theirs = RATES[model](state, command, current)
+            assert np.abs(rates - theirs).max() < tolerance * np.abs(theirs).max()
+
+
+@entry
+def rates_of_four(
+    model: int, states: Floats, commands: Floats, north: float, east: float, p: Floats,
+    rows: Floats, rates: Floats,
+) -> None:  # fmt: skip
+    """Write the rates of four vehicles, one in each lane."""
+    vehicles, size = rk4.four(rows), states.shape[1]
+    for lane in range(LANES):
+        rk4.board(states, lane, lane, rows)
+        rk4.tell(commands[lane], lane, rows)
+    rk4.look(size, vehicles.state, vehicles.angles, vehicles.rates)
+    current = Current(north, east)
+    rk4.accelerate(
+        model, vehicles.state, vehicles.angles, vehicles.command, current, p, vehicles.rates
+    )
+    for lane in range(LANES):
+        for k in range(size):
+            rates[lane, k] = rows[rk4.RATE + k, lane]
 
 
 # ---------------------------------------------------------------- manoeuvres nobody has published
@@ -834,4 +858,5 @@ def test_a_report_page_makes_no_equation_stale() -> None:
     rooms = {file.split("/")[0] for file in found}
     assert rooms <= {"core", "records", "vehicles", "acoustics", "usbl", "navigation", "protocol"}
     flight = {file.name for file in _made_of(PACKAGE / "vehicles/guidance/flight.py")}
-    assert {"remus100_parameters.py", "otter.py", "rk4.py", "tracks.py"} <= flight
+    parts = {"remus100_parameters.py", "otter.py", "rk4.py", "tracks.py", "numbers.py", "blocks.py"}
+    assert parts <= flight

@@ -18,8 +18,6 @@ from bindusbl_des.vehicles.guidance import (
     GuidedFleet,
     GuidedVehicle,
     SteeringDrift,
-    belief,
-    logbook,
     smallest_turn,
     top_speed,
     tracks,
@@ -77,7 +75,8 @@ def test_starboard_of_the_path_is_positive(bend: float) -> None:
     for along in (0.5, 20.0, 49.0):
         x, y, yaw = path.at(along)
         place = (x - 1.5 * math.sin(yaw), y + 1.5 * math.cos(yaw))
-        cross, heading, curvature, left, travelled = locate(path, place, along)
+        cross, heading, *direction, curvature, left, travelled = locate(path, place, along)
+        assert direction == [math.cos(heading), math.sin(heading)]
         assert cross == pytest.approx(1.5, abs=1e-9)
         assert math.remainder(heading - yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
         assert (curvature, left) == pytest.approx((bend, 50.0 - along), abs=1e-9)
@@ -95,7 +94,7 @@ def test_a_tour_goes_on_where_it_repeats() -> None:
     packed, progress = tracks.pack([tour]), np.zeros(1, tracks.PROGRESS)[0]
     for along in np.arange(0.0, 3 * tour.length, 0.06):
         x, y, yaw = tour.at(along)
-        cross, heading, _, left = tracks.locate(packed.rows, packed.bounds[0], progress, x, y)
+        cross, heading, _, _, _, left = tracks.locate(packed.rows, packed.bounds[0], progress, x, y)
         assert abs(cross) < 1e-6
         assert abs(math.remainder(heading - yaw, 2 * math.pi)) < 1e-6
         assert left == math.inf
@@ -355,6 +354,16 @@ def test_looking_changes_nothing(number: int) -> None:
     )
 
 
+def note(log: Floats, line: int, step: float, moves: tuple[float, ...]) -> None:
+    """Write a line of a log: place and rates, and what has summed up to it."""
+    log[line, : logs.COS] = moves
+    if line > 0:
+        x, y, _, yaw, u, v, _, turning = moves
+        sums = logs.headings(log, line - 1, step, yaw, turning)
+        log[line, logs.COS], log[line, logs.SIN] = sums
+        log[line, logs.DISTANCE] = logs.distance(log, line - 1, step, x, y, u, v)
+
+
 @pytest.mark.parametrize("model", ["bluerov2", "remus100", "otter", "cybership2"])
 def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
     """Any instant between two boundaries is within a micrometre of the integrated motion."""
@@ -382,7 +391,7 @@ def test_between_two_lines_of_the_log_lies_the_motion(model: str) -> None:
     for k, line in enumerate(lines):
         after = places(fine, np.array([line, line + tiny, line + 2 * tiny]))
         rates = (-3 * after[0] + 4 * after[1] - after[2]) / (2 * tiny)
-        logbook.note(log, k, step, belief.Spot(*table[k], *rates, 0.0, 0.0))
+        note(log, k, step, (*table[k], *rates))
     times = np.sort(np.random.default_rng(2).uniform(0.0, lines[-1], 300))
     read = motion.lines(*Motion(log, np.array([0, len(log)]), step), 0, times)
     truth = places(Fleet(model, rest, **sea), times)  # type: ignore[arg-type]
@@ -398,7 +407,7 @@ def test_headings_sum_up_exactly_on_a_circle() -> None:
         yaw = rate * line * step
         c, s = math.cos(yaw), math.sin(yaw)
         place, rates = (s, 1.0 - c, 5.0, yaw), (rate * c, rate * s, 0.0, rate)
-        logbook.note(log, line, step, belief.Spot(*place, *rates, 0.0, 0.0))
+        note(log, line, step, (*place, *rates))
     circle, instants = Motion(log, np.array([0, 21]), step), np.array([0.31, 1.0])
     for instant, row in zip(instants, motion.lines(*circle, 0, instants), strict=True):
         yaw = rate * instant

@@ -4,27 +4,46 @@ An autopilot has its AHRS (attitude and turn rates), its depth and a velocity lo
 those of dead reckoning. Whatever else is true stays outside.
 """
 
-from math import ceil, cos, sin
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 
 from ...core.compiled import inlined
 from ..expected_drift import Drift
-from ..hulls.frames import Floats
 from ..reckoning import Wrong, skewed, steady
+
+
+class Posture(NamedTuple):
+    """How a vehicle lies in the water, as its sensors tell: depth (m), roll, pitch, and yaw by
+    compass (rad), its turning about its own axes (rad/s), and what sines and cosines there are.
+    """
+
+    depth: float
+    roll: float
+    pitch: float
+    yaw: float
+    rolling: float
+    pitching: float
+    turning: float
+    s_roll: float
+    c_roll: float
+    s_pitch: float
+    c_pitch: float
+    s_yaw: float
+    c_yaw: float
 
 
 class Sensed(NamedTuple):
     """What a vehicle knows at an instant, and steers by; all that an autopilot may look at.
 
-    Of its `state`, attitude by compass, turn rates and depth; how fast it sinks (m/s); the offset
-    from its station (m) by estimate or GNSS, and the velocity that its log measures (m/s), north
-    and east; that ahead and to starboard of the hull (a REMUS asks for the one through the water);
-    and how fast the water carries it beyond what the log measures, as far as fixes show (m/s).
+    Its `posture`; how fast it sinks (m/s); the offset from its station (m) by estimate or GNSS, and
+    the velocity that its log measures (m/s), north and east; that ahead and to starboard of the
+    hull (a REMUS asks for the one through the water); and how fast the water carries it beyond what
+    the log measures, as far as fixes show (m/s).
     """
 
-    state: Floats
+    posture: Posture
     sinking: float
     off_n: float
     off_e: float
@@ -37,18 +56,15 @@ class Sensed(NamedTuple):
 
 
 class Spot(NamedTuple):
-    """Where a vehicle is and how it moves: place (m), yaw (rad), their rates (m/s, rad/s), and the
-    current ahead and to starboard (m/s).
+    """Where a vehicle is and how it moves over ground: place (m) and velocity (m/s); and how fast
+    ahead and to starboard a log without error measures (m/s).
     """
 
     x: float
     y: float
-    z: float
-    yaw: float
     north: float
     east: float
     sinking: float
-    turning: float
     ahead: float
     aside: float
 
@@ -92,13 +108,15 @@ def for_fleet(
 
 
 @inlined
-def set_of(turn: float, log: tuple[float, float], told: Drift) -> tuple[float, float]:
+def set_of(
+    frame: tuple[float, float], log: tuple[float, float], told: Drift
+) -> tuple[float, float]:
     """Return how fast water and bias carry the vehicle beyond what its log measures (m/s).
 
-    As a filter has learnt it; `turn` (rad) is that of the frame in which the bias is constant,
+    As a filter has learnt it; `frame` are cosine and sine of that in which the bias is constant,
     `log` what is measured along x and y.
     """
-    c_turn, s_turn = cos(turn), sin(turn)
+    c_turn, s_turn = frame
     ahead, aside = told.bias_ahead + told.roaming_ahead, told.bias_aside + told.roaming_aside
     bias_n, bias_e = c_turn * ahead - s_turn * aside, s_turn * ahead + c_turn * aside
     own_n, own_e = log[0] - bias_n, log[1] - bias_e
@@ -109,25 +127,24 @@ def set_of(turn: float, log: tuple[float, float], told: Drift) -> tuple[float, f
 
 @inlined
 def read_log(
-    spot: Spot, own: tuple[float, float], current: Floats, drift: SteeringDrift, vehicle: int,
-    bias: Floats,
+    spot: Spot, heading: tuple[float, float], missed: tuple[float, float], wrong: Wrong,
+    vehicle: int, interval: int,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Return what a velocity log measures (m/s), bias included, north, east, ahead, to starboard.
 
-    `own` is the velocity ahead and to starboard without error; `current` (2,) m/s escapes a log
-    without bottom lock; `bias` (2,) is that of now. The random walk of dead reckoning is left to
-    the position: it is faster than the loops, and as noise of this velocity changes path errors of
-    a BlueROV2 by 0.02 m at most.
+    `heading` are cosine and sine of the yaw by compass; `missed` is the current (m/s) that escapes
+    the log. The random walk of dead reckoning is left to the position: it is faster than the loops,
+    and as noise of this velocity changes path errors of a BlueROV2 by 0.02 m at most.
     """
-    missed, wrong = 1.0 if drift.through_water else 0.0, drift.wrong
-    yaw, factor = spot.yaw + wrong.skews[vehicle].turned, wrong.skews[vehicle].factor
-    turn = yaw if wrong.in_body else 0.0
-    c_turn, s_turn = cos(turn), sin(turn)
-    north, east = spot.north - missed * current[0], spot.east - missed * current[1]
+    held, factor = min(interval, wrong.biases.shape[1] - 1), wrong.skews[vehicle].factor
+    forward, starboard = wrong.biases[vehicle, held, 0], wrong.biases[vehicle, held, 1]
+    c_turn, s_turn, c_hull, s_hull = 1.0, 0.0, heading[0], -heading[1]
+    if wrong.in_body:
+        c_turn, s_turn, c_hull, s_hull = heading[0], heading[1], 1.0, 0.0
+    north, east = spot.north - missed[0], spot.east - missed[1]
     added_n, added_e = skewed(north, east, wrong, vehicle)
-    north = added_n + north + c_turn * bias[0] - s_turn * bias[1]
-    east = added_e + east + s_turn * bias[0] + c_turn * bias[1]
-    c_hull, s_hull = cos(turn - yaw), sin(turn - yaw)
-    ahead = factor * own[0] + c_hull * bias[0] - s_hull * bias[1]
-    aside = factor * own[1] + s_hull * bias[0] + c_hull * bias[1]
+    north = added_n + north + c_turn * forward - s_turn * starboard
+    east = added_e + east + s_turn * forward + c_turn * starboard
+    ahead = factor * spot.ahead + c_hull * forward - s_hull * starboard
+    aside = factor * spot.aside + s_hull * forward + c_hull * starboard
     return north, east, ahead, aside

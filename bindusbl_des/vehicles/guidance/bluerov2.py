@@ -11,6 +11,7 @@ from math import cos, hypot, sin, sqrt
 import numpy as np
 
 from ...core.compiled import compiled
+from ...core.lanes.numbers import sincos
 from ...records.rows import Row
 from ..hulls import bluerov2 as hull
 from ..hulls.frames import Floats
@@ -98,8 +99,8 @@ def steer(
     misses, as far as fixes have shown; velocity errors are fed back in the heading frame and
     integrated in North-East, so that nothing unwinds in a turn.
     """
-    state, cross, path_yaw, left = sensed.state, aim.cross, aim.yaw, aim.left
-    c_path, s_path = cos(path_yaw), sin(path_yaw)
+    posture, cross, left = sensed.posture, aim.cross, aim.left
+    c_path, s_path = aim.cosine, aim.sine
     along = sensed.set_n * c_path + sensed.set_e * s_path
     across = sensed.set_e * c_path - sensed.set_n * s_path
     memory.speed = min(memory.speed + ACCELERATION * interval, order.speed)
@@ -109,10 +110,11 @@ def steer(
     forward, aside = (made - along) * LOOKAHEAD / offset, -ahead * cross / offset - across
     if STOPPING * left < memory.speed:  # about to hover: towards the end, whatever the bearing
         forward, aside = ahead - along, -within(STOPPING * cross, order.speed) - across
-    c_yaw, s_yaw = cos(state[5]), sin(state[5])
-    turn = path_yaw - state[5]
-    wanted_u = forward * cos(turn) - aside * sin(turn)
-    wanted_v = forward * sin(turn) + aside * cos(turn)
+    c_yaw, s_yaw = posture.c_yaw, posture.s_yaw
+    turn = aim.yaw - posture.yaw
+    s_turn, c_turn = sincos(turn)
+    wanted_u = forward * c_turn - aside * s_turn
+    wanted_v = forward * s_turn + aside * c_turn
     error_u = wanted_u - (sensed.log_n * c_yaw + sensed.log_e * s_yaw)
     error_v = wanted_v - (sensed.log_e * c_yaw - sensed.log_n * s_yaw)
     u, v, yaw_error = sensed.log_ahead, sensed.log_aside, half_turn(turn)
@@ -121,17 +123,18 @@ def steer(
     push += (p[hull.L1] + p[hull.Q1] * abs(wanted_u)) * wanted_u
     side = SWAY_GAIN * error_v + memory.east * c_yaw - memory.north * s_yaw
     side += (p[hull.L2] + p[hull.Q2] * abs(wanted_v)) * wanted_v + p[hull.M1] * u * turning
-    twist = YAW_GAIN * yaw_error + YAW_RATE_GAIN * (turning - state[11]) + memory.turn
+    twist = YAW_GAIN * yaw_error + YAW_RATE_GAIN * (turning - posture.turning) + memory.turn
     twist += p[hull.Q6] * abs(turning) * turning + (p[hull.M2] - p[hull.M1]) * u * v
-    deeper = order.depth - state[2]
+    deeper = order.depth - posture.depth
     sink = DEPTH_GAIN * deeper - DEPTH_RATE_GAIN * sensed.sinking + memory.sink
-    s_roll, c_roll, s_pitch, c_pitch = sin(state[3]), cos(state[3]), sin(state[4]), cos(state[4])
+    s_roll, c_roll = posture.s_roll, posture.c_roll
+    s_pitch, c_pitch = posture.s_pitch, posture.c_pitch
     lean = s_pitch * push + c_pitch * sink
     work[0] = c_pitch * push - s_pitch * sink
     work[1] = c_roll * side + s_roll * lean
     work[2] = c_roll * lean - s_roll * side
-    work[3] = -ROLL_GAIN * state[3] - ROLL_RATE_GAIN * state[9]
-    work[4] = -PITCH_GAIN * state[4] - PITCH_RATE_GAIN * state[10]
+    work[3] = -ROLL_GAIN * posture.roll - ROLL_RATE_GAIN * posture.rolling
+    work[4] = -PITCH_GAIN * posture.pitch - PITCH_RATE_GAIN * posture.pitching
     work[5] = twist
     surge, sway, heave, yaw, tilt = share_thrust(work, memory.most, command)
     # an axis that is saturated learns nothing

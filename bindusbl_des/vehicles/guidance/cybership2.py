@@ -5,7 +5,7 @@ so it lies with its bow against what pushes it. Limits of thrust: Skjetne, Smoge
 method: nonlinear PID with weathervaning, Fossen 2021, sections 15.2 and 15.3.
 """
 
-from math import copysign, cos, hypot, sin
+from math import copysign, hypot
 
 import numpy as np
 
@@ -39,15 +39,15 @@ def steer(sensed: Sensed, interval: float, p: Floats, memory: Row, command: Floa
     It knows its offset from there by GNSS and its velocity over ground. Returns whether an axis was
     saturated; its integrator then waits.
     """
-    state, north_rate, east_rate = sensed.state, sensed.log_n, sensed.log_e
+    posture, north_rate, east_rate = sensed.posture, sensed.log_n, sensed.log_e
     if not memory.begun:
-        memory.begun, memory.bow = True, state[2]
+        memory.begun, memory.bow = True, posture.yaw
     average_fixes(sensed, interval, memory)
     reach = hypot(memory.off_n, memory.off_e)
     near = min(1.0, 2.0 * WATCH_CIRCLE / reach) if reach > 0.0 else 1.0
     stiff_u, stiff_v = p[hull.M11] * FREQUENCY**2, p[hull.M22] * FREQUENCY**2
     brake = 2.0 * DAMPING * FREQUENCY
-    c_yaw, s_yaw = cos(state[2]), sin(state[2])
+    c_yaw, s_yaw = posture.c_yaw, posture.s_yaw
     off_u = near * (memory.off_n * c_yaw + memory.off_e * s_yaw)
     off_v = near * (memory.off_e * c_yaw - memory.off_n * s_yaw)
     u, v = north_rate * c_yaw + east_rate * s_yaw, east_rate * c_yaw - north_rate * s_yaw
@@ -61,9 +61,9 @@ def steer(sensed: Sensed, interval: float, p: Floats, memory: Row, command: Floa
     if push_u < -PUSHED:
         turning = copysign(FASTEST_TURN, sway)
     memory.bow += turning * interval
-    turn = half_turn(memory.bow - state[2])
+    turn = half_turn(memory.bow - posture.yaw)
     stiff_r = YAW_FREQUENCY**2 / p[hull.I33]
-    yaw = stiff_r * turn - 2.0 * YAW_DAMPING * YAW_FREQUENCY / p[hull.I33] * state[5]
+    yaw = stiff_r * turn - 2.0 * YAW_DAMPING * YAW_FREQUENCY / p[hull.I33] * posture.turning
     yaw += memory.twist
     command[0], command[1] = within(surge, SURGE_LIMIT), within(sway, SWAY_LIMIT)
     command[2] = within(yaw, YAW_LIMIT)

@@ -13,7 +13,7 @@ from ..hulls import rk4
 from ..hulls.frames import Floats
 from ..hulls.models import find, parameters
 from ..motion import Motion
-from . import belief, departure, flight, tracks
+from . import belief, departure, flight, sensing, tracks
 from .autopilots import AUTOPILOTS, PathFollower, follower, keeper
 from .belief import SteeringDrift
 from .departure import LOST_CIRCLES, PATIENCE_S, Intervals, Plan, Vessels
@@ -88,7 +88,7 @@ class GuidedFleet:
         self.active = np.zeros((count, self._intervals), dtype=np.int64)
         self._vessels.own["progress"]["row"] = self.tracks.bounds["first"]
         self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
-        self._flown, self._lost = 0, np.zeros(2)
+        self._flown, self._lost, self._room = 0, np.zeros(2), sensing.room()
         self._move_on(0)  # the start is known before anybody moves
 
     def _set_out(
@@ -138,7 +138,7 @@ class GuidedFleet:
             vessels.states, vessels.own, self.tracks.rows, self.tracks.bounds, self._currents,
             *drift.wrong, drift.through_water, self._noise,
             self.corrections, self.learnt, self.has_learnt, self.logs, self.active, self.at_limit,
-            self._flown, wanted, self._lost,
+            self._flown, wanted, self._lost, self._room,
         )  # fmt: skip
         if lost >= 0:
             raise GuidanceError(self.names[lost], float(self._lost[1]), self._reason(lost))

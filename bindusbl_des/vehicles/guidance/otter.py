@@ -6,7 +6,7 @@ gust of noise: it rests within its watch circle and goes back when it has left i
 Method: nonlinear PID with weathervaning, Fossen 2021, sections 15.2 and 15.3.
 """
 
-from math import atan2, cos, hypot, sin, sqrt
+from math import atan2, hypot, sqrt
 
 import numpy as np
 
@@ -91,9 +91,9 @@ def steer(sensed: Sensed, interval: float, p: Floats, memory: Row, command: Floa
     It knows its offset from there by GNSS and its velocity over ground. Returns whether a propeller
     was saturated; the integrators then wait.
     """
-    state = sensed.state
+    posture = sensed.posture
     if not memory.begun:  # it has lain at its station for long
-        memory.begun, memory.bow = True, state[2]
+        memory.begun, memory.bow = True, posture.yaw
     average_fixes(sensed, interval, memory)
     stiff = p[hull.M11] * FREQUENCY**2
     damping = 2.0 * DAMPING * FREQUENCY * p[hull.M11]
@@ -102,12 +102,12 @@ def steer(sensed: Sensed, interval: float, p: Floats, memory: Row, command: Floa
     north = memory.push_n - stiff * near * memory.off_n - damping * sensed.log_n
     east = memory.push_e - stiff * near * memory.off_e - damping * sensed.log_e
     bow, astern = _bow(north, east, memory)
-    turn = half_turn(bow - state[2])
-    wanted = north * cos(state[2]) + east * sin(state[2])
+    turn = half_turn(bow - posture.yaw)
+    wanted = north * posture.c_yaw + east * posture.s_yaw
     if not astern:
         wanted = max(wanted, 0.0)
-    twist = YAW_FREQUENCY**2 * turn - 2.0 * YAW_DAMPING * YAW_FREQUENCY * state[5]
-    moment = twist / p[hull.I33] + p[hull.NR] * state[5]
+    twist = YAW_FREQUENCY**2 * turn - 2.0 * YAW_DAMPING * YAW_FREQUENCY * posture.turning
+    moment = twist / p[hull.I33] + p[hull.NR] * posture.turning
     difference = within(0.5 * moment / p[hull.LEVER], YAW_THRUST)
     ahead_most = memory.most_ahead - abs(difference)
     astern_most = memory.most_astern - abs(difference)

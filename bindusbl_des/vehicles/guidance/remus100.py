@@ -12,7 +12,7 @@ from ...core.compiled import compiled
 from ...records.rows import Row
 from ..hulls import remus100_parameters as hull
 from ..hulls.frames import Floats, cross_flow
-from .belief import Sensed
+from .belief import Posture, Sensed
 from .signals import half_turn, within
 from .tracks import Aim
 
@@ -73,9 +73,9 @@ def _heading(
     """
     cross, path_yaw = aim.cross, aim.yaw
     course = atan2(sensed.log_e + sensed.set_e, sensed.log_n + sensed.set_n)
-    crab = half_turn(course - sensed.state[5])
+    crab = half_turn(course - sensed.posture.yaw)
     memory.crab += interval / CRAB_MEMORY * (within(crab, LARGEST_CRAB) - memory.crab)
-    c_path, s_path = cos(path_yaw), sin(path_yaw)
+    c_path, s_path = aim.cosine, aim.sine
     range_ = hypot(LOOKAHEAD, cross)
     if learns:
         rate = LEARNING * (speed / (2.0 * LOOKAHEAD)) ** 2 * LOOKAHEAD * cross / range_
@@ -93,7 +93,7 @@ def _heading(
 
 @compiled
 def _planes(
-    state: Floats, depth: float, speed: float, authority: float, most: float, interval: float,
+    posture: Posture, depth: float, speed: float, authority: float, most: float, interval: float,
     p: Floats, memory: Row,
 ) -> float:  # fmt: skip
     """Return the stern plane angle (rad) that leads to the depth (m); pitch aims at it.
@@ -102,14 +102,15 @@ def _planes(
     and put a well damped motion in their place. The integral waits while the pitch is limited.
     """
     pitch_limit = min(STEEPEST, FIN_SHARE * authority * most / p[hull.RIGHTING])
-    deep = state[2] - depth
+    deep = posture.depth - depth
     wanted = DEPTH_FREQUENCY * deep / speed + memory.pitch
     pitch = within(wanted, pitch_limit)
     if wanted == pitch:
         memory.pitch += interval * DEPTH_FREQUENCY**2 / (4.0 * speed) * deep
     stiff = p[hull.M55] * PITCH_FREQUENCY**2
     damping = 2.0 * PITCH_DAMPING * PITCH_FREQUENCY * p[hull.M55] - p[hull.LQ]
-    moment = stiff * (state[4] - pitch) + damping * state[10] - p[hull.RIGHTING] * sin(state[4])
+    moment = stiff * (posture.pitch - pitch) + damping * posture.pitching
+    moment -= p[hull.RIGHTING] * posture.s_pitch
     planes: float = moment / authority
     return planes
 
@@ -126,20 +127,20 @@ def steer(
     speed (m/s) ordered is that through the water. Returns whether rudder, planes or propeller was
     saturated.
     """
-    state, ahead, aside = sensed.state, sensed.log_ahead, sensed.log_aside
+    posture, ahead, aside = sensed.posture, sensed.log_ahead, sensed.log_aside
     scheduled = max(ahead, SLOWEST)
     most = p[hull.FIN_LIMIT]
     rudder_authority = p[hull.STERN] * p[hull.RUDDER] * (scheduled * scheduled + aside * aside)
     # line of sight learns nothing from an error that the rudder could not mend
     heading = _heading(sensed, aim, order.speed, interval, abs(memory.rudder) <= most, memory)
     _, twist = cross_flow(aside, turning, p[hull.LENGTH])
-    acceleration = YAW_FREQUENCY**2 * half_turn(heading - state[5])
-    acceleration += 2.0 * YAW_DAMPING * YAW_FREQUENCY * (turning - state[11])
+    acceleration = YAW_FREQUENCY**2 * half_turn(heading - posture.yaw)
+    acceleration += 2.0 * YAW_DAMPING * YAW_FREQUENCY * (turning - posture.turning)
     moment = p[hull.M66] * acceleration + p[hull.LR] * turning + p[hull.CROSS] * twist
     rudder = moment / rudder_authority
     memory.rudder = rudder
     plane_authority = p[hull.STERN] * p[hull.PLANE] * scheduled * scheduled
-    planes = _planes(state, order.depth, scheduled, plane_authority, most, interval, p, memory)
+    planes = _planes(posture, order.depth, scheduled, plane_authority, most, interval, p, memory)
     slow = order.speed - ahead
     turns = 60.0 * (memory.trim + SPEED_GAIN * slow + memory.turns)
     fastest = p[hull.PROP_LIMIT]

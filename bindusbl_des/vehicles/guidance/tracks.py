@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import compiled
+from ...core.lanes.numbers import sincos
 from ...geometry.paths import PATH_ROW, Path, path_rows
 from ...records.rows import Row, Rows
 from .signals import half_turn
@@ -28,8 +29,15 @@ PROGRESS = np.dtype([("row", "i8"), ("along", "f8"), ("lapped", "f8")])
 ROWS_AT_ONCE = 16  # a fix may carry a vehicle past this many rows, no further
 
 
+# A row of a path, cosine and sine of the heading at its beginning, and where that lies as seen from
+# the centre of its circle (m)
+TRACK_ROW = np.dtype(
+    [*PATH_ROW.descr, *((name, "f8") for name in ("cosine", "sine", "centred_x", "centred_y"))]
+)
+
+
 class Tracks(NamedTuple):
-    """The paths of a fleet: `rows` (total,), PATH_ROW, and `bounds` (vehicles,) into them."""
+    """The paths of a fleet: `rows` (total,), TRACK_ROW, and `bounds` (vehicles,) into them."""
 
     rows: Rows
     bounds: Rows
@@ -37,18 +45,21 @@ class Tracks(NamedTuple):
 
 class Aim(NamedTuple):
     """A place on its path: cross-track error (m, positive to starboard), the path's heading (rad)
-    and curvature (1/m, positive to starboard) there, and what is left of the path (m).
+    with its cosine and sine, and curvature (1/m, positive to starboard) there, and what is left of
+    the path (m).
     """
 
     cross: float
     yaw: float
+    cosine: float
+    sine: float
     bend: float
     left: float
 
 
 def nowhere(count: int) -> Tracks:
     """Return the paths of vehicles that keep stations: no rows at all."""
-    return Tracks(np.zeros(0, dtype=PATH_ROW), np.zeros(count, dtype=BOUNDS))
+    return Tracks(np.zeros(0, dtype=TRACK_ROW), np.zeros(count, dtype=BOUNDS))
 
 
 def pack(paths: Sequence[Path]) -> Tracks:
@@ -61,20 +72,30 @@ def pack(paths: Sequence[Path]) -> Tracks:
         rows.append(own)
         bounds[vehicle] = first, first + len(own), first + again if again >= 0 else -1
         first += len(own)
-    return Tracks(np.concatenate(rows), bounds)
+    joined = np.concatenate(rows)
+    prepared = np.zeros(len(joined), dtype=TRACK_ROW)
+    for name in PATH_ROW.names or ():
+        prepared[name] = joined[name]
+    # by the mathematical library, as compiled code has it; numpy's own differ in the last bit
+    prepared["cosine"] = [cos(yaw) for yaw in joined["yaw"].tolist()]
+    prepared["sine"] = [sin(yaw) for yaw in joined["yaw"].tolist()]
+    bends = joined["curvature"] != 0.0
+    for name, side in (("centred_x", prepared["sine"]), ("centred_y", -prepared["cosine"])):
+        prepared[name][bends] = side[bends] / joined["curvature"][bends]
+    return Tracks(prepared, bounds)
 
 
 @compiled
 def _into(row: Row, north: float, east: float, near: float) -> float:
     """Return how far into a row (m) it comes closest to a place; on a circle, close to `near`."""
-    bend, yaw = row.curvature, row.yaw
+    bend = row.curvature
     if bend == 0.0:
-        along: float = (north - row.x) * cos(yaw) + (east - row.y) * sin(yaw)
+        along: float = (north - row.x) * row.cosine + (east - row.y) * row.sine
         return along
-    ahead = north - row.x + sin(yaw) / bend  # from the centre of the circle
-    aside = east - row.y - cos(yaw) / bend
+    ahead = north - row.x + row.centred_x  # from the centre of the circle
+    aside = east - row.y + row.centred_y
     heading = atan2(bend * ahead, -bend * aside)
-    turned: float = half_turn(heading - yaw - bend * near) / bend
+    turned: float = half_turn(heading - row.yaw - bend * near) / bend
     return near + turned
 
 
@@ -114,17 +135,21 @@ def locate(rows: Rows, bounds: Row, progress: Row, north: float, east: float) ->
     bend = rows[row].curvature
     length = rows[row].length
     if bend != 0.0 and 0.0 <= into <= length:
-        ahead = north - rows[row].x + sin(rows[row].yaw) / bend
-        aside = east - rows[row].y - cos(rows[row].yaw) / bend
+        ahead = north - rows[row].x + rows[row].centred_x
+        aside = east - rows[row].y + rows[row].centred_y
         radius = hypot(ahead, aside)
         cross = 1.0 / bend - (radius if bend > 0.0 else -radius)
-        return Aim(cross, rows[row].yaw + bend * into, bend, left)
-    yaw = rows[row].yaw + bend * (0.0 if into < 0.0 else length)
-    x, y = rows[row].x, rows[row].y
+        yaw = rows[row].yaw + bend * into
+        sine, cosine = sincos(yaw)
+        return Aim(cross, yaw, cosine, sine, bend, left)
+    x, y, yaw = rows[row].x, rows[row].y, rows[row].yaw
+    sine, cosine = rows[row].sine, rows[row].cosine
     if bend != 0.0 and into > length:
-        x += (sin(yaw) - sin(rows[row].yaw)) / bend
-        y -= (cos(yaw) - cos(rows[row].yaw)) / bend
-    return Aim((east - y) * cos(yaw) - (north - x) * sin(yaw), yaw, 0.0, left)
+        yaw += bend * length
+        sine, cosine = sincos(yaw)
+        x += (sine - rows[row].sine) / bend
+        y -= (cosine - rows[row].cosine) / bend
+    return Aim((east - y) * cosine - (north - x) * sine, yaw, cosine, sine, 0.0, left)
 
 
 @compiled
@@ -152,20 +177,20 @@ def travelled(rows: Rows, progress: Row) -> float:
 @compiled
 def _beside(row: Row, north: float, east: float) -> float:
     """Return the distance (m) of a place from one row of a path."""
-    length, bend, yaw = row.length, row.curvature, row.yaw
+    length, bend = row.length, row.curvature
     into = _into(row, north, east, 0.5 * length)
     if bend != 0.0 and 0.0 <= into <= length:
-        ahead = north - row.x + sin(yaw) / bend
-        aside = east - row.y - cos(yaw) / bend
+        ahead = north - row.x + row.centred_x
+        aside = east - row.y + row.centred_y
         beside: float = abs(hypot(ahead, aside) - 1.0 / abs(bend))
         return beside
     if bend == 0.0:
         into = min(max(into, 0.0), length)
-        x, y = row.x + into * cos(yaw), row.y + into * sin(yaw)
+        x, y = row.x + into * row.cosine, row.y + into * row.sine
         return hypot(north - x, east - y)
-    end = yaw + bend * length
-    x = row.x + (sin(end) - sin(yaw)) / bend
-    y = row.y - (cos(end) - cos(yaw)) / bend
+    sine, cosine = sincos(row.yaw + bend * length)
+    x = row.x + (sine - row.sine) / bend
+    y = row.y - (cosine - row.cosine) / bend
     return min(hypot(north - row.x, east - row.y), hypot(north - x, east - y))
 
 

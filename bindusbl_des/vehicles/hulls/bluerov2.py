@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.compiled import compiled
-from .frames import Floats, move_rigid_body
+from .frames import C_PHI, C_THETA, S_PHI, S_THETA, Current, Floats, along_body
 
 STATE = ("x", "y", "z", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r")
 COMMAND = ("X", "Y", "Z", "K", "M", "N")
@@ -84,18 +84,18 @@ def pack(rov: BlueRov2) -> Floats:
 
 
 @compiled
-def derivative(
-    state: Floats, command: Floats, current_n: float, current_e: float, p: Floats, out: Floats
+def accelerate(
+    state: Floats, angles: Floats, command: Floats, current: Current, p: Floats, out: Floats
 ) -> None:
-    """Write the rates of the vehicle's state into `out`.
+    """Write the rates of the vehicle's velocities into `out[6:]`.
 
     M (nu_dot - nu_c_dot) = tau - C(nu_r) nu_r - D(nu_r) nu_r - g(eta), with nu_r the velocity
     through the water, M diagonal, C nu_r = [nu2 x h1; nu2 x h2 + nu1 x h1] for the momentum
     h = M nu_r, and nu_c_dot = [-nu2 x nu_c; 0]. Source: Fossen 2021, eq. 6.42 and section 10.3.
     """
-    u_c, v_c, w_c, s_phi, c_phi, s_theta, c_theta = move_rigid_body(
-        state, current_n, current_e, out
-    )
+    s_phi, c_phi = angles[S_PHI], angles[C_PHI]
+    s_theta, c_theta = angles[S_THETA], angles[C_THETA]
+    u_c, v_c, w_c = along_body(current, angles)
     u, v, w = state[6] - u_c, state[7] - v_c, state[8] - w_c
     roll, pitch, yaw = state[9], state[10], state[11]
     h1, h2, h3 = p[M1] * u, p[M2] * v, p[M3] * w

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.compiled import compiled
-from .frames import Floats, move_surface_craft
+from .frames import Current, Floats, along_level_body
 
 STATE = ("x", "y", "psi", "u", "v", "r")
 COMMAND = ("tau_u", "tau_v", "tau_r")
@@ -76,15 +76,15 @@ def pack(ship: CyberShip2) -> Floats:
 
 
 @compiled
-def derivative(
-    state: Floats, command: Floats, current_n: float, current_e: float, p: Floats, out: Floats
+def accelerate(
+    state: Floats, angles: Floats, command: Floats, current: Current, p: Floats, out: Floats
 ) -> None:
-    """Write the rates of the ship's state into `out`.
+    """Write the rates of the ship's velocities into `out[3:]`.
 
     M (nu_dot - nu_c_dot) = tau - C(nu_r) nu_r - D(nu_r) nu_r, with nu_r the velocity through the
     water and nu_c_dot the current's apparent change in turning axes (Fossen 2021, section 10.3).
     """
-    u_c, v_c = move_surface_craft(state, current_n, current_e, out)
+    u_c, v_c = along_level_body(current, angles)
     u, v, r = state[3] - u_c, state[4] - v_c, state[5]
     au, av, ar = abs(u), abs(v), abs(r)
     c13, c23 = -(p[M22] * v + p[M23] * r), p[M11] * u

@@ -72,6 +72,7 @@ class Fleet:
         self._current = _current(self.model, current_m_per_s)
         self._step, self._start = _step_length(self.model, step_s), float(start_s)
         self._clocks = np.full(count, self._start)
+        self._room = rk4.room()
 
     def at(self, time_s: float) -> Floats:
         """Return the states (vehicles, state) at `time_s`, a copy.
@@ -121,7 +122,7 @@ class Fleet:
             )
         lost = rk4.advance(
             self.model.equations, self._p, self._states, self._commands, *self._current,
-            self._clocks, self._start, self._step, time_s,
+            self._clocks, self._start, self._step, time_s, self._room,
         )  # fmt: skip
         if lost >= 0:
             raise DivergenceError(self.model.name, lost, self._clocks[lost], self._states[lost])
@@ -140,6 +141,7 @@ class Fleet:
             clocks,
             self._step,
             time_s,
+            self._room,
         )
         if lost >= 0:
             raise DivergenceError(self.model.name, first + lost, clocks[lost], states[lost])

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.compiled import compiled
-from .frames import Floats, cross_flow, move_surface_craft
+from ...core.lanes.numbers import if_positive
+from .frames import Current, Floats, along_level_body, cross_flow
 
 STATE = ("x", "y", "psi", "u", "v", "r", "n1", "n2")
 COMMAND = ("n1", "n2")
@@ -77,20 +78,20 @@ def pack(otter: Otter) -> Floats:
 @compiled
 def _thrust(n: float, p: Floats) -> float:
     """Return the bollard pull (N) of one propeller at n (rad/s)."""
-    given: float = (p[AHEAD] if n > 0.0 else p[ASTERN]) * n * abs(n)
+    given: float = if_positive(n, p[AHEAD], p[ASTERN]) * n * abs(n)
     return given
 
 
 @compiled
-def derivative(
-    state: Floats, command: Floats, current_n: float, current_e: float, p: Floats, out: Floats
+def accelerate(
+    state: Floats, angles: Floats, command: Floats, current: Current, p: Floats, out: Floats
 ) -> None:
-    """Write the rates of the Otter's state into `out`.
+    """Write the rates of the Otter's velocities and propellers into `out[3:]`.
 
     M (nu_dot - nu_c_dot) = tau - C(nu_r) nu_r - D(nu_r) nu_r - cross-flow drag, with nu_r the
     velocity through the water; propellers follow their clipped command with a first-order lag.
     """
-    u_c, v_c = move_surface_craft(state, current_n, current_e, out)
+    u_c, v_c = along_level_body(current, angles)
     u, v, r = state[3] - u_c, state[4] - v_c, state[5]
     port, starboard = _thrust(state[6], p), _thrust(state[7], p)
     push, twist = cross_flow(v, r, p[LENGTH])

@@ -7,11 +7,21 @@ Source: force model of PythonVehicleSimulator (Fossen, remus100.py @c717e073), w
 entering consistently; `derivative_pvs` keeps that program's own way with currents.
 """
 
-from math import atan2, cos, exp, sin, sqrt
+from math import atan2, exp, sqrt
 
 from ...core.compiled import compiled, inlined
+from ...core.lanes.numbers import if_positive
 from . import remus100_parameters as at
-from .frames import Floats, cross_flow, move_rigid_body
+from .frames import (
+    C_THETA,
+    S_PHI,
+    S_THETA,
+    Current,
+    Floats,
+    along_body,
+    along_level_body,
+    cross_flow,
+)
 
 STATE = (
     "x", "y", "z", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r",
@@ -60,7 +70,8 @@ def _resistance(nu: Velocity, p: Floats) -> Wrench:
     lift = p[at.LIFT] * incidence * speed_squared
     drag = (p[at.DRAG] + p[at.INDUCED] * incidence * incidence) * speed_squared
     ahead = sqrt(u * u + w * w)
-    c_incidence, s_incidence = (u / ahead, w / ahead) if ahead > 0.0 else (1.0, 0.0)
+    c_incidence = if_positive(ahead, u / ahead, 1.0)
+    s_incidence = if_positive(ahead, w / ahead, 0.0)
     push, twist = cross_flow(v, yaw, p[at.LENGTH])
     return (
         p[at.LU] * fade * u + c_incidence * drag - s_incidence * lift,
@@ -81,20 +92,20 @@ def _propulsion(nu: Velocity, inflow: float, fins: tuple[float, float, float], p
     lift = p[at.PLANE] * (u * u + w * w) * plane
     thrust = p[at.THRUST] * revolutions * abs(revolutions)
     torque = p[at.TORQUE] * revolutions * abs(revolutions)
-    if revolutions > 0.0:  # astern, PVS lets the bollard values hold at all speeds
-        advance = p[at.WAKE] * inflow * revolutions
-        thrust += p[at.THRUST_SLOPE] * advance
-        torque += p[at.TORQUE_SLOPE] * advance
+    # astern, PVS lets the bollard values hold at all speeds
+    advance = p[at.WAKE] * inflow * revolutions
+    thrust = if_positive(revolutions, thrust + p[at.THRUST_SLOPE] * advance, thrust)
+    torque = if_positive(revolutions, torque + p[at.TORQUE_SLOPE] * advance, torque)
     surge = thrust - side * rudder - lift * plane
     return surge, -side, -lift, torque, -p[at.STERN] * lift, p[at.STERN] * side
 
 
 @compiled
-def _accelerate(
-    nu: Velocity, inflow: float, s_phi: float, s_theta: float, c_theta: float, state: Floats,
-    p: Floats, out: Floats,
-) -> None:  # fmt: skip
+def _resist(
+    nu: Velocity, inflow: float, angles: Floats, state: Floats, p: Floats, out: Floats
+) -> None:
     """Write M^-1 of all forces into `out[6:12]`: accelerations as if the water stood still."""
+    s_phi, s_theta, c_theta = angles[S_PHI], angles[S_THETA], angles[C_THETA]
     fins = (state[12], state[13], state[14])
     pushed, turned, held = _propulsion(nu, inflow, fins, p), _inertia(nu, p), _resistance(nu, p)
     surge = pushed[0] - turned[0] - held[0]
@@ -122,19 +133,19 @@ def _follow(state: Floats, command: Floats, p: Floats, out: Floats) -> None:
 
 
 @compiled
-def derivative(
-    state: Floats, command: Floats, current_n: float, current_e: float, p: Floats, out: Floats
+def accelerate(
+    state: Floats, angles: Floats, command: Floats, current: Current, p: Floats, out: Floats
 ) -> None:
-    """Write the rates of the vehicle's state into `out`; every force is felt through the water.
+    """Write the rates of velocities and actuators into `out[6:]`; all forces are of the water.
 
     M (nu_dot - nu_c_dot) = tau - C(nu_r) nu_r - D(nu_r) nu_r - g(eta), nu_c_dot = [-nu2 x nu_c; 0].
     Source: Fossen 2021, eq. 6.42 and section 10.3.
     """
-    u_c, v_c, w_c, s_phi, _, s_theta, c_theta = move_rigid_body(state, current_n, current_e, out)
+    u_c, v_c, w_c = along_body(current, angles)
     roll, pitch, yaw = state[9], state[10], state[11]
     nu = (state[6] - u_c, state[7] - v_c, state[8] - w_c, roll, pitch, yaw)
     inflow = sqrt(nu[0] * nu[0] + nu[1] * nu[1] + nu[2] * nu[2])
-    _accelerate(nu, inflow, s_phi, s_theta, c_theta, state, p, out)
+    _resist(nu, inflow, angles, state, p, out)
     out[6] -= pitch * w_c - yaw * v_c
     out[7] -= yaw * u_c - roll * w_c
     out[8] -= roll * v_c - pitch * u_c
@@ -142,20 +153,17 @@ def derivative(
 
 
 @compiled
-def derivative_pvs(
-    state: Floats, command: Floats, current_n: float, current_e: float, p: Floats, out: Floats
+def accelerate_pvs(
+    state: Floats, angles: Floats, command: Floats, current: Current, p: Floats, out: Floats
 ) -> None:
     """Write the rates as PythonVehicleSimulator has them: the current ignores roll and pitch.
 
     Its propeller is fed by the speed over ground. Equal to `derivative` in still water only.
     """
-    _, _, _, s_phi, _, s_theta, c_theta = move_rigid_body(state, current_n, current_e, out)
     u, v, w, yaw = state[6], state[7], state[8], state[11]
-    s_psi, c_psi = sin(state[5]), cos(state[5])
-    u_c = current_n * c_psi + current_e * s_psi
-    v_c = current_e * c_psi - current_n * s_psi
+    u_c, v_c = along_level_body(current, angles)
     nu = (u - u_c, v - v_c, w, state[9], state[10], yaw)
-    _accelerate(nu, sqrt(u * u + v * v + w * w), s_phi, s_theta, c_theta, state, p, out)
+    _resist(nu, sqrt(u * u + v * v + w * w), angles, state, p, out)
     out[6] += yaw * v_c
     out[7] -= yaw * u_c
     _follow(state, command, p, out)

@@ -1,19 +1,22 @@
-"""Moving vehicles through time: classical Runge-Kutta of fourth order, for a whole fleet at once.
+"""Moving vehicles through time: classical Runge-Kutta of fourth order, for four of them at once.
 
 The boundaries of the steps lie at `start + k * step` (s) and at the instants of new commands, and
 nowhere else; what is asked in between is computed aside. So a vehicle moved once in a long while
 is bit for bit where it would be if moved at every tick.
 """
 
-from math import cos, floor, isfinite
+from math import floor
+from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiled import compiled, entry
+from ...core.compiled import compiled, entry, inlined
+from ...core.lanes.blocks import block
+from ...core.lanes.numbers import LANES, all_at_least
 from . import bluerov2, cybership2, otter, remus100
-from .frames import Floats
+from .frames import C_THETA, Current, Floats, move_rigid_body, move_surface_craft
 
-REMUS100, REMUS100_PVS, BLUEROV2, OTTER, CYBERSHIP2 = range(5)  # which equations `derivative` takes
+REMUS100, REMUS100_PVS, BLUEROV2, OTTER, CYBERSHIP2 = range(5)  # which equations are taken
 
 # Within this part of a step of a boundary is on it: 5 ns of 50 ms, while 0.1 * 3 is not 0.3.
 SAME_INSTANT = 1e-7
@@ -22,99 +25,186 @@ STEEPEST = np.radians(89.0)
 COS_STEEPEST = float(np.cos(STEEPEST))
 PITCHING_STATE = 12  # states this long or longer hold a pitch angle, in place 4
 
+# Where things lie among the rows of four vehicles that are moved together: their states (of 15
+# numbers at most) and commands, sines and cosines, and what a step works with.
+STATE, COMMAND, ANGLE, RATE, TOTAL, PROBE, ROWS = 0, 15, 21, 27, 42, 57, 72
+
+
+class Four(NamedTuple):
+    """Four vehicles that are moved together: `state`, `command`, the `angles` and `rates` of the
+    state, the `total` of a step's rates, and the `probe` that feels them; each a row per number.
+    """
+
+    state: Floats
+    command: Floats
+    angles: Floats
+    rates: Floats
+    total: Floats
+    probe: Floats
+
+
+def room() -> Floats:
+    """Return an array for four vehicles at the origin."""
+    return np.zeros((ROWS, LANES))
+
+
+@inlined
+def four(rows: Floats) -> Four:
+    """Return four vehicles in an array (ROWS, LANES)."""
+    return Four(
+        block(rows, STATE), block(rows, COMMAND), block(rows, ANGLE), block(rows, RATE),
+        block(rows, TOTAL), block(rows, PROBE),
+    )  # fmt: skip
+
 
 @compiled
-def derivative(
-    model: int, state: Floats, command: Floats, current_n: float, current_e: float, p: Floats,
-    out: Floats,
-) -> None:  # fmt: skip
-    """Write the rates of a vehicle's state into `out`, by the equations of its model."""
-    if model == REMUS100:
-        remus100.derivative(state, command, current_n, current_e, p, out)
-    elif model == BLUEROV2:
-        bluerov2.derivative(state, command, current_n, current_e, p, out)
-    elif model == OTTER:
-        otter.derivative(state, command, current_n, current_e, p, out)
-    elif model == CYBERSHIP2:
-        cybership2.derivative(state, command, current_n, current_e, p, out)
+def board(states: Floats, vehicle: int, lane: int, rows: Floats) -> None:
+    """Have a vehicle of some state take a lane."""
+    for k in range(states.shape[1]):
+        rows[STATE + k, lane] = states[vehicle, k]
+
+
+@compiled
+def tell(command: Floats, lane: int, rows: Floats) -> None:
+    """Have the vehicle in a lane hold a command."""
+    for k in range(command.size):
+        rows[COMMAND + k, lane] = command[k]
+
+
+@compiled
+def leave(rows: Floats, lane: int, states: Floats, vehicle: int) -> None:
+    """Note the state of the vehicle in a lane."""
+    for k in range(states.shape[1]):
+        states[vehicle, k] = rows[STATE + k, lane]
+
+
+@inlined
+def look(size: int, state: Floats, angles: Floats, rates: Floats) -> None:
+    """Write the angles of states of some size, and the rates of place and attitude."""
+    if size >= PITCHING_STATE:
+        move_rigid_body(state, angles, rates)
     else:
-        remus100.derivative_pvs(state, command, current_n, current_e, p, out)
+        move_surface_craft(state, angles, rates)
+
+
+@compiled
+def accelerate(
+    model: int, state: Floats, angles: Floats, command: Floats, current: Current, p: Floats,
+    rates: Floats,
+) -> None:  # fmt: skip
+    """Write the remaining rates of vehicles by the equations of their model."""
+    if model == REMUS100:
+        remus100.accelerate(state, angles, command, current, p, rates)
+    elif model == BLUEROV2:
+        bluerov2.accelerate(state, angles, command, current, p, rates)
+    elif model == OTTER:
+        otter.accelerate(state, angles, command, current, p, rates)
+    elif model == CYBERSHIP2:
+        cybership2.accelerate(state, angles, command, current, p, rates)
+    else:
+        remus100.accelerate_pvs(state, angles, command, current, p, rates)
 
 
 @compiled
 def move(
-    model: int, state: Floats, command: Floats, current_n: float, current_e: float, p: Floats,
-    duration: float, work: Floats,
-) -> bool:  # fmt: skip
-    """Move one vehicle by `duration` (s) in place; return whether it is still where it can be.
+    model: int, size: int, vehicles: Four, current: Current, p: Floats, duration: float
+) -> bool:
+    """Move four vehicles, which have looked, by `duration` (s) and have them look again.
 
-    `work` has five rows of the state's length.
+    Their states have `size` numbers.  Returns whether all of them are still where they can be.
     """
-    k1, k2, k3, k4, probe = work[0], work[1], work[2], work[3], work[4]
-    derivative(model, state, command, current_n, current_e, p, k1)
-    for i in range(state.size):
-        probe[i] = state[i] + 0.5 * duration * k1[i]
-    derivative(model, probe, command, current_n, current_e, p, k2)
-    for i in range(state.size):
-        probe[i] = state[i] + 0.5 * duration * k2[i]
-    derivative(model, probe, command, current_n, current_e, p, k3)
-    for i in range(state.size):
-        probe[i] = state[i] + duration * k3[i]
-    derivative(model, probe, command, current_n, current_e, p, k4)
-    sound = True
-    for i in range(state.size):
-        state[i] += duration / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
-        sound = sound and isfinite(state[i])
-    if state.size >= PITCHING_STATE:
-        sound = sound and cos(state[4]) >= COS_STEEPEST
-    return sound
+    state, command, angles, rates, total, probe = vehicles
+    accelerate(model, state, angles, command, current, p, rates)
+    for k in range(size):
+        total[k] = rates[k]
+    for stage in range(3):
+        last = stage == 2
+        share, weight = duration if last else 0.5 * duration, 1.0 if last else 2.0
+        for k in range(size):
+            probe[k] = state[k] + share * rates[k]
+        look(size, probe, angles, rates)
+        accelerate(model, probe, angles, command, current, p, rates)
+        for k in range(size):
+            total[k] += weight * rates[k]
+    for k in range(size):
+        state[k] += duration / 6.0 * total[k]
+    look(size, state, angles, rates)
+    return all_at_least(_levelness(size, state, angles), COS_STEEPEST)
+
+
+@inlined
+def _levelness(size: int, state: Floats, angles: Floats) -> float:
+    """Return the cosine of the pitch, or no number where the state is not finite."""
+    cosine: float = angles[C_THETA]
+    for k in range(size):
+        cosine += state[k] - state[k]
+    return cosine
+
+
+@compiled
+def is_sound(size: int, rows: Floats, lane: int) -> bool:
+    """Return whether the vehicle in a lane is still where it can be."""
+    cosine = rows[ANGLE + C_THETA, lane]
+    for k in range(size):
+        cosine += rows[STATE + k, lane] - rows[STATE + k, lane]
+    return bool(cosine >= COS_STEEPEST)
 
 
 @entry
 def advance(
     model: int, p: Floats, states: Floats, commands: Floats, current_n: float, current_e: float,
-    clocks: Floats, start: float, step: float, until: float,
+    clocks: Floats, start: float, step: float, until: float, rows: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, to the last boundary `start + k * step` at or before `until` (s).
 
     `states` (vehicles, state), `commands` (vehicles, command), `clocks` (vehicles,) the instants of
-    the states; a vehicle already later stays. Returns -1, or the first vehicle whose state became
-    infinite or stood on end: its row and clock are then those at the end of that step.
+    the states; a vehicle already later stays. `rows` is a :func:`room`. Returns -1, or the first
+    vehicle whose state became infinite or stood on end: its row and clock are then those at the end
+    of that step.
     """
-    work = np.empty((5, states.shape[1]))
+    size, current, vehicles = states.shape[1], Current(current_n, current_e), four(rows)
     last = floor((until - start) / step + SAME_INSTANT)
     for vehicle in range(states.shape[0]):
-        state, command = states[vehicle], commands[vehicle]
         passed = (clocks[vehicle] - start) / step
         boundary = floor(passed + SAME_INSTANT)
         whole = abs(passed - boundary) <= SAME_INSTANT
-        while boundary < last:
+        board(states, vehicle, 0, rows)
+        tell(commands[vehicle], 0, rows)
+        look(size, vehicles.state, vehicles.angles, vehicles.rates)
+        sound = True
+        while sound and boundary < last:
             boundary += 1
             instant = start + boundary * step
             duration = step if whole else instant - clocks[vehicle]
             whole = True
             clocks[vehicle] = instant
-            if not move(model, state, command, current_n, current_e, p, duration, work):
-                return vehicle
+            sound = move(model, size, vehicles, current, p, duration) or is_sound(size, rows, 0)
+        leave(rows, 0, states, vehicle)
+        if not sound:
+            return vehicle
     return -1
 
 
 @entry
 def leap(
     model: int, p: Floats, states: Floats, commands: Floats, current_n: float, current_e: float,
-    clocks: Floats, step: float, until: float,
+    clocks: Floats, step: float, until: float, rows: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, to `until` (s) by one partial step each; returns as `advance` does.
 
     On a copy of states and clocks this is a peek; on the fleet itself it is the instant of a new
     command. No vehicle's clock may lie more than a step before `until`.
     """
-    work = np.empty((5, states.shape[1]))
+    size, current, vehicles = states.shape[1], Current(current_n, current_e), four(rows)
     for vehicle in range(states.shape[0]):
         duration = until - clocks[vehicle]
         if duration > SAME_INSTANT * step:
             clocks[vehicle] = until
-            state, command = states[vehicle], commands[vehicle]
-            if not move(model, state, command, current_n, current_e, p, duration, work):
+            board(states, vehicle, 0, rows)
+            tell(commands[vehicle], 0, rows)
+            look(size, vehicles.state, vehicles.angles, vehicles.rates)
+            sound = move(model, size, vehicles, current, p, duration) or is_sound(size, rows, 0)
+            leave(rows, 0, states, vehicle)
+            if not sound:
                 return vehicle
     return -1

@@ -1,0 +1,81 @@
+"""Four vehicles at once: each lane has the bits of a float, and what is no lanes is refused."""
+
+from math import atan2, exp, hypot, sqrt
+
+import numpy as np
+import pytest
+from numba.core.errors import TypingError
+from numpy.typing import NDArray
+
+from bindusbl_des.core.compiled import entry, inlined
+from bindusbl_des.core.lanes.blocks import block
+from bindusbl_des.core.lanes.numbers import LANES, all_at_least, if_positive, sincos
+
+Floats = NDArray[np.float64]
+
+
+@inlined
+def formula(x: float, y: float) -> float:
+    """Return what every operation makes of two numbers."""
+    sine, cosine = sincos(x)
+    total = 0.0
+    for k in range(1, 4):
+        total += (k * 0.5 - y) * sine / (cosine - 7.0)
+        total -= -x
+        total *= 0.75
+        total /= 3.0 + abs(y)
+    total = total + exp(-y * y) + atan2(y, x) + hypot(x, y) - sqrt(abs(x))
+    return total * if_positive(x, y, 2.0) + min(max(x, -0.5), 0.5)
+
+
+@entry
+def together(rows: Floats) -> None:
+    """Write what the formula makes of rows 0 and 1 to row 2, all lanes at once."""
+    four = block(rows, 0)
+    four[2] = formula(four[0], four[1])
+    four[3] = 1.5
+
+
+@entry
+def one_by_one(rows: Floats) -> None:
+    """Do the same, lane by lane."""
+    for lane in range(LANES):
+        rows[2, lane] = formula(rows[0, lane], rows[1, lane])
+        rows[3, lane] = 1.5
+
+
+@entry
+def level(rows: Floats, first: int, bound: float) -> bool:
+    """Return whether no lane of a row is below a bound."""
+    return all_at_least(block(rows, first)[0], bound)
+
+
+def test_lanes_have_the_bits_of_floats() -> None:
+    """Of 1,000 blocks from 1e-6 to 1e6, of either sign, of zeros and of infinities."""
+    random = np.random.default_rng(3)
+    for _ in range(1000):
+        rows = random.normal(size=(4, LANES)) * 10.0 ** random.uniform(-6, 6, (4, LANES))
+        rows[:2, random.integers(LANES)] = random.choice([0.0, -0.0, np.inf, np.nan], 2)
+        expected = rows.copy()
+        together(rows)
+        one_by_one(expected)
+        assert np.array_equal(rows, expected, equal_nan=True)
+
+
+def test_a_bound_holds_for_every_lane() -> None:
+    """One lane below it, or that is no number, is seen wherever it is."""
+    rows = np.arange(3.0 * LANES).reshape(3, LANES)
+    assert level(rows, 1, LANES)
+    for lane in range(LANES):
+        for wrong in (LANES - 0.5, np.nan):
+            spoilt = rows.copy()
+            spoilt[1, lane] = wrong
+            assert not level(spoilt, 1, float(LANES))
+            assert level(spoilt, 2, float(LANES))
+
+
+def test_only_rows_of_floats_are_lanes() -> None:
+    """What is not laid out as lanes is refused when the code is compiled."""
+    for rows in (np.zeros(8), np.zeros((2, LANES), dtype=int), np.zeros((2, 2 * LANES))[:, ::2]):
+        with pytest.raises(TypingError):
+            together(rows)
