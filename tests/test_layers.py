@@ -123,9 +123,10 @@ def test_arguments_that_travel_together_have_a_name() -> None:
     assert long <= FOR_NOW
 
 
-# Where numbers have names: outcomes, models and kinds of columns, no places in a row; the coefficients of
-# hulls, one vector whatever the hull, since one integrator moves them all; rows of lanes; and the
-# table of motions, which as records would cost each entry 0.12 us more (6 % of a mission).
+# Where numbers have names: outcomes, models and kinds of columns, no places in a row; the
+# coefficients of hulls, one vector whatever the hull, since one integrator moves them all; rows of
+# lanes; and the table of motions, which as records would cost each entry 0.12 us more (6 % of a
+# mission).
 NUMBERED = {
     "vehicles.motion",
     *("records.events", "results.batches", "report.recording"),
