@@ -66,18 +66,21 @@ def _made_of(source: Path) -> frozenset[Path]:
     return frozenset(found)
 
 
-def _imports(source: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the files that a file imports relatively, and the names that it takes of each."""
+@cache
+def _imports(source: Path) -> list[tuple[Path, list[str]]]:
+    """Return the files that a file imports relatively, and the names that it takes of each."""
+    found: list[tuple[Path, list[str]]] = []
     for dots, module, listed in IMPORT.findall(_text(source)):
         if not dots:
             continue
         folder = source.parents[len(dots) - 1].joinpath(*module.decode().split("."))
         names = re.findall(r"\w+", re.sub(r"#.*| as \w+", "", listed.decode()))
         if folder.with_suffix(".py").is_file():
-            yield folder.with_suffix(".py"), names
+            found.append((folder.with_suffix(".py"), names))
         for name in names:
             if (folder / f"{name}.py").is_file():
-                yield folder / f"{name}.py", []
+                found.append((folder / f"{name}.py", []))
+    return found
 
 
 @cache

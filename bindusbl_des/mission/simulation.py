@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..results.result import Result
 from ..scenario.scenario import Scenario
-from .mission import Mission
+
+if TYPE_CHECKING:
+    from ..results.result import Result
 
 # How often a mission tells how far it is.
 PROGRESS_STEPS = 200
@@ -17,7 +19,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     *,
     allow_plugins: bool = False,
-) -> Result:
+) -> "Result":
     """Run one mission of a scenario; return what happened, a table for each kind of event.
 
     `scenario` may be the path of a scenario file, or the name of one that ships, read as by
@@ -34,6 +36,8 @@ def simulate(
         ValueError: when the seed is not a whole number >= 0, or the scenario names a schedule or
             track that cannot be used.
     """
+    from .mission import Mission  # and with it all that happens in one: half a second
+
     mission = Mission(scenario, seed, allow_plugins=allow_plugins)
     if progress is not None:
         duration_s = mission.scenario.duration_s

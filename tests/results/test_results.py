@@ -256,6 +256,17 @@ def test_a_run_needs_no_pandas() -> None:
     assert done.stdout.split() == ["False", "False"], done.stderr
 
 
+def test_who_only_names_scenarios_does_not_wait_for_a_simulator() -> None:
+    """What a mission needs is loaded by the first one: numba and Arrow take half a second."""
+    code = (
+        "import sys; from bindusbl_des import Scenario, load_scenario, simulate\n"
+        "Scenario(name='x')\n"
+        "print([name for name in ('numba', 'pyarrow', 'simpy', 'pandas') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]", done.stderr
+
+
 def test_a_folder_that_lacks_a_table_is_damaged(result: Result, tmp_path: Path) -> None:
     """Whoever reads it is told which, instead of going on without."""
     folder = result.write(tmp_path / "run")

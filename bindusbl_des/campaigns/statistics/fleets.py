@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 
+from ...results.arrow import numpy_array, numpy_columns
 from ..storage.parts import read_table
 from .intervals import Floats
 from .outcomes import Whole, check_recorded
@@ -60,11 +60,12 @@ def fleets(folder: Path, metrics: Sequence[str]) -> Fleets:
     check_recorded(folder, rows, metrics)
     names = rows["auv"].combine_chunks().dictionary_encode()
     numbers = [int(name.removeprefix("AUV")) for name in names.dictionary.to_pylist()]
+    columns = numpy_columns(rows.drop_columns("auv"))
     return Fleets(
-        rows["point"].to_numpy(),
-        rows["seed"].to_numpy(),
-        np.array(numbers, np.int64)[names.indices.to_numpy()],
-        {name: rows[name].cast(pa.float64()).to_numpy() for name in metrics},
+        columns["point"],
+        columns["seed"],
+        np.array(numbers, np.int64)[numpy_array(names.indices)],
+        {name: columns[name].astype(float) for name in metrics},
     )
 
 

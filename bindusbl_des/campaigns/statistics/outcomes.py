@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...core.wording import did_you_mean
 from ...records.quantities import WORST
+from ...results.arrow import numpy_columns
 from ...results.tables import mission_numbers
 from ..storage.folder import CampaignError
 from ..storage.parts import OK, metric_schema, read_table
@@ -106,22 +107,24 @@ def outcomes(folder: Path, metrics: Sequence[str]) -> Outcomes:
         none = np.zeros(0, np.int64)
         return Outcomes(none, none, none, none == 0, {name: np.zeros(0) for name in metrics})
     check_recorded(folder, rows, wanted)
-    whole = {name: rows[name].to_numpy() for name in ("mission", "point", "seed")}
+    names = {name: rows[name].to_pylist() for name in named}
+    found = numpy_columns(rows.drop_columns(["status", *names]))
     return Outcomes(
-        **whole,
+        **{name: found[name] for name in ("mission", "point", "seed")},
         ok=np.array(rows["status"].to_pylist()) == OK,
-        metrics={name: rows[name].cast(pa.float64()).to_numpy() for name in metrics},
-        unserved={name: _unserved(rows, name) for name in lacking},
-        worst={name: rows[f"{name}_auv"].to_pylist() for name in worst},
+        metrics={name: found[name].astype(float) for name in metrics},
+        unserved={
+            name: _unserved(found[own], names[f"{own}_auv"])
+            for name, own in zip(lacking, served, strict=True)
+        },
+        worst={name: names[f"{name}_auv"] for name in worst},
     )
 
 
-def _unserved(rows: pa.Table, metric: str) -> Flags:
+def _unserved(worst: Floats, who: Sequence[str | None]) -> Flags:
     """Tell of each mission whether an AUV has no value; it is named if it could have one."""
-    worst = f"{WORST}{of_an_auv(metric)}"
-    missing: Flags = np.isnan(rows[worst].to_numpy())
-    named: Flags = rows[f"{worst}_auv"].is_valid().to_numpy()
-    return missing & named
+    named: Flags = np.array([name is not None for name in who], dtype=bool)
+    return named & np.isnan(worst)
 
 
 def check_recorded(folder: Path, rows: pa.Table, names: Sequence[str]) -> None:

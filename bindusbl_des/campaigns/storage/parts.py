@@ -10,22 +10,25 @@ have (`soundness`).
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from ...core.durable import draft_of, sync
-from ...results.arrow import arrow
+from ...results.arrow import arrow, numpy_array
 from ...results.parquet import DamagedFile, read_parquet
 from ...results.tables import schema, write_parquet
 from .folder import CampaignError
 from .soundness import MISSIONS, TABLES, check_part, described, metadata_of, part_path
 
 OK, FAILED = "ok", "failed"
+
+# So many parts are remembered: those of a campaign of some days on many machines.
+MOST_REMEMBERED = 8192
 REPLACES = b"bindusbl.replaces"
 ARROW_TYPES = {
     "bool": pa.bool_(),
@@ -36,6 +39,7 @@ ARROW_TYPES = {
 }
 
 Read = TypeVar("Read")
+Stamps = tuple[tuple[int, ...], ...]
 
 
 def commit(folder: Path, part: str, tables: Mapping[str, pa.Table], plan_sha256: str) -> None:
@@ -155,17 +159,41 @@ def done(folder: Path, plan_sha256: str | None = None) -> Done:
     """
 
     def read(parts: Sequence[str]) -> Done:
-        numbers, failed = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
-        for part in parts:
-            _check(folder, part, plan_sha256)
-            rows = read_part(folder, MISSIONS, part, ("mission", "status"))
-            if rows is not None:
-                numbers.append(rows["mission"].to_numpy())
-                failed.append(pc.equal(rows["status"], FAILED).to_numpy())
-        unique, first = np.unique(np.concatenate(numbers), return_index=True)
-        return Done(unique, np.concatenate(failed)[first])
+        found = [_done_in(folder, part, plan_sha256, _stamps(folder, part)) for part in parts]
+        numbers = np.concatenate([np.zeros(0, np.int64), *(it.numbers for it in found)])
+        failed = np.concatenate([np.zeros(0, bool), *(it.failed for it in found)])
+        unique, first = np.unique(numbers, return_index=True)
+        return Done(unique, failed[first])
 
     return _in_peace(folder, read)
+
+
+@lru_cache(maxsize=MOST_REMEMBERED)
+def _done_in(folder: Path, part: str, plan_sha256: str | None, _: Stamps) -> Done:
+    """Return the missions of a part, which is read again only when a file of it has changed."""
+    _check(folder, part, plan_sha256)
+    rows = read_part(folder, MISSIONS, part, ("mission", "status"))
+    if rows is None:  # joined with others just now
+        return Done(np.zeros(0, np.int64), np.zeros(0, bool))
+    return Done(_numbers(rows), np.array(rows["status"].to_pylist(), dtype=str) == FAILED)
+
+
+def _stamps(folder: Path, part: str) -> Stamps:
+    """Return what tells whether any file of a part has changed."""
+    return tuple(_stamp(part_path(folder, table, part)) for table in TABLES)
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    try:
+        found = path.lstat()
+    except OSError:
+        return ()
+    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
+def _numbers(rows: pa.Table) -> NDArray[np.int64]:
+    """Return the numbers of missions in the plan, row by row."""
+    return numpy_array(rows["mission"].combine_chunks())
 
 
 def _check(folder: Path, part: str, plan_sha256: str | None = None) -> None:
@@ -201,12 +229,10 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
             rows = read_part(folder, table, part, wanted)
             if rows is None or not len(rows):
                 continue
-            numbers = set(rows["mission"].to_pylist())
-            if numbers & seen:
-                rows = rows.filter(
-                    arrow([n not in seen for n in rows["mission"].to_pylist()], pa.bool_())
-                )
-            seen |= numbers
+            numbers = _numbers(rows).tolist()
+            if not seen.isdisjoint(numbers):
+                rows = rows.filter(arrow([n not in seen for n in numbers], pa.bool_()))
+            seen.update(numbers)
             parts.append(rows)
         return in_order(_together(folder, parts)) if parts else None
 
@@ -223,7 +249,7 @@ def _together(folder: Path, parts: Sequence[pa.Table]) -> pa.Table:
 
 def in_order(rows: pa.Table) -> pa.Table:
     """Return rows in the order of the plan, those of one mission as they were."""
-    return rows.take(np.argsort(rows["mission"].to_numpy(), kind="stable"))
+    return rows.take(arrow(np.argsort(_numbers(rows), kind="stable"), pa.int64()))
 
 
 def metric_schema(table: str) -> pa.Schema:

@@ -5,26 +5,24 @@ import shlex
 import signal
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from pathlib import Path
 
-import pyarrow as pa
-
 from ...core.kept_files import check_kept, named_files, placed
 from ...core.plugin_sources import source_sha256
 from ...core.plugins import allow
 from ...mission.simulation import simulate
-from ...results.arrow import arrow
 from ...scenario.families import plugins_of
 from ...scenario.scenario import Scenario
 from ..experiments.experiment import as_written
 from ..experiments.plan import Mission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
-from ..storage.parts import ARROW_TYPES, FAILED, OK, commit, labelled, metric_schema, read_part
+from ..storage.parts import FAILED, OK, commit, read_part
 from ..storage.soundness import MISSIONS, part_path
+from .gathering import Gathered, Ran
 from .heartbeats import Heartbeat
 from .warming import warm
 
@@ -65,16 +63,6 @@ class Row:
     wall_time_s: float
 
 
-@dataclass
-class Ran:
-    """One mission as it was run: its tables, or why there are none."""
-
-    mission: Mission
-    wall_time_s: float
-    tables: Mapping[str, pa.Table] = field(default_factory=dict)
-    error: str | None = None
-
-
 def run_batch(batch: Batch) -> list[Row]:
     """Run missions until the budget is spent or the campaign stops, at least one; write them.
 
@@ -85,19 +73,25 @@ def run_batch(batch: Batch) -> list[Row]:
     if part_path(folder, MISSIONS, batch.part).is_file():  # sent again by a cluster
         return rows_of(folder, batch.part)
     allow(batch.plugins)
-    ran: list[Ran] = []
+    rows, found = [], gathered(batch)
     with _beating(folder, batch.part) as heartbeat:
-        began, size = time.monotonic(), 0
+        began = time.monotonic()
         for mission in batch.missions:
             warm(batch.points[mission.point].scenario, folder)  # loading is no mission's time
             with heartbeat.at(mission.number, batch.mission_timeout_s):
-                ran.append(_run(batch, mission))
-            size += sum(table.nbytes for table in ran[-1].tables.values())
-            spent = time.monotonic() - began
-            if spent > batch.budget_s or size > LARGEST_PART_BYTES or (folder / STOP).exists():
+                ran = _run(batch, mission)
+            found.add(ran)
+            rows.append(Row(mission.number, FAILED if ran.error else OK, ran.wall_time_s))
+            is_long = time.monotonic() - began > batch.budget_s
+            if is_long or found.nbytes > LARGEST_PART_BYTES or (folder / STOP).exists():
                 break
-    write(batch, ran)
-    return [Row(it.mission.number, FAILED if it.error else OK, it.wall_time_s) for it in ran]
+    write(batch, found)
+    return rows
+
+
+def gathered(batch: Batch) -> Gathered:
+    """Return what gathers the rows of a batch's missions."""
+    return Gathered(batch.columns, batch.points, batch.model_version)
 
 
 @contextmanager
@@ -192,64 +186,16 @@ def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> Non
     )
 
 
-def write(batch: Batch, ran: Sequence[Ran]) -> None:
+def write(batch: Batch, found: Gathered) -> None:
     """Write the rows of missions as one part.
 
     Raises:
         NotWritten: when it cannot be written.
     """
-    names = dict.fromkeys(name for it in ran for name in it.tables if name != "mission")
-    tables = {name: _table(batch, name, ran) for name in names}
-    tables[MISSIONS] = _missions(batch, ran)
     try:
-        commit(Path(batch.folder), batch.part, tables, batch.plan_sha256)
+        commit(Path(batch.folder), batch.part, found.tables(), batch.plan_sha256)
     except OSError as error:
         raise NotWritten(error.errno, error.strerror or str(error)) from None
-
-
-def _table(batch: Batch, name: str, ran: Sequence[Ran]) -> pa.Table:
-    tables = [it.tables[name] for it in ran if name in it.tables]
-    lengths = [len(it.tables[name]) if name in it.tables else 0 for it in ran]
-    labels = _labels(batch, ran, with_point=name == "auvs")
-    owner = arrow([n for n, length in enumerate(lengths) for _ in range(length)], pa.int64())
-    return labelled(
-        pa.concat_tables(tables), {key: array.take(owner) for key, array in labels.items()}
-    )
-
-
-def _missions(batch: Batch, ran: Sequence[Ran]) -> pa.Table:
-    described = metric_schema(MISSIONS)
-    nothing = pa.table([pa.nulls(1, field.type) for field in described], schema=described)
-    table = pa.concat_tables(
-        [it.tables["mission"].cast(described) if it.tables else nothing for it in ran]
-    )
-    labels = _labels(batch, ran, with_point=True)
-    labels["status"] = arrow([FAILED if it.error else OK for it in ran], pa.string())
-    labels["error"] = arrow([it.error for it in ran], pa.string())
-    labels["wall_time_s"] = arrow([it.wall_time_s for it in ran], pa.float64())
-    return labelled(table, labels)
-
-
-def _labels(batch: Batch, ran: Sequence[Ran], *, with_point: bool) -> dict[str, pa.Array]:
-    """Return the columns that say which mission it was, a value for each mission."""
-    points = [batch.points[it.mission.point] for it in ran]
-    ids = [
-        mission_id(point.scenario, it.mission.seed, batch.model_version)
-        for it, point in zip(ran, points, strict=True)
-    ]
-    labels = {
-        "mission": arrow([it.mission.number for it in ran], pa.int64()),
-        "mission_id": arrow(ids, pa.string()),
-        "seed": arrow([it.mission.seed for it in ran], pa.int64()),
-    }
-    if with_point:
-        labels["point"] = arrow([it.mission.point for it in ran], pa.int64())
-        for key, kind in batch.columns.items():
-            values = [point.varied[key] for point in points]
-            if kind == "json":
-                values = [None if value is None else json.dumps(value) for value in values]
-            labels[key] = arrow(values, ARROW_TYPES[kind])
-    return labels
 
 
 def signal_name(exit_code: int | None) -> str:

@@ -115,6 +115,7 @@ def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    import_module("bindusbl_des.mission.mission")  # before the first batch comes
 
 
 def _end_with_parent() -> None:

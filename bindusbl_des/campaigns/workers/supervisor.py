@@ -21,12 +21,14 @@ from ..experiments.plan import Plan
 from ..storage.folder import ask_to_stop
 from ..storage.parts import FAILED
 from ..storage.soundness import MISSIONS, part_path
-from .batches import Batch, NotWritten, Ran, Row, rows_of, signal_name, write, write_failure
+from .batches import Batch, NotWritten, Row, gathered, rows_of, signal_name, write, write_failure
+from .gathering import Ran
 from .heartbeats import take_heartbeat
 from .pools import WorkerPool
 from .waiting import Waiting
 
-MOST_IN_BATCH = 200
+# Until it is known how long a mission takes, and at most: their rows lie in memory meanwhile.
+FIRST_IN_BATCH, MOST_IN_BATCH = 50, 5000
 SHORTEST_BATCH_S = 0.5
 LONGEST_BATCH_S = 30.0
 
@@ -34,8 +36,7 @@ LONGEST_BATCH_S = 30.0
 MOST_KILLS = 3
 
 # Batches end after this share of the time that the campaign has taken so far.
-BATCH_SHARE = 0.05
-
+BATCH_SHARE = 0.1
 
 # So many workers that died before any mission was finished died of something else.
 MOST_DEATHS_AT_FIRST = 8
@@ -66,6 +67,7 @@ class Supervisor:
         self._suspects: deque[tuple[int, ...]] = deque()
         self._kills: Counter[int] = Counter()
         self._deaths = self._finished = 0
+        self._worked_s = 0.0
         self._running: dict[Future[list[Row]], Batch] = {}
         self._began = monotonic()
         self._plan_sha256 = plan.fingerprint()
@@ -101,8 +103,14 @@ class Supervisor:
         budget = min(max(BATCH_SHARE * spent, self._shortest_batch_s), LONGEST_BATCH_S)
         if self._suspects:
             return self._batch(self._suspects.popleft(), budget)
-        share = min(math.ceil(len(self._fresh) / (2 * self.pool.size)), MOST_IN_BATCH)
-        return self._batch(self._fresh.take(share), budget)
+        share = math.ceil(len(self._fresh) / (2 * self.pool.size))
+        return self._batch(self._fresh.take(min(share, self._fitting(budget))), budget)
+
+    def _fitting(self, budget_s: float) -> int:
+        """Return how many missions, as long as those so far, take all of a batch's time."""
+        if not self._worked_s:
+            return FIRST_IN_BATCH
+        return min(math.ceil(budget_s * self._finished / self._worked_s), MOST_IN_BATCH)
 
     def _batch(self, numbers: tuple[int, ...], budget_s: float) -> Batch:
         limit = self.mission_timeout_s
@@ -123,6 +131,7 @@ class Supervisor:
 
     def _count(self, batch: Batch, rows: list[Row]) -> None:
         self._finished += len(rows)
+        self._worked_s += sum(row.wall_time_s for row in rows)
         self.note(rows)
         ran = {row.number for row in rows}
         self._fresh.put_back(it.number for it in batch.missions if it.number not in ran)
@@ -161,9 +170,11 @@ class Supervisor:
     def _quarantine(self, batch: Batch, number: int, text: str, trace: str) -> None:
         """Write the row of a mission that kills its worker or never ends: it failed."""
         mission = next(it for it in batch.missions if it.number == number)
+        found = gathered(batch)
+        found.add(Ran(mission, 0.0, error=text))
         try:
             write_failure(batch, mission, text, trace)
-            write(batch, [Ran(mission, 0.0, error=text)])
+            write(batch, found)
         except OSError as reason:
             self._break_off(NotWritten(reason.errno, reason.strerror))
             return
