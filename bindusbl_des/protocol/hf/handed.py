@@ -50,8 +50,15 @@ def decided_by(
 
     handed = Handed(
         Decided(
-            *(record.pings.array, record.receptions.array, calls.array, record.fixes.array),
-            *(drawn(), asvs.motion, duration, receiver.capture, receiver.shadowing_sd_db),
+            record.pings.array,
+            record.receptions.array,
+            calls.array,
+            record.fixes.array,
+            drawn(),
+            asvs.motion,
+            duration,
+            receiver.capture,
+            receiver.shadowing_sd_db,
         )
     )
     record.pings.hand_on(handed, "pings")
