@@ -1,6 +1,7 @@
 """Messages on a band: how long one is on the air, when it is handed over, and what it holds."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from ..presets.airtimes import AirtimeTable, airtime_table
@@ -54,11 +55,16 @@ class Modem:
         return 0.0 if self.table is None else self.table.delay(max(size_bytes, 1))
 
 
-class Load(NamedTuple):
-    """What one message carries: records of fixes, and of AUVs that are told their slots."""
+class Message(NamedTuple):
+    """One message: how many fixes it carries, and AUVs that it tells their slots; its size (B), how
+    long (s) it is on the air, and how long after its end it is handed over.
+    """
 
     fixes: int
-    named: int = 0
+    named: int
+    size_bytes: int
+    airtime_s: float
+    delay_s: float
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,9 @@ class Messages:
     splits: bool
     room: int | None = None
     assignment_bytes: int = 0
+    _packed: dict[tuple[int, int], tuple[Message, ...]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def of(self, fix_count: int) -> list[int]:
         """Return how many fixes each message of a broadcast carries."""
@@ -88,18 +97,28 @@ class Messages:
         full, rest = divmod(fix_count, self.most)
         return [self.most] * full + [rest] * (rest > 0)
 
-    def packed(self, fixes: int, named: int) -> list[Load]:
-        """Return what each message of a broadcast carries that tells `named` AUVs their slots."""
+    def packed(self, fixes: int, named: int = 0) -> tuple[Message, ...]:
+        """Return the messages of a broadcast that tells `named` AUVs their slots."""
+        found = self._packed.get((fixes, named))  # broadcast after broadcast is alike
+        if found is None:
+            found = self._packed[fixes, named] = tuple(self._filled(fixes, named))
+        return found
+
+    def _filled(self, fixes: int, named: int) -> Iterator[Message]:
         if not named or self.room is None:
-            return [Load(carried, named) for carried in self.of(fixes)]
-        loads: list[Load] = []
+            for carried in self.of(fixes):
+                yield self._message(carried, named)
+            return
         while fixes or named:
             each = self.assignment_bytes
             told = min(named, self.room // each) if each else named
             carried = min(fixes, (self.room - told * each) // self.fix_bytes)
-            loads.append(Load(carried, told))
+            yield self._message(carried, told)
             fixes, named = fixes - carried, named - told
-        return loads
+
+    def _message(self, fixes: int, named: int) -> Message:
+        size = self.payload_bytes(fixes, named)
+        return Message(fixes, named, size, self.modem.airtime(size), self.modem.delay(size))
 
     def payload_bytes(self, fixes: int, named: int = 0) -> int:
         """Return the bytes of one message."""

@@ -4,12 +4,13 @@ These are the compiled inner loops of the bands.
 """
 
 from math import inf, nan
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from ..core.compiled import compiled, entry
+from ..core.handing.opened import opened
 from ..records.events import HEARD, IN_FLIGHT, OUT_OF_RANGE
-from ..records.rows import NONE, Row, Rows
-from ..vehicles.motion import Floats, Ints, Motion, Place, where
+from ..records.rows import NONE, PING, RECEPTION, Row, Rows
+from ..vehicles.motion import Ints, Motion, Place, where
 from .loss import LossTerms, loss_probability
 from .travel_time import light_time
 
@@ -104,29 +105,37 @@ def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> 
     return bool(other_begins < ends - TOUCH and other_ends > begins + TOUCH)
 
 
+class Spread(NamedTuple):
+    """What pings spread in, handed over once: who moves how, the band and its law of the disc, and
+    the rows of pings and receptions, which have room for more.
+    """
+
+    pings: Annotated[Rows, PING]
+    receptions: Annotated[Rows, RECEPTION]
+    band: Band
+    loss: LossTerms
+    auvs: Motion
+    asvs: Motion
+
+
 @entry
 def spread(
-    group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
-    pings: Rows, ping: int, receptions: Rows, row: int, everything: bool,
-    prospects: Rows, coefficients: Floats, combine: int, contention: float, cap: float,
-    slant: bool, reach: float, duration: float, sound_speed: float,
-    auv_table: Floats, auv_first: Ints, auv_step: float,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
+    handed: Rows, group: Ints, round_number: int, slot: int, time: float,
+    called_at: float, called_by: int, call: int, call_time: float, calls: int,
+    ping: int, row: int, everything: bool, prospects: Rows,
 ) -> int:  # fmt: skip
-    """Let a group of AUVs ping at an instant (s): write their rows, and one for each of their ASVs.
+    """Let a group of AUVs ping at an instant (s): write their rows, the first of which is `ping`,
+    and from `row` on one for each of their ASVs.
 
     Return the row that comes after the last reception.  Without `everything` ASVs out of range get
-    no row.  `called` (1,) tells what became of the call (:data:`.rows.CALLED`): AUVs that were
-    called in vain do not ping.  `calls` are on record by now.  `prospects` as of :class:`Way`.
+    no row.  `handed` is a :class:`Spread`.  AUVs that were called in vain, as the fields of
+    :data:`.rows.CALLED` tell, do not ping.  `calls` are on record by now.  `prospects` as of
+    :class:`Way`.
     """
-    way = Way(
-        Band(slant, reach, duration, sound_speed),
-        LossTerms(coefficients, combine, contention, cap),
-        prospects,
-    )
-    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
-    call = called[0]
-    silent = call.call not in (NONE, HEARD)
+    into = opened(handed, Spread)
+    pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
+    way, duration = Way(into.band, into.loss, prospects), into.band.duration
+    silent = call not in (NONE, HEARD)
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
     for number in range(group.size):
         here = where(auvs, group[number], time)
@@ -135,8 +144,8 @@ def spread(
         line.asv = NONE
         line.sent_at_s, line.waited_s = time, nan
         line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
-        line.called_at_s, line.called_by = call.called_at_s, call.called_by
-        line.call, line.call_time_s = call.call, call.call_time_s
+        line.called_at_s, line.called_by = called_at, called_by
+        line.call, line.call_time_s = call, call_time
         line.first = row
         row, in_range, longest = _reach(line, here, number, receptions, row, everything, asvs, way)
         longest_so_far = max(longest_so_far, line.longest_s)
@@ -144,7 +153,7 @@ def spread(
         line.passed_at_s = inf if silent or not in_range else time + longest + duration
         line.longest_s, line.calls = longest_so_far, calls
         if silent:
-            _silence(receptions[line.first : row], call.call)
+            _silence(receptions[line.first : row], call)
         ping += 1
     return row
 

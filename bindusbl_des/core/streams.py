@@ -4,6 +4,7 @@ Streams are independent of each other and of the order in which they are asked f
 further ASV leaves every AUV's drift as it was, and two scenarios with one seed share their noise.
 """
 
+from collections.abc import Callable
 from copy import deepcopy
 from enum import IntEnum
 
@@ -80,6 +81,8 @@ class NoiseStore:
         self.shelf = np.full((auvs, asvs), -1, dtype=np.int64)
         self.taken = np.full((auvs, asvs), rows, dtype=np.int64)
         self.blocks = np.empty((2, rows, width + outliers))
+        #: Whom to tell that the blocks are in another array.
+        self.on_grown: Callable[[], None] | None = None
 
     def is_spent(self, auv: int, asv: int) -> bool:
         """Tell whether a pair has no row left."""
@@ -109,6 +112,8 @@ class NoiseStore:
         shelf = self.shelf[auv, asv]
         if shelf == len(self.blocks):
             self.blocks = lengthened(self.blocks, 2 * len(self.blocks))
+            if self.on_grown is not None:
+                self.on_grown()
         parts = self.blocks[shelf, :, : self._width], self.blocks[shelf, :, self._width :]
         for stream, part in zip(self._drawn[auv, asv], parts, strict=False):
             part[:] = stream.standard_normal(part.shape)

@@ -62,7 +62,7 @@ class BroadcastView:
         """Where the m ASVs are (m), shape (m, 3)."""
         return places(self._fleet.motion, self.time)[:, :3]
 
-    @cached_property
+    @property
     def failed(self) -> tuple[int, ...]:
         """The ASVs that have failed; one of the others broadcasts."""
         return self._fleet.failed(self.time)

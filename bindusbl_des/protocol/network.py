@@ -9,6 +9,7 @@ import numpy as np
 import simpy
 from numpy.random import Generator as RandomStream
 
+from ..acoustics.modem import Message
 from ..records.events import Round
 from ..records.recorder import Recorder
 from ..vehicles.fleet import Fleet
@@ -55,6 +56,16 @@ class Carried(NamedTuple):
     asv: int
     fixes: Sequence[int]
     named: Sequence[int] = ()
+
+    def split(self, messages: Sequence[Message]) -> "list[Carried]":
+        """Return what each of some messages holds of it."""
+        if len(messages) == 1:
+            return [self]
+        parts, fixes, named = [], self.fixes, self.named
+        for count, told, *_ in messages:
+            parts.append(Carried(self.asv, fixes[:count], named[:told]))
+            fixes, named = fixes[count:], named[told:]
+        return parts
 
 
 Downlink = Callable[["Network", Turn, float], Steps]

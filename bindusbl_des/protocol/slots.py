@@ -119,13 +119,11 @@ class Slots:
         """Return the bytes of a broadcast, of all its messages: of `fix_count` fixes, and of slots
         of which `named` AUVs are told.
         """
-        messages = self.messages
-        return sum(messages.payload_bytes(*load) for load in messages.packed(fix_count, named))
+        return sum([it.size_bytes for it in self.messages.packed(fix_count, named)])
 
     def airtime(self, fix_count: int, named: int = 0) -> float:
         """Return the airtime T_tx (s) of such a broadcast, of all its messages."""
-        messages = self.messages
-        return sum(messages.airtime(*load) for load in messages.packed(fix_count, named))
+        return sum([it.airtime_s for it in self.messages.packed(fix_count, named)])
 
     def frame_slot(self, fix_count: int, named: int = 0) -> float:
         """Return how long (s) such a broadcast and its guard take."""

@@ -11,6 +11,7 @@ from itertools import count
 
 import simpy
 
+from ..acoustics.modem import Message
 from ..records.events import Broadcast, Round
 from ..scenario.families import DOWNLINK
 from ..scenario.part_settings import own_part, shipped_part
@@ -119,30 +120,27 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
         return
     begins, slots = time, network.slots
     for shares in network.shared(turn, time):
-        for share in shares:
-            _send_all(network, turn, share, begins, begins == time)
-        longest = max(slots.frame_slot(len(it.fixes), len(it.named)) for it in shares)
-        begins = slots.clock.after(begins, longest)
+        airtimes = [_send_all(network, turn, share, begins, begins == time) for share in shares]
+        begins = slots.clock.after(begins, max(airtimes) + slots.downlink_guard)
     ends = max(begins, slots.clock.after(time, slots.shortest_downlink))
     network.downlink_free_at = ends
     network.foretell(turn, ends)
     turn.row.downlink_s += ends - time
 
 
-def _send_all(network: Network, turn: Turn, share: Carried, begins: float, now: bool) -> None:
-    """Let an ASV send its fixes from an instant (s) on, which is `now` or to come: where one
-    message does not hold them, several follow each other.
+def _send_all(network: Network, turn: Turn, share: Carried, begins: float, now: bool) -> float:
+    """Let an ASV send its fixes from an instant (s) on, which is `now` or to come; return how long
+    (s) it sends.  Where one message does not hold them, several follow each other.
     """
-    (asv, fixes, named), messages = share, network.slots.messages
-    for part, load in enumerate(messages.packed(len(fixes), len(named))):
-        own, told = fixes[: load.fixes], named[: load.named]
-        fixes, named = fixes[load.fixes :], named[load.named :]
-        send = partial(_send, network, turn, Carried(asv, own, told), (part, begins))
+    messages = network.slots.messages.packed(len(share.fixes), len(share.named))
+    for part, carried in enumerate(share.split(messages)):
+        send = partial(_send, network, turn, carried, (part, begins), messages[part])
         if now and part == 0:
             send()
         else:
             moment(network.env, begins).callbacks.append(send)
-        begins += messages.airtime(*load)
+        begins += messages[part].airtime_s
+    return sum([it.airtime_s for it in messages])
 
 
 def _send(
@@ -150,6 +148,7 @@ def _send(
     turn: Turn,
     carried: Carried,
     when: tuple[int, float],
+    message: Message,
     _: simpy.Event | None = None,
 ) -> None:
     """Let an ASV send one message of a broadcast, its number among them and instant (s) given.
@@ -157,16 +156,15 @@ def _send(
     It carries fixes, and the next slots of the AUVs that it names.
     """
     (asv, fixes, named), (part, time) = carried, when
-    messages, load = network.slots.messages, (len(fixes), len(named))
-    airtime, size = messages.airtime(*load), messages.payload_bytes(*load)
+    count, told, size, airtime, delay = message
     on_air = network.asv_fleet.works_for(asv, time, airtime)
     network.record.broadcasts.append(
-        Broadcast(turn.row.round, asv, time, on_air, size, len(fixes), part, len(named))
+        Broadcast(turn.row.round, asv, time, on_air, size, count, part, told)
     )
-    network.downlink.send(fixes, asv, time, airtime, messages.delay(*load), size)
+    network.downlink.send(fixes, asv, time, airtime, delay, size)
     if named or part == 0:
         network.tell(turn, named)
-    turn.row.fixes += len(fixes)
+    turn.row.fixes += count
 
 
 def downlink_free(network: Network, time: float) -> Steps:

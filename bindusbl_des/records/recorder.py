@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.growing import lengthened
+from ..core.handing.handed import Handed
 from .events import Broadcast, Round
 from .frames import Assignment
 from .rows import FIX, FRAME_RECEPTION, PING, RECEPTION, Rows
@@ -24,6 +25,11 @@ class EventBuffer:
     def __init__(self, kind: np.dtype[Any]) -> None:
         self.array: Rows = np.empty(ROOM, dtype=kind)
         self.count = 0
+        self._handed: list[tuple[Handed, str]] = []
+
+    def hand_on(self, to: Handed, name: str) -> None:
+        """Keep a field of what compiled code is handed what the array is."""
+        self._handed.append((to, name))
 
     @property
     def rows(self) -> Rows:
@@ -37,6 +43,8 @@ class EventBuffer:
             while self.count + count > length:
                 length *= 2
             self.array = lengthened(self.rows, length)
+            for handed, name in self._handed:
+                handed.renew(name, self.array)
         return self.array
 
 

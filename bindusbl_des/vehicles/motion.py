@@ -7,7 +7,7 @@ a reader need not know which it is.  Survey frame: m, z down, yaw in rad from +x
 
 from collections.abc import Sequence
 from math import cos, sin
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ class Motion(NamedTuple):
     `step` is the time (s) between the lines of logs; it is 0 for legs, which know their own.
     """
 
-    table: Floats
+    table: Annotated[Floats, 2]
     first: Ints
     step: float
 

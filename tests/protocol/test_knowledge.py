@@ -317,7 +317,7 @@ def test_messages_hold_what_they_carry(fixes: int, named: int, room: int, each: 
     loads = messages.packed(fixes, named)
     assert sum(load.fixes for load in loads) == fixes
     assert sum(load.named for load in loads) == named
-    assert all(messages.payload_bytes(*load) <= room + 8 for load in loads)
+    assert all(load.size_bytes <= room + 8 for load in loads)
     assert all(load.fixes or load.named for load in loads[1:])
 
 

@@ -22,8 +22,9 @@ from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
 from bindusbl_des.protocol.fix_queue import FixBatch, ReplyQueue
 from bindusbl_des.protocol.hf.calling import CALL
+from bindusbl_des.protocol.hf.handed import NO_CALL
 from bindusbl_des.protocol.hf.reception import Air, overlapped
-from bindusbl_des.protocol.hf.uplink import NO_CALL, Uplink
+from bindusbl_des.protocol.hf.uplink import Uplink
 from bindusbl_des.protocol.mf.downlink import FrameBand, MfDownlink
 from bindusbl_des.records.events import (
     COLLIDED,
@@ -166,6 +167,7 @@ def frames(request: pytest.FixtureRequest) -> Callable[..., Fix]:
         band.send(fix, 0, time, airtime)
         assert auvs.foreseen or auvs.guided.reached == time  # type: ignore[union-attr]
         env.run()
+        band.settle(100.0)
         row = record.fixes.rows[0]
         return Fix(**{it.name: row[it.name] if it.name != "asvs" else "" for it in fields(Fix)})
 
@@ -205,7 +207,7 @@ def test_the_first_to_decode_a_ping_answers_from_where_it_heard_it() -> None:
     met = 600 / 1470  # 1500 t = 600 + 30 t
     [fix] = made(record, 0, 0.0, 0.0)
     band.reply(fix, 0, met)
-    env.run()
+    band.settle(100.0)
     latency = record.fixes.rows["latency_s"][fix]
     assert latency == pytest.approx(met + (1500 * met + 30 * met) / 1470, abs=1e-12)
 
@@ -230,6 +232,7 @@ def test_fixes_are_applied_in_the_order_of_their_arrival(steers: bool) -> None:
 
     env.process(second())
     env.run()
+    band.settle(100.0)
     fixes = record.fixes.rows
     assert fixes["delivered_at_s"] == pytest.approx([0.8, 0.61, 0.91], abs=1e-12)
     # 4 m: half of it; then 8 m, of which 6 are left: half of them.  As sent it would have been 4.
@@ -272,6 +275,7 @@ def frames_received(
 
     env.process(send())
     env.run()
+    band.settle(100.0)
     fixes = record.fixes.rows
     fixes["frame"] = NONE  # they are numbered otherwise where each fix has its own
     return fixes, sums
@@ -280,7 +284,7 @@ def frames_received(
 @pytest.mark.parametrize("compensation", ["none", "shift"])
 @pytest.mark.parametrize("clock", [ExactClock(), TickClock(7.0)], ids=["exact", "ticks"])
 def test_a_frames_fixes_are_as_good_as_events_of_their_own(clock: Clock, compensation: str) -> None:
-    """One event for a frame leaves every fix as an event for each does, bit for bit."""
+    """Fixes settled together are left as an event for each leaves them, bit for bit."""
     overtaken = 0
     for seed in range(20):
         fixes, sums = frames_received(seed, "frames", clock, compensation)

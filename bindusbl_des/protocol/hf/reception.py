@@ -1,21 +1,22 @@
 """What becomes of a ping at the ASVs in range: who hears it, and who does not."""
 
 from math import erfc, inf, nan, sqrt
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ...acoustics.propagation import drowns, overlap
 from ...core.compiled import compiled, entry
+from ...core.handing.opened import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
-from ...records.rows import NONE, Row, Rows
+from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, Instrument
 from ...usbl.measurement import measured, note
 from ...usbl.systematic import Systematic, measured_astray
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Floats, Ints, Motion
 from ..mf.frames import sends
-from .calling import drowned
+from .calling import CALL, drowned
 
 
 class Air(NamedTuple):
@@ -34,9 +35,25 @@ class Air(NamedTuple):
 class Noise(NamedTuple):
     """Numbers drawn for each pair of an AUV and an ASV (:class:`.streams.NoiseStore`)."""
 
-    shelf: Ints
-    taken: Ints
-    blocks: Floats
+    shelf: Annotated[Ints, 2]
+    taken: Annotated[Ints, 2]
+    blocks: Annotated[Floats, 3]
+
+
+class Decided(NamedTuple):
+    """What pings are decided by, handed over once: all sound on record and the fixes made, with
+    room for more, the noise, where ASVs are, and what they make of what they hear (:class:`Air`).
+    """
+
+    pings: Annotated[Rows, PING]
+    receptions: Annotated[Rows, RECEPTION]
+    calls: Annotated[Rows, CALL]
+    fixes: Annotated[Rows, FIX]
+    noise: Noise
+    asvs: Motion
+    duration: float
+    capture: float
+    shadowing_sd_db: float
 
 
 @compiled
@@ -89,44 +106,45 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 
 @entry
 def settle(
-    time: float, first: int, only: int, pings: Rows, receptions: Rows, echoes: Rows | None,
-    calls: Rows, frames: Rows | None,
-    duration: float, capture: float, shadowing_sd_db: float,
-    fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
+    handed: Rows, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
+    fix: int, echoes: Rows | None, frames: Rows | None,
     array: Floats | None, metric: Floats, levels: Rows, has_sheet: bool | None,
     strayed: Floats | None,
     known: Rows | None, variances: Floats, misalignments: Floats, gnss: Floats, clocks: Floats,
     levers: Floats, left: Floats,
-) -> tuple[int, int, int]:  # fmt: skip
+) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
 
-    Return the number of fixes then, and NONE, NONE; or, when the noise of a pair of an AUV and an
-    ASV is used up, these: it must be refilled and the function called again.  What decides at a
-    receiver, `capture` and the shadowing (dB), is as of :class:`.channel.Receiver`; `echoes`, row
-    by row of `receptions`, as of :data:`.echoing.ECHO`, None where pings have none; `frames` those
-    of ASVs that hear nothing while they send them, None where they hear pings all the same.
-    `strayed` (n,) is how far each AUV may have gone between a call and its answer (variance along
-    its course, m2); None where nobody calls.  Where the `array` is None, an instrument of
-    somebody's own measures later.
+    Return the number of fixes then, the first ping that is yet to be decided, and NONE, NONE; or,
+    when the noise of a pair of an AUV and an ASV is used up, these: it must be refilled and the
+    function called again.  `handed` is a :class:`Decided`, of which the first `pings`, `receptions`
+    and `calls` are on record, and `fix` fixes; `echoes`, row by row of receptions, are as of
+    :data:`.echoing.ECHO`, None where pings have none; `frames` those of ASVs that hear nothing
+    while they send them, None where they hear pings all the same.  `strayed` (n,) is how far each
+    AUV may have gone between a call and its answer (variance along its course, m2); None where
+    nobody calls.  Where the `array` is None, an instrument of somebody's own measures later.
     Where errors last (`known` and what follows, :class:`.systematic.Systematic`; else None), how
     each fix depends on them is written to `levers` (fixes, 2, 4 k), and the covariance that does
     not come from them, xx, yy, xy, to `left` (fixes, 3), m2.
     """
-    air = Air(pings, receptions, calls, duration, capture, shadowing_sd_db)
-    noise = Noise(shelf, taken, blocks)
-    asvs = Motion(asv_table, asv_first, asv_step)
-    due = np.array([first]) if only != NONE else _due(pings, first, time)
+    by = opened(handed, Decided)
+    fixes, noise, asvs = by.fixes, by.noise, by.asvs
+    air = Air(
+        by.pings[:pings], by.receptions[:receptions], by.calls[:calls],
+        by.duration, by.capture, by.shadowing_sd_db,
+    )  # fmt: skip
+    due = np.array([first]) if only != NONE else _due(air.pings, first, time)
     for ping in due:
         dry, hearers, measuring = _decide(ping, only, air, echoes, frames, noise)
         if dry != NONE:
-            return fix, pings[ping].auv, dry
+            return fix, first, air.pings[ping].auv, dry
         if hearers.size > 0:
             row = fixes[fix]
             row.fix = fix
-            begin(row, pings[ping], only)
-            heard = Heard(pings[ping], receptions[row.first : row.end], hearers, measuring)
+            sent = air.pings[ping]
+            begin(row, sent, only)
+            heard = Heard(sent, air.receptions[row.first : row.end], hearers, measuring)
             if array is not None:
                 instrument = Instrument(array, metric, levels[0], has_sheet)
                 if known is not None:
@@ -137,11 +155,13 @@ def settle(
                     levers[fix] = lever[:2]
                 else:
                     place, covariance = measured(heard, asvs, instrument, strayed)
-                note(row, pings[ping], place, covariance)
+                note(row, sent, place, covariance)
             fix += 1
         if only == NONE:
-            pings[ping].passed_at_s = inf
-    return fix, NONE, NONE
+            air.pings[ping].passed_at_s = inf
+    while first < pings and air.pings[first].passed_at_s == inf:
+        first += 1
+    return fix, first, NONE, NONE
 
 
 @compiled
@@ -220,8 +240,8 @@ def by_luck(it: Row, luck: float) -> int:
 
 @entry
 def foretold(
-    row: int, luck: float, pings: Rows, receptions: Rows, echoes: Rows | None, calls: Rows,
-    frames: Rows | None, duration: float, capture: float,
+    row: int, luck: float, pings: Rows, receptions: Rows, calls: Rows,
+    echoes: Rows | None, frames: Rows | None, duration: float, capture: float,
 ) -> int:  # fmt: skip
     """Return what will be decided of a reception, once the ping has passed its ASV."""
     air = Air(pings, receptions, calls, duration, capture, 0.0)

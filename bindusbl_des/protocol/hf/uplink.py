@@ -1,7 +1,7 @@
 """The HF band: who hears a ping, how late, and whether at all."""
 
 from collections.abc import Callable, Sequence
-from functools import cache, lru_cache, partial
+from functools import cache, partial
 from math import hypot
 from typing import Any
 
@@ -34,6 +34,7 @@ from ...usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats, Ints, places
 from .calling import CALL, interrogate
+from .handed import NO_CALL, NOT_CALLED, decided_by, members, spread_in
 from .reception import foretold, settle
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
@@ -41,15 +42,6 @@ PASSED = 1.05
 
 # What is handed over where no error lasts: levers and what is left of covariances, too
 NOTHING_LASTS = (None,) * 7
-
-# What a ping has that nobody called
-NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
-
-
-@lru_cache(maxsize=4096)
-def members(group: tuple[int, ...]) -> Ints:
-    """Return a ping group as an array; small fleets have the same groups again and again."""
-    return np.array(group, dtype=np.int64)
 
 
 class Uplink:
@@ -96,6 +88,10 @@ class Uplink:
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self._calls = EventBuffer(CALL)
+        self._spread_in = spread_in(record, air, self._loss, auvs, asvs)
+        self._decided_by = decided_by(
+            record, self._calls, self._noise, asvs, band.duration, self.receiver
+        )
         self._undecided = 0  # pings before this one are decided
         self._predicted = 0  # pings before this one have arrived everywhere
         self.deafening: EventBuffer | None = None  # frames whose ASVs are deaf meanwhile
@@ -129,11 +125,12 @@ class Uplink:
         return self._asvs.failed(time)
 
     @property
-    def _beside(self) -> tuple[Rows | None, Rows, Rows | None]:
-        """All sound on record but pings: their echoes, calls, and frames that deafen ASVs."""
-        beside = (self._echoes, self.deafening)
-        echoes, frames = (None if it is None else it.rows for it in beside)
-        return echoes, self._calls.rows, frames
+    def _beside(self) -> tuple[Rows | None, Rows | None]:
+        """Sound that few bands have: echoes of pings, and frames that deafen ASVs."""
+        return (
+            None if self._echoes is None else self._echoes.rows,
+            None if self.deafening is None else self.deafening.rows,
+        )
 
     @property
     def foresees_calls(self) -> bool:
@@ -194,11 +191,14 @@ class Uplink:
         if self._asvs_move:
             self._asvs.reach(time)
         prospects, row = self._prospects(group, time), receptions.count
+        pings.room_for(count)
+        receptions.room_for(count * len(self._asvs))
+        call: tuple[float, int, int, float]
+        call = NOT_CALLED if called is NO_CALL else called[0].item()
         receptions.count = spread(
-            members(tuple(group)), round_number, slot, time, called, self._calls.count,
-            pings.room_for(count), first, receptions.room_for(count * len(self._asvs)),
-            receptions.count, self._record.everything, prospects, *self._law,
-            *self._auvs.motion, *self._asvs.motion,
+            self._spread_in.row, members(tuple(group)), round_number, slot, time,
+            *call, self._calls.count,
+            first, row, self._record.everything, prospects,
         )  # fmt: skip
         pings.count = first + count
         if waited is not None:
@@ -238,36 +238,34 @@ class Uplink:
 
     def decide_passed(self, time: float) -> range:
         """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""
-        pings, first = self._record.pings, self._record.fixes.count
+        first = self._record.fixes.count
         self.amend(time)
         while True:
-            _, asv = self._settle(time, self._undecided)
+            undecided, _, asv = self._settle(time, self._undecided)
             if asv == NONE:
                 break
             self._refill_noise()  # of all at once: settling begins anew each time
-        while (
-            self._undecided < pings.count and pings.array[self._undecided]["passed_at_s"] == np.inf
-        ):
-            self._undecided += 1
+        self._undecided = undecided
         return range(first, self._record.fixes.count)
 
-    def _settle(self, time: float, ping: int, only: int = NONE) -> tuple[int, int]:
-        """Decide what has passed; return an AUV and an ASV whose noise is used up, or NONE."""
+    def _settle(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
+        """Decide what has passed; return the first ping that has not, and an AUV and an ASV whose
+        noise is used up, or NONE.
+        """
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
-        noise, count = self._noise, fixes.count
+        count = fixes.count
         room = fixes.room_for(pings.count - self._undecided + 1)
         lasting: tuple[Any, ...] = NOTHING_LASTS
         if self._lasting is not None:
             lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
-        fixes.count, auv, asv = settle(
-            time, ping, only, pings.rows, receptions.rows, *self._beside, self.band.duration,
-            self.receiver.capture, self.receiver.shadowing_sd_db, room, fixes.count,
-            noise.shelf, noise.taken, noise.blocks, *self._asvs.motion, *self._measuring, *lasting,
+        fixes.count, undecided, auv, asv = settle(
+            self._decided_by.row, time, ping, only, pings.count, receptions.count,
+            self._calls.count, count, *self._beside, *self._measuring, *lasting,
         )  # fmt: skip
         if self._instrument is not None:
             for fix in fixes.array[count : fixes.count]:
                 self._measure(self._instrument, fix)
-        return auv, asv
+        return undecided, auv, asv
 
     def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
         """Have a ping measured by an instrument of somebody's own."""
@@ -286,7 +284,7 @@ class Uplink:
     def decide(self, ping: int, row: int) -> bool:
         """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
         count = self._record.fixes.count
-        while (dry := self._settle(0.0, ping, row))[1] != NONE:
+        while (dry := self._settle(0.0, ping, row)[1:])[1] != NONE:
             self._noise.refill(*dry)
         return self._record.fixes.count > count
 
@@ -333,7 +331,10 @@ class Uplink:
         ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
         luck = float(self._noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
         duration, receiver = self.band.duration, self.receiver
-        outcome = foretold(row, luck, pings, receptions, *self._beside, duration, receiver.capture)
+        outcome = foretold(
+            row, luck, pings, receptions, self._calls.rows, *self._beside, duration,
+            receiver.capture,
+        )  # fmt: skip
         return outcome, float(it["snr_db"]) + receiver.shadowing_sd_db * luck
 
     def close(self, time: float) -> None:

@@ -23,20 +23,25 @@ class Deliveries:
         self._env, self._auvs, self._fixes, self._navigator = env, auvs, record.fixes, navigator
         self._undelivered = 0  # fixes before this one are delivered, or never will be
         self._due = np.empty(0, dtype=np.int64)
-        #: Whom to tell that a broadcast begins, of the fixes of a frame whose arrivals are known,
-        #: and of those that are delivered: nobody unless somebody waits for that.
+        #: Whom to tell that a broadcast begins, of fixes whose arrivals are known, and of those
+        #: that are delivered: nobody unless somebody waits for that.
         self.on_broadcast: Callable[[], None] | None = None
         self.on_frame: Callable[[Sequence[int]], None] | None = None
         self.on_delivered: Callable[[Ints], None] | None = None
 
     def _expect(self, fix: int, instant: float) -> None:
         """Let an AUV have a fix at an instant (s), but not before now."""
-        self._fixes.array[fix]["arrives_at_s"] = max(instant, self._env.now)
-        self._deliver_at(max(instant, self._env.now))
+        arrives = max(instant, self._env.now)
+        self._fixes.array[fix]["arrives_at_s"] = arrives
+        self._deliver_by(arrives, [fix])
 
-    def _deliver_at(self, instant: float) -> None:
-        event = self._env.timeout(max(instant - self._env.now, 0.0))
-        event.callbacks.append(lambda _: self.deliver(instant))
+    def _deliver_by(self, instant: float, rows: Sequence[int]) -> None:
+        """Let AUVs have fixes of which the last arrives at an instant (s), if anybody can tell."""
+        if self.on_frame is not None:
+            self.on_frame(rows)
+        elif not self._auvs.foreseen:  # they steer by them, or who knows by what
+            event = self._env.timeout(max(instant - self._env.now, 0.0))
+            event.callbacks.append(lambda _: self.deliver(instant))
 
     @property
     def first_under_way(self) -> int:
@@ -46,8 +51,8 @@ class Deliveries:
     def settle(self, time: float) -> None:
         """Let AUVs have what has reached them by an instant (s), all of whose events are over.
 
-        Fixes of a frame are else delivered when the last of them has arrived, in the same order.
-        Who steers by them has had each at its own instant, and nothing is left to do.
+        Fixes that nobody waits for are delivered when somebody wants to know, in the order of their
+        arrival.  Who steers by them has had each at its own instant, and nothing is left to do.
         """
         if self._auvs.foreseen:
             self.deliver(time)

@@ -13,6 +13,7 @@ from ...acoustics.channel import AskedChannel, between
 from ...acoustics.channels import FrameChannel
 from ...acoustics.travel_time import travel_time
 from ...core.clock import Clock
+from ...core.handing.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...navigation.navigators import Navigator
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
@@ -22,7 +23,7 @@ from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from ...vehicles.vehicle import Place
 from .deliveries import Deliveries
-from .frames import FRAME, PROMISE, begin, receive
+from .frames import FRAME, PROMISE, Sent, begin, receive
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
@@ -67,13 +68,21 @@ class MfDownlink(Deliveries):
         self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
         self._asvs, self._clock, self._sound_speed = asvs, clock, sound_speed
         limit = math.inf if band.channel else band.reach  # who is asked has no limit
-        self._limits = limit, sound_speed, clock.rate
         self._physics = limit, sound_speed, band.capture
         self._record, self._frames, self._promises = (
             record,
             EventBuffer(FRAME),
             EventBuffer(PROMISE),
         )
+        self._sent_in = Handed(
+            Sent(
+                *(self._frames.array, record.fixes.array, auvs.motion, asvs.motion),
+                *(limit, sound_speed, clock.rate),
+            )
+        )
+        self._frames.hand_on(self._sent_in, "frames")
+        record.fixes.hand_on(self._sent_in, "fixes")
+        self._foreseen_s = asvs.sure_s if auvs.foreseen else -math.inf
         self._passed_at = 0.0  # by then (s) all frames so far have passed
         self._ping_s = band.deafening_s
         self._is_shared = band.deafening_s > 0.0  # whether anything may ever have met a frame
@@ -96,7 +105,7 @@ class MfDownlink(Deliveries):
             self.on_broadcast()
         self._auvs.reach(time)
         self._asvs.reach(time)
-        foreseen = self._auvs.foreseen and self._asvs.sure_s >= airtime
+        foreseen = airtime <= self._foreseen_s
         frames, carried = self._frames, np.fromiter(rows, np.int64, len(rows))
         on_air = self._asvs.works_for(asv, time, airtime)
         if on_air < airtime:  # the frame is cut
@@ -104,16 +113,14 @@ class MfDownlink(Deliveries):
         if self._channel is not None:
             self._ask(self._channel(size_bytes, airtime), carried, asv, time)
         self._is_shared |= time < self._passed_at
+        frames.room_for(1)
         last, self._passed_at = begin(
-            frames.room_for(1), frames.count, asv, time, on_air, airtime, processing,
-            self._fixes.array, carried, foreseen,
-            *self._limits, *self._auvs.motion, *self._asvs.motion,
+            self._sent_in.row, frames.count, asv, time, on_air, airtime, processing, carried,
+            foreseen,
         )  # fmt: skip
         frames.count += 1
         if last >= 0.0:
-            self._deliver_at(last)
-            if self.on_frame is not None:
-                self.on_frame(rows)
+            self._deliver_by(last, rows)
         elif rows and not foreseen:  # they steer meanwhile by other fixes, or who knows by what
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))

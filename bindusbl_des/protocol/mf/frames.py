@@ -6,7 +6,7 @@ the sound of its end has, from where the ASV is by then.
 
 from dataclasses import dataclass
 from math import inf, nan
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from ...acoustics.propagation import drowns, meet, within
 from ...acoustics.travel_time import distance, light_time, light_time_by
 from ...core.clock import after
 from ...core.compiled import compiled, entry
+from ...core.handing.opened import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from ...records.rows import NONE, Row, Rows, row_type
+from ...records.rows import FIX, NONE, Row, Rows, row_type
 from ...vehicles.motion import Floats, Ints, Motion, where
 
 # Factor on airtime and way after which a frame has passed whoever was in range; nobody is as fast.
@@ -65,24 +66,38 @@ class Medium(NamedTuple):
     ping_s: float
 
 
+class Sent(NamedTuple):
+    """What frames are sent in, handed over once: who moves how, as of :class:`Medium`, and the rows
+    of frames, which have room for more, and of fixes.  Instants are those of a clock of a `rate`
+    (Hz, see :func:`.clock.after`).
+    """
+
+    frames: Annotated[Rows, FRAME]
+    fixes: Annotated[Rows, FIX]
+    auvs: Motion
+    asvs: Motion
+    reach: float
+    sound_speed: float
+    rate: float
+
+
 @entry
 def begin(
-    frames: Rows, number: int, asv: int, time: float, on_air: float, airtime: float,
-    processing: float, fixes: Rows, carried: Ints, foreseen: bool,
-    reach: float, sound_speed: float, rate: float,
-    auv_table: Floats, auv_first: Ints, auv_step: float,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
+    handed: Rows, number: int, asv: int, time: float, on_air: float, airtime: float,
+    processing: float, carried: Ints, foreseen: bool,
 ) -> tuple[float, float]:  # fmt: skip
     """Let an ASV send fixes, the rows `carried` (k,), in a frame at an instant (s), which is to
     last `airtime` (s) and is on the air for `on_air` (s); write it as `number` of the frames.
 
-    The fixes tell when their AUVs will have them, on a clock of a `rate` (Hz, see
-    :func:`.clock.after`): `processing` (s) after the end of the frame has come.  An AUV out of the
-    horizontal range (m) when the frame begins never gets its fix, nor one that does not decode it
-    (whose outcome says so already), and where its way is not `foreseen` the arrival is left open
-    (NaN).  Return the last instant (s) of those known, or -1, and the frame's `passed_at_s`.
+    `handed` is a :class:`Sent`.  The fixes tell when their AUVs will have them: `processing` (s)
+    after the end of the frame has come.  An AUV out of the horizontal range when the frame begins
+    never gets its fix, nor one that does not decode it (whose outcome says so already), and where
+    its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those
+    known, or -1, and the frame's `passed_at_s`.
     """
-    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
+    into = opened(handed, Sent)
+    frames, fixes, auvs, asvs = into.frames, into.fixes, into.auvs, into.asvs
+    reach, sound_speed, rate = into.reach, into.sound_speed, into.rate
     begins, ends = where(asvs, asv, time), where(asvs, asv, time + airtime)
     frame, last = frames[number], -1.0
     frame.asv, frame.sent_at_s, frame.on_air_s, frame.airtime_s = asv, time, on_air, airtime

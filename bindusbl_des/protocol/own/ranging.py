@@ -12,7 +12,8 @@ from ...core.plugins import asked
 from ...records.rows import CALLED, Rows
 from ...scenario.families import RANGING
 from ..fix_queue import FixQueue, ReplyQueue
-from ..hf.uplink import NO_CALL, Uplink
+from ..hf.handed import NO_CALL
+from ..hf.uplink import Uplink
 from ..schedules import View
 from .steps import SAME, checked_steps, moment
 

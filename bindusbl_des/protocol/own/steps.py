@@ -36,7 +36,7 @@ class Environment(simpy.Environment):
 def moment(env: simpy.Environment, instant: float) -> simpy.Timeout:
     """Return the event of an instant (s) that is not past."""
     now = env.now
-    return env.timeout(instant - now if instant > now else 0.0)
+    return simpy.Timeout(env, instant - now if instant > now else 0.0)
 
 
 def some_work(

@@ -42,7 +42,7 @@ def slots_of(scenario: Scenario) -> Slots:
         clock.rate,
         np.array([clock.after(0.0, slots.downlink_slot(count, named)) for count in fixes]),
         np.array([
-            slots.airtime(count, named) + messages.delay(*messages.packed(count, named)[-1])
+            slots.airtime(count, named) + messages.packed(count, named)[-1].delay_s
             for count in fixes
         ]),
     )  # fmt: skip

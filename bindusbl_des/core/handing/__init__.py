@@ -1,0 +1,1 @@
+"""State that compiled code is handed once, and opens again at each call."""

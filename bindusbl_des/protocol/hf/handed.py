@@ -1,0 +1,69 @@
+"""What compiled code of the HF band is handed: at each call, and once for all of them."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from ...acoustics.channel import Receiver
+from ...acoustics.loss import LossTerms
+from ...acoustics.propagation import Band, Spread
+from ...core.handing.handed import Handed
+from ...core.streams import NoiseStore
+from ...records.recorder import EventBuffer, Recorder
+from ...records.rows import CALLED, NONE
+from ...vehicles.fleet import Fleet
+from ...vehicles.motion import Ints
+from .reception import Decided, Noise
+
+# What a ping has that nobody called
+NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
+NOT_CALLED = NO_CALL[0].item()
+
+
+@lru_cache(maxsize=4096)
+def members(group: tuple[int, ...]) -> Ints:
+    """Return a ping group as an array; small fleets have the same groups again and again."""
+    return np.array(group, dtype=np.int64)
+
+
+def spread_in(record: Recorder, band: Band, loss: LossTerms, auvs: Fleet, asvs: Fleet) -> Handed:
+    """Return what pings spread in, :class:`.propagation.Spread`."""
+    pings, receptions = record.pings, record.receptions
+    handed = Handed(Spread(pings.array, receptions.array, band, loss, auvs.motion, asvs.motion))
+    pings.hand_on(handed, "pings")
+    receptions.hand_on(handed, "receptions")
+    return handed
+
+
+def decided_by(
+    record: Recorder,
+    calls: EventBuffer,
+    noise: NoiseStore,
+    asvs: Fleet,
+    duration: float,
+    receiver: Receiver,
+) -> Handed:
+    """Return what pings of a duration (s) are decided by, :class:`.reception.Decided`."""
+
+    def drawn() -> Noise:
+        return Noise(noise.shelf, noise.taken, noise.blocks)
+
+    handed = Handed(
+        Decided(
+            record.pings.array,
+            record.receptions.array,
+            calls.array,
+            record.fixes.array,
+            drawn(),
+            asvs.motion,
+            duration,
+            receiver.capture,
+            receiver.shadowing_sd_db,
+        )
+    )
+    record.pings.hand_on(handed, "pings")
+    record.receptions.hand_on(handed, "receptions")
+    calls.hand_on(handed, "calls")
+    record.fixes.hand_on(handed, "fixes")
+    noise.on_grown = lambda: handed.renew("noise", drawn())
+    return handed

@@ -1,0 +1,89 @@
+"""What compiled code is handed once: arrays by their addresses, in one record."""
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bindusbl_des.core.compiled import entry
+from bindusbl_des.core.handing.handed import Handed
+from bindusbl_des.core.handing.opened import opened
+
+FLAG = np.dtype([("number", "i8"), ("value", "f8")])
+
+
+class Inner(NamedTuple):
+    """What is inside another tuple."""
+
+    plane: Annotated[NDArray[np.float64], 2]
+    is_doubled: bool
+
+
+class Outer(NamedTuple):
+    """One of everything."""
+
+    scale: float
+    flags: Annotated[NDArray[np.void], FLAG]
+    inner: Inner
+    first: NDArray[np.int64]
+    count: int
+
+
+@entry
+def work(handed: Any, row: int) -> float:
+    """Read each field, and write to a row."""
+    it = opened(handed, Outer)
+    factor = 2.0 if it.inner.is_doubled else 1.0
+    it.flags[row].number = len(it.flags) + it.first[row] + it.count
+    it.flags[row].value = it.scale * it.inner.plane[row, 1] * factor
+    return float(it.inner.plane.shape[1] + it.inner.plane[-1, -1])
+
+
+def everything(**changes: Any) -> Outer:
+    """Return a tuple of everything, but for some fields."""
+    plane = np.arange(6.0).reshape(3, 2)
+    whole = Outer(0.5, np.zeros(3, FLAG), Inner(plane, True), np.array([7, 8, 9]), 100)
+    return whole._replace(**changes)
+
+
+@pytest.mark.parametrize("is_doubled", [False, True])
+def test_every_field_is_what_was_handed_over(is_doubled: bool) -> None:
+    whole = everything(inner=Inner(np.arange(6.0).reshape(3, 2), is_doubled))
+    assert work(Handed(whole).row, 1) == 2 + 5.0
+    assert whole.flags[1].item() == (3 + 8 + 100, 0.5 * 3.0 * (1 + is_doubled))
+    assert whole.flags[0].item() == whole.flags[2].item() == (0, 0.0)
+
+
+def test_a_field_that_is_renewed_is_another_from_then_on() -> None:
+    """The array before stays as it is, and all that was handed over is kept alive."""
+    whole = everything()
+    handed = Handed(whole)
+    handed.renew("flags", np.zeros(1000, FLAG))
+    handed.renew("inner", Inner(np.full((1000, 4), 3.0), False))
+    handed.renew("first", np.arange(1000))
+    work(handed.row, 999)
+    again = np.zeros(1000, FLAG)
+    handed.renew("flags", again)
+    assert work(handed.row, 999) == 4 + 3.0
+    assert again[999].item() == (1000 + 999 + 100, 1.5)
+    assert not whole.flags["number"].any()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"first": np.zeros(3)},
+        {"first": np.zeros((3, 1), np.int64)},
+        {"first": np.arange(6)[::2]},
+        {"flags": np.zeros(3, [("number", "i8"), ("value", "f4")])},
+        {"inner": Inner(np.zeros(4), True)},
+    ],
+)
+def test_an_array_of_another_kind_is_refused(change: dict[str, Any]) -> None:
+    """Compiled code would read what is not there."""
+    with pytest.raises(TypeError, match="is an array of"):
+        Handed(everything(**change))
+    handed = Handed(everything())
+    with pytest.raises(TypeError, match="is an array of"):
+        handed.renew(*change.popitem())
