@@ -8,7 +8,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mission.simulation import simulate
+from ..mission.mission import Mission
+from ..results.result import Result
 from ..scenario.scenario import Scenario
 from .changes import Change, changed
 
@@ -17,6 +18,9 @@ Told = Callable[[int, float], None]
 
 # What a mission may raise that cannot be flown: the change is no good, whatever the reason.
 FAILURES = (ValueError, ArithmeticError, RuntimeError, LookupError, MemoryError)
+
+# So often within a mission it is asked whether there is still time for it.
+STEPS = 16
 
 AS_IT_IS = Change("", "the plan as it is", {})
 
@@ -103,15 +107,22 @@ class Trials:
         plan = changed(self._plan, change.settings)
         if plan is None:
             raise ValueError(f"{change.words}: contradicts the plan")
-        result = simulate(plan, seed=seed, progress=self._in_time)
-        mission = result.arrow["mission"].to_pylist()[0]
-        auvs = result.arrow["auvs"]
+        tables = self._in_time(Mission(plan, seed)).arrow
+        mission, auvs = tables["mission"].to_pylist()[0], tables["auvs"]
         own = [auvs[name].to_numpy() for name in ("position_error_m", "imu_error_m")]
         return Trial(mission["worst_position_error_m"], np.column_stack(own))
 
-    def _in_time(self, _: float) -> None:
-        if self.left < 0:
-            raise OutOfTime
+    def _in_time(self, mission: Mission) -> Result:
+        """Return what a mission comes to.
+
+        Raises:
+            OutOfTime: when the time is up before it ends.
+        """
+        for step in range(1, STEPS):
+            mission.advance(mission.scenario.duration_s * step / STEPS)
+            if self.left < 0:
+                raise OutOfTime
+        return mission.result()
 
     def differences(self, change: Change, seeds: list[int]) -> Floats:
         """Return what a change did (m) to the worst AUV's error at those seeds that were flown."""

@@ -23,6 +23,7 @@ from bindusbl_des.advice.stations import Ways
 from bindusbl_des.advice.trials import Trial, Trials
 from bindusbl_des.cli import main
 from bindusbl_des.geometry.formation import formation
+from bindusbl_des.mission.mission import Mission
 from bindusbl_des.report.run_page import run_page
 from bindusbl_des.results.effects import GAIN, HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Advice
 from bindusbl_des.scenario.files.scenario_file import parse_scenario
@@ -198,12 +199,12 @@ def test_seeds_of_the_mission_of_choice_and_of_measurement_are_apart(
     """No mission is flown with the own seed, and what was chosen is flown with fresh ones only."""
     flown: list[int] = []
 
-    def watched(plan: Scenario, seed: int, progress: Any) -> Result:
+    def watched(plan: Scenario, seed: int) -> Mission:
         assert plan.record.detail == "summary"
         flown.append(seed)
-        return simulate(plan, seed, progress)
+        return Mission(plan, seed)
 
-    monkeypatch.setattr(trials_module, "simulate", watched)
+    monkeypatch.setattr(trials_module, "Mission", watched)
     advice = advise(mission(paper_case(1, duration_s=60.0), seed=7), AMPLE)
     assert advice.missions == len(flown)
     assert set(flown) == {*range(7 + CHOOSING, 7 + CHOOSING + 7), *range(1008, 1028)}

@@ -151,7 +151,7 @@ def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:
     many = max(math.ceil(expected / MOST_ROUNDS), 1)
     begin, at, number = _begun(plan.period_s, plan.broadcasts, step, end, many)
     auvs, _, asvs = sights.heard.shape
-    slot, pitch = plan.slot[:, at], plan.pitch_s[at]
+    slot, pitch = np.ascontiguousarray(plan.slot[:, at]), plan.pitch_s[at]
     pinged = begin + slot * pitch
     late = np.minimum((pinged / step + 0.5).astype(np.int64), len(ways.times_s) - 1)
     rows = np.arange(auvs)[:, np.newaxis]

@@ -1,0 +1,28 @@
+"""Compiled code is made before missions are handed out: once for each kind of mission."""
+
+from pathlib import Path
+
+import pytest
+
+from bindusbl_des import Scenario
+from bindusbl_des.campaigns.workers import warming
+
+
+def test_missions_of_one_kind_are_begun_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Other numbers, names and places need no other code; an option that is on may need some."""
+    begun: list[Scenario] = []
+    monkeypatch.setattr(warming, "simulate", lambda scenario, _: begun.append(scenario))
+    monkeypatch.setattr(warming, "_ready", set())
+    bay = {"name": "bay", "duration_s": 60.0}
+    biased = {"environment": {"assumed_sound_speed_m_per_s": 1500.0}}
+    for changes in (
+        {}, {"name": "cove", "duration_s": 90.0}, {"auvs": {"count": 5}},
+        {"asvs": {"count": 2, "formation": {"positions_m": [[0.0, 0.0], [9.0, 9.0]]}}},
+        {"navigation": {"gain": 0.5}}, biased,
+    ):  # fmt: skip
+        scenario = Scenario.model_validate({**bay, **changes}).model_dump_json()
+        warming.warm(scenario, tmp_path)
+    assert [it.environment.assumed_sound_speed_m_per_s for it in begun] == [None, 1500.0]
+    assert {it.duration_s for it in begun} == {warming.WARMING_S}
