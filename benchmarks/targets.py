@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 Measured = dict[str, Any]
@@ -48,11 +49,23 @@ def first_of_configuration_s(found: Measured, name: str) -> float:
     return took / 1e3
 
 
+def dearness_of_first(found: Measured, name: str) -> float:
+    """Return the cost of the first mission of a configuration over that of its further seeds."""
+    return first_of_configuration_s(found, name) * 1e3 / mission_ms(found, name)
+
+
 TARGETS = (
     Target("(3,3), dearer vehicle", "ms", 25, 25, lambda it: slowest_ms(it, "(3,3)")),
     Target("(3,3) over ns-3's acoustics", "x", 1, 1, lambda it: worst_ratio(it, "(3,3)")),
     Target("(10,3), dearer vehicle", "ms", 80, 80, lambda it: slowest_ms(it, "(10,3)")),
-    Target("(10,3) over ns-3's acoustics", "x", 1, 1, lambda it: worst_ratio(it, "(10,3)")),
+    Target("(10,3) over ns-3's acoustics", "x", 1, 0.5, lambda it: worst_ratio(it, "(10,3)")),
+    *(
+        Target(
+            f"new configuration over a warm one, {name}", "x", 3, 2,
+            partial(dearness_of_first, name=name),
+        )
+        for name in ("(3,3) bluerov2", "(3,3) remus100", "(10,3) bluerov2", "(10,3) remus100")
+    ),
     Target(
         "(1000,50), dearer vehicle", "s", 5, 1.5, lambda it: slowest_ms(it, "(1000,50)") / 1e3
     ),
@@ -76,12 +89,15 @@ TARGETS = (
         lambda it: growth(it, 10_000, 200),
     ),
     Target(
-        "sweep of 5,760 missions on two cores", "s", 240, 90,
+        "sweep of 5,760 missions on two cores", "s", 90, 60,
         lambda it: float(it["commands"]["sweep"]["planned_processor_s"]) / 2,
     ),
     Target(
-        "`run` of the baseline, from command to files", "s", 3, 1.5,
+        "`run --no-advice` of the baseline, from command to files", "s", 3, 1.2,
         lambda it: float(it["commands"]["run_ms"]["processor"]) / 1e3,
+    ),
+    Target(
+        "`--help`", "s", 0.5, 0.15, lambda it: float(it["commands"]["help_ms"]["processor"]) / 1e3
     ),
     Target(
         "memory of a sweep worker", "MB", 500, 300,

@@ -75,8 +75,7 @@ def standard_missions() -> dict[str, Scenario]:
 def standard_mission(auvs: int, asvs: int, vehicle: str = "kinematic") -> Scenario:
     """Return the standard mission of a fleet: the package's defaults but for what follows.
 
-    Pings are lost by overlap alone, so that a simulator with the same ranges hears the same; fixes
-    correct by the paper's gain, as in every record kept of these missions.
+    Pings are lost by overlap alone, so that a simulator with the same ranges hears the same.
     """
     return Scenario.model_validate(
         {
@@ -85,7 +84,6 @@ def standard_mission(auvs: int, asvs: int, vehicle: str = "kinematic") -> Scenar
             "auvs": {"count": auvs, "vehicle": vehicle, "speed_m_per_s": SPEEDS[vehicle]},
             "asvs": {"count": asvs},
             "acoustics": {"loss": {"law": "none", "combine": "off"}},
-            "navigation": {"filter": "fixed_gain"},
         }
         if auvs <= DENSEST
         else _large(auvs, asvs, vehicle)
@@ -113,7 +111,6 @@ def _large(auvs: int, asvs: int, vehicle: str) -> Mapping[str, Any]:
             "mf": _shared_band(auvs / asvs, around) if is_shared else _rotating_band(growth),
             "loss": {"law": "none", "combine": "off"},
         },
-        "navigation": {"filter": "fixed_gain"},
         "protocol": _shared_protocol(around) if is_shared else {},
         # Every ping's way to every ASV, and every frame's to every AUV, would fill the memory.
         "record": {"detail": "summary" if is_shared else "full"},
