@@ -88,7 +88,7 @@ class Mission:
         return self._time
 
     @property
-    def env(self) -> simpy.Environment:
+    def env(self) -> Environment:
         """The environment of the mission's events, for processes of one's own beside it."""
         return self._env
 

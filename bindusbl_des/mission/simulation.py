@@ -44,4 +44,6 @@ def simulate(
         for step in range(1, PROGRESS_STEPS):
             mission.advance(duration_s * step / PROGRESS_STEPS)
             progress(mission.time)
-    return mission.result()
+    result = mission.result()
+    mission.env.end()
+    return result

@@ -1,5 +1,6 @@
 """What of a mission follows from the ways of its AUVs alone, whatever is heard in it."""
 
+import math
 from collections.abc import Hashable, Sequence
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -24,8 +25,9 @@ ARRIVED_M, HALVINGS = 1e-6, 50
 class Voyage(NamedTuple):
     """The ways of n AUVs, looked back on; NaN stands for what somebody does not say or do.
 
-    `metrics` are columns of :class:`.events.AuvMetrics`, (n,).  At the k instants of `tracks`, each
-    AUV was so far `beside_m` its path (m), and was the first to sweep so much, `swept_m2`, (n, k).
+    `metrics` are columns of :class:`.events.AuvMetrics`, (n,).  At the k instants of `tracks`, none
+    where no tracks are kept, each AUV was so far `beside_m` its path (m), and was the first to
+    sweep so much, `swept_m2`, (n, k).
     All of them have swept `covered_m2` (m2), and the last has flown its lanes by `finished_at_s`.
     """
 
@@ -57,12 +59,14 @@ def voyage_of(scenario: Scenario, fleet: Fleet) -> Voyage:
 def _look_back(scenario: Scenario, fleet: Fleet) -> Voyage:
     end, vehicles, record = scenario.duration_s, fleet.vehicles, scenario.record
     often, seldom = instants(end, record.metrics_hz), instants(end, record.tracks_hz)
+    if record.detail == "summary":
+        seldom = seldom[:0]
     swept, last = _swept(scenario, fleet), np.array([end])
     distance = np.array([vehicle.distance(end) for vehicle in vehicles])
     lanes = _lanes(scenario, fleet)
     flown = [_flown(*it, end) for it in zip(vehicles, lanes, strict=True)] if lanes else []
     metrics = {
-        "path_error_m": np.array([off.mean() for off in beside(vehicles, often)]),
+        "path_error_m": np.array([_mean(vehicle.path_error(often)) for vehicle in vehicles]),
         "distance_m": distance,
         "speed_m_per_s": distance / end,
         "saturated_share": np.array([vehicle.saturated(end) for vehicle in vehicles], np.float64),
@@ -76,6 +80,10 @@ def _look_back(scenario: Scenario, fleet: Fleet) -> Voyage:
         None if swept is None else float(swept.area(last)[0]),
         _finished_at(vehicles, lanes, end) if lanes else None,
     )
+
+
+def _mean(values: Array) -> float:
+    return float(values.mean()) if len(values) else math.nan
 
 
 def beside(vehicles: Sequence[Vehicle], times: Array) -> Array:
@@ -124,23 +132,28 @@ def _flown(vehicle: Vehicle, lanes: Lanes, end: float) -> float:
 
 def _finished_at(vehicles: Sequence[Vehicle], lanes: Sequence[Lanes], end: float) -> float | None:
     """Return the instant (s) at which the last had flown all its lanes; None if one has not."""
-    found = [
-        _reached(vehicle, its_own[-1][1] - ARRIVED_M, end)
-        for vehicle, its_own in zip(vehicles, lanes, strict=True)
-    ]
-    known = [time for time in found if time is not None]
-    return max(known) if len(known) == len(found) else None
-
-
-def _reached(vehicle: Vehicle, along: float, until: float) -> float | None:
-    """Return when (s) a vehicle was so far along its plan (m); None if it was not by an instant."""
-    low, high = 0.0, until
-    if (vehicle.along(high) or 0.0) < along:
+    goals = [its_own[-1][1] - ARRIVED_M for its_own in lanes]
+    if not all(_is_there(*it, end) for it in zip(vehicles, goals, strict=True)):
         return None
+    last: float | None = None
+    for vehicle, goal in zip(vehicles, goals, strict=True):
+        if last is None or not _is_there(vehicle, goal, last):
+            last = _reached(vehicle, goal, end)
+    return last
+
+
+def _is_there(vehicle: Vehicle, along: float, time: float) -> bool:
+    """Tell whether a vehicle is so far along its plan (m) at an instant (s)."""
+    return (vehicle.along(time) or 0.0) >= along
+
+
+def _reached(vehicle: Vehicle, along: float, until: float) -> float:
+    """Return when (s) a vehicle was so far along its plan (m), as it is by an instant (s)."""
+    low, high = 0.0, until
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        if (vehicle.along(middle) or 0.0) < along:
-            low = middle
-        else:
+        if _is_there(vehicle, along, middle):
             high = middle
+        else:
+            low = middle
     return high

@@ -1,9 +1,11 @@
 """What holds for every mission: determinism, conservation, causality, independent streams."""
 
+import gc
 import math
 import os
 import subprocess
 import sys
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -361,3 +363,24 @@ def test_fused_fixes_are_as_good_as_they_say(asvs: int) -> None:
     found = np.concatenate(nees)
     # chi-square with 3 degrees of freedom, 4 sigma, and 2 % for what is beyond second order
     assert found.mean() == pytest.approx(3.0, abs=4 * np.sqrt(6 / len(found)) + 0.06)
+
+
+@pytest.mark.parametrize("keys", [{}, {"downlink": "direct_reply"}, {"schedule": "aloha"}])
+def test_a_mission_leaves_its_memory_as_it_ends(
+    monkeypatch: pytest.MonkeyPatch, keys: dict[str, str]
+) -> None:
+    """Nothing waits for what was still to come, so no circle has to be found by Python."""
+    left: list[weakref.ref[Any]] = []
+
+    def noted(*given: Any, **named: Any) -> World:
+        world = build_world(*given, **named)
+        left.append(weakref.ref(world.record))
+        return world
+
+    monkeypatch.setattr("bindusbl_des.mission.mission.build_world", noted)
+    gc.disable()
+    try:
+        simulate(scenario(duration_s=5.0, protocol=keys))
+        assert left[0]() is None
+    finally:
+        gc.enable()

@@ -285,6 +285,15 @@ def test_hulls_are_done_before_their_bound(current: float) -> None:
     assert found.lanes_flown_share == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("speeds", [[2.0, 1.0], [1.0, 2.0]])
+def test_a_survey_is_finished_by_the_last(speeds: list[float]) -> None:
+    """Of two AUVs with as much to fly the slower one finishes it, whichever of them that is."""
+    mission = brief(duration_s="survey", auvs={"count": 2, "speeds_m_per_s": speeds})
+    last = plans_of(mission)[speeds.index(1.0)].lanes[-1][1]
+    found = simulate(mission, 1).mission.iloc[0]
+    assert found.survey_finished_at_s == pytest.approx(last, abs=1e-5)
+
+
 def test_an_unfinished_survey_has_no_end() -> None:
     """Half of the time is half of the lanes, and nothing has finished."""
     whole = brief(duration_s="survey", auvs={"count": 1, "route": {"start": "strip_corner"}})

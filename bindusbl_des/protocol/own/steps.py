@@ -32,6 +32,15 @@ class Environment(simpy.Environment):
             raise ValueError("a wait must last a number of seconds; got nan")
         return simpy.Timeout(self, delay, value)
 
+    def end(self) -> None:
+        """Have nobody wait any more for what is still to come.
+
+        What waits is a circle (event, process, what that works on, this), which would keep the
+        memory of a mission that nobody has any more until Python looks for circles.
+        """
+        for *_, event in self._queue:
+            event.callbacks.clear()
+
 
 def moment(env: simpy.Environment, instant: float) -> simpy.Timeout:
     """Return the event of an instant (s) that is not past."""
