@@ -601,7 +601,7 @@ def test_company_changes_no_bit(model: str) -> None:
 
 
 def test_the_first_in_the_fleet_that_is_lost_is_named() -> None:
-    """Whoever of its company is lost earlier; so it does not matter how many are moved at a time."""
+    """Whoever else is lost, and when; so it does not matter how many are moved at a time."""
 
     def fate(speeds: list[float]) -> tuple[str, float, str]:
         rough = voyage(
