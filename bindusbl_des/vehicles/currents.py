@@ -50,9 +50,9 @@ def gauss_markov(sd: float, time_constant: float, interval: float, noise: Array)
 def _vary(noise: Array, kept: float, varied: Array) -> None:
     """Write a process (n, 2) of unit variance that keeps a share of itself from row to row."""
     fresh = math.sqrt(1.0 - kept**2)
-    varied[0] = noise[0]
-    for k in range(1, len(noise)):
-        for axis in range(2):
+    for axis in range(2):  # a row at once would take two seconds more to compile
+        varied[0, axis] = noise[0, axis]
+        for k in range(1, len(noise)):
             varied[k, axis] = kept * varied[k - 1, axis] + fresh * noise[k, axis]
 
 

@@ -582,6 +582,42 @@ def test_a_broken_state_is_reported_with_its_instant() -> None:
         guided.advance(10.0)
 
 
+@pytest.mark.parametrize("model", ["bluerov2", "remus100", "remus100_pvs"])
+def test_company_changes_no_bit(model: str) -> None:
+    """Seven AUVs, which are moved four at a time, go where each of them goes alone."""
+    random, currents = np.random.default_rng(5), [(0.1, -0.05), (0.08, -0.02)]
+    speeds = random.uniform(0.2, 0.6, 7) + (1.0 if model != "bluerov2" else 0.0)
+    paths = [Path(Pose(9.0 * k, k, 0.4 * k), (Segment(0.0, 5.0), Segment(0.03, 90.0)))
+             for k in range(7)]  # fmt: skip
+    plan = {"depth_m": 5.0, "duration_s": 20.0, "currents": currents}
+    together = voyage(model, paths=paths, speed_m_per_s=speeds, **plan)
+    for instant in (0.35, 7.0, 20.0):
+        together.advance(instant)
+    for k in range(7):
+        alone = voyage(model, paths=paths[k : k + 1], speed_m_per_s=speeds[k], **plan)
+        alone.advance(20.0)
+        assert np.array_equal(alone.logs[0], together.logs[k])
+        assert np.array_equal(alone.at_limit[0], together.at_limit[k])
+
+
+def test_the_first_in_the_fleet_that_is_lost_is_named() -> None:
+    """Whoever else is lost, and when; so it does not matter how many are moved at a time."""
+
+    def fate(speeds: list[float]) -> tuple[str, float, str]:
+        rough = voyage(
+            "bluerov2", paths=[LINE] * len(speeds), speed_m_per_s=speeds, duration_s=60.0,
+            control_s=1.0, step_s=0.5, names=[f"AUV{speed:g}" for speed in speeds],
+        )  # fmt: skip
+        with pytest.raises(GuidanceError) as error:
+            rough.advance(60.0)
+        return error.value.vehicle, error.value.time_s, error.value.reason
+
+    early, late = fate([0.6]), fate([0.4])
+    assert early[1] < late[1]
+    assert fate([0.4, 0.6, 0.6, 0.6, 0.6]) == late
+    assert fate([0.6, 0.4]) == early
+
+
 def test_plans_that_do_not_fit_are_refused() -> None:
     """Wrong plans, steps and shapes are named with what would be right."""
     with pytest.raises(ValueError, match="give paths, and no stations"):

@@ -95,6 +95,28 @@ def _steer(
     return remus100.steer(sensed, aim, turning, order, control, p, vessel.remus100, command)
 
 
+@compiled
+def _board(
+    states: Floats, vessels: Rows, logs: Floats, line: int, first: int, count: int, rows: Floats
+) -> None:
+    """Have so many vehicles, of which one is the first, go on from a line of their logs."""
+    rows[:] = 0.0  # lanes that nobody takes rest at the origin
+    for lane in range(count):
+        vehicle = first + lane
+        rk4.board(states, vehicle, lane, rows)
+        logbook.take_up(logs, line, vehicle, lane, rows)
+        rows[logbook.LINE + Z, lane] = vessels[vehicle].order.depth
+
+
+@compiled
+def _note_broken(states: Floats, first: int, count: int, rows: Floats, status: Ints) -> None:
+    """Note which of so many vehicles cannot be where they are, and their states as they broke."""
+    for lane in range(count):
+        if status[lane] != BROKEN and not rk4.is_sound(states.shape[1], rows, lane):
+            status[lane] = BROKEN
+            rk4.leave(rows, lane, states, first + lane)
+
+
 @entry
 def fly(
     model: int, p: Floats, control: float, step: float, steps: int, states: Floats, vessels: Rows,
@@ -121,11 +143,7 @@ def fly(
     aim, turning, reached = Aim(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, nan
     for i in range(0, states.shape[0], LANES):
         count, gone = min(LANES, states.shape[0] - i), -1
-        rows[:] = 0.0  # lanes that nobody takes rest at the origin
-        for lane in range(count):
-            rk4.board(states, i + lane, lane, rows)
-            logbook.take_up(logs, first * steps, i + lane, lane, rows)
-            rows[logbook.LINE + Z, lane] = vessels[i + lane].order.depth
+        _board(states, vessels, logs, first * steps, i, count, rows)
         rk4.look(size, vehicles.state, vehicles.angles, vehicles.rates)
         logbook.begin(size, vehicles, line)
         logbook.keep(rows, logs, first * steps, i, count)
@@ -151,10 +169,7 @@ def fly(
                 status[lane] = _look_out(time, off, reached, order.speed, vessel.watch)
             for k in range(1, steps + 1):
                 if not rk4.move(model, size, vehicles, current, p, step):
-                    for lane in range(count):
-                        if status[lane] != BROKEN and not rk4.is_sound(size, rows, lane):
-                            status[lane] = BROKEN
-                            rk4.leave(rows, lane, states, i + lane)
+                    _note_broken(states, i, count, rows, status)
                 logbook.go_on(size, vehicles, step, line)
                 logbook.keep(rows, logs, interval * steps + k, i, count)
             for lane in range(count):

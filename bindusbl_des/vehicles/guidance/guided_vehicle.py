@@ -38,12 +38,16 @@ class GuidedVehicle:
         self._fleet, self._number = fleet, number
         self._beside: deque[tuple[Floats, Floats]] = deque(maxlen=2)
 
-    def _table(self, times: Floats) -> Floats:
-        """Return the interpolated line of the log of each instant, (n, 6)."""
+    def _known(self, times: Floats) -> Floats:
+        """Return instants (s) up to which the fleet has been moved by now, (n,)."""
         instants = np.array(times, dtype=np.float64)
         if len(instants):
             self._fleet.advance(float(instants.max()))
-        return lines(*self._fleet.motion, self._number, instants)
+        return instants
+
+    def _table(self, times: Floats) -> Floats:
+        """Return the interpolated line of the log of each instant, (n, 6)."""
+        return lines(*self._fleet.motion, self._number, self._known(times))
 
     def at(self, time: float) -> Place:
         """Return the true place at an instant (s)."""
@@ -104,14 +108,14 @@ class GuidedVehicle:
         return errors
 
     def _path_error(self, times: Floats) -> Floats:
-        table, fleet = self._table(times), self._fleet
+        fleet = self._fleet
         if len(fleet.stations):
-            off = table[:, :2] - fleet.stations[self._number]
+            off = self._table(times)[:, :2] - fleet.stations[self._number]
             return np.asarray(np.hypot(off[:, 0], off[:, 1]))
-        errors = np.empty(len(table))
+        instants = self._known(times)
+        errors = np.empty(len(instants))
         logbook.beside(
-            table, np.ascontiguousarray(times, dtype=np.float64), fleet.control_s,
-            fleet.active[self._number], fleet.tracks.rows, fleet.tracks.bounds[self._number],
-            errors,
+            *fleet.motion, self._number, instants, fleet.control_s, fleet.active[self._number],
+            fleet.tracks.rows, fleet.tracks.bounds[self._number], errors,
         )  # fmt: skip
         return errors

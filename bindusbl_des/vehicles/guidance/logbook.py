@@ -19,6 +19,7 @@ from ..logs import (
     X,
     Y,
     Z,
+    place_at,
     turned_over,
     walked,
 )
@@ -87,15 +88,18 @@ def keep(rows: Floats, logs: Floats, line: int, first: int, count: int) -> None:
 
 @entry
 def beside(
-    table: Floats, times: Floats, control: float, active: Ints, rows: Rows, bounds: Row,
-    errors: Floats,
+    table: Floats, first: Ints, step: float, vehicle: int, times: Floats, control: float,
+    active: Ints, rows: Rows, bounds: Row, errors: Floats,
 ) -> None:  # fmt: skip
-    """Write how far (m) each line of `table` (n, 6) lies from the path flown then.
+    """Write how far (m) a vehicle was from the path that it flew at instants (s).
 
-    `active` (intervals,) is the row of the path that was flown in each control interval.
+    The logs of a fleet are as in :class:`.motion.Motion`; `active` (intervals,) is the row of the
+    path that was flown in each control interval.
     """
+    begin, end = first[vehicle], first[vehicle + 1]
     for k in range(times.size):
         interval = min(
             max(ceil(times[k] / control) - 1, 0), active.size - 1
         )  # at T_k, the one before
-        errors[k] = tracks.distance_from(rows, bounds, active[interval], table[k, X], table[k, Y])
+        x, y, _, _ = place_at(table, begin, end, step, times[k])
+        errors[k] = tracks.distance_from(rows, bounds, active[interval], x, y)

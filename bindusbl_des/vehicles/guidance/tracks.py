@@ -27,6 +27,7 @@ BOUNDS = np.dtype([("first", "i8"), ("end", "i8"), ("again", "i8")])
 PROGRESS = np.dtype([("row", "i8"), ("along", "f8"), ("lapped", "f8")])
 
 ROWS_AT_ONCE = 16  # a fix may carry a vehicle past this many rows, no further
+SURELY = 1e-6  # m: what is farther by this is farther, however distances were rounded
 
 
 # A row of a path, cosine and sine of the heading at its beginning, and where that lies as seen from
@@ -175,19 +176,21 @@ def travelled(rows: Rows, progress: Row) -> float:
 
 
 @compiled
-def _beside(row: Row, north: float, east: float) -> float:
-    """Return the distance (m) of a place from one row of a path."""
+def _beside(row: Row, north: float, east: float, nearest: float) -> float:
+    """Return the distance (m) of a place from one row of a path; infinity if not the `nearest`."""
     length, bend = row.length, row.curvature
-    into = _into(row, north, east, 0.5 * length)
-    if bend != 0.0 and 0.0 <= into <= length:
-        ahead = north - row.x + row.centred_x
-        aside = east - row.y + row.centred_y
-        beside: float = abs(hypot(ahead, aside) - 1.0 / abs(bend))
-        return beside
     if bend == 0.0:
-        into = min(max(into, 0.0), length)
+        into = min(max(_into(row, north, east, 0.0), 0.0), length)
         x, y = row.x + into * row.cosine, row.y + into * row.sine
         return hypot(north - x, east - y)
+    ahead = north - row.x + row.centred_x
+    aside = east - row.y + row.centred_y
+    reach = 1.0 / abs(bend) + nearest + SURELY
+    if ahead * ahead + aside * aside > reach * reach:  # of the whole circle nothing is so near
+        return inf
+    if 0.0 <= _into(row, north, east, 0.5 * length) <= length:
+        beside: float = abs(hypot(ahead, aside) - 1.0 / abs(bend))
+        return beside
     sine, cosine = sincos(row.yaw + bend * length)
     x = row.x + (sine - row.sine) / bend
     y = row.y - (cosine - row.cosine) / bend
@@ -197,12 +200,12 @@ def _beside(row: Row, north: float, east: float) -> float:
 @compiled
 def distance_from(rows: Rows, bounds: Row, row: int, north: float, east: float) -> float:
     """Return the distance (m) of a place from the row that is flown and the two beside it."""
-    nearest = _beside(rows[row], north, east)
+    nearest = _beside(rows[row], north, east, inf)
     following, before = _next(row, bounds), row - 1
     if following >= 0:
-        nearest = min(nearest, _beside(rows[following], north, east))
+        nearest = min(nearest, _beside(rows[following], north, east, nearest))
     if row == bounds.again:
-        nearest = min(nearest, _beside(rows[bounds.end - 1], north, east))
+        nearest = min(nearest, _beside(rows[bounds.end - 1], north, east, nearest))
     if before >= bounds.first:
-        nearest = min(nearest, _beside(rows[before], north, east))
+        nearest = min(nearest, _beside(rows[before], north, east, nearest))
     return nearest

@@ -120,29 +120,23 @@ class Fleet:
                 f"{self.model.name}: time {time_s} s lies before {latest} s, where the fleet "
                 "already is; ask in the order of time"
             )
-        lost = rk4.advance(
-            self.model.equations, self._p, self._states, self._commands, *self._current,
-            self._clocks, self._start, self._step, time_s, self._room,
-        )  # fmt: skip
-        if lost >= 0:
-            raise DivergenceError(self.model.name, lost, self._clocks[lost], self._states[lost])
+        self._move(self._states, self._commands, self._clocks, time_s)
         return time_s
 
     def _leap(
         self, states: Floats, commands: Floats, clocks: Floats, time_s: float, first: int = 0
     ) -> None:
         """Move these rows, of which `first` is the first vehicle, to exactly `time_s`."""
-        lost = rk4.leap(
-            self.model.equations,
-            self._p,
-            states,
-            commands,
-            *self._current,
-            clocks,
-            self._step,
-            time_s,
-            self._room,
-        )
+        self._move(states, commands, clocks, time_s, first, exactly=True)
+
+    def _move(
+        self, states: Floats, commands: Floats, clocks: Floats, time_s: float, first: int = 0,
+        *, exactly: bool = False,
+    ) -> None:  # fmt: skip
+        lost = rk4.advance(
+            self.model.equations, self._p, states, commands, *self._current, clocks, self._start,
+            self._step, time_s, exactly, self._room,
+        )  # fmt: skip
         if lost >= 0:
             raise DivergenceError(self.model.name, first + lost, clocks[lost], states[lost])
 

@@ -153,14 +153,15 @@ def is_sound(size: int, rows: Floats, lane: int) -> bool:
 @entry
 def advance(
     model: int, p: Floats, states: Floats, commands: Floats, current_n: float, current_e: float,
-    clocks: Floats, start: float, step: float, until: float, rows: Floats,
+    clocks: Floats, start: float, step: float, until: float, exactly: bool, rows: Floats,
 ) -> int:  # fmt: skip
     """Move a fleet, in place, to the last boundary `start + k * step` at or before `until` (s).
 
-    `states` (vehicles, state), `commands` (vehicles, command), `clocks` (vehicles,) the instants of
-    the states; a vehicle already later stays. `rows` is a :func:`room`. Returns -1, or the first
-    vehicle whose state became infinite or stood on end: its row and clock are then those at the end
-    of that step.
+    If `exactly`, go on from there by a partial step: on a copy of states and clocks that is a peek,
+    on the fleet itself the instant of a new command. `states` (vehicles, state), `commands`
+    (vehicles, command), `clocks` (vehicles,) the instants of the states; a vehicle already later
+    stays. `rows` is a :func:`room`. Returns -1, or the first vehicle whose state became infinite or
+    stood on end: its row and clock are then those at the end of that step.
     """
     size, current, vehicles = states.shape[1], Current(current_n, current_e), four(rows)
     last = floor((until - start) / step + SAME_INSTANT)
@@ -172,39 +173,19 @@ def advance(
         tell(commands[vehicle], 0, rows)
         look(size, vehicles.state, vehicles.angles, vehicles.rates)
         sound = True
-        while sound and boundary < last:
-            boundary += 1
-            instant = start + boundary * step
-            duration = step if whole else instant - clocks[vehicle]
-            whole = True
-            clocks[vehicle] = instant
+        while sound:
+            duration = until - clocks[vehicle]
+            if boundary < last:
+                boundary += 1
+                instant = start + boundary * step
+                duration = step if whole else instant - clocks[vehicle]
+                whole, clocks[vehicle] = True, instant
+            elif exactly and duration > SAME_INSTANT * step:
+                clocks[vehicle] = until
+            else:
+                break
             sound = move(model, size, vehicles, current, p, duration) or is_sound(size, rows, 0)
         leave(rows, 0, states, vehicle)
         if not sound:
             return vehicle
-    return -1
-
-
-@entry
-def leap(
-    model: int, p: Floats, states: Floats, commands: Floats, current_n: float, current_e: float,
-    clocks: Floats, step: float, until: float, rows: Floats,
-) -> int:  # fmt: skip
-    """Move a fleet, in place, to `until` (s) by one partial step each; returns as `advance` does.
-
-    On a copy of states and clocks this is a peek; on the fleet itself it is the instant of a new
-    command. No vehicle's clock may lie more than a step before `until`.
-    """
-    size, current, vehicles = states.shape[1], Current(current_n, current_e), four(rows)
-    for vehicle in range(states.shape[0]):
-        duration = until - clocks[vehicle]
-        if duration > SAME_INSTANT * step:
-            clocks[vehicle] = until
-            board(states, vehicle, 0, rows)
-            tell(commands[vehicle], 0, rows)
-            look(size, vehicles.state, vehicles.angles, vehicles.rates)
-            sound = move(model, size, vehicles, current, p, duration) or is_sound(size, rows, 0)
-            leave(rows, 0, states, vehicle)
-            if not sound:
-                return vehicle
     return -1
