@@ -7,8 +7,8 @@ from ..acoustics.channel import Receiver
 from ..protocol.fix_queue import FixBatch
 from ..records.events import OUTCOMES
 from ..records.recorder import Recorder
-from ..results.tables import from_numbers, from_rows
-from .outcomes.track_points import track_points
+from ..results.tables import begun, from_numbers, from_rows
+from .outcomes.track_points import TRACK_POINT, track_points
 from .world import World
 
 # What tables have beside the buffers of a mission: how loud receptions were, and whose measurements
@@ -24,7 +24,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", record.pings.rows),
         "receptions": _receptions_table(record, world.network.uplink.receiver),
-        "broadcasts": from_rows("broadcasts", record.broadcasts),
+        "broadcasts": from_numbers("broadcasts", world.broadcasts),
         "frame_receptions": from_numbers("frame_receptions", record.frame_receptions.rows),
         "assignments": from_rows("assignments", record.assignments),
         "fixes": _fixes_table(record, len(world.asv_fleet)),
@@ -42,16 +42,23 @@ def _receptions_table(record: Recorder, receiver: Receiver) -> pa.Table:
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     rows = record.fixes.rows
-    hearers = np.packbits(FixBatch(record, range(len(rows))).hearers(asvs), axis=1)
-    groups, group = np.unique(hearers.view(f"V{hearers.shape[1]}")[:, 0], return_inverse=True)
+    hearers = np.zeros((len(rows), -(-asvs // 64) * 64), dtype=np.bool_)
+    hearers[:, :asvs] = FixBatch(record, range(len(rows))).hearers(asvs)
+    packed = np.packbits(hearers, axis=1)
+    together = np.uint64 if asvs <= 64 else f"V{packed.shape[1]}"  # which is slower to compare
+    groups, group = np.unique(packed.view(together)[:, 0], return_inverse=True)
     fused = np.empty(len(rows), dtype=FUSED)
     fused["asvs"] = len(OUTCOMES) + group
-    together = np.unpackbits(groups.view(np.uint8).reshape(-1, hearers.shape[1]), axis=1)
-    names = [" ".join([f"ASV{asv}" for asv in np.flatnonzero(own)]) for own in together]
+    heard_by = np.unpackbits(groups.view(np.uint8).reshape(-1, packed.shape[1]), axis=1)
+    names = [" ".join([f"ASV{asv}" for asv in np.flatnonzero(own)]) for own in heard_by]
     return from_numbers("fixes", rows, fused, words=(*OUTCOMES, *names))
 
 
 def _tracks_table(world: World) -> pa.Table:
     auvs, asvs = range(len(world.auv_fleet)), range(len(world.asv_fleet))
     names = *(f"AUV{auv}" for auv in auvs), *(f"ASV{asv}" for asv in asvs)
-    return from_numbers("tracks", track_points(world), words=names)
+    instants_each = world.voyage.beside_m.shape[1]
+    table = begun("tracks", len(names) * instants_each, TRACK_POINT, words=names)
+    for points in track_points(world):
+        table.write(points)
+    return table.table()

@@ -1,7 +1,6 @@
 """What a mission achieved: each figure defined once, here."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import fields
 from functools import partial
 
@@ -14,7 +13,6 @@ from ..records.events import (
     DELIVERED,
     HEARD,
     AuvMetrics,
-    Broadcast,
     Utilisation,
 )
 from ..records.recorder import Recorder
@@ -97,7 +95,7 @@ def utilisation(world: World) -> Utilisation:
         rounds=len(record.rounds),
         collisions=int(np.sum(record.receptions.rows["outcome"] == COLLIDED)),
         hf_utilisation=_covered(_sounds(record), ping, duration) / duration,
-        mf_utilisation=_on_air(record.broadcasts, duration) / duration,
+        mf_utilisation=_on_air(world.broadcasts, duration) / duration,
         energy_j=drawn,
         energy_per_fix_j=_each(drawn, delivered),
         duration_s=float(duration),
@@ -107,19 +105,16 @@ def utilisation(world: World) -> Utilisation:
     )
 
 
-def _on_air(broadcasts: Sequence[Broadcast], end: float) -> float:
-    """Return the time (s) before `end` in which some frame is on the air, in the order in which
-    they were sent.
+def _on_air(broadcasts: Rows, end: float) -> float:
+    """Return the time (s) before `end` in which some of the frames is on the air; they are in the
+    order in which they were sent.
     """
-    total = until = 0.0
-    for frame in broadcasts:
-        ends = min(frame.sent_at_s + frame.airtime_s, end)
-        if frame.sent_at_s >= until:
-            total += min(frame.airtime_s, end - frame.sent_at_s)
-        else:
-            total += max(ends - until, 0.0)
-        until = max(until, ends)
-    return total
+    sent, airtime = broadcasts["sent_at_s"], broadcasts["airtime_s"]
+    ends = np.minimum(sent + airtime, end)
+    until = np.maximum.accumulate(np.append(0.0, ends))[:-1]
+    overlapping = np.maximum(ends - until, 0.0)
+    added = np.where(sent >= until, np.minimum(airtime, end - sent), overlapping)
+    return float(np.cumsum(np.append(0.0, added))[-1])
 
 
 def _each(energy: float | None, fixes: int) -> float | None:

@@ -12,6 +12,8 @@ from ..navigation.navigators import Navigator
 from ..protocol.network import Network
 from ..protocol.passive.network import PassiveNetwork
 from ..records.recorder import Recorder
+from ..records.rows import Rows
+from ..results.tables import numbers_of
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from .samples import Samples
@@ -37,6 +39,11 @@ class World:
     def voyage(self) -> Voyage:
         """What the AUVs have done, once their motion is known to the mission's end."""
         return voyage_of(self.scenario, self.auv_fleet)
+
+    @cached_property
+    def broadcasts(self) -> Rows:
+        """All frames of the mission, a row of numbers for each, when it has ended."""
+        return numbers_of("broadcasts", self.record.broadcasts)
 
     def sample(self, auv: int, times: Array) -> Samples:
         """Sample one AUV at instants (s) by which its motion is known."""

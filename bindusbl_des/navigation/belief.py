@@ -101,7 +101,7 @@ def one(many: Belief, k: int) -> Belief:
     return Belief(many.moment[k : k + 1], many.state[k], many.covariance[k])
 
 
-@compiled
+@inlined
 def note(many: Belief, k: int, belief: Belief) -> None:
     """Write a belief to its place among many."""
     many.moment[k] = belief.moment[0]

@@ -112,7 +112,7 @@ class DeadReckoning:
         """Return what an AUV's own sensors have told it of its way."""
         n = len(way.times)
         position, headings = np.empty((n, 2)), np.empty((n, 2))
-        _reckoned_all(auv, *way, position, headings, *self._wrong)
+        _reckoned_all(auv, way.times, way.lines, position, headings, *self._wrong)
         return Odometry(way.times, position, headings)
 
 

@@ -17,7 +17,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry
-from ..records.rows import Rows
+from ..records.rows import Row, Rows
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -38,9 +38,16 @@ FLOATS, WHOLES, WHOLES_OR_NULL, WORDS, NUMBERED = range(5)
 # Longest number of a vehicle in a name, in digits
 DIGITS = 19
 
+# Rows are written so many at a time, which stay in the processor's cache meanwhile.
+BLOCK = 256
+
 # A column: of which of the parts it is and where in each row (words), what it becomes, and the
 # first of its words.
 COLUMN = np.dtype([(name, "i8") for name in ("part", "place", "kind", "word")])
+
+# Where the buffers of a column lie: the bits of rows that are not null and the numbers, or where
+# texts end (words), and the letters (bytes); how many rows are null, and letters written.
+PLACES = np.dtype([(name, "i8") for name in ("known", "numbers", "letters", "missing", "written")])
 
 
 class Message(NamedTuple):
@@ -63,11 +70,18 @@ class Words(NamedTuple):
 
 
 class Body(NamedTuple):
-    """The buffers of a batch under way, seen as words, as ends of texts and as letters."""
+    """The buffers of a batch, seen as words, as ends of texts and as letters."""
 
     words: Ints
     ends: Ends
     letters: Bytes
+
+
+class Numbers(NamedTuple):
+    """The numbers of one column in n rows, as floats and as whole numbers."""
+
+    floats: Floats
+    wholes: Ints
 
 
 def message_of(schema: pa.Schema) -> Message:
@@ -104,28 +118,40 @@ def words_of(words: Sequence[str]) -> Words:
     return Words(spelt, np.array([len(word) for word in encoded], dtype=np.int64))
 
 
-def batch(
-    schema: pa.Schema, message: Message, columns: Rows, words: Words, parts: Sequence[Rows]
-) -> pa.Table:
-    """Return the rows of a table: `columns` (:data:`COLUMN`) say which numbers of the `parts`, one
-    or two arrays of n records side by side, become what.
-    """
-    first, second = parts[0], parts[-1]
-    rows, kind = len(first), columns["kind"]
-    texts = int(np.count_nonzero(kind >= WORDS))
-    longest = words.letters.shape[1] + DIGITS
-    each = rows + rows // 64 + 2, rows // 2 + (rows * longest) // WORD + 3  # of a column, words
-    head = len(message.words)
-    all_words = np.empty(head + len(columns) * each[0] + texts * each[1], dtype=np.int64)
-    all_words[:head] = message.words
-    body = all_words[head:]
-    used = _lay_out(
-        all_words, body, body.view(np.int32), body.view(np.uint8), message.nodes, message.buffers,
-        columns, *words, rows, *_numbers(first), *_numbers(second),
-    )  # fmt: skip
-    all_words[message.rows], all_words[message.body] = rows, used * WORD
-    found = pa.ipc.read_record_batch(pa.py_buffer(all_words[: head + used]), schema)
-    return pa.Table.from_batches([found], schema=schema)
+class Batch:
+    """A table under way: room for its rows, which are written some at a time."""
+
+    def __init__(
+        self, schema: pa.Schema, message: Message, columns: Rows, words: Words, rows: int
+    ) -> None:
+        """Have room for rows; `columns` (:data:`COLUMN`) say which numbers become what."""
+        self._schema, self._message, self._columns, self._words = schema, message, columns, words
+        self._rows, self._written = rows, 0
+        self._places, head = np.zeros(len(columns), dtype=PLACES), len(message.words)
+        longest = words.letters.shape[1] + DIGITS
+        self._buffer = np.empty(head + _plan(self._places, columns, rows, longest), dtype=np.int64)
+        self._buffer[:head] = message.words
+        body = self._buffer[head:]
+        self._body = Body(body, body.view(np.int32), body.view(np.uint8))
+        _begin(body, self._places, columns, rows)
+
+    def write(self, *parts: Rows) -> None:
+        """Write the next rows: one array of records, or two side by side."""
+        first, second = parts[0], parts[-1]
+        _write(
+            *self._body, self._places, self._columns, *self._words, self._written, len(first),
+            *_numbers(first), *_numbers(second),
+        )  # fmt: skip
+        self._written += len(first)
+
+    def table(self) -> pa.Table:
+        """Return the table, when all rows are written."""
+        message, buffer = self._message, self._buffer
+        body = len(buffer) - len(message.words)
+        buffer[message.rows], buffer[message.body] = self._rows, body * WORD
+        _tell(buffer, message.nodes, message.buffers, self._places, self._columns, self._rows)
+        found = pa.ipc.read_record_batch(pa.py_buffer(buffer), self._schema)
+        return pa.Table.from_batches([found], schema=self._schema)
 
 
 def _numbers(rows: Rows) -> tuple[Any, ...]:
@@ -135,96 +161,111 @@ def _numbers(rows: Rows) -> tuple[Any, ...]:
 
 
 @entry
-def _lay_out(
-    message: Ints, words: Ints, ends: Ends, letters: Bytes, node: int, buffer: int,
-    columns: Rows, spelt: Bytes, lengths: Ints, rows: int,
-    first_floats: Floats, first_wholes: Ints, first_step: int,
-    second_floats: Floats, second_wholes: Ints, second_step: int,
-) -> int:  # fmt: skip
-    """Write the columns one behind the other and where they are; return how many words they take.
-
-    Of each a node says how many rows it has and how many of them are null; each of its buffers says
-    where it begins and how long it is (bytes).
+def _plan(places: Rows, columns: Rows, rows: int, longest: int) -> int:
+    """Find room for the buffers of all columns, of texts as long as the `longest`; return how many
+    words they take.
     """
-    body, known, begin = Body(words, ends, letters), Words(spelt, lengths), 0
-    for column in columns:
-        floats, wholes, step = first_floats, first_wholes, first_step
-        if column.part > 0:
-            floats, wholes, step = second_floats, second_wholes, second_step
-        own_floats, own_wholes = floats[column.place :: step], wholes[column.place :: step]
-        missing = _missing(column.kind, rows, own_floats, own_wholes)
-        message[node], message[node + 1] = rows, missing
-        message[buffer], message[buffer + 1] = begin * 8, 0
-        if missing > 0:
-            message[buffer + 1] = (rows + 7) // 8
-            begin = _write_known(body, begin, column.kind, rows, own_floats, own_wholes)
-        buffer += 2
-        if column.kind < WORDS:
-            message[buffer], message[buffer + 1] = begin * 8, rows * 8
-            _write_numbers(words[begin:], column.kind, rows, own_floats, own_wholes)
-            begin += rows
-        else:
-            message[buffer], message[buffer + 1] = begin * 8, (rows + 1) * 4
-            text, buffer = begin + rows // 2 + 1, buffer + 2
-            length = _write_texts(body, begin, text, column, known, rows, own_wholes)
-            message[buffer], message[buffer + 1] = text * 8, length
-            begin = text + (length + 7) // 8
-        node, buffer = node + 2, buffer + 2
-    return begin
-
-
-@compiled
-def _is_missing(kind: int, number: float, whole: int) -> bool:
-    """Tell whether there is no such number, or no name for it."""
-    return number != number if kind == FLOATS else kind != WHOLES and whole < 0
-
-
-@compiled
-def _missing(kind: int, rows: int, floats: Floats, wholes: Ints) -> int:
-    count = 0
-    for k in range(rows):
-        count += _is_missing(kind, floats[k], wholes[k])
-    return count
-
-
-@compiled
-def _write_known(body: Body, begin: int, kind: int, rows: int, floats: Floats, wholes: Ints) -> int:
-    """Write a bit for each row, set where there is a value; return the word after them."""
-    end = begin + (rows + 63) // 64
-    body.words[begin:end] = 0
-    for k in range(rows):
-        if not _is_missing(kind, floats[k], wholes[k]):
-            body.letters[8 * begin + k // 8] |= 1 << k % 8
+    end = 0
+    for k in range(len(columns)):
+        place = places[k]
+        place.known, place.numbers = end, end + (rows + 63) // 64
+        end = place.numbers + (rows // 2 + 1 if columns[k].kind >= WORDS else rows)
+    for k in range(len(columns)):  # letters behind, for which there is more room than need be
+        if columns[k].kind >= WORDS:
+            places[k].letters = end * 8
+            end += (rows * longest + 7) // 8
     return end
 
 
+@entry
+def _begin(words: Ints, places: Rows, columns: Rows, rows: int) -> None:
+    """Have all known, and texts begin at 0."""
+    for k in range(len(columns)):
+        place = places[k]
+        words[place.known : place.known + (rows + 63) // 64] = -1
+        if columns[k].kind >= WORDS:
+            words[place.numbers] = 0
+
+
+@entry
+def _tell(message: Ints, node: int, buffer: int, places: Rows, columns: Rows, rows: int) -> None:
+    """Write the nodes of a message, which say of each column how many rows it has and how many of
+    them are null, and its buffers: where each begins and how long it is (bytes).
+    """
+    for k in range(len(columns)):
+        place = places[k]
+        message[node], message[node + 1] = rows, place.missing
+        message[buffer], message[buffer + 1] = place.known * 8, 0
+        if place.missing > 0:
+            message[buffer + 1] = (rows + 7) // 8
+        message[buffer + 2], message[buffer + 3] = place.numbers * 8, rows * 8
+        if columns[k].kind >= WORDS:
+            message[buffer + 3] = (rows + 1) * 4
+            message[buffer + 4], message[buffer + 5] = place.letters, place.written
+            buffer += 2
+        node, buffer = node + 2, buffer + 4
+
+
+@entry
+def _write(
+    words: Ints, ends: Ends, letters: Bytes, places: Rows, columns: Rows,
+    spelt: Bytes, lengths: Ints, begin: int, rows: int,
+    first_floats: Floats, first_wholes: Ints, first_step: int,
+    second_floats: Floats, second_wholes: Ints, second_step: int,
+) -> None:  # fmt: skip
+    """Write rows from the row `begin` on."""
+    body, known = Body(words, ends, letters), Words(spelt, lengths)
+    for done in range(0, rows, BLOCK):
+        count = min(BLOCK, rows - done)
+        for k in range(len(columns)):
+            column, place = columns[k], places[k]
+            floats, wholes, step = first_floats, first_wholes, first_step
+            if column.part > 0:
+                floats, wholes, step = second_floats, second_wholes, second_step
+            at = done * step + column.place
+            own = Numbers(floats[at::step], wholes[at::step])
+            if column.kind < WORDS:
+                _write_numbers(body, place, column.kind, begin + done, count, own)
+            else:
+                _write_texts(body, place, column, known, begin + done, count, own.wholes)
+
+
 @compiled
-def _write_numbers(out: Ints, kind: int, rows: int, floats: Floats, wholes: Ints) -> None:
+def _write_numbers(
+    body: Body, place: Row, kind: int, begin: int, count: int, numbers: Numbers
+) -> None:
     """Write numbers bit for bit, 0 for those that are missing."""
-    for k in range(rows):
-        out[k] = 0 if _is_missing(kind, floats[k], wholes[k]) else wholes[k]
+    out, known, missing = place.numbers + begin, 8 * place.known, 0
+    for k in range(count):
+        number, whole = numbers.floats[k], numbers.wholes[k]
+        is_missing = number != number if kind == FLOATS else kind == WHOLES_OR_NULL and whole < 0
+        body.words[out + k] = 0 if is_missing else whole
+        if is_missing:
+            body.letters[known + (begin + k) // 8] &= ~(1 << (begin + k) % 8)
+            missing += 1
+    place.missing += missing
 
 
 @compiled
 def _write_texts(
-    body: Body, begin: int, text: int, column: Any, known: Words, rows: int, wholes: Ints
-) -> int:
-    """Write what numbers are called, from the word `text` on, and before, from `begin` on, where
-    each ends; return how many letters there are.
-    """
-    letters, length = body.letters[8 * text :], 0
-    body.ends[2 * begin] = 0
-    for k in range(rows):
+    body: Body, place: Row, column: Row, known: Words, begin: int, count: int, wholes: Ints
+) -> None:
+    """Write what numbers are called, and where each ends; a negative one is missing."""
+    letters, length, ends = body.letters, place.written, 2 * place.numbers
+    for k in range(count):
         number = wholes[k]
-        if number >= 0:
+        if number < 0:
+            letters[8 * place.known + (begin + k) // 8] &= ~(1 << (begin + k) % 8)
+            place.missing += 1
+        else:
             word = column.word + (number if column.kind == WORDS else 0)
             for letter in range(known.lengths[word]):
-                letters[length + letter] = known.letters[word, letter]
+                letters[place.letters + length + letter] = known.letters[word, letter]
             length += known.lengths[word]
             if column.kind == NUMBERED:
-                length = _write_digits(letters, length, number)
-        body.ends[2 * begin + 1 + k] = length
-    return length
+                length = _write_digits(letters[place.letters :], length, number)
+        body.ends[ends + 1 + begin + k] = length
+    place.written = length
 
 
 @compiled

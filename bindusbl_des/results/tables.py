@@ -33,9 +33,9 @@ from .batches import (
     WHOLES_OR_NULL,
     WORD,
     WORDS,
+    Batch,
     Message,
     Words,
-    batch,
     message_of,
     words_of,
 )
@@ -128,33 +128,43 @@ def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
 
     Vehicles are numbers.
     """
-    return _from_tuples(table, list(map(attrgetter(*schema(table).names), rows)))
+    numbers, words = _numbered(table, list(map(attrgetter(*schema(table).names), rows)))
+    return from_numbers(table, numbers, words=words)
+
+
+def numbers_of(table: str, rows: Sequence[Any]) -> Rows:
+    """Return the rows of a table without words as :func:`from_numbers` takes them."""
+    return _numbered(table, list(map(attrgetter(*schema(table).names), rows)))[0]
 
 
 def from_columns(table: str, columns: Mapping[str, Sequence[Any]]) -> pa.Table:
     """Return columns of equal length as :func:`from_rows` does; a missing column is all null."""
     nothing = [None] * len(next(iter(columns.values())))
     named = (columns.get(name, nothing) for name in schema(table).names)
-    return _from_tuples(table, list(zip(*named, strict=True)))
+    numbers, words = _numbered(table, list(zip(*named, strict=True)))
+    return from_numbers(table, numbers, words=words)
 
 
-def _from_tuples(table: str, rows: Sequence[tuple[Any, ...]]) -> pa.Table:
-    """Return rows as an Arrow table; words are counted as they come up."""
-    counted, words = _counted(table), dict[str, int]()
+def _numbered(table: str, rows: Sequence[tuple[Any, ...]]) -> tuple[Rows, tuple[str, ...]]:
+    """Return rows as numbers, and the words that some of these count in, as they come up."""
+    words = dict[str, int]()
 
     def number(value: Any) -> Any:
         if isinstance(value, str):
             return words.setdefault(value, len(words))
         return NONE if value is None else value
 
-    if counted:
-        rows = [
-            tuple([number(it) if k in counted else it for k, it in enumerate(row)]) for row in rows
-        ]
-    numbers = [
-        (field.name, "f8" if field.type == pa.float64() else "i8") for field in schema(table)
-    ]
-    return from_numbers(table, np.array(rows, dtype=numbers), words=tuple(words))
+    numbers, columns = np.empty(len(rows), dtype=_numbers(table)), zip(*rows, strict=True)
+    for place, (name, column) in enumerate(zip(numbers.dtype.names or (), columns, strict=False)):
+        numbers[name] = list(map(number, column)) if place in _counted(table) else column
+    return numbers, tuple(words)
+
+
+@cache
+def _numbers(table: str) -> np.dtype[np.void]:
+    """Return the record of a row whose words and names are numbers."""
+    kinds = ("f8" if field.type == pa.float64() else "i8" for field in schema(table))
+    return np.dtype(list(zip(schema(table).names, kinds, strict=True)))
 
 
 @cache
@@ -174,9 +184,18 @@ def from_numbers(table: str, *parts: Rows, words: tuple[str, ...] = OUTCOMES) ->
     Vehicles have their names; in other columns of text numbers count in `words`.  NaN becomes null,
     as does NONE where there may be no name or whole number.
     """
+    dtypes = tuple([part.dtype for part in parts])
+    under_way = begun(table, len(parts[0]), *dtypes, words=words)
+    under_way.write(*parts)
+    return under_way.table()
+
+
+def begun(
+    table: str, rows: int, *dtypes: np.dtype[np.void], words: tuple[str, ...] = OUTCOMES
+) -> Batch:
+    """Return room for the rows of a table, to be written as :func:`from_numbers` has them."""
     described, message = _described_as(table)
-    columns = _columns(table, tuple([part.dtype for part in parts]))
-    return batch(described, message, columns, _spelt(words), parts)
+    return Batch(described, message, _columns(table, dtypes), _spelt(words), rows)
 
 
 @cache

@@ -1,6 +1,7 @@
 """The tracks of a mission: where vehicles were at regular instants, and what AUVs made of it."""
 
-from math import cos, hypot, nan, pi, sin, sqrt
+from collections.abc import Iterator
+from math import hypot, nan, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,35 +18,39 @@ Floats = NDArray[np.float64]
 TRACK_POINT = row_type(TrackPoint)
 
 
-def track_points(world: World) -> Rows:
-    """Return the tracks of all vehicles at record.tracks_hz, ASVs after AUVs."""
+def track_points(world: World) -> Iterator[Rows]:
+    """Yield the tracks of all vehicles at record.tracks_hz, AUVs first, (n,) :data:`TRACK_POINT`.
+
+    Each is written over by the next.
+    """
     times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
     auvs, asvs, voyage = world.auv_fleet, world.asv_fleet, world.voyage
-    points = np.empty((len(auvs) + len(asvs), len(times)), dtype=TRACK_POINT)
-    points["vehicle"] = np.arange(len(points))[:, np.newaxis]
-    points["path_error_m"][: len(auvs)] = voyage.beside_m
-    points["path_error_m"][len(auvs) :] = beside(asvs.vehicles, times)
-    points["swept_m2"][: len(auvs)], points["swept_m2"][len(auvs) :] = voyage.swept_m2, nan
+    points = np.empty(len(times), dtype=TRACK_POINT)
     for auv in range(len(auvs)):
+        points["vehicle"], points["path_error_m"] = auv, voyage.beside_m[auv]
+        points["swept_m2"] = voyage.swept_m2[auv]
         found = world.sample(auv, times)
         sure = world.navigator.covariance(auv, found.odometry)
         depth_error = world.depth_noise(auv, times)
-        _note(points[auv], *found.way, found.odometry.position, found.estimate, sure, depth_error)
-    for asv, its_own in enumerate(points[len(auvs) :]):
-        _note_truth(its_own, *asvs.ways.of(asv, times))
-    return points.ravel()
+        _note(points, *found.way, found.odometry.position, found.estimate, sure, depth_error)
+        yield points
+    off_station = beside(asvs.vehicles, times)
+    for asv in range(len(asvs)):
+        points["vehicle"], points["path_error_m"] = len(auvs) + asv, off_station[asv]
+        points["swept_m2"] = nan
+        _note_truth(points, *asvs.ways.of(asv, times)[:2])
+        yield points
 
 
 @entry
 def _note(
-    points: Rows, times: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats,
-    depth_error: Floats,
+    points: Rows, times: Floats, lines: Floats, courses: Floats, reckoned: Floats,
+    estimate: Floats, sure: Floats, depth_error: Floats,
 ) -> None:  # fmt: skip
     """Write where an AUV was on its way (:class:`.ways.Way`), and what it made of it.
 
     `reckoned` and `estimate` (n, 2), m; how `sure` it was: xx, yy, xy (n, 3), m2.
     """
-    cosine, sine = cos(0.0), sin(0.0)
     for k in range(times.size):
         point = points[k]
         _place(point, times[k], lines, k)
@@ -53,10 +58,8 @@ def _note(
         point.estimate_z_m = lines[k, 2] + depth_error[k]
         point.imu_x_m, point.imu_y_m = reckoned[k, 0], reckoned[k, 1]
         x, y = estimate[k, 0] - lines[k, 0], estimate[k, 1] - lines[k, 1]
-        if k == 0 or lines[k, 3] != lines[k - 1, 3]:  # lanes keep their heading
-            cosine, sine = cos(lines[k, 3]), sin(lines[k, 3])
         point.position_error_m = hypot(x, y)
-        point.cross_track_error_m = cosine * y - sine * x
+        point.cross_track_error_m = courses[k, 0] * y - courses[k, 1] * x
         point.estimate_sd_x_m = sqrt(max(sure[k, 0], 0.0))
         point.estimate_sd_y_m = sqrt(max(sure[k, 1], 0.0))
         point.estimate_cov_xy_m2 = sure[k, 2]
