@@ -11,6 +11,7 @@ from worlds import scenario, still
 
 from bindusbl_des import simulate
 from bindusbl_des.mission import metrics
+from bindusbl_des.mission.mission import Mission
 from bindusbl_des.mission.outcomes.accuracy import quantile_of
 from bindusbl_des.mission.outcomes.means import mean, quantile, sort
 from bindusbl_des.mission.outcomes.service import fix_ages
@@ -176,3 +177,26 @@ def test_an_estimate_that_is_no_number_is_told(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(metrics, "note_service", unsure)
     with pytest.raises(ArithmeticError, match="AUV0's fix_error_rms_m is no number"):
         simulate(still(2, duration_s=20.0, record={"detail": "summary"}))
+
+
+def test_ways_are_looked_back_on_once_for_all_seeds() -> None:
+    """What follows from them alone is shared by missions of the same ways; not if these differ."""
+    world = scenario(duration_s=20.0, auvs={"count": 2}, survey={"swath_m": 10.0})
+    first, other = (Mission(world, seed=seed)._world for seed in (1, 2))
+    assert first.voyage is other.voyage
+    longer = Mission(world.model_copy(update={"duration_s": 21.0}), seed=1)._world
+    assert (
+        longer.voyage.metrics["distance_m"].tolist() > first.voyage.metrics["distance_m"].tolist()
+    )
+    assert first.voyage.swept_m2.shape == (2, 40)
+    steered = scenario(
+        duration_s=5.0,
+        auvs={
+            "count": 1,
+            "vehicle": "bluerov2",
+            "speed_m_per_s": 0.6,
+            "feedback": "estimate",
+        },
+    )
+    whole = [simulate(steered, seed=seed).auvs.distance_m[0] for seed in (1, 2)]
+    assert whole[0] != whole[1]

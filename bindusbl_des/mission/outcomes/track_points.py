@@ -82,4 +82,7 @@ def _place(point: Row, time: float, lines: Floats, k: int) -> None:
     """Write the instant and the true place of line k of a way, its heading in (-pi, pi]."""
     point.time_s = time
     point.x_m, point.y_m, point.z_m = lines[k, 0], lines[k, 1], lines[k, 2]
-    point.yaw_rad = pi - (pi - lines[k, 3]) % (2 * pi)
+    turned = pi - lines[k, 3]
+    if not 0.0 <= turned < 2 * pi:
+        turned %= 2 * pi
+    point.yaw_rad = pi - turned
