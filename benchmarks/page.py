@@ -27,6 +27,7 @@ def page(history: dict[str, Measured]) -> str:
         shares=_shares(now),
         history=_history(history),
         commands=_commands(now["commands"]) if "commands" in now else "Not measured.\n",
+        plans=_plans(history),
         peers=_peers(now) if "peers" in now else "Not measured.\n",
     )
 
@@ -159,6 +160,24 @@ def _commands(found: Measured) -> str:
         f"{number(sweep['peak_memory_mb'])} MB."
     )
     return f"{times}\n{fill(text, WIDTH)}\n"
+
+
+def _plans(history: dict[str, Measured]) -> str:
+    """Return how long the questions of the manual took, each time that they were asked."""
+    asked = {name: it["plans"] for name, it in history.items() if "plans" in it}
+    if not asked:
+        return "Not measured.\n"
+    heads = (f"{name}, {what}" for name in asked for what in ("s", "missions"))
+    rows = []
+    for plan in dict.fromkeys(plan for it in asked.values() for plan in it):
+        found = [it.get(plan, {}) for it in asked.values()]
+        took = [it.get("processor_s") for it in found]
+        cells = (
+            cell for it in found
+            for cell in (number(it.get("processor_s")), str(it.get("missions", "-")))
+        )  # fmt: skip
+        rows.append([plan, *cells, _gain(took)])
+    return table(("plan", *heads, "times faster"), iter(rows))
 
 
 def _peers(now: Measured) -> str:

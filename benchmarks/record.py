@@ -18,6 +18,7 @@ sys.path[:0] = [str(HERE), str(HERE / "peers")]
 # The programs beside this one are found through the path above.
 import ns3_uan  # noqa: E402
 from page import page  # noqa: E402
+from plans import plans  # noqa: E402
 
 from bindusbl_des.benchmark.bench import bench  # noqa: E402
 from bindusbl_des.benchmark.missions import standard_missions  # noqa: E402
@@ -52,6 +53,7 @@ def measure() -> dict[str, Any]:
         found["peers"] = ns3_uan.peers(list(ns3_uan.COMPARED), REPEATS)["missions"]
     except ns3_uan.PeerMissing as missing:
         tell(f"{missing}: the comparison is left out")
+    found["plans"] = plans(tell)
     return found
 
 

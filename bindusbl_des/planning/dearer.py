@@ -1,22 +1,23 @@
 """What more vessels would bring: teams that cost more than the answer, flown a few times."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
-from ..campaigns.statistics.intervals import interval
+import numpy as np
+
+from ..campaigns.statistics.intervals import Intervals, intervals
 from .selection.goals import Floats, Goal
-from .selection.selection import Estimate, Selection
+from .selection.selection import Estimate, Sample, Selection
 from .teams.candidates import Candidate
 
-# So many missions of each show about where it is.
-SEEDS = 8
+# So many missions of each show about where it is: the first so many where these tell the means of
+# all goals to this share of them (half of the 95 % interval), else all.
+FIRST, ALL = 4, 8
+NARROW = 0.1
 
 
 def with_dearer(
-    selection: Selection,
-    candidates: Sequence[Candidate],
-    goals: Sequence[Goal],
-    sample: Callable[[Sequence[tuple[int, int]]], Floats],
+    selection: Selection, candidates: Sequence[Candidate], goals: Sequence[Goal], sample: Sample
 ) -> Selection:
     """Return a selection with estimates of the first candidate of each cost that was not flown.
 
@@ -27,19 +28,35 @@ def with_dearer(
     for number, it in enumerate(candidates):
         first.setdefault(it.cost, number)
     shown = [n for n in first.values() if selection.verdicts[n] == "not needed"]
-    shown = [n for n in shown if not selection.missions[n]]
-    values = sample([(n, seed) for seed in range(SEEDS) for n in shown])
-    if not shown or len(values) < SEEDS * len(shown):
-        return selection
+    values = {n: np.empty((0, len(goals))) for n in shown if not selection.missions[n]}
+    for seeds in (FIRST, ALL):
+        wide = [n for n, its in values.items() if not _is_narrow(its)]
+        pairs = [(n, seed) for n in wide for seed in range(len(values[n]), seeds)]
+        found = sample(pairs)
+        if not wide or len(found) < len(pairs):
+            break
+        for n, own in zip(wide, np.split(found, len(wide)), strict=True):
+            values[n] = np.concatenate([values[n], own])
     estimates, missions = list(selection.estimates), list(selection.missions)
-    for place, number in enumerate(shown):
-        own = values[place :: len(shown)]
-        estimates[number] = tuple(_estimate(own[:, goal]) for goal in range(len(goals)))
-        missions[number] = SEEDS
+    for n, its in values.items():
+        if len(its):
+            estimates[n], missions[n] = _estimates(its), len(its)
     return replace(selection, estimates=tuple(estimates), missions=tuple(missions))
 
 
-def _estimate(values: Floats) -> Estimate:
-    """Return mean and interval of a goal; nan where a mission has no value."""
-    found = interval((values if (values == values).all() else values[:0]).tolist())
-    return Estimate(found.mean, found.low, found.high, float("nan"))
+def _known(values: Floats) -> Intervals:
+    """Return the intervals of the goals of missions (k, g)."""
+    return intervals(values.T)
+
+
+def _is_narrow(values: Floats) -> bool:
+    """Tell whether the means of all goals are known well enough."""
+    known = _known(values)
+    return bool(np.all(known.half_width <= NARROW * np.abs(known.mean)))
+
+
+def _estimates(values: Floats) -> tuple[Estimate, ...]:
+    """Return what is known of the goals; nan where a mission has no value."""
+    known = _known(np.where(np.isfinite(values).all(axis=0), values, np.nan))
+    found = [known.at(goal) for goal in range(values.shape[1])]
+    return tuple(Estimate(it.mean, it.low, it.high, float("nan")) for it in found)

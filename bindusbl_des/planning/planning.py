@@ -170,7 +170,7 @@ def planned(question: Question, folder: Path, clock: Clock, workers: int | None 
         candidates, left_out = narrowed(proposed(question, foresight), foresight, goals)
         seeds = question.seeds()
         fly = partial(flights, asked=wanted(goals), pool=pool, note=clock.note)
-        clock.begin(f"flying {counted(len(candidates), 'team')}")
+        clock.begin(f"choosing among {counted(len(candidates), 'team')}")
         with fly(_experiment(question, candidates, seeds), folder / MISSIONS) as missions:
             sample = partial(_sampled, question, missions, clock.selected_by)
             selection = _selected(question, candidates, foresight, sample, clock)

@@ -134,7 +134,7 @@ def test_several_goals_are_kept_together() -> None:
     assert asvs(made("one", below=easy)) == 1
     dear = [it for it in made("dear", below=easy).record["candidates"] if it["asvs"] > 1]
     shown = [it["simulated"]["missions"] for it in dear if it["simulated"]]
-    assert shown == [8, 8]  # one team of two and one of three, to show what more would bring
+    assert shown == [4, 4]  # one team of two and one of three, to show what more would bring
     assert {it["verdict"] for it in dear} == {"not needed"}
     both = made("two", below={**easy, "position_error_m": 0.8})
     assert asvs(both) == 3
