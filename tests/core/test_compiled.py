@@ -5,7 +5,8 @@ import gc
 import pytest
 from numba.core.compiler import Flags
 
-from bindusbl_des.core.compiled import _Flags, entry
+from bindusbl_des.core.compiled import entry
+from bindusbl_des.core.compiling.compiler import _Flags
 
 
 @pytest.mark.parametrize("collects", [True, False])
