@@ -9,10 +9,17 @@ from typing import Any
 import numba
 from numba.core.compiler import Compiler, Flags
 from numba.core.registry import CPUDispatcher, cpu_target
-from numba.core.target_extension import CPU, dispatcher_registry, jit_registry
+from numba.core.target_extension import (
+    CPU,
+    dispatcher_registry,
+    jit_registry,
+    target_override,
+    target_registry,
+)
 from numba.core.typed_passes import NopythonRewrites
 from numba.core.types import Boolean, Number, unliteral
 from numba.core.typing.context import Context
+from numba.extending import overload
 
 from .counting import CountIfNeeded
 from .linking import Part, Whole, generator_of_parts
@@ -114,7 +121,8 @@ class WholeCompiler(Compiler):
     def compile_extra(self, func: Callable[..., object]) -> Any:
         self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
-        with _garbage_kept():
+        _check_shapes_silently()
+        with _garbage_kept(), target_override(TARGET):  # type: ignore[no-untyped-call]
             return super().compile_extra(func)  # type: ignore[no-untyped-call]
 
 
@@ -164,5 +172,16 @@ def equation(
 
 
 # Functions of numba's own, such as np.empty, are parts, too, where parts call them.
+TARGET = "bindusbl_des"
+target_registry[TARGET] = _Linked
 dispatcher_registry[_Linked] = CPUDispatcher
 jit_registry[_Linked] = lambda **options: lambda function: part(function, **options)
+
+
+@cache
+def _check_shapes_silently() -> None:
+    """Have arrays of another shape refused without a word of them: that takes 3 s to compile."""
+    from numba.np import arrayobj
+
+    refused: Any = arrayobj.raise_with_shape_context
+    overload(refused, target=TARGET)(arrayobj.ol_raise_with_shape_context_generic)
