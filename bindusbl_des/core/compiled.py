@@ -7,7 +7,7 @@ cache with every source file that the function is made of instead, and with no o
 
 import hashlib
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from time import monotonic
