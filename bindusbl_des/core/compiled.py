@@ -3,18 +3,11 @@
 numba knows a cached function to be stale only if the function's own file changed, so an edited
 hull model would leave the old physics inside the integrator that calls it. `entry` stamps the
 cache with every source file that the function is made of instead, and with no other.
-
-numba makes of each function, by itself, machine code that Python and C could call.  Of one that
-other compiled code calls nothing of that is ever used: it is linked into its caller, and optimised
-and turned into machine code there, once more.  To leave it out saves a third of all compiling; and
-to optimise what it has been linked into once, not twice, another tenth.
 """
 
-import gc
 import hashlib
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from time import monotonic
@@ -22,11 +15,9 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import event
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, Flags
-from numba.core.types import unliteral
 
 from .code_cache import CodeCache, trouble
+from .compiling.compiler import WholeCompiler, equation
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -35,6 +26,9 @@ Function = TypeVar("Function", bound=Callable[..., object])
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 PACKAGE = Path(__file__).resolve().parents[1]
+
+# How equations are compiled.
+HOW = [Path(__file__).resolve(), *sorted((PACKAGE / "core/compiling").glob("*.py"))]
 
 # What a file imports from files beside it: `from .motion import where`, `from . import logs`
 IMPORT = re.compile(rb"^from (\.*)([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
@@ -90,8 +84,8 @@ def _digest(source: Path) -> str:
     Files outside the package may import each other in any way: theirs are all of their folder.
     """
     outside = () if PACKAGE in source.parents else source.parent.glob("*.py")
-    total = hashlib.sha256(_text(Path(__file__).resolve()))  # how, and of what
-    for file in sorted({*_made_of(source), *outside}):
+    total = hashlib.sha256()
+    for file in (*HOW, *sorted({*_made_of(source), *outside})):
         total.update(_text(file))
     return total.hexdigest()
 
@@ -111,7 +105,7 @@ def compiled(function: Function, **options: Any) -> Function:
     Where Python calls it, as tests do, an :func:`entry` is made of it.
     """
     whole = cache(lambda: entry(function))
-    return cast(Function, _part(function, whole, **OPTIONS, **options))
+    return cast(Function, equation(function, whole, **OPTIONS, **options))
 
 
 def entry(function: Function) -> Function:
@@ -126,7 +120,7 @@ def entry(function: Function) -> Function:
     numba takes a tuple of arrays apart ten times slower than the arrays by themselves, so here, and
     only here, arguments stand flat however many they are; inside they are put together again.
     """
-    dispatcher: Any = numba.njit(pipeline_class=_Compiler, **OPTIONS)(function)
+    dispatcher: Any = numba.njit(pipeline_class=WholeCompiler, **OPTIONS)(function)
     source = _file(function)
     try:
         dispatcher._cache = CodeCache(function, _digest(source))
@@ -134,140 +128,6 @@ def entry(function: Function) -> Function:
         if not source.name.startswith("<"):  # what was typed at a prompt has no place
             trouble(source.parent, "no folder can be written to keep it")
     return cast(Function, dispatcher)
-
-
-class _Whole(JITCodeLibrary):
-    """Code that Python enters: optimised when all its parts are in it."""
-
-    def finalize(self) -> None:
-        """Link every part that is called, and that those call, once."""
-        self._linking_libraries = _with_parts(self._linking_libraries)
-        super().finalize()  # type: ignore[no-untyped-call]
-
-    def _verify_declare_only_symbols(self) -> None:
-        """Refuse code in which something is missing, which would be jumped to all the same."""
-        for function in self._final_module.functions:
-            if function.is_declaration and function.name.startswith("_ZN"):
-                raise AssertionError(f"{function.name} is missing in {self.name}")
-
-    def _optimize_final_module(self) -> None:
-        codegen: Any = self._codegen
-        passes, builder = codegen._module_pass_manager()
-        passes.run(self._final_module, builder)
-
-
-class _Part(JITCodeLibrary):
-    """Code for others to be linked with: not optimised, no machine code, without what it calls."""
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout
-
-    def finalize(self) -> None:
-        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
-        self._finalized = True
-
-
-def _with_parts(libraries: Sequence[Any]) -> list[JITCodeLibrary]:
-    """Return libraries and all that their parts call, directly or not, callers first.
-
-    LLVM links only what is wanted by then.
-    """
-    found: dict[JITCodeLibrary, None] = {}
-
-    def add(library: JITCodeLibrary) -> None:
-        if library not in found:
-            for called in library._linking_libraries if isinstance(library, _Part) else ():
-                add(called)
-            found[library] = None
-
-    for library in reversed(libraries):
-        add(library)
-    return list(reversed(found))
-
-
-class _Flags(Flags):
-    """numba's, compared by what was set, and not by looking up each option that there is.
-
-    They are part of the key by which each operator in each line is looked up.
-    """
-
-    __slots__ = ()
-
-    def __eq__(self, other: object) -> bool:
-        return bool(self._values == other._values) if isinstance(other, _Flags) else NotImplemented
-
-    def __hash__(self) -> int:
-        return _SAME_FOR_ALL  # as numba's are, which may be equal
-
-
-_SAME_FOR_ALL = hash(Flags())  # type: ignore[no-untyped-call]
-
-
-@contextmanager
-def _garbage_kept() -> Iterator[None]:
-    """Leave garbage until the end: a compiler makes much that lasts and little that does not."""
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collects:
-            gc.enable()
-
-
-class _Compiler(Compiler):
-    """numba's, with a library of one's own, and quicker."""
-
-    library: Any = _Whole
-
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)  # type: ignore[no-untyped-call]
-        self.state.flags = _Flags(self.state.flags)  # type: ignore[no-untyped-call]
-
-    def compile_extra(self, func: Callable[..., object]) -> Any:
-        self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
-        self.state.library.enable_object_caching()
-        with _garbage_kept():
-            return super().compile_extra(func)  # type: ignore[no-untyped-call]
-
-
-class _PartCompiler(_Compiler):
-    """numba's, up to code that can be linked."""
-
-    library = _Part
-
-    def compile_extra(self, func: Callable[..., object]) -> Any:
-        self.state.flags.no_compile = True
-        return super().compile_extra(func)
-
-
-def _part(
-    function: Callable[..., object], from_python: Callable[[], object], **options: Any
-) -> Callable[..., object]:
-    """Return an equation for compiled code to call; Python is handed on to `from_python`().
-
-    That is asked, at each call, for a function to be called instead.
-    """
-    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    dispatcher: Any = numba.njit(pipeline_class=_PartCompiler, **options)(function)
-
-    def add_overload(made: Any) -> None:
-        found_by = object()  # numba looks equations up by what Python would call
-        made = made._replace(entry_point=found_by)
-        dispatcher.targetctx.insert_user_function(found_by, made.fndesc, [made.library])
-        dispatcher.overloads[tuple(made.signature.args)] = made
-
-    template_of = dispatcher.get_call_template
-
-    def template_of_any(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
-        general = [unliteral(it) for it in args]  # type: ignore[no-untyped-call]
-        return template_of(general, kws)  # one for all constants, not one for each
-
-    dispatcher.add_overload = add_overload
-    dispatcher.get_call_template = template_of_any
-    dispatcher._compile_for_args = lambda *_: from_python()
-    result: Callable[..., object] = dispatcher
-    return result
 
 
 def _probe(number: float) -> float:

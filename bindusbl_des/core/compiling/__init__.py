@@ -1,0 +1,1 @@
+"""How equations become machine code in few seconds."""

@@ -1,0 +1,78 @@
+"""What the compiler knows already is what numba would work out again."""
+
+import gc
+import operator
+from collections.abc import Callable
+from itertools import product
+
+import numba
+import numpy as np
+import pytest
+from numba.core import types
+from numba.core.compiler import Flags
+from numba.core.registry import cpu_target
+
+from bindusbl_des.core.compiled import compiled, entry
+from bindusbl_des.core.compiling.compiler import _Flags, _types
+
+NUMBERS = [types.int64, types.float64, types.boolean, types.literal(2), types.uint8]
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_garbage_is_collected_after_compiling_as_before(collects: bool) -> None:
+    def third(number: float) -> float:
+        return number / 3.0
+
+    before = gc.isenabled()
+    (gc.enable if collects else gc.disable)()
+    try:
+        compiled = entry(third)
+        compiled.compile("float64(float64)")  # type: ignore[attr-defined]
+        assert gc.isenabled() is collects
+    finally:
+        (gc.enable if before else gc.disable)()
+
+
+def test_flags_are_equal_where_numbas_are() -> None:
+    """Also to numba's own, by which overloads that others compiled are found."""
+    one, other = Flags(), Flags()
+    one.nrt = other.nrt = True
+    ours = [_Flags(it) for it in (one, other)]
+    assert ours[0] == ours[1] == one
+    assert len({one, other, *ours}) == 1
+    other.error_model = "numpy"
+    assert _Flags(other) != ours[0]
+    assert _Flags(other) != one
+
+
+def test_called_functions_inherit_what_concerns_all() -> None:
+    flags = _Flags(Flags())
+    flags.error_model, flags.nrt, flags.forceinline, flags.no_compile = "numpy", True, True, True
+    inherited = flags.copy()
+    assert (inherited.error_model, inherited.nrt) == ("numpy", True)
+    assert not inherited.forceinline
+    assert not inherited.no_compile
+
+
+@pytest.mark.parametrize("by", [operator.add, operator.truediv, operator.mod, operator.lt])
+def test_operators_have_the_types_that_numba_gives_them(by: Callable[..., object]) -> None:
+    """Asked once and once more, and of another operator's name as well."""
+    for args in product(NUMBERS, NUMBERS):
+        expected = cpu_target.typing_context.resolve_function_type(by, args, {})
+        assert _types().resolve_function_type(by, args, {}) == expected
+        assert _types().resolve_function_type(by, args, {}) == expected
+
+
+def test_numbas_own_functions_serve_us_and_others_in_any_order() -> None:
+    """They are parts where ours call them, and whole where others do."""
+
+    def size(count: int) -> float:
+        return len(np.empty(count)) + min(count, 2.0)
+
+    part = compiled(size)
+
+    def twice(count: int) -> float:
+        return 2.0 * part(count)
+
+    before, ours = numba.njit(size), entry(twice)
+    assert (before(4), ours(4), numba.njit(size)(4)) == (6.0, 12.0, 6.0)
