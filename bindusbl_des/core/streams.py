@@ -81,8 +81,8 @@ class NoiseStore:
         self.shelf = np.full((auvs, asvs), -1, dtype=np.int64)
         self.taken = np.full((auvs, asvs), rows, dtype=np.int64)
         self.blocks = np.empty((2, rows, width + outliers))
-        #: Whom to tell that the blocks are in another array.
-        self.on_grown: Callable[[], None] | None = None
+        #: Whom to tell that the blocks are in another array: this store, lest they keep it.
+        self.on_grown: Callable[[NoiseStore], None] | None = None
 
     def is_spent(self, auv: int, asv: int) -> bool:
         """Tell whether a pair has no row left."""
@@ -113,7 +113,7 @@ class NoiseStore:
         if shelf == len(self.blocks):
             self.blocks = lengthened(self.blocks, 2 * len(self.blocks))
             if self.on_grown is not None:
-                self.on_grown()
+                self.on_grown(self)
         parts = self.blocks[shelf, :, : self._width], self.blocks[shelf, :, self._width :]
         for stream, part in zip(self._drawn[auv, asv], parts, strict=False):
             part[:] = stream.standard_normal(part.shape)

@@ -374,13 +374,13 @@ def test_a_mission_leaves_its_memory_as_it_ends(
 
     def noted(*given: Any, **named: Any) -> World:
         world = build_world(*given, **named)
-        left.append(weakref.ref(world.record))
+        left.extend((weakref.ref(world.record), weakref.ref(world.streams)))
         return world
 
     monkeypatch.setattr("bindusbl_des.mission.mission.build_world", noted)
     gc.disable()
     try:
         simulate(scenario(duration_s=5.0, protocol=keys))
-        assert left[0]() is None
+        assert [it() for it in left] == [None, None]
     finally:
         gc.enable()

@@ -44,17 +44,13 @@ def decided_by(
     receiver: Receiver,
 ) -> Handed:
     """Return what pings of a duration (s) are decided by, :class:`.reception.Decided`."""
-
-    def drawn() -> Noise:
-        return Noise(noise.shelf, noise.taken, noise.blocks)
-
     handed = Handed(
         Decided(
             record.pings.array,
             record.receptions.array,
             calls.array,
             record.fixes.array,
-            drawn(),
+            _drawn(noise),
             asvs.motion,
             duration,
             receiver.capture,
@@ -65,5 +61,9 @@ def decided_by(
     record.receptions.hand_on(handed, "receptions")
     calls.hand_on(handed, "calls")
     record.fixes.hand_on(handed, "fixes")
-    noise.on_grown = lambda: handed.renew("noise", drawn())
+    noise.on_grown = lambda store: handed.renew("noise", _drawn(store))
     return handed
+
+
+def _drawn(noise: NoiseStore) -> Noise:
+    return Noise(noise.shelf, noise.taken, noise.blocks)
