@@ -30,6 +30,7 @@ from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime.nrt import rtsys as runtime
 from numba.core.serialize import NumbaPickler
 
+from .compiling.turns import Turn
 from .durable import draft_of
 
 # A file of ours: this word, what it was made of, the digest of the code, the code.
@@ -247,6 +248,7 @@ class CodeCache(FunctionCache):
             made_of,
             trusted_beside(function.__code__.co_filename),
         )
+        self._turn = Turn(self._folder / f"{self._impl.filename_base}.lock")
         folders.add(self._folder)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -257,10 +259,28 @@ class CodeCache(FunctionCache):
         """
         try:
             runtime.initialize(target_context)
-            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            found = self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            if found is None:
+                self._turn.take()
+                found = self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            return found
         except Exception as error:  # the file may hold anything, and the disk fail in any way
             trouble(self._folder, _said(error))
             return None
+
+    def in_turn(self, compiling: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """Return how a signature is compiled when other processes may want it, too.
+
+        Who finds it not kept has the turn until it is; others find it then.
+        """
+
+        def compile_in_turn(sig: Any) -> Any:
+            try:
+                return compiling(sig)
+            finally:
+                self._turn.give()
+
+        return compile_in_turn
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the code of a signature, if possible."""

@@ -123,7 +123,8 @@ def entry(function: Function) -> Function:
     dispatcher: Any = numba.njit(pipeline_class=WholeCompiler, **OPTIONS)(function)
     source = _file(function)
     try:
-        dispatcher._cache = CodeCache(function, _digest(source))
+        kept = dispatcher._cache = CodeCache(function, _digest(source))
+        dispatcher.compile = kept.in_turn(dispatcher.compile)
     except (RuntimeError, AttributeError, OSError):  # no place to cache, another numba, a zip file
         if not source.name.startswith("<"):  # what was typed at a prompt has no place
             trouble(source.parent, "no folder can be written to keep it")
