@@ -7,9 +7,9 @@ that the missions alone take, one after the other in one process, over that of a
 campaign: what is missing from 1 is starting, handing out, writing and reporting.  By the clock the
 ideal is that time over the machine's cores, which eight workers on two cores share like two.
 
-Then campaigns of ever more missions, each a copy of one whose rows are written without flying it:
-what the parent keeps in memory, and how long `status` takes.  What is measured is printed, and kept
-in history.json under NAME if one is given.
+Then campaigns of ever more missions, all but the last of which are copies of one: how long `status`
+takes, and what the process that supervises them keeps in memory until its report is written.  What
+is measured is printed, and kept in history.json under NAME if one is given.
 """
 
 import json
@@ -27,7 +27,6 @@ from bindusbl_des import Scenario, simulate
 from bindusbl_des.benchmark.command_lines import call
 from bindusbl_des.benchmark.missions import standard_mission
 from bindusbl_des.benchmark.stopwatch import Took, clocked
-from bindusbl_des.campaigns.campaign import Campaign
 from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
 from bindusbl_des.campaigns.running import first_record
@@ -43,9 +42,10 @@ POINTS = 8
 SHARDS = WORKERS_OF_CLUSTER = 8
 WORKERS = 2
 
-# Missions of the campaigns that `status` looks at, and in each of their parts.
+# Missions of large campaigns, in each of their parts, and not yet flown.
 LARGE = (1000, 10_000, 100_000)
 IN_PART = 700
+LEFT = 16
 
 ON_DASK = """
 import sys
@@ -59,13 +59,14 @@ if __name__ == "__main__":
 """
 
 # What the system says of a process that has begun another program is of both, but for this file.
-STATUS = """
+COMMAND = """
 import sys
 from bindusbl_des.cli import main
-try:
-    main(["status", sys.argv[1]])
-finally:
-    print(open("/proc/self/status").read())
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    finally:
+        print(open("/proc/self/status").read())
 """
 
 
@@ -166,16 +167,23 @@ def on_dask(file: Path, out: Path) -> None:
 
 
 def large_folders() -> Iterator[dict[str, Any]]:
-    """Yield what `status` takes of campaigns of ever more missions."""
+    """Yield what is taken by asking how far ever larger campaigns are, and by their last missions.
+
+    The parent of those reads all rows, puts them in one part and makes the report.
+    """
     tables = simulate(scenario(0)).arrow
     for missions in LARGE:
         with tempfile.TemporaryDirectory() as name:
-            campaign = written(Path(name, "out"), missions, tables)
-            yield {"missions": missions, "parts": -(-missions // IN_PART), **status(campaign)}
+            folder = Path(name, "out")
+            write_most(folder, missions, tables)
+            parts = len(list((folder / "missions").iterdir()))
+            status = asked("status", str(folder))
+            resume = asked("-q", "resume", str(folder), "--workers", str(WORKERS))
+            yield {"missions": missions, "parts": parts, "status": status, "resume": resume}
 
 
-def written(folder: Path, missions: int, tables: Any) -> Campaign:
-    """Return a campaign all of whose missions have the same rows, but for their labels."""
+def write_most(folder: Path, missions: int, tables: Any) -> None:
+    """Write a campaign that lacks its last missions; the others have the same rows each."""
     points = tuple({"auvs.speed_m_per_s": speed(point)} for point in range(POINTS))
     given = standard_mission(3, 3).model_dump(mode="json", exclude_unset=True)
     plan = Plan(Experiment("large", given, points, tuple(range(missions // POINTS))))
@@ -184,35 +192,31 @@ def written(folder: Path, missions: int, tables: Any) -> Campaign:
     record = {**first_record(plan, None), "session": session, "status": "interrupted"}
     write_json(folder / RECORD, record)
     write_scenario(folder, given)
-    for first in range(0, len(plan), IN_PART):
-        numbers = tuple(range(first, min(first + IN_PART, len(plan))))
+    for first in range(0, len(plan) - LEFT, IN_PART):
+        numbers = tuple(range(first, min(first + IN_PART, len(plan) - LEFT)))
         batch = batch_of(plan, folder, numbers, 0.0)
         rows = gathered(batch)
         for mission in batch.missions:
             rows.add(Ran(mission, 0.02, tables))
         write(batch, rows)
-    return Campaign(folder, plan, record)
 
 
-def status(campaign: Campaign) -> dict[str, float]:
-    """Return how long `status` takes, from the start of Python, and its memory."""
+def asked(*words: str) -> dict[str, float]:
+    """Return what a command takes, from the start of Python, and the memory of its process (MB)."""
     said = ""
 
     def ask() -> None:
         nonlocal said
-        words = [sys.executable, "-c", STATUS, str(campaign.folder)]
-        said = subprocess.run(words, check=True, capture_output=True, text=True).stdout
+        ran = subprocess.run(
+            [sys.executable, "-c", COMMAND, *words], capture_output=True, text=True
+        )
+        said = ran.stdout
 
-    took = min((clocked(ask) for _ in range(3)), key=lambda it: it.processor)
-    if f"{len(campaign.plan)}" not in said:
-        raise RuntimeError(f"status says something else: {said}")
+    took = clocked(ask)
     peak = re.search(r"^VmHWM:\s*(\d+) kB$", said, re.MULTILINE)
-    assert peak is not None
-    return {
-        "status_wall_s": took.wall,
-        "status_processor_s": took.processor,
-        "status_memory_mb": int(peak[1]) * 1024 / 1e6,
-    }
+    if peak is None:
+        raise RuntimeError(f"{' '.join(words)}: {said}")
+    return {"wall_s": took.wall, "processor_s": took.processor, "memory_mb": int(peak[1]) / 1e3}
 
 
 def main(words: list[str]) -> None:

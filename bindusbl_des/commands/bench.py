@@ -137,7 +137,8 @@ def _share_lines(missions: dict[str, Any]) -> Iterator[str]:
 
 def _command_lines(found: dict[str, Any]) -> Iterator[str]:
     sweep = found["sweep"]
-    for name, key in (("--help", "help_ms"), ("run, baseline", "run_ms")):
+    named = (("import", "import_ms"), ("--help", "help_ms"), ("run, baseline", "run_ms"))
+    for name, key in named:
         took = found[key]
         processor = f"{took['processor']:.0f} ms of processor time"
         yield f"{name:<20}{took['median']:>9.0f} ms by the clock, {processor}"
