@@ -28,6 +28,7 @@ def page(history: dict[str, Measured]) -> str:
         history=_history(history),
         commands=_commands(now["commands"]) if "commands" in now else "Not measured.\n",
         plans=_plans(history),
+        campaigns=_campaigns(now["campaigns"]) if "campaigns" in now else "Not measured.\n",
         peers=_peers(now) if "peers" in now else "Not measured.\n",
     )
 
@@ -149,7 +150,12 @@ def _commands(found: Measured) -> str:
     sweep = found["sweep"]
     rows = (
         (name, number(found[key]["median"]), number(found[key]["processor"]))
-        for name, key in (("`--help`", "help_ms"), ("`run` of the paper's baseline", "run_ms"))
+        for name, key in (
+            ("`from bindusbl_des import Scenario, simulate`", "import_ms"),
+            ("`--help`", "help_ms"),
+            ("`run` of the paper's baseline", "run_ms"),
+        )
+        if key in found
     )
     times = table(("command, warm cache", "by the clock ms", "processor ms"), rows)
     text = (
@@ -178,6 +184,41 @@ def _plans(history: dict[str, Measured]) -> str:
         )  # fmt: skip
         rows.append([plan, *cells, _gain(took)])
     return table(("plan", *heads, "times faster"), iter(rows))
+
+
+def _campaigns(found: Measured) -> str:
+    head = ("campaign", "processor s", "efficiency", "by the clock s", "efficiency by the clock")
+    rows = (
+        (
+            way,
+            number(it["processor_s"]),
+            f"{it['efficiency']:.2f}",
+            number(it["wall_s"]),
+            f"{it['efficiency_by_the_clock']:.2f}",
+        )
+        for way, it in found["ways"].items()
+    )
+    text = (
+        f"{found['missions']:,} missions of {number(found['mission_ms'])} ms each on "
+        f"{found['cores']} cores:"
+    )
+    large = (
+        (
+            f"{it['missions']:,}",
+            f"{it['parts']:,}",
+            number(it["status"]["processor_s"]),
+            number(it["status"]["wall_s"]),
+            number(it["status"]["memory_mb"]),
+            number(it["resume"]["processor_s"]),
+            number(it["resume"]["memory_mb"]),
+        )
+        for it in found["large"]
+    )
+    asked = (
+        "missions", "parts", "`status`, processor s", "by the clock s", "memory MB",
+        "`resume`, processor s", "memory MB",
+    )  # fmt: skip
+    return f"{text}\n\n{table(head, rows)}\n{table(asked, large)}"
 
 
 def _peers(now: Measured) -> str:

@@ -100,7 +100,15 @@ TARGETS = (
         "`--help`", "s", 0.5, 0.15, lambda it: float(it["commands"]["help_ms"]["processor"]) / 1e3
     ),
     Target(
-        "memory of a sweep worker", "MB", 500, 300,
+        "import of `simulate` and `Scenario`", "s", 0.4, 0.4,
+        lambda it: float(it["commands"]["import_ms"]["processor"]) / 1e3,
+    ),
+    Target(
+        "`status` of 100,000 missions", "s", 1, 1,
+        lambda it: float(it["campaigns"]["large"][-1]["status"]["processor_s"]),
+    ),
+    Target(
+        "memory of a sweep, its largest process", "MB", 500, 300,
         lambda it: float(it["commands"]["sweep"]["peak_memory_mb"]),
     ),
 )  # fmt: skip

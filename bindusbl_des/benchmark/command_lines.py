@@ -39,6 +39,9 @@ SWEPT: dict[str, Any] = {
     "navigation": {"filter": "fixed_gain", "delay_compensation": "none"},
 }
 
+# What a program begins with.
+IMPORTED = "from bindusbl_des import Scenario, simulate"
+
 # Every 17th of the 192 points: 12 of them, of all sizes, since 17 divides none of the counts.
 STRIDE = 17
 WORKERS = 2
@@ -53,7 +56,10 @@ def commands(quick: bool, whole_sweep: bool = False) -> dict[str, Any]:
         folder = Path(name)
         (folder / "baseline.yaml").write_text(json.dumps(BASELINE))  # JSON is YAML
         times = 2 if quick else 7
+        run_python(["-c", IMPORTED])
+        imports = [clocked(lambda: run_python(["-c", IMPORTED])) for _ in range(times)]
         return {
+            "import_ms": spread(imports),
             "help_ms": _repeated([["--help"]] * times),
             "run_ms": _repeated(
                 [["run", str(folder / "baseline.yaml"), "--no-advice", "--out",
@@ -76,13 +82,24 @@ def call(words: Sequence[str]) -> None:
     Raises:
         RuntimeError: when the command fails, with what it said.
     """
+    run_python(["-m", "bindusbl_des.cli", *words])
+
+
+def run_python(words: Sequence[str]) -> None:
+    """Run Python with this package; it keeps bytecode, as an installed package has it.
+
+    Raises:
+        RuntimeError: when it fails, with what it said.
+    """
     path = os.pathsep.join(filter(None, (str(PACKAGE.parent), os.environ.get("PYTHONPATH"))))
+    kept = {key: it for key, it in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    kept.setdefault("PYTHONPYCACHEPREFIX", str(Path(tempfile.gettempdir()) / "bindusbl-bytecode"))
     done = subprocess.run(
-        [sys.executable, "-m", "bindusbl_des.cli", *words],
-        capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path},
+        [sys.executable, *words],
+        capture_output=True, text=True, env={**kept, "PYTHONPATH": path},
     )  # fmt: skip
     if done.returncode:
-        raise RuntimeError(f"bindusbl-des {' '.join(words)} failed: {done.stderr.strip()}")
+        raise RuntimeError(f"python {' '.join(words)} failed: {done.stderr.strip()}")
 
 
 def sweep_points() -> list[dict[str, Any]]:

@@ -1,6 +1,7 @@
 """The command `bench`: how fast missions and commands are on this machine."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import click
@@ -13,13 +14,22 @@ from .options import json_option
 @click.option("--quick", is_flag=True, help="Fleets of up to ten AUVs, few repeats.")
 @click.option("--only", metavar="NAME", help="Missions whose name contains this: '(3,3)'.")
 @click.option("--commands", "with_commands", is_flag=True, help="Also time whole commands.")
+@click.option(
+    "--against",
+    metavar="FILE",
+    help="Compare with what --json printed before (default: the record in the project's sources).",
+)
 @json_option("all numbers")
-def bench(quick: bool, only: str | None, with_commands: bool, as_json: bool) -> None:
+def bench(
+    quick: bool, only: str | None, with_commands: bool, against: str | None, as_json: bool
+) -> None:
     """Measure the speed of standard missions on this machine.
 
     Missions are warm: code is compiled and the first run discarded.  A mission named (N,M) has N
     AUVs and M ASVs and lasts 300 s.  Those of ten thousand AUVs take minutes: they are measured
     where --only names their fleet, '(10000,200)'.
+
+    Each is compared with the last record from the same kind of machine: processor, cores, system.
     """
     from ..benchmark.bench import bench as measure
     from ..benchmark.missions import USUAL, standard_missions
@@ -33,11 +43,49 @@ def bench(quick: bool, only: str | None, with_commands: bool, as_json: bool) -> 
     ]
     if not names:
         refuse(f"--only {only}: no such mission; there are {', '.join(missions)}")
+    records = _records(against)
     found = measure(names, quick=quick, with_commands=with_commands, told=talk)
     if as_json:
         print_json(found)
     else:
-        say("\n".join(_lines(found)))
+        say("\n".join([*_lines(found), "", *_compared(found, records)]))
+
+
+def _records(against: str | None) -> dict[str, Any]:
+    """Return the records to compare with, none where the project's are not there."""
+    from ..benchmark.earlier import HISTORY, recorded
+
+    if against is None and not HISTORY.is_file():
+        return {}
+    file = Path(against) if against is not None else HISTORY
+    try:
+        return dict(recorded(file))
+    except ValueError as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f"{file}: cannot be read ({error.strerror})")
+
+
+def _compared(found: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
+    """Yield how each mission compares with the last record from such a machine."""
+    from ..benchmark.earlier import last_alike, ratios
+
+    last = last_alike(found, records)
+    if last is None:
+        why = "of such a machine" if records else "here"
+        yield (
+            f"no earlier record {why}; keep one with `bindusbl-des bench --json > before.json` and "
+            "compare with it by --against before.json"
+        )
+        return
+    name, before = last
+    yield f"processor time over that of {name!r}, measured on the same kind of machine"
+    for it in ratios(found, before):
+        told = "  SLOWER" if it.is_slower else ""
+        yield (
+            f"{it.mission:<24}{it.what:<20}{it.value:>6.2f}  ({it.now_ms:.1f} ms, was "
+            f"{it.before_ms:.1f}){told}"
+        )
 
 
 def _lines(found: dict[str, Any]) -> Iterator[str]:
@@ -89,7 +137,8 @@ def _share_lines(missions: dict[str, Any]) -> Iterator[str]:
 
 def _command_lines(found: dict[str, Any]) -> Iterator[str]:
     sweep = found["sweep"]
-    for name, key in (("--help", "help_ms"), ("run, baseline", "run_ms")):
+    named = (("import", "import_ms"), ("--help", "help_ms"), ("run, baseline", "run_ms"))
+    for name, key in named:
         took = found[key]
         processor = f"{took['processor']:.0f} ms of processor time"
         yield f"{name:<20}{took['median']:>9.0f} ms by the clock, {processor}"

@@ -160,7 +160,9 @@ def _signature(thing: Any) -> str:
         for it in asked.parameters.values()
         if it.name != "self"
     ]
-    returned = getattr(asked.return_annotation, "__name__", "")
+    returned = asked.return_annotation
+    if not isinstance(returned, str):  # as of what is loaded when it is needed
+        returned = getattr(returned, "__name__", "")
     arrow = f" -> {returned}" if hasattr(PUBLIC, returned or "-") else ""
     return str(inspect.Signature(shown)).replace(" = ", "=") + arrow
 

@@ -43,14 +43,19 @@ class Words:
 
 
 def read_parquet(
-    path: Path, columns: Sequence[str] | None = None, needed: Sequence[str] = ()
+    path: Path,
+    columns: Sequence[str] | None = None,
+    needed: Sequence[str] = (),
+    footer: pq.FileMetaData | None = None,
 ) -> pa.Table:
     """Return a table from its file, or those of some columns that it has; it must have all needed.
+
+    A `footer` that is known is not read again.
 
     Raises:
         DamagedFile: saying what is wrong with the file.
     """
-    with _opened(path) as file:
+    with _opened(path, footer=footer) as file:
         known = file.schema_arrow.names
         _check_columns(path, known, needed)
         _check_size(path, file.metadata, len(known))

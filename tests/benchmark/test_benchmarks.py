@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.benchmark import command_lines
+from bindusbl_des.benchmark.earlier import last_alike, ratios, recorded
 from bindusbl_des.benchmark.missions import FLEETS, patch_lanes, spread, standard_missions
 from bindusbl_des.benchmark.parts import (
     OTHER,
@@ -142,6 +143,51 @@ def test_bench_prints_a_table() -> None:
     assert "share of time, %" in outcome.stdout
 
 
+def test_who_made_a_mission_dearer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The last record of the same kind of machine is compared with, not that of another."""
+    words = ["-q", "bench", "--quick", "--only", "(3,1) kinematic"]
+    printed = CliRunner().invoke(main, [*words, "--json"], catch_exceptions=False).stdout
+    now = json.loads(printed)
+
+    def times(factor: float, **machine: Any) -> dict[str, Any]:
+        it = json.loads(printed)
+        it["machine"] |= machine
+        for row in it["missions"].values():
+            row["mission_ms"]["processor"] *= factor
+        return it
+
+    records = {"old": times(9.0), "last": times(0.8), "elsewhere": times(7.0, cores=999)}
+    (tmp_path / "history.json").write_text(json.dumps(records))
+    name, before = last_alike(now, recorded(tmp_path / "history.json")) or ("", {})
+    found = list(ratios(now, before))
+    assert name == "last"
+    assert [(it.what, round(it.value, 6), it.is_slower) for it in found] == [
+        ("mission", 1.25, True),
+        ("new configuration", 1.0, False),
+    ]
+    monkeypatch.setattr("bindusbl_des.benchmark.bench.bench", lambda *_, **__: now)
+    told = CliRunner().invoke(main, [*words, "--against", str(tmp_path / "history.json")]).stdout
+    assert re.search(r"^\(3,1\) kinematic +mission +1\.25 .*SLOWER$", told, re.MULTILINE)
+    (tmp_path / "one.json").write_text(printed)
+    told = CliRunner().invoke(main, [*words, "--against", str(tmp_path / "one.json")]).stdout
+    assert re.search(r"^\(3,1\) kinematic +mission +1\.00 .*was [0-9.]+\)$", told, re.MULTILINE)
+    (tmp_path / "one.json").write_text(json.dumps(times(1.0, processor="abacus")))
+    told = CliRunner().invoke(main, [*words, "--against", str(tmp_path / "one.json")]).stdout
+    assert "no earlier record of such a machine" in told
+    monkeypatch.setattr("bindusbl_des.benchmark.earlier.HISTORY", tmp_path / "none.json")
+    assert "no earlier record here" in CliRunner().invoke(main, words).stdout
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}x", '{"a": {"missions": {"m": {}}}}', '{"a": 1}'])
+def test_what_is_no_record_is_refused(content: str, tmp_path: Path) -> None:
+    """Nothing is measured before it is known with what to compare."""
+    (tmp_path / "r.json").write_text(content)
+    for name, said in (("r.json", "holds no measurement"), ("none.json", "cannot be read")):
+        outcome = CliRunner().invoke(main, ["bench", "--against", str(tmp_path / name)])
+        assert (outcome.exit_code, outcome.stdout) == (2, "")
+        assert said in outcome.stderr
+
+
 def test_an_unknown_mission_is_refused() -> None:
     """A name that fits no mission is told with those there are."""
     outcome = CliRunner().invoke(main, ["bench", "--only", "(7,7)"])
@@ -257,7 +303,7 @@ def test_targets_are_met_first_and_then_or_not() -> None:
     commands = {"sweep": sweep, "run_ms": {"processor": 4000.0}}
     found = {"missions": {}, "commands": commands}
     verdicts = {target.what: verdict for target, _, verdict in targets.verdicts(found)}
-    assert verdicts["memory of a sweep worker"] == "first met"
+    assert verdicts["memory of a sweep, its largest process"] == "first met"
     assert verdicts["sweep of 5,760 missions on two cores"] == "met"
-    assert verdicts["`run` of the baseline, from command to files"] == "**not met**"
+    assert verdicts["`run --no-advice` of the baseline, from command to files"] == "**not met**"
     assert verdicts["(3,3), dearer vehicle"] == "not measured"

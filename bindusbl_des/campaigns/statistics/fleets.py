@@ -65,7 +65,7 @@ def fleets(folder: Path, metrics: Sequence[str]) -> Fleets:
         columns["point"],
         columns["seed"],
         np.array(numbers, np.int64)[numpy_array(names.indices)],
-        {name: columns[name].astype(float) for name in metrics},
+        {name: columns[name].astype(float, copy=False) for name in metrics},
     )
 
 

@@ -112,7 +112,7 @@ def outcomes(folder: Path, metrics: Sequence[str]) -> Outcomes:
     return Outcomes(
         **{name: found[name] for name in ("mission", "point", "seed")},
         ok=np.array(rows["status"].to_pylist()) == OK,
-        metrics={name: found[name].astype(float) for name in metrics},
+        metrics={name: found[name].astype(float, copy=False) for name in metrics},
         unserved={
             name: _unserved(found[own], names[f"{own}_auv"])
             for name, own in zip(lacking, served, strict=True)

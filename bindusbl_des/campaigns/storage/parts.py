@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from ...core.durable import draft_of, sync
@@ -127,10 +128,8 @@ def read_part(
     path = part_path(folder, table, part)
     if not path.exists():
         return None
-    try:
+    with _told_by(folder):
         return read_parquet(path, columns, ("mission",))
-    except DamagedFile as error:
-        raise damaged(folder, error) from None
 
 
 def damaged(folder: Path, error: DamagedFile) -> CampaignError:
@@ -171,10 +170,9 @@ def done(folder: Path, plan_sha256: str | None = None) -> Done:
 @lru_cache(maxsize=MOST_REMEMBERED)
 def _done_in(folder: Path, part: str, plan_sha256: str | None, _: Stamps) -> Done:
     """Return the missions of a part, which is read again only when a file of it has changed."""
-    _check(folder, part, plan_sha256)
-    rows = read_part(folder, MISSIONS, part, ("mission", "status"))
-    if rows is None:  # joined with others just now
-        return Done(np.zeros(0, np.int64), np.zeros(0, bool))
+    footer, path = _check(folder, part, plan_sha256), part_path(folder, MISSIONS, part)
+    with _told_by(folder):
+        rows = read_parquet(path, ("mission", "status"), ("mission",), footer)
     return Done(_numbers(rows), np.array(rows["status"].to_pylist(), dtype=str) == FAILED)
 
 
@@ -196,9 +194,16 @@ def _numbers(rows: pa.Table) -> NDArray[np.int64]:
     return numpy_array(rows["mission"].combine_chunks())
 
 
-def _check(folder: Path, part: str, plan_sha256: str | None = None) -> None:
+def _check(folder: Path, part: str, plan_sha256: str | None = None) -> pq.FileMetaData:
+    with _told_by(folder):
+        return check_part(folder, part, plan_sha256)
+
+
+@contextmanager
+def _told_by(folder: Path) -> Iterator[None]:
+    """Say of what is damaged in a folder what to do about it."""
     try:
-        check_part(folder, part, plan_sha256)
+        yield
     except DamagedFile as error:
         raise damaged(folder, error) from None
 
@@ -249,7 +254,10 @@ def _together(folder: Path, parts: Sequence[pa.Table]) -> pa.Table:
 
 def in_order(rows: pa.Table) -> pa.Table:
     """Return rows in the order of the plan, those of one mission as they were."""
-    return rows.take(arrow(np.argsort(_numbers(rows), kind="stable"), pa.int64()))
+    numbers = _numbers(rows)
+    if (np.diff(numbers) >= 0).all():  # as parts that were joined are
+        return rows
+    return rows.take(arrow(np.argsort(numbers, kind="stable"), pa.int64()))
 
 
 def metric_schema(table: str) -> pa.Schema:

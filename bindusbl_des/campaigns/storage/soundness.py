@@ -87,8 +87,10 @@ def plan_of(folder: Path, part: str) -> str:
     return _batch(path, metadata_of(path))[0]
 
 
-def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> None:
-    """Refuse a part that lacks a file, or has one of another part, or of another plan.
+def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> pq.FileMetaData:
+    """Return what the missions of a part say of themselves.
+
+    A part that lacks a file, or has one of another part, or of another plan, is refused.
 
     Raises:
         DamagedFile: saying what is wrong with which file.
@@ -112,17 +114,18 @@ def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> None:
         _check_columns(path, table, fellow)
         if _batch(path, fellow) != batch or fellow.num_rows != rows[table]:
             raise DamagedFile(str(path), f"does not belong to {missions}")
+    return own
 
 
 def _check_columns(path: Path, table: str, footer: pq.FileMetaData) -> None:
     """Refuse a file without columns, or with those of other types, or with a row of no mission."""
-    names = footer.schema.to_arrow_schema().names
+    found = footer.schema.to_arrow_schema()
     for name in NEEDED.get(table, OF_EVERY_ROW):
-        if name not in names:
+        if name not in found.names:
             raise DamagedFile(str(path), f"has no column {name}")
     described = schema("mission" if table == MISSIONS else table)
     types = LABELS | {field.name: field.type for field in described}
-    for place, field in enumerate(footer.schema.to_arrow_schema()):
+    for place, field in enumerate(found):
         kind = types.get(field.name, field.type)
         if field.type != kind:
             raise DamagedFile(str(path), f"has {field.type} in its column {field.name}, not {kind}")

@@ -1,0 +1,235 @@
+"""What campaigns cost beyond their missions: `python benchmarks/campaigns.py [MISSIONS] [NAME]`.
+
+One campaign of missions of some 20 ms runs in three ways: in two processes, as eight shards, two at
+a time, that are merged, and on a Dask cluster of eight worker processes of this machine.  Each is
+what a user runs, from the start of Python to the last file.  *Efficiency* is the processor time
+that the missions alone take, one after the other in one process, over that of all processes of the
+campaign: what is missing from 1 is starting, handing out, writing and reporting.  By the clock the
+ideal is that time over the machine's cores, which eight workers on two cores share like two.
+
+Then campaigns of ever more missions, all but the last of which are copies of one: how long `status`
+takes, and what the process that supervises them keeps in memory until its report is written.  What
+is measured is printed, and kept in history.json under NAME if one is given.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from bindusbl_des import Scenario, simulate
+from bindusbl_des.benchmark.command_lines import call
+from bindusbl_des.benchmark.missions import standard_mission
+from bindusbl_des.benchmark.stopwatch import Took, clocked
+from bindusbl_des.campaigns.experiments.experiment import Experiment
+from bindusbl_des.campaigns.experiments.plan import Plan
+from bindusbl_des.campaigns.running import first_record
+from bindusbl_des.campaigns.storage.folder import RECORD, write_json, write_scenario
+from bindusbl_des.campaigns.workers.batches import gathered, write
+from bindusbl_des.campaigns.workers.gathering import Ran
+from bindusbl_des.campaigns.workers.supervisor import batch_of
+
+HERE = Path(__file__).resolve().parent
+
+MISSIONS = 2000
+POINTS = 8
+SHARDS = WORKERS_OF_CLUSTER = 8
+WORKERS = 2
+
+# Missions of large campaigns, in each of their parts, and not yet flown.
+LARGE = (1000, 10_000, 100_000)
+IN_PART = 700
+LEFT = 16
+
+ON_DASK = """
+import sys
+from distributed import LocalCluster
+from bindusbl_des import sweep
+
+if __name__ == "__main__":
+    options = {"threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(n_workers=int(sys.argv[3]), **options) as it:
+        sweep(sys.argv[1], sys.argv[2], backend=f"dask:{it.scheduler_address}")
+"""
+
+# What the system says of a process that has begun another program is of both, but for this file.
+COMMAND = """
+import sys
+from bindusbl_des.cli import main
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    finally:
+        print(open("/proc/self/status").read())
+"""
+
+
+def scaled_out(missions: int) -> dict[str, Any]:
+    """Return what a campaign costs in each of the ways."""
+    each_s = mission_s()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        file = experiment_file(folder, missions)
+        in_processes(file, folder / "warm")  # compiles and loads
+        ways = {
+            f"{WORKERS} processes": in_processes,
+            f"{SHARDS} shards, {WORKERS} at a time, merged": in_shards,
+            f"Dask, {WORKERS_OF_CLUSTER} worker processes": on_dask,
+        }
+        took = {
+            way: clocked(lambda n=n, run=run: run(file, folder / str(n)))  # type: ignore[misc]
+            for n, (way, run) in enumerate(ways.items())
+        }
+    return {
+        "missions": missions,
+        "mission_ms": 1e3 * each_s,
+        "cores": len(os.sched_getaffinity(0)),
+        "ways": {way: efficiency(missions * each_s, it) for way, it in took.items()},
+    }
+
+
+def efficiency(ideal_s: float, took: Took) -> dict[str, float]:
+    """Return what a campaign took, and how much of that its missions take alone."""
+    return {
+        "wall_s": took.wall,
+        "processor_s": took.processor,
+        "efficiency": ideal_s / took.processor,
+        "efficiency_by_the_clock": ideal_s / len(os.sched_getaffinity(0)) / took.wall,
+    }
+
+
+def scenario(point: int) -> Scenario:
+    """Return the scenario of a point: three AUVs under three ASVs, each point a little faster."""
+    mission = standard_mission(3, 3)
+    auvs = mission.auvs.model_copy(update={"speed_m_per_s": speed(point)})
+    record = mission.record.model_copy(update={"detail": "summary"})
+    return mission.model_copy(update={"auvs": auvs, "record": record})
+
+
+def speed(point: int) -> float:
+    """Return how fast AUVs of a point are (m/s)."""
+    return 0.6 + 0.01 * point
+
+
+def mission_s() -> float:
+    """Return the processor time (s) of one mission among many of its point."""
+    simulate(scenario(0))
+    took = clocked(lambda: [simulate(scenario(n % POINTS), n) for n in range(8 * POINTS)])
+    return took.processor / (8 * POINTS)
+
+
+def experiment_file(folder: Path, missions: int) -> Path:
+    """Write the campaign's experiment; return its file."""
+    given = standard_mission(3, 3).model_dump(mode="json", exclude_unset=True)
+    (folder / "base.yaml").write_text(json.dumps(given))  # JSON is YAML
+    vary = {"auvs.speed_m_per_s": [speed(point) for point in range(POINTS)]}
+    file = folder / "experiment.yaml"
+    seeds = missions // POINTS
+    file.write_text(json.dumps({"scenario": "base.yaml", "vary": vary, "seeds": seeds}))
+    return file
+
+
+def in_processes(file: Path, out: Path) -> None:
+    """Run it in two processes."""
+    call(["sweep", str(file), "--workers", str(WORKERS), "--out", str(out)])
+
+
+def in_shards(file: Path, out: Path) -> None:
+    """Run its shards, two at a time, and merge them."""
+    words = [sys.executable, "-m", "bindusbl_des.cli", "-q", "sweep", str(file), "--workers", "1"]
+    shards = [f"{out}-{part}" for part in range(1, SHARDS + 1)]
+    for first in range(0, SHARDS, WORKERS):
+        running = [
+            subprocess.Popen(
+                [*words, "--shard", f"{part + 1}/{SHARDS}", "--out", shards[part]],
+                stdout=subprocess.DEVNULL,
+            )
+            for part in range(first, first + WORKERS)
+        ]
+        ended = [it.wait() for it in running]
+        if any(ended):
+            raise RuntimeError("a shard failed")
+    call(["merge", *shards, "--out", str(out)])
+
+
+def on_dask(file: Path, out: Path) -> None:
+    """Run it on a cluster of this machine, which is started and ended."""
+    script = file.parent / "on_dask.py"
+    script.write_text(ON_DASK)
+    words = [sys.executable, str(script), str(file), str(out), str(WORKERS_OF_CLUSTER)]
+    subprocess.run(words, check=True, capture_output=True)
+
+
+def large_folders() -> Iterator[dict[str, Any]]:
+    """Yield what is taken by asking how far ever larger campaigns are, and by their last missions.
+
+    The parent of those reads all rows, puts them in one part and makes the report.
+    """
+    tables = simulate(scenario(0)).arrow
+    for missions in LARGE:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name, "out")
+            write_most(folder, missions, tables)
+            parts = len(list((folder / "missions").iterdir()))
+            status = asked("status", str(folder))
+            resume = asked("-q", "resume", str(folder), "--workers", str(WORKERS))
+            yield {"missions": missions, "parts": parts, "status": status, "resume": resume}
+
+
+def write_most(folder: Path, missions: int, tables: Any) -> None:
+    """Write a campaign that lacks its last missions; the others have the same rows each."""
+    points = tuple({"auvs.speed_m_per_s": speed(point)} for point in range(POINTS))
+    given = standard_mission(3, 3).model_dump(mode="json", exclude_unset=True)
+    plan = Plan(Experiment("large", given, points, tuple(range(missions // POINTS))))
+    folder.mkdir()
+    session = {"began_at": time.time(), "rows_before": 0}
+    record = {**first_record(plan, None), "session": session, "status": "interrupted"}
+    write_json(folder / RECORD, record)
+    write_scenario(folder, given)
+    for first in range(0, len(plan) - LEFT, IN_PART):
+        numbers = tuple(range(first, min(first + IN_PART, len(plan) - LEFT)))
+        batch = batch_of(plan, folder, numbers, 0.0)
+        rows = gathered(batch)
+        for mission in batch.missions:
+            rows.add(Ran(mission, 0.02, tables))
+        write(batch, rows)
+
+
+def asked(*words: str) -> dict[str, float]:
+    """Return what a command takes, from the start of Python, and the memory of its process (MB)."""
+    said = ""
+
+    def ask() -> None:
+        nonlocal said
+        ran = subprocess.run(
+            [sys.executable, "-c", COMMAND, *words], capture_output=True, text=True
+        )
+        said = ran.stdout
+
+    took = clocked(ask)
+    peak = re.search(r"^VmHWM:\s*(\d+) kB$", said, re.MULTILINE)
+    if peak is None:
+        raise RuntimeError(f"{' '.join(words)}: {said}")
+    return {"wall_s": took.wall, "processor_s": took.processor, "memory_mb": int(peak[1]) / 1e3}
+
+
+def main(words: list[str]) -> None:
+    """Measure, print, and keep."""
+    missions = int(words[0]) if words else MISSIONS
+    found = {**scaled_out(missions), "large": list(large_folders())}
+    print(json.dumps(found, indent=1))
+    if len(words) > 1:
+        sys.path[:0] = [str(HERE), str(HERE / "peers")]
+        from record import history, keep
+
+        keep(words[1], {**history()[words[1]], "campaigns": found})
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
