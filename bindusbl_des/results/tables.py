@@ -147,16 +147,18 @@ def from_columns(table: str, columns: Mapping[str, Sequence[Any]]) -> pa.Table:
 
 def _numbered(table: str, rows: Sequence[tuple[Any, ...]]) -> tuple[Rows, tuple[str, ...]]:
     """Return rows as numbers, and the words that some of these count in, as they come up."""
-    words = dict[str, int]()
-
-    def number(value: Any) -> Any:
-        if isinstance(value, str):
-            return words.setdefault(value, len(words))
-        return NONE if value is None else value
-
-    numbers, columns = np.empty(len(rows), dtype=_numbers(table)), zip(*rows, strict=True)
-    for place, (name, column) in enumerate(zip(numbers.dtype.names or (), columns, strict=False)):
-        numbers[name] = list(map(number, column)) if place in _counted(table) else column
+    words, counted = dict[str, int](), _counted(table)
+    numbers = np.empty(len(rows), dtype=_numbers(table))
+    names = (numbers.dtype.names or ()) if rows else ()
+    for place, (name, column) in enumerate(zip(names, zip(*rows, strict=True), strict=True)):
+        if counted.get(place) == WORDS:
+            numbers[name] = [
+                NONE if it is None else words.setdefault(it, len(words)) for it in column
+            ]
+        elif place in counted:
+            numbers[name] = [NONE if it is None else it for it in column]
+        else:
+            numbers[name] = column
     return numbers, tuple(words)
 
 
@@ -168,14 +170,15 @@ def _numbers(table: str) -> np.dtype[np.void]:
 
 
 @cache
-def _counted(table: str) -> frozenset[int]:
-    """Return the places of columns that hold words, or no whole number in some rows."""
-    return frozenset(
-        place
-        for place, field in enumerate(schema(table))
-        if (field.type == pa.string() and not _prefix(field.name))
-        or (field.type != pa.float64() and field.name not in never_null(table))
-    )
+def _counted(table: str) -> dict[int, int]:
+    """Return the places of columns that hold words, WORDS, or no whole number in some rows."""
+    found = {}
+    for place, field in enumerate(schema(table)):
+        if field.type == pa.string() and not _prefix(field.name):
+            found[place] = WORDS
+        elif field.type != pa.float64() and field.name not in never_null(table):
+            found[place] = WHOLES_OR_NULL
+    return found
 
 
 def from_numbers(table: str, *parts: Rows, words: tuple[str, ...] = OUTCOMES) -> pa.Table:
