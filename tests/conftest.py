@@ -25,6 +25,14 @@ if threading.current_thread() is threading.main_thread():
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
+# Files of few tests that take long go first: begun last, they would leave all workers but one idle.
+LONG = ("test_docs.py", "test_reproduction.py", "test_campaigns.py", "test_advice.py")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: item.path.name not in LONG)
+
+
 # Parts of the tests' own, named by scenarios in Python; files need leave as everywhere.
 SCHEDULES = ("all_at_once", "no_groups", "twice", "stranger", "broken", "nothing", "absent")
 allow(f"schedules_for_tests:{name}" for name in SCHEDULES)
