@@ -6,11 +6,13 @@ These are the compiled inner loops of the bands.
 from math import inf, nan
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from ..core.compiled import compiled, entry
 from ..core.handing.opened import opened
 from ..records.events import HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ..records.rows import NONE, PING, RECEPTION, Row, Rows
-from ..vehicles.motion import Ints, Motion, Place, where
+from ..vehicles.motion import Floats, Ints, Motion, Place, where
 from .loss import LossTerms, loss_probability
 from .travel_time import light_time
 
@@ -135,7 +137,7 @@ def spread(
     into = opened(handed, Spread)
     pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
     way, duration = Way(into.band, into.loss, prospects), into.band.duration
-    silent = call not in (NONE, HEARD)
+    vessels, silent = Vessels(asvs, _places(asvs, time)), call not in (NONE, HEARD)
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
     for number in range(group.size):
         here = where(auvs, group[number], time)
@@ -147,7 +149,9 @@ def spread(
         line.called_at_s, line.called_by = called_at, called_by
         line.call, line.call_time_s = call, call_time
         line.first = row
-        row, in_range, longest = _reach(line, here, number, receptions, row, everything, asvs, way)
+        row, in_range, longest = _reach(
+            line, here, number, receptions, row, everything, vessels, way
+        )
         longest_so_far = max(longest_so_far, line.longest_s)
         line.end, line.in_range_of, line.heard_by = row, in_range, 0
         line.passed_at_s = inf if silent or not in_range else time + longest + duration
@@ -158,10 +162,26 @@ def spread(
     return row
 
 
+class Vessels(NamedTuple):
+    """ASVs: how they move, and where they are as a ping begins (m, 3), m."""
+
+    motion: Motion
+    places: Floats
+
+
+@compiled
+def _places(motion: Motion, time: float) -> Floats:
+    """Return x, y, z (m) of all vehicles at an instant (s), (n, 3)."""
+    places = np.empty((motion.first.size - 1, 3))
+    for vehicle in range(len(places)):
+        places[vehicle, 0], places[vehicle, 1], places[vehicle, 2], _ = where(motion, vehicle, time)
+    return places
+
+
 @compiled
 def _reach(
     ping: Row, here: Place, number: int, receptions: Rows, row: int, everything: bool,
-    asvs: Motion, way: Way,
+    vessels: Vessels, way: Way,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Write the receptions of a ping, `number` of its group, from a row on.
 
@@ -169,9 +189,10 @@ def _reach(
     the last of these; to the last that it is any sound at, write it to the ping.
     """
     in_range, longest, sound_speed = 0, 0.0, way.band.sound_speed
+    asvs, places = vessels.motion, vessels.places
     ping.longest_s = 0.0
-    for asv in range(asvs.first.size - 1):
-        there = where(asvs, asv, ping.sent_at_s)
+    for asv in range(len(places)):
+        there = places[asv, 0], places[asv, 1], places[asv, 2], 0.0
         heard = reaches(here, there, number, asv, way)
         strength = sound(here, there, number, asv, way)
         if heard or everything or strength > 0.0:

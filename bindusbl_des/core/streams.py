@@ -16,6 +16,9 @@ from .growing import lengthened
 # Rows of noise that are drawn at a time; fewer where so many pairs would hold more than so many.
 ROWS, FEWEST_ROWS, MOST_ROWS = 64, 4, 6_400_000
 
+# Pairs for which there is room at first.
+SHELVES = 16
+
 
 class Purpose(IntEnum):
     """What a stream is for; the numbers keep old seeds meaning what they did: never reuse one."""
@@ -80,7 +83,7 @@ class NoiseStore:
         rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * asvs)))
         self.shelf = np.full((auvs, asvs), -1, dtype=np.int64)
         self.taken = np.full((auvs, asvs), rows, dtype=np.int64)
-        self.blocks = np.empty((2, rows, width + outliers))
+        self.blocks = np.empty((min(auvs * asvs, SHELVES), rows, width + outliers))
         #: Whom to tell that the blocks are in another array: this store, lest they keep it.
         self.on_grown: Callable[[NoiseStore], None] | None = None
 

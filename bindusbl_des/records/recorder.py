@@ -13,7 +13,7 @@ from .frames import Assignment
 from .rows import FIX, FRAME_RECEPTION, PING, RECEPTION, Rows
 
 # Rows for which a buffer has room at first; it doubles when it is full.
-ROOM = 512
+ROOM = 2048
 
 
 class EventBuffer:

@@ -69,7 +69,7 @@ class Uplink:
         """
         self.band = band
         self.receiver, air = deciding(channel, band)
-        self._auvs, self._asvs, self._record = auvs, asvs, record
+        self._auvs, self._asvs, self._record, self._vessels = auvs, asvs, record, len(asvs)
         self._channel = None if isinstance(channel, LossTerms) else channel
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._bending = channel if isinstance(channel, Bending) else None
@@ -192,7 +192,7 @@ class Uplink:
             self._asvs.reach(time)
         prospects, row = self._prospects(group, time), receptions.count
         pings.room_for(count)
-        receptions.room_for(count * len(self._asvs))
+        receptions.room_for(count * self._vessels)
         call: tuple[float, int, int, float]
         call = NOT_CALLED if called is NO_CALL else called[0].item()
         receptions.count = spread(
