@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ..mission.simulation import simulate
+from ..results.parquet import write_parquet
 from ..results.result import Result
-from ..results.tables import write_parquet
 from ..scenario.scenario import Scenario
 from .parts import profiled, shares
 from .stopwatch import Took, clocked, peak_memory_mb, spread

@@ -12,7 +12,7 @@ from ..core.plain_json import read_json
 from ..report.packing import Packer
 from ..report.page import assembled, asset, filled, table
 from ..report.run_page import footer
-from ..results.tables import mission_numbers
+from ..results.schemas import mission_numbers
 from .page_data import described, keys, packed_names, packed_statistics, value_numbers
 from .statistics.contents import in_intervals
 from .statistics.effects import key_effects

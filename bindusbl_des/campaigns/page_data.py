@@ -7,7 +7,7 @@ import numpy as np
 
 from ..records.quantities import WORST, quantity
 from ..report.packing import Packer
-from ..results.tables import schema
+from ..results.schemas import schema
 from .statistics.intervals import intervals
 from .statistics.naming import written
 from .statistics.outcomes import Outcomes

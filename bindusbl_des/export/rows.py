@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
-from ..results.tables import schema
+from ..results.schemas import schema
 from .messages import Message, Messages
 
 if TYPE_CHECKING:

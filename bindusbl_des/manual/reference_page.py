@@ -7,7 +7,7 @@ import click
 
 from ..campaigns.experiments.experiment_schema import experiment_schema
 from ..cli import main
-from ..results.tables import data_dictionary
+from ..results.schemas import data_dictionary
 from ..scenario.keys import Key, items, keys, sections, settings
 
 HEAD = """\

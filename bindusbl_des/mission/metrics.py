@@ -18,7 +18,7 @@ from ..records.events import (
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Rows, row_type
 from ..records.worst import worst_of
-from ..results.tables import never_null
+from ..results.schemas import never_null
 from ..scenario.families import UNEQUAL_SLOTS, is_random
 from ..scenario.sections.acoustics import Band
 from ..scenario.survey_area import area_of

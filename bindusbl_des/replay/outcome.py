@@ -11,8 +11,8 @@ import pyarrow as pa
 
 from ..export.csv_folder import columns
 from ..results.arrow import arrow
+from ..results.parquet import write_parquet
 from ..results.result_folder import CSV_DICTIONARY
-from ..results.tables import write_parquet
 from .replaying import Replay, mean_nis, outlier_share, rms_between
 from .rows import ROWS
 

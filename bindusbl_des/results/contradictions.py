@@ -17,7 +17,7 @@ from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
 from .arrow import numpy_array
 from .parquet import Words
-from .tables import VEHICLES, never_null, schema
+from .schemas import VEHICLES, never_null, schema
 
 # What nothing measured in a mission reaches, in whatever unit, its squares included.
 BEYOND_MEASURE = 1e100

@@ -17,7 +17,7 @@ from .effects import Advice, from_data
 from .parquet import DamagedFile, check_claims, read_table, read_words
 from .result import Result
 from .result_folder import ADVICE
-from .tables import EVENT_TABLES
+from .schemas import EVENT_TABLES
 from .violations import is_violations, violations_in
 
 

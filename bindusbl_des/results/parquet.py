@@ -1,9 +1,12 @@
-"""Tables read from Parquet files: what a file claims is checked before memory is spent on it."""
+"""Tables written to Parquet files and read from them: what a file claims is checked before memory is
+spent on it.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -11,7 +14,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from .arrow import numpy_array
-from .tables import SCHEMA_VERSION, schema
+from .schemas import SCHEMA_VERSION, schema
 
 # No file is refused for less, and a row takes no more than so much for each of its columns (bytes).
 LEAST_BYTES, CELL_BYTES = 100_000_000, 256
@@ -198,3 +201,15 @@ def _check_memory(path: Path, rows: int, needed: int) -> None:
         raise DamagedFile(
             str(path), f"claims {rows:,} rows, more than this machine's memory can hold"
         )
+
+
+def write_parquet(table: pa.Table, name: str, path: Any, origin: Mapping[str, str]) -> None:
+    """Write one table as Parquet (zstd); `origin` (scenario hash, seed) goes into its metadata."""
+    metadata = {"bindusbl.schema": f"{name}/{SCHEMA_VERSION}", **origin}
+    pq.write_table(
+        table.replace_schema_metadata(metadata),
+        path,
+        compression="zstd",
+        use_dictionary=[f.name for f in table.schema if f.type == pa.string()],
+        write_page_checksum=True,  # so that damage is found, not read
+    )

@@ -19,9 +19,10 @@ from ..preflight.worth_knowing import Caution, cautions
 from ..scenario.scenario import Scenario
 from .effects import Advice
 from .faces import FIGURE, face, page
+from .parquet import write_parquet
 from .result_folder import ADVICE, RECORD, advice_text, result_draft, write_json
+from .schemas import data_dictionary
 from .summary import summary
-from .tables import data_dictionary, write_parquet
 from .violations import Violations
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from ..core.durable import DRAFT
 from ..core.durable_folder import folder_draft
 from ..core.kept_files import FOLDERS, KEPT
 from .effects import Advice, as_data
-from .tables import TABLES
+from .schemas import TABLES
 
 RECORD = "run.json"
 # The file of what would help, in folders whose mission was advised on.

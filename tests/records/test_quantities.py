@@ -7,7 +7,7 @@ import pytest
 from bindusbl_des.core.wording import significant
 from bindusbl_des.records.events import AuvMetrics, Utilisation
 from bindusbl_des.records.quantities import name_of, quantity, unit_of
-from bindusbl_des.results.tables import mission_numbers
+from bindusbl_des.results.schemas import mission_numbers
 
 
 def test_every_metric_has_a_name() -> None:

@@ -18,7 +18,7 @@ from bindusbl_des.cli import main
 from bindusbl_des.core.plain_json import read_json
 from bindusbl_des.core.wording import printable
 from bindusbl_des.results.effects import GAIN, HELPS, Advice, Effect, Harm
-from bindusbl_des.results.tables import TABLES, schema
+from bindusbl_des.results.schemas import TABLES, schema
 
 ADVICE = Advice(
     3.0, 8, 0.5,

@@ -22,15 +22,8 @@ from bindusbl_des.records.rows import FIX
 from bindusbl_des.results import result as results
 from bindusbl_des.results import result_folder
 from bindusbl_des.results.arrow import arrow, numpy_columns
-from bindusbl_des.results.tables import (
-    EVENT_TABLES,
-    TABLES,
-    VEHICLES,
-    data_dictionary,
-    from_numbers,
-    from_rows,
-    schema,
-)
+from bindusbl_des.results.schemas import EVENT_TABLES, TABLES, VEHICLES, data_dictionary, schema
+from bindusbl_des.results.tables import from_numbers, from_rows
 
 
 @pytest.fixture(scope="module")

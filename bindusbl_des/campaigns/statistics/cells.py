@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...core.wording import did_you_mean
 from ...figures.sweeps import Levels, Means
-from ...results.tables import mission_numbers, schema
+from ...results.schemas import mission_numbers, schema
 from ...scenario.keys import keys
 from .intervals import interval
 from .outcomes import outcomes

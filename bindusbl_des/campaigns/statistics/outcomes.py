@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...core.wording import did_you_mean
 from ...records.quantities import WORST
 from ...results.arrow import numpy_columns
-from ...results.tables import mission_numbers
+from ...results.schemas import mission_numbers
 from ..storage.folder import CampaignError
 from ..storage.parts import OK, metric_schema, read_table
 from ..storage.soundness import MISSIONS

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from ...core.durable import draft_of, sync
 from ...results.arrow import arrow, numpy_array
-from ...results.parquet import DamagedFile, read_parquet
-from ...results.tables import schema, write_parquet
+from ...results.parquet import DamagedFile, read_parquet, write_parquet
+from ...results.schemas import schema
 from .folder import CampaignError
 from .soundness import MISSIONS, TABLES, check_part, described, metadata_of, part_path
 

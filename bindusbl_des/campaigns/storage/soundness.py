@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ...results.parquet import DamagedFile
-from ...results.tables import EVENT_TABLES, schema
+from ...results.schemas import EVENT_TABLES, schema
 
 MISSIONS = "missions"
 
