@@ -97,13 +97,13 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
         yield f"other work has {it['load']:g} processes at once: look at processor times"
     yield "ms of processor time; by the clock, where other work counts too; rates per processor s"
     yield ""
-    yield f"{'mission':<20}{'ms':>9}{'by the clock':>24}{'new':>9}{'tables':>8}{'events':>9}" + (
+    yield f"{'mission':<20}{'ms':>9}{'by the clock':>28}{'new':>10}{'tables':>8}{'events':>9}" + (
         f"{'times':>8}{'memory':>8}"
     )
-    yield f"{'':<20}{'':>9}{'median (min .. max)':>24}{'config.':>9}{'written':>8}{'per s':>9}" + (
+    yield f"{'':<20}{'':>9}{'median (min .. max)':>28}{'config.':>10}{'written':>8}{'per s':>9}" + (
         f"{'real':>8}{'MB':>8}"
     )
-    yield "-" * 95
+    yield "-" * 100
     for name, row in found["missions"].items():
         yield f"{name:<20}{_row(row)}"
     yield ""
@@ -117,7 +117,7 @@ def _row(row: dict[str, Any]) -> str:
     took = row["mission_ms"]
     clock = f"{took['median']:.1f} ({took['min']:.1f} .. {took['max']:.1f})"
     return (
-        f"{took['processor']:>9.1f}{clock:>24}{row['new_configuration_ms']['processor']:>9.1f}"
+        f"{took['processor']:>9.1f}{clock:>28}{row['new_configuration_ms']['processor']:>10.1f}"
         f"{row['writing_ms']['processor']:>8.1f}{_rate(row['events_per_s']):>9}"
         f"{row['sim_seconds_per_s']:>8,.0f}{row['peak_memory_mb']:>8.0f}"
     )
