@@ -1,6 +1,4 @@
-"""Tables written to Parquet files and read from them: what a file claims is checked before memory is
-spent on it.
-"""
+"""Tables in Parquet files: what a file claims is checked before memory is spent on it."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
