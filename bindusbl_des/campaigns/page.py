@@ -2,7 +2,7 @@
 
 import html
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,8 @@ SCRIPTS = ("plots.js", "heatmap.js", "lookup.js", "sweep.js")
 FIRST = (*JUDGED, "worst_fix_benefit_m", *MEANS)
 # Those of which the page names the worst AUV at each point
 NAMED = (*JUDGED, "worst_fix_benefit_m")
+# Metrics of all missions that are in memory at a time
+AT_A_TIME = 8
 # More failures than this are counted, and found in the folder.
 MOST_FAILURES = 200
 # What the file of a mission that failed holds.
@@ -42,14 +44,14 @@ def sweep_page(campaign: "Campaign") -> str:
     """Return the report of a campaign, finished or not, as HTML."""
     packer, points = Packer(), len(campaign.plan.points)
     metrics = [*FIRST, *(name for name in mission_numbers() if name not in FIRST)]
-    found = outcomes(campaign.folder, metrics)
+    found = outcomes(campaign.folder, FIRST)
     well, ran = found.well(points), np.bincount(found.point, minlength=points)
     data = {
         "keys": keys(campaign),
         "metrics": described(metrics),
         "points": [packer.add(column) for column in value_numbers(campaign)],
         "seeds": len(campaign.plan.experiment.seeds),
-        "statistics": {name: packed_statistics(found, name, points, packer) for name in metrics},
+        "statistics": dict(_statistics(campaign, metrics, packer)),
         "worst": {name: packed_names(found, name, points, packer) for name in NAMED},
         "count": packer.add(well),
         "failed": packer.add(ran - well),
@@ -63,6 +65,17 @@ def sweep_page(campaign: "Campaign") -> str:
         + _origin(campaign)
     )
     return assembled(f"{campaign.record['name']}: sweep", body, SCRIPTS, data, packer.text())
+
+
+def _statistics(
+    campaign: "Campaign", metrics: Sequence[str], packer: Packer
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield each metric with its statistics at all points, some metrics in memory at a time."""
+    points = len(campaign.plan.points)
+    for first in range(0, len(metrics), AT_A_TIME):
+        some = metrics[first : first + AT_A_TIME]
+        found = outcomes(campaign.folder, some)
+        yield from ((name, packed_statistics(found, name, points, packer)) for name in some)
 
 
 def _head(campaign: "Campaign") -> str:

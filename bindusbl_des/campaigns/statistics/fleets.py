@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...results.arrow import numpy_array, numpy_columns
+from ...results.arrow import numpy_columns
 from ..storage.parts import read_table
 from .intervals import Floats
-from .outcomes import Whole, check_recorded
+from .outcomes import Whole, auv_numbers, check_recorded
 
 
 @dataclass(frozen=True)
@@ -58,13 +58,11 @@ def fleets(folder: Path, metrics: Sequence[str]) -> Fleets:
         none = np.zeros(0, np.int64)
         return Fleets(none, none, none, {name: np.zeros(0) for name in metrics})
     check_recorded(folder, rows, metrics)
-    names = rows["auv"].combine_chunks().dictionary_encode()
-    numbers = [int(name.removeprefix("AUV")) for name in names.dictionary.to_pylist()]
     columns = numpy_columns(rows.drop_columns("auv"))
     return Fleets(
         columns["point"],
         columns["seed"],
-        np.array(numbers, np.int64)[numpy_array(names.indices)],
+        auv_numbers(rows["auv"]),
         {name: columns[name].astype(float, copy=False) for name in metrics},
     )
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ...core.wording import did_you_mean
 from ...records.quantities import WORST
-from ...results.arrow import numpy_columns
+from ...records.rows import NONE
+from ...results.arrow import numpy_array, numpy_columns
 from ...results.schemas import mission_numbers
 from ..storage.folder import CampaignError
 from ..storage.parts import OK, metric_schema, read_table
@@ -28,8 +29,8 @@ class Outcomes:
     """Missions that have a row, in the order of the plan; a metric that has no value is nan.
 
     `unserved` tells of metrics in which missions some AUV has none: the worst AUV's metric is nan
-    there, the fleet's mean leaves that AUV out.  `worst` names the worst AUV of each mission, None
-    where none is, by the metrics that are the worst AUV's.
+    there, the fleet's mean leaves that AUV out.  `worst` is the number of the worst AUV of each
+    mission, NONE where none is, by the metrics that are the worst AUV's.
     """
 
     mission: Whole
@@ -38,7 +39,7 @@ class Outcomes:
     ok: Flags
     metrics: Mapping[str, Floats]
     unserved: Mapping[str, Flags] = field(default_factory=dict)
-    worst: Mapping[str, Sequence[str | None]] = field(default_factory=dict)
+    worst: Mapping[str, Whole] = field(default_factory=dict)
 
     def at(self, point: int, metric: str) -> tuple[Whole, Floats]:
         """Return the seeds of the missions of a point that went well, and their metric."""
@@ -56,9 +57,12 @@ class Outcomes:
     def who(self, point: int, metric: str) -> Counter[str]:
         """Return in how many missions of a point each AUV was the worst by a metric, most first."""
         rows = self._rows(point)
-        names = zip(self.worst.get(metric, ())[rows], self.ok[rows].tolist(), strict=False)
-        found = Counter(name for name, is_ok in names if is_ok and name is not None)
-        return Counter(dict(sorted(found.items(), key=lambda it: (-it[1], int(it[0][3:])))))
+        if metric not in self.worst:
+            return Counter()
+        auvs = self.worst[metric][rows][self.ok[rows]]
+        times = np.bincount(auvs[auvs != NONE])
+        most = np.argsort(-times, kind="stable")
+        return Counter({f"AUV{auv}": int(times[auv]) for auv in most.tolist() if times[auv]})
 
     def by_seed(self, metric: str, points: int) -> Floats:
         """Return a metric (points, seeds) over all seeds that occur, nan where it has no value."""
@@ -107,24 +111,33 @@ def outcomes(folder: Path, metrics: Sequence[str]) -> Outcomes:
         none = np.zeros(0, np.int64)
         return Outcomes(none, none, none, none == 0, {name: np.zeros(0) for name in metrics})
     check_recorded(folder, rows, wanted)
-    names = {name: rows[name].to_pylist() for name in named}
-    found = numpy_columns(rows.drop_columns(["status", *names]))
+    who = {name: auv_numbers(rows[name]) for name in named}
+    found = numpy_columns(rows.drop_columns(["status", *who]))
     return Outcomes(
         **{name: found[name] for name in ("mission", "point", "seed")},
         ok=np.array(rows["status"].to_pylist()) == OK,
         metrics={name: found[name].astype(float, copy=False) for name in metrics},
         unserved={
-            name: _unserved(found[own], names[f"{own}_auv"])
+            name: _unserved(found[own], who[f"{own}_auv"])
             for name, own in zip(lacking, served, strict=True)
         },
-        worst={name: names[f"{name}_auv"] for name in worst},
+        worst={name: who[f"{name}_auv"] for name in worst},
     )
 
 
-def _unserved(worst: Floats, who: Sequence[str | None]) -> Flags:
+def _unserved(worst: Floats, who: Whole) -> Flags:
     """Tell of each mission whether an AUV has no value; it is named if it could have one."""
-    named: Flags = np.array([name is not None for name in who], dtype=bool)
-    return named & np.isnan(worst)
+    unserved: Flags = (who != NONE) & np.isnan(worst)
+    return unserved
+
+
+def auv_numbers(names: pa.ChunkedArray) -> Whole:
+    """Return the numbers of AUVs of which a column has the names; NONE where it has none."""
+    each = names.combine_chunks().dictionary_encode()
+    numbers = [int(name.removeprefix("AUV")) for name in each.dictionary.to_pylist()]
+    places = np.nan_to_num(numpy_array(each.indices), nan=len(numbers)).astype(np.int64)
+    found: Whole = np.array([*numbers, NONE], np.int64)[places]
+    return found
 
 
 def check_recorded(folder: Path, rows: pa.Table, names: Sequence[str]) -> None:
