@@ -65,7 +65,7 @@ def looks_at_each(confidence: float, goals: int) -> tuple[Look, ...]:
     of the risk is that of telling that it meets them, half that it misses one.
 
     >>> [(look.seeds, round(look.met, 2)) for look in looks_at_each(0.95, 1)]
-    [(8, 4.03), (16, 3.25), (32, 2.14)]
+    [(8, 4.03), (16, 3.29), (32, 2.14)]
     """
     risk = (1 - confidence) / 2
     shares = {seeds: share * risk for seeds, share in SPENT.items()}
