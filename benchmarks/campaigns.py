@@ -38,7 +38,8 @@ from bindusbl_des.campaigns.workers.supervisor import batch_of
 HERE = Path(__file__).resolve().parent
 
 MISSIONS = 2000
-POINTS = 8
+# Points of the campaign, and missions of each that tell how long one takes alone
+POINTS, SEEDS = 8, 16
 SHARDS = WORKERS_OF_CLUSTER = 8
 WORKERS = 2
 
@@ -120,8 +121,8 @@ def speed(point: int) -> float:
 def mission_s() -> float:
     """Return the processor time (s) of one mission among many of its point."""
     simulate(scenario(0))
-    took = clocked(lambda: [simulate(scenario(n % POINTS), n) for n in range(8 * POINTS)])
-    return took.processor / (8 * POINTS)
+    took = clocked(lambda: [simulate(scenario(n // SEEDS), n) for n in range(POINTS * SEEDS)])
+    return took.processor / (POINTS * SEEDS)
 
 
 def experiment_file(folder: Path, missions: int) -> Path:

@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import pyarrow as pa
@@ -120,11 +121,10 @@ def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> pq.Fi
 def _check_columns(path: Path, table: str, footer: pq.FileMetaData) -> None:
     """Refuse a file without columns, or with those of other types, or with a row of no mission."""
     found = footer.schema.to_arrow_schema()
+    names, types = set(found.names), _types(table)
     for name in NEEDED.get(table, OF_EVERY_ROW):
-        if name not in found.names:
+        if name not in names:
             raise DamagedFile(str(path), f"has no column {name}")
-    described = schema("mission" if table == MISSIONS else table)
-    types = LABELS | {field.name: field.type for field in described}
     for place, field in enumerate(found):
         kind = types.get(field.name, field.type)
         if field.type != kind:
@@ -135,6 +135,13 @@ def _check_columns(path: Path, table: str, footer: pq.FileMetaData) -> None:
                 known = rows.column(place).statistics
                 if rows.num_rows and (known is None or known.null_count):
                     raise DamagedFile(str(path), f"lacks values in its column {field.name}")
+
+
+@cache
+def _types(table: str) -> dict[str, pa.DataType]:
+    """Return the types of a part's columns that have one."""
+    described = schema("mission" if table == MISSIONS else table)
+    return LABELS | {field.name: field.type for field in described}
 
 
 def _batch(path: Path, metadata: pq.FileMetaData) -> tuple[str, str, str]:
