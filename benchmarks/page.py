@@ -182,8 +182,9 @@ def _plans(history: dict[str, Measured]) -> str:
             cell for it in found
             for cell in (number(it.get("processor_s")), str(it.get("missions", "-")))
         )  # fmt: skip
-        rows.append([plan, *cells, _gain(took)])
-    return table(("plan", *heads, "times faster"), iter(rows))
+        rows.append([plan, *cells, *([_gain(took)] if len(took) > 1 else [])])
+    gain = ["times faster"] if len(asked) > 1 else []
+    return table(("plan", *heads, *gain), iter(rows))
 
 
 def _campaigns(found: Measured) -> str:
