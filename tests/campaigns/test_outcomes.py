@@ -23,4 +23,5 @@ def test_who_is_worst_most_often_comes_first() -> None:
     found = Outcomes(seeds, point, seeds, ok, {}, worst={"worst_position_error_m": worst})
     who = found.who(0, "worst_position_error_m")
     assert list(who.items()) == [("AUV1", 2), ("AUV3", 2), ("AUV0", 1)]
-    assert not found.who(2, "worst_position_error_m") and not found.who(0, "nis")
+    assert not found.who(2, "worst_position_error_m")
+    assert not found.who(0, "nis")
