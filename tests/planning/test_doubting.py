@@ -1,12 +1,14 @@
 """Whether a team still meets its goals where the world is worse: told as early as it is sure."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from pandas.testing import assert_frame_equal
 
-from bindusbl_des import Scenario
+from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.planning.doubting import SEEDS, Doubt, Doubted, doubted
 from bindusbl_des.planning.selection.goals import Goal
 from bindusbl_des.planning.teams.candidates import Candidate
@@ -80,3 +82,30 @@ def test_verdicts_at_the_limit_are_wrong_as_seldom_as_was_asked(shape: float | N
     wrong = {met: found.count(met) / count for met in (True, False)}
     assert 0.005 < wrong[True] < 0.03
     assert sum(wrong.values()) < 0.05
+
+
+def lost(at_s: float, frame: str) -> Any:
+    """Return the AUVs' metrics of a recovery in which ASV2 fails at an instant."""
+    keys = [f"asvs.failures=[{{asv: 2, at_s: {at_s}}}]", f"navigation.bias_frame={frame}"]
+    return simulate(load_scenario("recovery_140m", overrides=keys), 0).auvs
+
+
+def test_a_vessel_lost_late_is_missed_more_where_lanes_take_a_bias_back() -> None:
+    """AUV0, whom ASV2 alone hears, turns about at 120 s: its second lane takes back what a bias in
+    the body frame did from the start on, and adds what it does from 150 s on.  In the world frame
+    nothing is taken back.
+    """
+    worst = {
+        frame: [lost(at, frame)["position_error_p95_m"].max() for at in (0.0, 150.0)]
+        for frame in ("body", "world")
+    }
+    assert worst["body"][1] > 1.1 * worst["body"][0]
+    assert worst["world"][1] < 0.6 * worst["world"][0]
+    assert worst["body"][1] == pytest.approx(worst["world"][1], rel=0.05)
+
+
+def test_a_vessel_that_fails_at_once_was_never_there() -> None:
+    """It keeps no turn to broadcast: all metrics are those of the team without it, bit for bit."""
+    places = "asvs.formation={positions_m: [[50, 0], [-25, 43.30127018922193]]}"
+    rest = load_scenario("recovery_140m", overrides=["asvs.count=2", places])
+    assert_frame_equal(lost(0.0, "body"), simulate(rest, 0).auvs)
