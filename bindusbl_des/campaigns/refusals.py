@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.kept_files import check_kept
-from ..core.plugin_sources import source_of, source_sha256
+from ..core.plugin_sources import source_sha256, sources_of
 from ..core.wording import printable
 from ..results.result import scenario_sha256
 from .campaign import Campaign
@@ -94,13 +94,14 @@ def _changed(folder: Path, record: Mapping[str, Any]) -> str:
 
 
 def _changed_part(folder: Path, name: str) -> str:
-    file = source_of(name)
-    if file is None:
+    files = sources_of(name)
+    if not files:
         return (
             f"{folder}: began with {name}, which is not found now; put its folder on PYTHONPATH, "
             f"or {ANEW}"
         )
+    which = " or ".join(map(str, files))
     return (
-        f"{folder}: {file} has changed since the campaign began with {name}, and missions of both "
+        f"{folder}: {which} has changed since the campaign began with {name}, and missions of both "
         f"cannot be mixed; put it back as it was, or {ANEW}"
     )

@@ -176,6 +176,19 @@ def test_a_part_that_has_changed_is_refused(own: Path) -> None:
     assert call("resume", "c").exit_code == 0
 
 
+def test_what_a_part_imports_from_beside_it_belongs_to_it(own: Path) -> None:
+    """The message names all files, since any of them may have changed."""
+    beside = own.with_name("beside_for_a_test.py")
+    beside.write_text("")
+    own.write_text(f"import beside_for_a_test\n{OWN}")
+    sweep("own.yaml", "c", seeds=8)
+    half_run(Path("c"))
+    beside.write_text("# another\n")
+    refused = call("resume", "c")
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith(f"c: {own} or {beside} has changed since the campaign began")
+
+
 def test_a_source_is_found_without_being_run(own: Path) -> None:
     own.write_text("raise RuntimeError\n")
     assert len(source_sha256("mine_for_a_test:slots")) == 64
