@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
-from ..core.lanes.numbers import sincos
+from ..core.lanes.sines import sincos
 
 Floats = NDArray[np.float64]
 Place = tuple[float, float, float, float]

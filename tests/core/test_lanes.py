@@ -1,5 +1,7 @@
 """Four vehicles at once: each lane has the bits of a float, and what is no lanes is refused."""
 
+import math
+import platform
 from math import atan2, exp, hypot, sqrt
 
 import numpy as np
@@ -9,7 +11,8 @@ from numpy.typing import NDArray
 
 from bindusbl_des.core.compiled import entry, inlined
 from bindusbl_des.core.lanes.blocks import block
-from bindusbl_des.core.lanes.numbers import LANES, all_at_least, if_positive, sincos
+from bindusbl_des.core.lanes.numbers import LANES, all_at_least, if_positive
+from bindusbl_des.core.lanes.sines import sincos
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +48,13 @@ def one_by_one(rows: Floats) -> None:
 
 
 @entry
+def turn(rows: Floats) -> None:
+    """Write sines and cosines of row 0 to rows 1 and 2."""
+    four = block(rows, 0)
+    four[1], four[2] = sincos(four[0])
+
+
+@entry
 def level(rows: Floats, first: int, bound: float) -> bool:
     """Return whether no lane of a row is below a bound."""
     return all_at_least(block(rows, first)[0], bound)
@@ -60,6 +70,26 @@ def test_lanes_have_the_bits_of_floats() -> None:
         together(rows)
         one_by_one(expected)
         assert np.array_equal(rows, expected, equal_nan=True)
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other libraries round otherwise")
+@pytest.mark.parametrize("within", [1e-300, 0.126, 0.13, 0.856, 0.86, 2.42, 2.43, 7.0, 1e3, 1e8])
+def test_sines_have_the_bits_of_the_library(within: float) -> None:
+    """Of angles on either side of where other formulas begin, and of zeros of either sign."""
+    rows = np.zeros((3, LANES))
+    for angles in np.random.default_rng(5).uniform(-1.0, 1.0, (5000, LANES)):
+        rows[0] = within * np.copysign(np.abs(angles) ** 0.1, angles)
+        rows[0, 0] = math.copysign(0.0 if angles[1] > 0.9 else rows[0, 0], angles[0])
+        turn(rows)
+        expected = [(math.sin(angle), math.cos(angle)) for angle in rows[0].tolist()]
+        assert rows[1:].tobytes() == np.array(expected).T.tobytes()
+
+
+def test_angles_that_are_none_have_no_sine() -> None:
+    """Nor do they lead beyond the table."""
+    rows = np.array([[np.nan, np.inf, -np.inf, np.nan], [0.0] * LANES, [0.0] * LANES])
+    turn(rows)
+    assert np.isnan(rows[1:]).all()
 
 
 def test_a_bound_holds_for_every_lane() -> None:

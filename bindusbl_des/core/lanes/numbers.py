@@ -1,9 +1,9 @@
 """One number for each of four vehicles, which compiled code works on as on a float.
 
 Processors add four pairs of numbers as fast as one pair.  A formula of `+ - * /`, `abs`, `min`,
-`max`, `sqrt`, `exp`, `atan2`, `hypot`, :func:`sincos` and :func:`if_positive` reads the same for a
-float and for `Lanes`; each lane is worked out by the operations of the float, in their order, so
-that it has the same bits.  A float among lanes stands for four equal ones.
+`max`, `sqrt`, `exp`, `atan2`, `hypot`, :func:`.sines.sincos` and :func:`if_positive` reads the same
+for a float and for `Lanes`; each lane is worked out by the operations of the float, in their order,
+so that it has the same bits.  A float among lanes stands for four equal ones.
 """
 # numba tells no types of what it is extended by:
 # mypy: disable-error-code="no-untyped-call, untyped-decorator"
@@ -13,7 +13,7 @@ import operator
 from collections.abc import Callable
 from typing import Any, cast
 
-from llvmlite import binding, ir
+from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
@@ -24,10 +24,6 @@ LANES = 4
 DOUBLE = ir.DoubleType()
 VECTOR = ir.VectorType(DOUBLE, LANES)
 PLACE = ir.IntType(32)
-
-# The first LLVM that knows of sine and cosine of one angle: one call of the mathematical library,
-# where that has one, in place of two.
-FIRST_WITH_SINCOS = 20
 
 
 class Lanes(types.Type):
@@ -85,10 +81,10 @@ def _at_once(instruction: str) -> Callable[..., Any]:
 
 
 def _intrinsic(name: str) -> Callable[..., Any]:
-    """Return what builds a call of LLVM's own function of one vector."""
+    """Return what builds a call of LLVM's own function of vectors."""
 
     def build(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
-        kind = ir.FunctionType(VECTOR, [VECTOR])
+        kind = ir.FunctionType(VECTOR, [VECTOR] * len(args))
         known = f"llvm.{name}.v{LANES}f64"
         return builder.call(cgutils.get_or_insert_function(builder.module, kind, known), args)
 
@@ -119,6 +115,11 @@ def _learn(function: Any, count: int, build: Callable[..., Any]) -> None:
     lower_builtin(function, *[Lanes] * count)(build)
 
 
+def fma(factor: float, other: float, added: float) -> float:
+    """Return factor * other + added of lanes, rounded once."""
+    raise NotImplementedError("of lanes only")
+
+
 for _operators, _instruction in (
     ((operator.add, operator.iadd), "fadd"),
     ((operator.sub, operator.isub), "fsub"),
@@ -130,43 +131,13 @@ for _operators, _instruction in (
 _learn(operator.neg, 1, _at_once("fneg"))
 _learn(abs, 1, _intrinsic("fabs"))
 _learn(math.sqrt, 1, _intrinsic("sqrt"))
+_learn(math.copysign, 2, _intrinsic("copysign"))
+_learn(fma, 3, _intrinsic("fma"))
 _learn(min, 2, _whichever("<"))
 _learn(max, 2, _whichever(">"))
 _learn(math.exp, 1, _lane_by_lane(math.exp))
 _learn(math.atan2, 2, _lane_by_lane(math.atan2))
 _learn(math.hypot, 2, _lane_by_lane(math.hypot))
-
-
-def _sincos_of_one(context: Any, builder: Any, angle: Any) -> tuple[Any, ...]:
-    """Build sine and cosine of a double."""
-    if binding.llvm_version_info[0] < FIRST_WITH_SINCOS:
-        kind = signature(types.float64, types.float64)
-        functions = (context.get_function(it, kind) for it in (math.sin, math.cos))
-        return tuple(function(builder, [angle]) for function in functions)
-    pair = ir.FunctionType(ir.LiteralStructType([DOUBLE, DOUBLE]), [DOUBLE])
-    function = cgutils.get_or_insert_function(builder.module, pair, "llvm.sincos.f64")
-    found = builder.call(function, [angle])
-    return builder.extract_value(found, 0), builder.extract_value(found, 1)
-
-
-def _sincos(_: Any, angle: Any) -> Any:
-    def of_one(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return context.make_tuple(builder, sig.return_type, _sincos_of_one(context, builder, *args))
-
-    def of_lanes(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        both = [ir.Constant(VECTOR, ir.Undefined)] * 2
-        for lane in range(LANES):
-            one = builder.extract_element(args[0], PLACE(lane))
-            found = _sincos_of_one(context, builder, one)
-            both = [
-                builder.insert_element(before, number, PLACE(lane))
-                for before, number in zip(both, found, strict=True)
-            ]
-        return context.make_tuple(builder, sig.return_type, both)
-
-    if angle is lanes:
-        return types.UniTuple(lanes, 2)(lanes), of_lanes
-    return types.UniTuple(types.float64, 2)(types.float64), of_one
 
 
 def _if_positive(_: Any, number: Any, then: Any, otherwise: Any) -> Any:
@@ -188,8 +159,6 @@ def _all_at_least(_: Any, _number: Any, _bound: Any) -> Any:
     return types.boolean(lanes, types.float64), build
 
 
-#: Sine and cosine of an angle (rad), to the bits of `sin` and `cos`.
-sincos = cast(Callable[[float], tuple[float, float]], intrinsic(_sincos))
 #: The second number where the first is above zero, else the third; both are worked out.
 if_positive = cast(Callable[[float, float, float], float], intrinsic(_if_positive))
 #: Whether no lane is below a bound, or no number.

@@ -11,7 +11,7 @@ from math import cos, hypot, sin, sqrt
 import numpy as np
 
 from ...core.compiled import compiled
-from ...core.lanes.numbers import sincos
+from ...core.lanes.sines import sincos
 from ...records.rows import Row
 from ..hulls import bluerov2 as hull
 from ..hulls.frames import Floats

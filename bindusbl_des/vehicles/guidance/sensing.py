@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.compiled import inlined
-from ...core.lanes.numbers import LANES, sincos
+from ...core.lanes.numbers import LANES
+from ...core.lanes.sines import sincos
 from ...records.rows import Row, Rows
 from ..expected_drift import Told, expected_error, learnt_drift, way_since
 from ..hulls import rk4

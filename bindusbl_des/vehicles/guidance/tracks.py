@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import compiled
-from ...core.lanes.numbers import sincos
+from ...core.lanes.sines import sincos
 from ...geometry.paths import PATH_ROW, Path, path_rows
 from ...records.rows import Row, Rows
 from .signals import half_turn
