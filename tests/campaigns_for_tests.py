@@ -18,7 +18,7 @@ from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
 from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics
 from bindusbl_des.records.events import Utilisation
-from bindusbl_des.results.tables import from_columns, from_numbers
+from bindusbl_des.results.tables import from_numbers, from_row
 
 
 class OneThread:
@@ -96,11 +96,10 @@ def hand_made(
             rows.append(tuple(own.values()))
         metrics = np.array(rows, dtype=AUV_METRICS)
         mission = mission_metrics(metrics, Utilisation(10, 0, 0.5, 0.5, None, None, 100.0))
-        columns = {name: [value] for name, value in mission.items()}
         return SimpleNamespace(
             arrow={
                 "auvs": from_numbers("auvs", metrics),
-                "mission": from_columns("mission", columns),
+                "mission": from_row("mission", mission),
             }
         )
 

@@ -1,4 +1,4 @@
-"""Arrays that grow: memory is taken for rows that are written, not for those there is room for."""
+"""Memory of arrays: taken for rows that are written, and kept for the next mission."""
 
 from typing import Any
 
@@ -15,3 +15,12 @@ def lengthened(rows: NDArray[Any], length: int) -> NDArray[Any]:
     longer = np.empty((length, *rows.shape[1:]), dtype=rows.dtype)
     longer[: len(rows)] = rows
     return longer
+
+
+def keep_memory(size: int) -> None:
+    """Have the process keep up to twice so much memory (bytes) that is free, for what comes next.
+
+    glibc hands free memory back beyond twice the largest block that it has ever seen freed
+    (mallopt(3), M_MMAP_THRESHOLD), and whoever wants it again waits for every page to be cleared.
+    """
+    np.empty(size, dtype=np.uint8)  # and freed

@@ -32,7 +32,7 @@ from ..scenario.failing import failures_of
 from ..scenario.families import is_random
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.protocols.telling import tells_slots
-from ..scenario.scenario import Scenario
+from ..scenario.scenario import Scenario, kept
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl
@@ -237,6 +237,7 @@ def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:
     return usbl if lasting is None else Astray(usbl, lasting)
 
 
+@kept
 def usbl_of(scenario: Scenario) -> Usbl:
     """Return that instrument as far as it is the same for all."""
     usbl = scenario.usbl

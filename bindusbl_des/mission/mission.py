@@ -13,13 +13,14 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
+from ..core.growing import keep_memory
 from ..core.wording import plain
 from ..preflight.worth_knowing import Caution, cautions
 from ..protocol.happenings import Happening, Watch
 from ..protocol.own.steps import Environment
 from ..records.events import Broadcast
 from ..results.result import Result
-from ..results.tables import from_columns, from_numbers
+from ..results.tables import from_numbers, from_row
 from ..scenario.files.scenario_file import as_scenario
 from ..scenario.scenario import Scenario
 from ..vehicles.pose_source import PoseSource
@@ -30,6 +31,9 @@ from .metrics import auv_metrics, mission_metrics, utilisation
 from .outcomes.monitor import violations_of
 
 Array = NDArray[np.float64]
+
+# Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
+keep_memory(8_000_000)
 
 
 class Mission:
@@ -254,8 +258,7 @@ class Mission:
             tables = {} if self.scenario.record.detail == "summary" else event_tables(world)
             auvs = auv_metrics(world)
             tables["auvs"] = from_numbers("auvs", auvs)
-            whole = mission_metrics(auvs, utilisation(world))
-            tables["mission"] = from_columns("mission", {name: [whole[name]] for name in whole})
+            tables["mission"] = from_row("mission", mission_metrics(auvs, utilisation(world)))
             broken = violations_of(world)
         return Result(
             self.scenario, self.seed, tables, self._worked_s, self._warnings(), violations=broken

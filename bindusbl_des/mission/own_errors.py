@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.drawing.normals import draw
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import Rows
@@ -84,12 +85,12 @@ def _walks(scenario: Scenario, streams: Streams, water: Water, skews: Rows) -> A
     """
     navigation, rate = scenario.navigation, scenario.navigation.imu_rate_hz
     count = max(1, math.ceil(scenario.duration_s * rate))
-    noise = np.zeros((scenario.auvs.count, count + 1, 2))
+    noise = np.empty((scenario.auvs.count, count + 1, 2))
     noise[:, 0] = _drawn(
         streams, Purpose.INITIAL_POSITION, len(noise), navigation.initial_position_sd_m
     )
     for auv, its_own in enumerate(noise):
-        streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
+        draw(streams.of(Purpose.DRIFT, auv), its_own[1:].reshape(-1))
     lost = random_walk(rate, own_sensors(scenario).random_walk_m_per_sqrt_s, noise)
     if navigation.velocity == "through_water":
         moved = water.carried(np.arange(count + 1) / rate)

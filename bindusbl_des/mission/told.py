@@ -14,7 +14,7 @@ from ..scenario.families import NAVIGATOR, Kalman
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.part_settings import shipped_part
-from ..scenario.scenario import Scenario
+from ..scenario.scenario import Scenario, kept
 
 # By this share of its time constant, at most, a bias that turns with the body is carried at a time.
 SHARE_AT_A_TIME = 1.0 / 16.0
@@ -30,6 +30,7 @@ class Further(NamedTuple):
 NONE = Further((), ())
 
 
+@kept
 def told_to(scenario: Scenario) -> tuple[Belief, Growth]:
     """Return what the navigators of a scenario believe at first, and how they become less sure."""
     navigation, settings = scenario.navigation, settings_of(scenario)

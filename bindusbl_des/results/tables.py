@@ -32,8 +32,15 @@ def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
 
     Vehicles are numbers.
     """
+    if not rows:
+        return _nothing(table)
     numbers, words = _numbered(table, list(map(attrgetter(*schema(table).names), rows)))
     return from_numbers(table, numbers, words=words)
+
+
+@cache
+def _nothing(table: str) -> pa.Table:
+    return from_numbers(table, np.empty(0, dtype=_numbers(table)))
 
 
 def numbers_of(table: str, rows: Sequence[Any]) -> Rows:
@@ -41,12 +48,16 @@ def numbers_of(table: str, rows: Sequence[Any]) -> Rows:
     return _numbered(table, list(map(attrgetter(*schema(table).names), rows)))[0]
 
 
-def from_columns(table: str, columns: Mapping[str, Sequence[Any]]) -> pa.Table:
-    """Return columns of equal length as :func:`from_rows` does; a missing column is all null."""
-    nothing = [None] * len(next(iter(columns.values())))
-    named = (columns.get(name, nothing) for name in schema(table).names)
-    numbers, words = _numbered(table, list(zip(*named, strict=True)))
-    return from_numbers(table, numbers, words=words)
+def from_row(table: str, row: Mapping[str, Any]) -> pa.Table:
+    """Return the one row of a table without words as :func:`from_rows` does; a missing column is
+    null.
+    """
+    kind, counted = _numbers(table), _counted(table)
+    values = [row.get(name) for name in kind.names or ()]
+    for place in counted:
+        if values[place] is None:
+            values[place] = NONE
+    return from_numbers(table, np.array([tuple(values)], dtype=kind))
 
 
 def _numbered(table: str, rows: Sequence[tuple[Any, ...]]) -> tuple[Rows, tuple[str, ...]]:

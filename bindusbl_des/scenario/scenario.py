@@ -1,8 +1,9 @@
 """The scenario of a mission: keys that agree with each other."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import wraps
 from html import escape
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
@@ -12,6 +13,8 @@ from .consistency import Problem, problems
 from .scenario_keys import ScenarioKeys
 from .sections.duration import SURVEY, SurveyEnd
 from .survey_area import area_of
+
+Answer = TypeVar("Answer")
 
 
 class Scenario(ScenarioKeys):
@@ -71,6 +74,23 @@ class Scenario(ScenarioKeys):
             text = "\n".join(f"{problem.key}: {problem.message}" for problem in found)
             raise PydanticCustomError("inconsistent", "{text}", {"text": text, "problems": found})
         return self
+
+
+def kept(work: Callable[[Scenario], Answer]) -> Callable[[Scenario], Answer]:
+    """Return a function that keeps its last answer until it is asked about another scenario.
+
+    That is another object: to compare two takes as long as most answers.
+    """
+    last: tuple[Scenario, Answer] | None = None
+
+    @wraps(work)
+    def answered(scenario: Scenario) -> Answer:
+        nonlocal last
+        if last is None or last[0] is not scenario:
+            last = scenario, work(scenario)
+        return last[1]
+
+    return answered
 
 
 def _ended(scenario: Scenario) -> list[Problem]:

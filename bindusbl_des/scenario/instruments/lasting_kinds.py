@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from ...core.plugins import is_plugin
-from ..scenario import Scenario
+from ..scenario import Scenario, kept
 from ..water import assumed_sound_speed_of, sound_speed_of
 from .own_sensors import own_sensors
 
@@ -45,6 +45,7 @@ def misalignment_sd(scenario: Scenario) -> float:
     return math.radians(math.hypot(scenario.usbl.misalignment_sd_deg, compass))
 
 
+@kept
 def told_of(scenario: Scenario) -> list[Kind]:
     """Return the kinds of lasting errors that navigators are told of, to estimate them.
 
