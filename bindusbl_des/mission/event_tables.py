@@ -1,5 +1,7 @@
 """The event tables of a finished mission: what happened, and where everybody was meanwhile."""
 
+from functools import lru_cache
+
 import numpy as np
 import pyarrow as pa
 
@@ -49,9 +51,15 @@ def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     groups, group = np.unique(packed.view(together)[:, 0], return_inverse=True)
     fused = np.empty(len(rows), dtype=FUSED)
     fused["asvs"] = len(OUTCOMES) + group
-    heard_by = np.unpackbits(groups.view(np.uint8).reshape(-1, packed.shape[1]), axis=1)
-    names = [" ".join([f"ASV{asv}" for asv in np.flatnonzero(own)]) for own in heard_by]
+    names = [_together(own.tobytes()) for own in groups]
     return from_numbers("fixes", rows, fused, words=(*OUTCOMES, *names))
+
+
+@lru_cache(maxsize=1024)
+def _together(packed: bytes) -> str:
+    """Return the names of ASVs, of each of which there is a bit, that is set if it is meant."""
+    bits = np.unpackbits(np.frombuffer(packed, dtype=np.uint8))
+    return " ".join([f"ASV{asv}" for asv in np.flatnonzero(bits)])
 
 
 def _tracks_table(world: World) -> pa.Table:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import fields
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +36,9 @@ AUV_METRICS = row_type(AuvMetrics)
 NAMES = AUV_METRICS.names or ()
 
 # No AUV lacks a number of these, or if it has any of what they are made of.
-NUMBERS = dict.fromkeys([name for name in NAMES if name in never_null("auvs")], "")
+NUMBERS = {name: "" for name in NAMES if name in never_null("auvs") and AUV_METRICS[name] == "f8"}
 NUMBERS |= {"fix_error_rms_m": "fixes", "latency_mean_s": "fixes_delivered"}
+PLACES = [NAMES.index(name) for name in NUMBERS]
 
 
 def auv_metrics(world: World) -> Rows:
@@ -59,11 +61,19 @@ def auv_metrics(world: World) -> Rows:
         metrics["energy_j"] = energies[0]
         np.divide(energies[0], delivered, out=metrics["energy_per_fix_j"], where=delivered > 0)
     metrics["slots_missed"] = _missed(world.record, count)
+    _refuse_missing(metrics)
+    return metrics
+
+
+def _refuse_missing(metrics: Rows) -> None:
+    """Refuse metrics (n,) of which one is missing that AUVs do not lack, naming it and its AUV."""
+    numbers: Any = metrics.view(np.float64)
+    if not np.isnan(numbers.reshape(len(metrics), -1)[:, PLACES]).any():
+        return
     for name, made_of in NUMBERS.items():
         lost = np.isnan(metrics[name]) & ((metrics[made_of] > 0) if made_of else True)
         if lost.any():
             refuse(int(lost.argmax()), f"{name} is no number")
-    return metrics
 
 
 def _slot(world: World) -> float:
