@@ -26,6 +26,7 @@ from .commands.reports import report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
 from .commands.verifying import verify
+from .core.garbage import collect_seldom
 from .core.wording import printable, shortened
 
 INTERRUPTED = 130
@@ -60,6 +61,7 @@ class Commands(click.Group):
             ctx.exit(INTERRUPTED)
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
+        collect_seldom()
         if isinstance(sys.stdout, io.TextIOWrapper):  # names of files need not be of any encoding
             sys.stdout.reconfigure(errors="backslashreplace")
         try:

@@ -113,8 +113,8 @@ def _numba_cache() -> Finding:
     """Keep and load a piece of code, and read all that is kept."""
     from importlib import import_module
 
-    from ..core import code_cache
     from ..core.compiled import kept_and_loaded
+    from ..core.compiling import code_cache
 
     try:
         for module in (

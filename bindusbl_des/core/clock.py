@@ -4,13 +4,13 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from .compiled import entry
+from .compiled import compiled, entry
 
 # A tick count within this of a whole number is that number: 2.5 * 420 / 1500 * 30 is 21, not 22.
 TICK_TOLERANCE = 1e-9
 
 
-@entry
+@compiled
 def after(rate: float, start: float, duration: float) -> float:
     """Return the first instant at least `duration` after `start` (s) on a clock of a rate (Hz).
 
@@ -20,6 +20,11 @@ def after(rate: float, start: float, duration: float) -> float:
         return start + duration
     first = math.ceil(start * rate - TICK_TOLERANCE)
     return (first + math.ceil(duration * rate - TICK_TOLERANCE)) / rate
+
+
+@entry
+def _after(rate: float, start: float, duration: float) -> float:
+    return after(rate, start, duration)
 
 
 class Clock(Protocol):
@@ -52,4 +57,4 @@ class TickClock:
     rate: float
 
     def after(self, start: float, duration: float) -> float:
-        return after(self.rate, start, duration)
+        return _after(self.rate, start, duration)

@@ -16,7 +16,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 
-from .code_cache import CodeCache, trouble
+from .compiling.code_cache import CodeCache, trouble
 from .compiling.compiler import WholeCompiler, equation
 
 Function = TypeVar("Function", bound=Callable[..., object])

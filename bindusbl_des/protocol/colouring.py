@@ -57,7 +57,7 @@ def _count(heard: bytes, auvs: int, asvs: int) -> int:
 
 def _greedy_groups(heard: bytes, auvs: int, asvs: int) -> Groups:
     colours = np.empty(auvs, dtype=np.int64)
-    greedy_colours(_matrix(heard, auvs, asvs), colours)
+    _greedy_colours(_matrix(heard, auvs, asvs), colours)
     return _grouped(colours)
 
 
@@ -112,7 +112,7 @@ def _count_neighbours(heard: Hearing, hearers: Words, bits: Ints, degrees: Ints)
         degrees[auv] -= degrees[auv] > 0  # itself
 
 
-@entry
+@compiled
 def greedy_colours(heard: Hearing, colours: Ints) -> None:
     """Write the numbers of the groups (AUVs,) that :func:`greedy_groups` puts AUVs into."""
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
@@ -127,6 +127,11 @@ def greedy_colours(heard: Hearing, colours: Ints) -> None:
             used[asv, colour] = True
             while used[asv, lowest[asv]]:
                 lowest[asv] += 1
+
+
+@entry
+def _greedy_colours(heard: Hearing, colours: Ints) -> None:
+    greedy_colours(heard, colours)
 
 
 @compiled

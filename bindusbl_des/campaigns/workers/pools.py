@@ -1,24 +1,15 @@
 """Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster."""
 
 import logging
-import os
-import signal
-import sys
-import threading
-from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
 from importlib import import_module
-from multiprocessing import parent_process, resource_tracker
-from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing import resource_tracker
 from multiprocessing.process import BaseProcess
 from typing import Any, Protocol
 
 from .batches import Batch, Row, run_batch
+from .processes import QUIETLY, Spawn, begin_work, environment
 
-# Workers share the machine: a library that starts threads of its own would slow all of them.
-LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
-ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in LIBRARIES}
 REMEDY = 'Dask is not installed; install it with: python -m pip install "bindusbl-des[cluster]"'
 
 
@@ -53,78 +44,6 @@ class WorkerPool(Protocol):
         """Let the workers go; `now` ends them in the midst of their work."""
 
 
-class _Process(SpawnProcess):
-    """A spawned process that does not run the user's own script again."""
-
-    @staticmethod
-    def _Popen(process_obj: BaseProcess) -> Any:
-        with _environment(ONE_THREAD), _script_hidden(), _ctrl_c_held_back():
-            return SpawnProcess._Popen(process_obj)
-
-
-class _Spawn(SpawnContext):
-    Process = _Process
-
-
-# Whoever clears away after a parent that was killed need not tell that there was something to
-# clear: that is what it is for.
-QUIETLY = {"PYTHONWARNINGS": "ignore:resource_tracker:UserWarning"}
-
-
-@contextmanager
-def _environment(variables: Mapping[str, str]) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-@contextmanager
-def _ctrl_c_held_back() -> Iterator[None]:
-    """Keep Ctrl-C from a new process, which would die of it before it leaves it to its parent."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def _script_hidden() -> Iterator[None]:
-    """Hide the main script, so that one without `if __name__ == "__main__"` may start a sweep."""
-    main = sys.modules["__main__"]
-    hidden = {name: getattr(main, name) for name in ("__file__", "__spec__") if hasattr(main, name)}
-    if "__file__" in hidden:
-        del main.__file__
-    main.__spec__ = None
-    try:
-        yield
-    finally:
-        for name, value in hidden.items():
-            setattr(main, name, value)
-
-
-def _begin() -> None:
-    """Make a worker leave Ctrl-C to its parent, and end when its parent does."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    import_module("bindusbl_des.mission.mission")  # before the first batch comes
-
-
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
 def _stand_by() -> None:
     """Do nothing: to come here the process has imported this module, and all that missions need."""
 
@@ -137,7 +56,7 @@ class LocalPool:
         self._idle: list[ProcessPoolExecutor] = []
         self._busy: dict[Future[list[Row]], ProcessPoolExecutor] = {}
         self._processes: dict[ProcessPoolExecutor, list[BaseProcess]] = {}
-        with _environment(QUIETLY):
+        with environment(QUIETLY):
             resource_tracker.ensure_running()
 
     def begin(self) -> None:
@@ -166,7 +85,7 @@ class LocalPool:
         return future
 
     def _new(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(1, mp_context=_Spawn(), initializer=_begin)
+        return ProcessPoolExecutor(1, mp_context=Spawn(), initializer=begin_work)
 
     def _dismiss(self, pool: ProcessPoolExecutor) -> None:
         pool.shutdown(wait=True, cancel_futures=True)

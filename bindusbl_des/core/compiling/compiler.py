@@ -22,7 +22,7 @@ from numba.core.typing.context import Context
 from numba.extending import overload
 
 from .counting import CountIfNeeded
-from .linking import Part, Whole, generator_of_parts
+from .linking import Part, Whole, generator_of
 
 # What concerns a function by itself and none that it calls.
 OWN_FLAGS = ("forceinline", "no_compile", "no_cfunc_wrapper", "no_cpython_wrapper")
@@ -106,7 +106,7 @@ class WholeCompiler(Compiler):
         state = self.state
         state.flags = _Flags(state.flags)  # type: ignore[no-untyped-call]
         state.targetctx = state.targetctx.subtarget(
-            _internal_codegen=generator_of_parts(), target=_Linked
+            _internal_codegen=generator_of(Part), target=_Linked
         )
         state.targetctx.cached_internal_func = _internal
 

@@ -9,14 +9,17 @@ to optimise what it has been linked into once, not twice, another tenth.
 from collections.abc import Sequence
 from copy import copy
 from functools import cache
-from typing import Any
+from typing import Any, NoReturn
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import cpu_target
 
+# Name, machine code, names of what is in that.
+Kept = tuple[str, bytes, list[str]]
+
 
 class Whole(JITCodeLibrary):
-    """Code that Python enters: optimised when all its parts are in it."""
+    """Code that Python enters: optimised when all its parts are in it; part of nothing itself."""
 
     def finalize(self) -> None:
         """Link every part that is called, and that those call, once."""
@@ -33,6 +36,29 @@ class Whole(JITCodeLibrary):
         codegen: Any = self._codegen
         passes, builder = codegen._module_pass_manager()
         passes.run(self._final_module, builder)
+
+    def _get_module_for_linking(self) -> NoReturn:
+        raise AssertionError(f"{self.name} is an entry, which compiled code cannot call")
+
+    def serialize_using_object_code(self) -> Kept:
+        """Return what is kept of it: its machine code, and the names of what is in that.
+
+        numba keeps what other code could be linked with, too, which takes longer to load.
+        """
+        self._ensure_finalized()  # type: ignore[no-untyped-call]
+        everything = (*self._final_module.functions, *self._final_module.global_variables)
+        named = [it.name for it in everything if not it.is_declaration]
+        return self.name, self._get_compiled_object(), named  # type: ignore[no-untyped-call]
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, kept: Kept) -> "Whole":
+        name, machine_code, named = kept
+        library = cls(codegen, name)
+        library.enable_object_caching()  # type: ignore[no-untyped-call]
+        library._set_compiled_object(machine_code)  # type: ignore[no-untyped-call]
+        library._finalize_final_module()  # type: ignore[no-untyped-call]
+        codegen._engine._defined_symbols.update(named)
+        return library
 
 
 class Part(JITCodeLibrary):
@@ -66,8 +92,8 @@ def _with_parts(libraries: Sequence[Any]) -> list[JITCodeLibrary]:
 
 
 @cache
-def generator_of_parts() -> Any:
-    """Return numba's generator of code for this machine, as one by which all code becomes parts."""
+def generator_of(library: type[JITCodeLibrary]) -> Any:
+    """Return numba's generator of code for this machine, as one whose code is of a kind."""
     generator = copy(cpu_target.target_context.codegen())
-    generator._library_class = Part
+    generator._library_class = library
     return generator

@@ -18,8 +18,8 @@ from numba.core.caching import _CacheLocator
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.cli import main
-from bindusbl_des.core import code_cache
 from bindusbl_des.core.compiled import watch_compiling
+from bindusbl_des.core.compiling import code_cache
 from bindusbl_des.protocol import conflicts
 
 TINY = """
@@ -130,6 +130,17 @@ def twice(number):
     )
     assert names["twice"](0.0) != names["twice"](0.0), "0 / 0 is no number"
     assert (names["twice"](3.0), names["doubled"](4.0)) == (6.0, 8.0)
+
+
+def test_compiled_code_does_not_call_what_python_enters() -> None:
+    """It could where that was just compiled, and not where it was read from the disk."""
+    Path("tiny.py").write_text(
+        f"{TINY}\n@entry\ndef fourfold(number):\n    return twice(twice(number))"
+    )
+    names: dict[str, Any] = {}
+    exec(compile(Path("tiny.py").read_text(), str(Path("tiny.py").absolute()), "exec"), names)
+    with pytest.raises(AssertionError, match="twice is an entry"):
+        names["fourfold"](2.0)
 
 
 @pytest.mark.parametrize("damage", ["empty", "cut", "bit", "text", "foreign"])

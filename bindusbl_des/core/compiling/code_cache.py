@@ -30,8 +30,9 @@ from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime.nrt import rtsys as runtime
 from numba.core.serialize import NumbaPickler
 
-from .compiling.turns import Turn
-from .durable import draft_of
+from ..durable import draft_of
+from .linking import Whole, generator_of
+from .turns import Turn
 
 # A file of ours: this word, what it was made of, the digest of the code, the code.
 WORD, DIGEST_BYTES = b"bindusbl", 32
@@ -227,6 +228,10 @@ class _Places(CompileResultCacheImpl):
     _locator_classes: list[Any] = [  # noqa: RUF012 (as numba has it)
         type(place.__name__, (_Checked, place), {}) for place in CacheImpl._locator_classes
     ]
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        entered = target_context.subtarget(_internal_codegen=generator_of(Whole))
+        return super().rebuild(entered, payload)  # type: ignore[no-untyped-call]
 
 
 class CodeCache(FunctionCache):
