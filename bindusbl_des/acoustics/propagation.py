@@ -109,7 +109,8 @@ def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> 
 
 class Spread(NamedTuple):
     """What pings spread in, handed over once: who moves how, the band and its law of the disc, and
-    the rows of pings and receptions, which have room for more.
+    the rows of pings and receptions, which have room for more.  Without `everything` ASVs out of
+    range get no row.
     """
 
     pings: Annotated[Rows, PING]
@@ -118,19 +119,20 @@ class Spread(NamedTuple):
     loss: LossTerms
     auvs: Motion
     asvs: Motion
+    everything: bool
 
 
 @entry
 def spread(
-    handed: Rows, group: Ints, round_number: int, slot: int, time: float,
+    handed: int, group: Ints, round_number: int, slot: int, time: float,
     called_at: float, called_by: int, call: int, call_time: float, calls: int,
-    ping: int, row: int, everything: bool, prospects: Rows,
+    ping: int, row: int, prospects: Rows,
 ) -> int:  # fmt: skip
     """Let a group of AUVs ping at an instant (s): write their rows, the first of which is `ping`,
     and from `row` on one for each of their ASVs.
 
-    Return the row that comes after the last reception.  Without `everything` ASVs out of range get
-    no row.  `handed` is a :class:`Spread`.  AUVs that were called in vain, as the fields of
+    Return the row that comes after the last reception.  `handed` is the address of a
+    :class:`Spread`.  AUVs that were called in vain, as the fields of
     :data:`.rows.CALLED` tell, do not ping.  `calls` are on record by now.  `prospects` as of
     :class:`Way`.
     """
@@ -150,7 +152,7 @@ def spread(
         line.call, line.call_time_s = call, call_time
         line.first = row
         row, in_range, longest = _reach(
-            line, here, number, receptions, row, everything, vessels, way
+            line, here, number, receptions, row, into.everything, vessels, way
         )
         longest_so_far = max(longest_so_far, line.longest_s)
         line.end, line.in_range_of, line.heard_by = row, in_range, 0

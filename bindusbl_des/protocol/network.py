@@ -16,7 +16,7 @@ from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from .broadcasters import Broadcaster, BroadcastView
 from .chart import Chart
-from .conflicts import Array, Hearing, hearing, survey
+from .conflicts import Array, Hearing, Survey, Surveyed, hearing
 from .fix_queue import FixQueue, ReplyQueue
 from .happenings import Happenings, Watched
 from .hf.uplink import Uplink
@@ -111,6 +111,8 @@ class Network(Watched):
 
     def __post_init__(self) -> None:
         self.watching = Happenings(self.env, self.record, self.uplink, self.downlink)
+        band, ways = self.uplink.band, (self.auv_fleet.motion, self.asv_fleet.motion)
+        self._survey = Survey(Surveyed(*ways, band.reach + self.conflict_margin, band.slant))
 
     def planned(self, round_number: int, time: float) -> tuple[View, Groups]:
         """Return what the fleet knew when it scheduled a round that begins now, and its groups."""
@@ -142,16 +144,14 @@ class Network(Watched):
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
-        asvs, slant = self.asv_fleet.motion, self.uplink.band.slant
-        hf_range = self.uplink.band.reach
-        reach = hf_range + self.conflict_margin
+        slant, hf_range = self.uplink.band.slant, self.uplink.band.reach
         self.asv_fleet.reach(time)
         if self.chart is None:
             self.auv_fleet.reach(time)
-            seen = survey(self.auv_fleet.motion, asvs, time, reach, slant)
+            seen = self._survey.at(time)
         else:
-            plot, own = self._plotted(self.chart, time), places(asvs, time)[:, :3]
-            seen = plot, own, hearing(plot, own, reach, slant)
+            plot, own = self._plotted(self.chart, time), places(self.asv_fleet.motion, time)[:, :3]
+            seen = plot, own, hearing(plot, own, hf_range + self.conflict_margin, slant)
         metric, failed = "slant" if slant else "horizontal", self.asv_fleet.failed(time)
         if failed:
             seen[2][:, failed] = False

@@ -115,7 +115,7 @@ class MfDownlink(Deliveries):
         self._is_shared |= time < self._passed_at
         frames.room_for(1)
         last, self._passed_at = begin(
-            self._sent_in.row, frames.count, asv, time, on_air, airtime, processing, carried,
+            self._sent_in.address, frames.count, asv, time, on_air, airtime, processing, carried,
             foreseen,
         )  # fmt: skip
         frames.count += 1

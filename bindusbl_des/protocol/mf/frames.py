@@ -83,17 +83,17 @@ class Sent(NamedTuple):
 
 @entry
 def begin(
-    handed: Rows, number: int, asv: int, time: float, on_air: float, airtime: float,
+    handed: int, number: int, asv: int, time: float, on_air: float, airtime: float,
     processing: float, carried: Ints, foreseen: bool,
 ) -> tuple[float, float]:  # fmt: skip
     """Let an ASV send fixes, the rows `carried` (k,), in a frame at an instant (s), which is to
     last `airtime` (s) and is on the air for `on_air` (s); write it as `number` of the frames.
 
-    `handed` is a :class:`Sent`.  The fixes tell when their AUVs will have them: `processing` (s)
-    after the end of the frame has come.  An AUV out of the horizontal range when the frame begins
-    never gets its fix, nor one that does not decode it (whose outcome says so already), and where
-    its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those
-    known, or -1, and the frame's `passed_at_s`.
+    `handed` is the address of a :class:`Sent`.  The fixes tell when their AUVs will have them:
+    `processing` (s) after the end of the frame has come.  An AUV out of the horizontal range when
+    the frame begins never gets its fix, nor one that does not decode it (whose outcome says so
+    already), and where its way is not `foreseen` the arrival is left open (NaN).  Return the last
+    instant (s) of those known, or -1, and the frame's `passed_at_s`.
     """
     into = opened(handed, Sent)
     frames, fixes, auvs, asvs = into.frames, into.fixes, into.auvs, into.asvs
