@@ -13,7 +13,7 @@ from ..acoustics.modem import Message
 from ..records.events import Round
 from ..records.recorder import Recorder
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import places
+from ..vehicles.motion import Ints, places
 from .broadcasters import Broadcaster, BroadcastView
 from .chart import Chart
 from .conflicts import Array, Hearing, Survey, Surveyed, hearing
@@ -54,7 +54,7 @@ class Carried(NamedTuple):
     """What an ASV sends of a broadcast: fixes, rows of the record, and to whom it tells a slot."""
 
     asv: int
-    fixes: Sequence[int]
+    fixes: Ints
     named: Sequence[int] = ()
 
     def split(self, messages: Sequence[Message]) -> "list[Carried]":
@@ -155,11 +155,8 @@ class Network(Watched):
         metric, failed = "slant" if slant else "horizontal", self.asv_fleet.failed(time)
         if failed:
             seen[2][:, failed] = False
-        return View(
-            *(round_number, time, *seen, hf_range, metric, self.schedule_draw, failed),
-            slots=self.slots,
-            known=self.estimates,
-        )
+        known = self.slots, self.estimates
+        return View(round_number, time, *seen, hf_range, metric, self.schedule_draw, failed, *known)
 
     def _plotted(self, chart: Chart, time: float) -> Array:
         """Return where the fleet believes the AUVs to be, by all fixes made so far."""
@@ -184,12 +181,12 @@ class Network(Watched):
         batch, number = self.queue.take(time), self._broadcasts
         self._broadcasts += 1
         draw, fleet = self.broadcaster_draw, self.asv_fleet
+        rows = np.arange(batch.rows.start, batch.rows.stop)
         chosen = self.broadcaster(BroadcastView(number, time, batch, fleet, draw, self._reached))
         if isinstance(chosen, int):
-            shares = [[Carried(chosen, batch.rows)]]
+            shares = [[Carried(chosen, rows)]]
         else:
-            first = batch.rows.start
-            shares = [[Carried(asv, (first + own).tolist()) for asv, own in it] for it in chosen]
+            shares = [[Carried(asv, rows[own]) for asv, own in it] for it in chosen]
         if self.telling is None:
             return shares
         senders = [share.asv for slot in shares for share in slot]

@@ -96,13 +96,6 @@ class HandedErrors(NamedTuple):
     left: Annotated[Floats, 2]
 
 
-@compiled
-def lasting(errors: HandedErrors) -> Systematic:
-    """Return what lasts, of what was handed over."""
-    known, gnss = errors.levels[0], errors.gnss
-    return Systematic(known, errors.variances, errors.misalignments, gnss, errors.clocks)
-
-
 class Astray(NamedTuple):
     """The instrument that every ASV carries, and what is wrong all the time."""
 

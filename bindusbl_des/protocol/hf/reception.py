@@ -12,7 +12,7 @@ from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, Instrument
 from ...usbl.measurement import measured, note
-from ...usbl.systematic import HandedErrors, lasting, measured_astray
+from ...usbl.systematic import HandedErrors, Systematic, measured_astray
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Floats, Ints, Motion
 from ..mf.frames import sends
@@ -145,8 +145,11 @@ def settle(
                 instrument = Instrument(parts.array, parts.metric, parts.levels[0], has_sheet)
                 if errors is not None:
                     told = opened(errors, HandedErrors)
+                    lasting = Systematic(
+                        told.levels[0], told.variances, told.misalignments, told.gnss, told.clocks
+                    )
                     place, covariance, lever, told.left[fix] = measured_astray(
-                        heard, asvs, instrument, strayed, lasting(told)
+                        heard, asvs, instrument, strayed, lasting
                     )
                     told.levers[fix] = lever[:2]
                 else:

@@ -89,7 +89,7 @@ class MfDownlink(Deliveries):
 
     def send(
         self,
-        rows: Sequence[int],
+        rows: Sequence[int] | Ints,
         asv: int,
         time: float,
         airtime: float,
@@ -106,7 +106,7 @@ class MfDownlink(Deliveries):
         self._auvs.reach(time)
         self._asvs.reach(time)
         foreseen = airtime <= self._foreseen_s
-        frames, carried = self._frames, np.fromiter(rows, np.int64, len(rows))
+        frames, carried = self._frames, np.asarray(rows, dtype=np.int64)
         on_air = self._asvs.works_for(asv, time, airtime)
         if on_air < airtime:  # the frame is cut
             self._fixes.array["outcome"][carried] = LOST
@@ -120,10 +120,12 @@ class MfDownlink(Deliveries):
         )  # fmt: skip
         frames.count += 1
         if last >= 0.0:
-            self._deliver_by(last, rows)
-        elif rows and not foreseen:  # they steer meanwhile by other fixes, or who knows by what
+            self._deliver_by(last, carried)
+        elif (
+            len(rows) and not foreseen
+        ):  # they steer meanwhile by other fixes, or who knows by what
             event = self._env.timeout(airtime)
-            event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
+            event.callbacks.append(partial(self._leave, carried, asv, (time, airtime, processing)))
 
     def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> None:
         """Note which AUVs would decode a frame of fixes that an ASV begins at an instant (s)."""
@@ -202,7 +204,7 @@ class MfDownlink(Deliveries):
         return received
 
     def _leave(
-        self, rows: Sequence[int], asv: int, frame: tuple[float, float, float], _: simpy.Event
+        self, rows: Ints, asv: int, frame: tuple[float, float, float], _: simpy.Event
     ) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""
         ends = frame[0] + frame[1]

@@ -17,7 +17,7 @@ from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, Instrument
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
-from ...usbl.systematic import HandedErrors, lasting
+from ...usbl.systematic import HandedErrors, Systematic
 from ...vehicles.motion import Floats, Ints, Motion, where
 from ..hf.reception import Noise, begin, by_luck
 
@@ -81,9 +81,10 @@ def settle(
             own = Hearing(ping, it, (x, y, z), yaw, measuring)
             if errors is not None:
                 told = opened(errors, HandedErrors)
-                place, covariance, lever, told.left[fix] = located_astray(
-                    own, instrument, lasting(told)
+                lasting = Systematic(
+                    told.levels[0], told.variances, told.misalignments, told.gnss, told.clocks
                 )
+                place, covariance, lever, told.left[fix] = located_astray(own, instrument, lasting)
                 told.levers[fix] = lever[:2]
             else:
                 place, covariance = located_itself(own, instrument)
