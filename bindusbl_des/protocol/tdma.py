@@ -129,18 +129,16 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
 
 
 def _send_all(network: Network, turn: Turn, share: Carried, time: float, begins: float) -> float:
-    """Let an ASV send its fixes from an instant (s) on, which is now or to come; return how long (s)
-    it sends.  Where one message does not hold them, several follow each other.
+    """Let an ASV send its fixes from when it `begins` (s), now or later; return how long (s) it
+    sends.  Where one message does not hold them, several follow each other.
     """
-    airtime = 0.0
-    for part, message in enumerate(
-        network.slots.messages.packed(len(share.fixes), len(share.named))
-    ):
-        carried, share = share.filling(message)
+    airtime, messages = 0.0, network.slots.messages.packed(len(share.fixes), len(share.named))
+    for part, carried in enumerate(share.split(messages)):
+        message, when = messages[part], (part, begins)
         if begins == time:
-            _send(network, turn, carried, message, (part, begins))
+            _send(network, turn, carried, message, when)
         else:
-            send = partial(_send, network, turn, carried, message, (part, begins))
+            send = partial(_send, network, turn, carried, message, when)
             moment(network.env, begins).callbacks.append(send)
         begins += message.airtime_s
         airtime += message.airtime_s

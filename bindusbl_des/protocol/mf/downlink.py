@@ -121,9 +121,7 @@ class MfDownlink(Deliveries):
         frames.count += 1
         if last >= 0.0:
             self._deliver_by(last, carried)
-        elif (
-            len(rows) and not foreseen
-        ):  # they steer meanwhile by other fixes, or who knows by what
+        elif len(carried) and not foreseen:  # they steer meanwhile by other fixes, or who knows
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, carried, asv, (time, airtime, processing)))
 
