@@ -26,8 +26,9 @@ class Handed:
     (:func:`.opened.opened`).
 
     Its class says what it holds: ``Annotated[Rows, PING]`` are rows of records of a kind, and
-    ``Annotated[Floats, 2]`` has two axes, where an array has not one.  Arrays must stay where they
-    are; one that is replaced is renewed.  Whoever calls compiled code keeps this meanwhile.
+    ``Annotated[Floats, 2]`` has two axes, where an array has not one; both can be said.  Arrays
+    must stay where they are; one that is replaced is renewed.  Whoever calls compiled code keeps
+    this meanwhile.
     """
 
     def __init__(self, whole: Any) -> None:
@@ -54,12 +55,12 @@ def fields_of(whole: Any) -> dict[str, Any]:
 
 def _kind(hint: Any) -> Kind:
     """Return the kind of array that a hint such as Annotated[NDArray[np.float64], 2] means."""
-    further: Any = 1
+    further: list[Any] = []
     if get_origin(hint) is Annotated:
-        hint, further = get_args(hint)
-    if isinstance(further, np.dtype):
-        return Kind(further, 1)
-    return Kind(np.dtype(get_args(get_args(hint)[1])[0]), further)
+        hint, *further = get_args(hint)
+    of = [it for it in further if isinstance(it, np.dtype)]
+    axes = [it for it in further if isinstance(it, int)]
+    return Kind(of[0] if of else np.dtype(get_args(get_args(hint)[1])[0]), axes[0] if axes else 1)
 
 
 @cache

@@ -11,7 +11,6 @@ import numpy as np
 from ...acoustics.propagation import (
     Band,
     Spread,
-    Way,
     drowns,
     lost,
     overlap,
@@ -46,7 +45,7 @@ CALL = row_type(Call)
 @entry
 def interrogate(
     handed: int, group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows,
-    calls: Rows, count: int, capture: float, prospects: Rows,
+    calls: Rows, count: int, capture: float,
 ) -> int:  # fmt: skip
     """Let ASVs call the AUVs of a group at an instant (s), one for each; one call may name several.
 
@@ -54,12 +53,11 @@ def interrogate(
     ASVs after the first `count` of `calls`; return how many these are then.  Calls that overlap at
     an AUV destroy each other, and each is lost as a ping over the same way: if its one of `chances`
     (n,), in [0, 1), is below the probability of that.  `handed` is the address of a
-    :class:`.propagation.Spread`, `prospects` as of :class:`.propagation.Way`, `capture` as of
-    :class:`.channel.Receiver`.
+    :class:`.propagation.Spread`, `capture` as of :class:`.channel.Receiver`.
     """
     into = opened(handed, Spread)
-    auvs, asvs, band = into.auvs, into.asvs, into.band
-    way, duration, sound_speed = Way(band, into.loss, prospects), band.duration, band.sound_speed
+    auvs, asvs, way, band = into.auvs, into.asvs, into.way, into.way.band
+    duration, sound_speed = band.duration, band.sound_speed
     calling = np.unique(callers)
     for k in range(len(group)):
         answer = answers[k]

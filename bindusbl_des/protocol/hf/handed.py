@@ -5,8 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from ...acoustics.channel import Receiver
-from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import Band, Spread
+from ...acoustics.propagation import Spread, Way
 from ...core.handing.handed import Handed
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import CALLED, NONE
@@ -26,10 +25,10 @@ def members(group: tuple[int, ...]) -> Ints:
     return np.array(group, dtype=np.int64)
 
 
-def spread_in(record: Recorder, band: Band, loss: LossTerms, auvs: Fleet, asvs: Fleet) -> Handed:
+def spread_in(record: Recorder, way: Way, auvs: Fleet, asvs: Fleet) -> Handed:
     """Return what pings spread in, :class:`.propagation.Spread`."""
-    pings, receptions, ways = record.pings, record.receptions, (auvs.motion, asvs.motion)
-    handed = Handed(Spread(pings.array, receptions.array, band, loss, *ways, record.everything))
+    pings, receptions, fleets = record.pings, record.receptions, (auvs.motion, asvs.motion)
+    handed = Handed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
     pings.hand_on(handed, "pings")
     receptions.hand_on(handed, "receptions")
     return handed

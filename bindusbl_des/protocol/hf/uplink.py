@@ -7,11 +7,9 @@ from math import hypot
 import numpy as np
 
 from ...acoustics.channel import (
-    DISC,
     NO_LOSS,
     AskedChannel,
     Bending,
-    Prospects,
     Signals,
     between,
     deciding,
@@ -19,7 +17,7 @@ from ...acoustics.channel import (
 from ...acoustics.deafness import deafen
 from ...acoustics.loss import LossTerms
 from ...acoustics.prediction import amend
-from ...acoustics.propagation import Band, spread
+from ...acoustics.propagation import DISC, Band, Way, spread
 from ...acoustics.sonar.echoing import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
 from ...core.streams import Purpose, Streams
@@ -71,11 +69,12 @@ class Uplink:
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._bending = channel if isinstance(channel, Bending) else None
         self._echoes = EventBuffer(ECHO) if isinstance(channel, EchoingSonar) else None
-        self._asvs_move, self._strayed = not asvs.foreseen, strayed
+        self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
+        self._strayed, self._way = strayed, Way(air, self._loss, DISC)
         self._measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._calls = EventBuffer(CALL)
-        self._spread_in = spread_in(record, air, self._loss, auvs, asvs)
+        self._spread_in = spread_in(record, self._way, auvs, asvs)
         self._decided_by = decided_by(
             record, self._calls, asvs, self._measuring, band.duration, self.receiver
         )
@@ -94,12 +93,12 @@ class Uplink:
         chances = [
             luck(auv, asv).random() for auv, asv in zip(group, callers.tolist(), strict=True)
         ]
-        prospects = self._prospects(group, time, calling=True)
+        self._ask(group, time, calling=True)
         self._foresee(group, time)
         answers, sounds = np.empty(len(group), CALLED), len(set(callers.tolist())) * len(self._asvs)
         calls.count = interrogate(
             self._spread_in.address, members(tuple(group)), callers, np.array(chances), time,
-            answers, calls.room_for(sounds), calls.count, self.receiver.capture, prospects,
+            answers, calls.room_for(sounds), calls.count, self.receiver.capture,
         )  # fmt: skip
         if self._asvs.failures is not None:
             _, cut = self._asvs.failures.met(callers, time, time + self.band.duration)
@@ -128,13 +127,13 @@ class Uplink:
         caller = self._asvs.vehicles[asv].at(time)
         return travel_time(caller, self._auvs.vehicles[auv].at, time, self.band.sound_speed)
 
-    def _prospects(self, group: Sequence[int], time: float, calling: bool = False) -> Prospects:
-        """Return what becomes of the signals of AUVs, or calls for them: nothing of the disc, which
-        is compiled.
+    def _ask(self, group: Sequence[int], time: float, calling: bool = False) -> None:
+        """Ask what becomes of the signals of AUVs, or calls for them, but for the disc, which is
+        compiled.
         """
-        if self._channel is None:
-            return DISC
-        return self._channel.prospects(self._signals(group, time, calling))
+        if self._channel is not None:
+            prospects = self._channel.prospects(self._signals(group, time, calling))
+            self._spread_in.renew("way", self._way._replace(prospects=prospects))
 
     def _signals(self, group: Sequence[int], time: float, calling: bool) -> Signals:
         """Return the signals that begin at an instant (s) between AUVs and all ASVs."""
@@ -173,17 +172,17 @@ class Uplink:
         """
         pings, receptions = self._record.pings, self._record.receptions
         first, count = pings.count, len(group)
-        self._auvs.reach(time)
-        if self._asvs_move:
-            self._asvs.reach(time)
-        prospects, row = self._prospects(group, time), receptions.count
+        row = receptions.count
+        for fleet in self._moving:
+            fleet.reach(time)
+        self._ask(group, time)
         pings.room_for(count)
         receptions.room_for(count * self._vessels)
         call: tuple[float, int, int, float]
         call = NOT_CALLED if called is NO_CALL else called[0].item()
         receptions.count = spread(
             self._spread_in.address, members(tuple(group)), round_number, slot, time,
-            *call, self._calls.count, first, row, prospects,
+            *call, self._calls.count, first, row,
         )  # fmt: skip
         pings.count = first + count
         if waited is not None:
@@ -272,7 +271,7 @@ class Uplink:
 
     def amend(self, time: float) -> None:
         """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
-        if self._asvs_move and self._asvs.predicted:
+        if self._asvs.predicted:
             self._asvs.reach(time)
             self._predicted = amend(
                 time, self._predicted, self._record.pings.rows, self._record.receptions.rows,

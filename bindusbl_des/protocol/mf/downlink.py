@@ -82,6 +82,7 @@ class MfDownlink(Deliveries):
         )
         self._frames.hand_on(self._sent_in, "frames")
         record.fixes.hand_on(self._sent_in, "fixes")
+        self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._foreseen_s = asvs.sure_s if auvs.foreseen else -math.inf
         self._passed_at = 0.0  # by then (s) all frames so far have passed
         self._ping_s = band.deafening_s
@@ -103,8 +104,8 @@ class MfDownlink(Deliveries):
         """
         if self.on_broadcast is not None:
             self.on_broadcast()
-        self._auvs.reach(time)
-        self._asvs.reach(time)
+        for fleet in self._moving:
+            fleet.reach(time)
         foreseen = airtime <= self._foreseen_s
         frames, carried = self._frames, np.asarray(rows, dtype=np.int64)
         on_air = self._asvs.works_for(asv, time, airtime)

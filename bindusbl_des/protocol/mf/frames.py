@@ -42,7 +42,7 @@ class Frame:
 FRAME = row_type(Frame)
 
 # What a channel other than the disc makes of a frame at an AUV: IN_FLIGHT if that decodes it where
-# nothing overlaps it, else why it does not; and how strong it is (:data:`.channel.PROSPECT`).
+# nothing overlaps it, else why it does not; and how strong it is (:data:`.propagation.PROSPECT`).
 PROMISE = np.dtype([("outcome", "i8"), ("sound", "f8")])
 DISC: Rows = np.empty(0, PROMISE)
 

@@ -7,9 +7,9 @@ from math import hypot, inf
 
 import numpy as np
 
-from ...acoustics.channel import DISC, NO_LOSS, AskedChannel, Prospects, between, deciding
+from ...acoustics.channel import NO_LOSS, AskedChannel, Prospects, between, deciding
 from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import TOUCH, Band
+from ...acoustics.propagation import DISC, TOUCH, Band, Way
 from ...acoustics.travel_time import travel_time
 from ...core.handing.handed import Handed
 from ...core.streams import Purpose, Streams
@@ -58,7 +58,8 @@ class Beacons:
         self._measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
         self._gnss_noise = EventBuffer(GNSS_NOISE)
-        self._spread_in = spread_in(record, air, loss, auvs, asvs)
+        self._way = Way(air, loss, DISC)
+        self._spread_in = spread_in(record, self._way, auvs, asvs)
         self._decided_by = self._handed()
         self._prospects: dict[int, Prospects] = {}  # of pings, where the channel was asked
         self._undecided = 0  # receptions before this one are decided
@@ -96,13 +97,13 @@ class Beacons:
         ping, first = pings.count, receptions.count
         self._auvs.reach(time)
         self._asvs.reach(time)
-        prospects = self._asked(ping, time)
+        self._ask(ping, time)
         noise.room_for(1)[ping] = self._gnss(asv).standard_normal(3)
         pings.room_for(1)
         receptions.room_for(len(self._auvs))
         receptions.count = radiate(
             self._spread_in.address, asv, round_number, slot, time, self._auvs.foreseen, ping,
-            first, prospects,
+            first,
         )  # fmt: skip
         pings.count = noise.count = ping + 1
         if self._asvs.works_for(asv, time, self.band.duration) < self.band.duration:  # it is cut
@@ -117,16 +118,20 @@ class Beacons:
             self.on_sent(range(ping, ping + 1))
         return rows
 
-    def _asked(self, ping: int, time: float) -> Prospects:
-        """Return what becomes of signals (AUVs, ASVs): nothing of the disc, it is compiled."""
+    def _ask(self, ping: int, time: float) -> None:
+        """Ask what becomes of the signals of a ping, but for the disc, which is compiled."""
         if self._channel is None:
-            return DISC
+            return
         auvs, asvs = (places(it.motion, time)[:, :3] for it in (self._auvs, self._asvs))
         reach = self.band.reach
         prospects = self._channel.prospects(between(time, auvs, asvs, reach, calling=True))
+        self._foretell(prospects)
         if not self._auvs.foreseen:
             self._prospects[ping] = prospects
-        return prospects
+
+    def _foretell(self, prospects: Prospects) -> None:
+        """Have compiled code know what becomes of signals."""
+        self._spread_in.renew("way", self._way._replace(prospects=prospects))
 
     def amend(self, time: float) -> None:
         """Work out the arrivals that are nearly there by an instant (s), at AUVs that have no sure
@@ -140,8 +145,9 @@ class Beacons:
             place = ping["x_m"], ping["y_m"], ping["z_m"]
             auv, sent_at = self._auvs.vehicles[it["auv"]], float(ping["sent_at_s"])
             travel = travel_time(place, auv.at, sent_at, self.band.sound_speed)
-            prospects = self._prospects.get(int(it["ping"]), DISC)
-            arrive(self._spread_in.address, row, travel, prospects)
+            if self._channel is not None:
+                self._foretell(self._prospects[int(it["ping"])])
+            arrive(self._spread_in.address, row, travel)
 
     def decide(self, time: float) -> None:
         """Decide all receptions that have ended by an instant (s), and what AUVs make of them."""

@@ -7,7 +7,7 @@ from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled, entry
 from ...core.handing.opened import opened
 from ...records.events import IN_FLIGHT, OUT_OF_RANGE
-from ...records.rows import NONE, Row, Rows
+from ...records.rows import NONE, Row
 from ...vehicles.motion import Place, where
 
 # Share of the way after which an arrival is worked out at an AUV that has no sure future; nobody is
@@ -18,19 +18,18 @@ NEARLY_THERE = 0.98
 @entry
 def radiate(
     handed: int, asv: int, round_number: int, slot: int, time: float, foreseen: bool,
-    ping: int, row: int, prospects: Rows,
+    ping: int, row: int,
 ) -> int:  # fmt: skip
     """Let an ASV ping at an instant (s): write its row, `ping`, and from `row` on one for each AUV
     that it reaches.
 
     Return the row that comes after the last reception.  `handed` is the address of a
     :class:`.propagation.Spread`.  Where the way of AUVs is not `foreseen`, the arrivals written are
-    those at which it is nearly there (:func:`arrive`).  `prospects` (AUVs, ASVs) as of
-    :class:`.propagation.Way`.
+    those at which it is nearly there (:func:`arrive`).
     """
     into = opened(handed, Spread)
     pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
-    way, sound_speed = Way(into.band, into.loss, prospects), into.band.sound_speed
+    way, sound_speed = into.way, into.way.band.sound_speed
     here, line = where(asvs, asv, time), pings[ping]
     line.ping, line.round, line.slot, line.auv, line.asv = ping, round_number, slot, NONE, asv
     line.sent_at_s = time
@@ -60,7 +59,7 @@ def radiate(
             line.in_range_of += 1
             last = max(last, travel)
     line.end, line.longest_s = row, max(longest, longest_so_far)
-    line.passed_at_s = time + last + into.band.duration
+    line.passed_at_s = time + last + way.band.duration
     return row
 
 
@@ -78,13 +77,13 @@ def _meet(it: Row, sent_at: float, travel: float, way: Way) -> None:
 
 
 @entry
-def arrive(handed: int, row: int, travel: float, prospects: Rows) -> None:
+def arrive(handed: int, row: int, travel: float) -> None:
     """Write the arrival of a ping that is nearly there, now that its travel time (s) is known;
-    `handed` and `prospects` as of :func:`radiate`.
+    `handed` as of :func:`radiate`.
     """
     into = opened(handed, Spread)
     it = into.receptions[row]
     line = into.pings[it.ping]
-    _meet(it, line.sent_at_s, travel, Way(into.band, into.loss, prospects))
+    _meet(it, line.sent_at_s, travel, into.way)
     if it.outcome == IN_FLIGHT:
-        line.passed_at_s = max(line.passed_at_s, it.arrived_at_s + into.band.duration)
+        line.passed_at_s = max(line.passed_at_s, it.arrived_at_s + into.way.band.duration)
