@@ -145,9 +145,9 @@ class Network(Watched):
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
         slant, hf_range = self.uplink.band.slant, self.uplink.band.reach
-        self.asv_fleet.reach(time)
+        self.asv_fleet.advance(time)
         if self.chart is None:
-            self.auv_fleet.reach(time)
+            self.auv_fleet.advance(time)
             seen = self._survey.at(time)
         else:
             plot, own = self._plotted(self.chart, time), places(self.asv_fleet.motion, time)[:, :3]
@@ -170,7 +170,7 @@ class Network(Watched):
         if self.chart is not None:
             auvs = self._plotted(self.chart, time)
         else:
-            self.auv_fleet.reach(time)
+            self.auv_fleet.advance(time)
             auvs = places(self.auv_fleet.motion, time)[:, :3]
         return hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), self.mf_range, False)
 

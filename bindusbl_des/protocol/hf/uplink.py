@@ -128,25 +128,23 @@ class Uplink:
         return travel_time(caller, self._auvs.vehicles[auv].at, time, self.band.sound_speed)
 
     def _ask(self, group: Sequence[int], time: float, calling: bool = False) -> None:
-        """Ask what becomes of the signals of AUVs, or calls for them, but for the disc, which is
-        compiled.
-        """
+        """Ask what becomes of signals of AUVs, or calls for them; not the disc, it is compiled."""
         if self._channel is not None:
             prospects = self._channel.prospects(self._signals(group, time, calling))
             self._spread_in.renew("way", self._way._replace(prospects=prospects))
 
     def _signals(self, group: Sequence[int], time: float, calling: bool) -> Signals:
         """Return the signals that begin at an instant (s) between AUVs and all ASVs."""
-        self._auvs.reach(time)
-        self._asvs.reach(time)
+        self._auvs.advance(time)
+        self._asvs.advance(time)
         auvs = places(self._auvs.motion, time).take(members(tuple(group)), axis=0)[:, :3]
         asvs = places(self._asvs.motion, time)[:, :3]
         return between(time, auvs, asvs, self.band.reach, calling)
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
-        self._auvs.reach(time)
-        self._asvs.reach(time)
+        self._auvs.advance(time)
+        self._asvs.advance(time)
         if not (self._auvs.foreseen or self._auvs.predicted):
             if self._channel is None:
                 way = hypot(
@@ -154,7 +152,7 @@ class Uplink:
                 )
             else:  # sound may reach anybody
                 way = float(self._signals(group, time, calling=True).ranges.max())
-            self._auvs.reach(time + PASSED * way / self.band.sound_speed)
+            self._auvs.advance(time + PASSED * way / self.band.sound_speed)
 
     def send(
         self,
@@ -174,7 +172,7 @@ class Uplink:
         first, count = pings.count, len(group)
         row = receptions.count
         for fleet in self._moving:
-            fleet.reach(time)
+            fleet.advance(time)
         self._ask(group, time)
         pings.room_for(count)
         receptions.room_for(count * self._vessels)
@@ -272,7 +270,7 @@ class Uplink:
     def amend(self, time: float) -> None:
         """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
         if self._asvs.predicted:
-            self._asvs.reach(time)
+            self._asvs.advance(time)
             self._predicted = amend(
                 time, self._predicted, self._record.pings.rows, self._record.receptions.rows,
                 self.band.duration, self.band.sound_speed, *self._asvs.motion,

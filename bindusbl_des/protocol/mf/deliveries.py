@@ -63,7 +63,7 @@ class Deliveries:
         waiting = fixes.count - self._undelivered
         if waiting > len(self._due):
             self._due = np.empty(2 * waiting, dtype=np.int64)
-        self._auvs.reach(time)  # up to now AUVs have steered without these fixes
+        self._auvs.advance(time)  # up to now AUVs have steered without these fixes
         count, self._undelivered = delivered(
             fixes.array, self._undelivered, fixes.count, time, self._due
         )

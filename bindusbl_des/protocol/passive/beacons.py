@@ -95,8 +95,8 @@ class Beacons:
         """Let an ASV ping now, at `time` (s); return its receptions."""
         pings, receptions, noise = self._record.pings, self._record.receptions, self._gnss_noise
         ping, first = pings.count, receptions.count
-        self._auvs.reach(time)
-        self._asvs.reach(time)
+        self._auvs.advance(time)
+        self._asvs.advance(time)
         self._ask(ping, time)
         noise.room_for(1)[ping] = self._gnss(asv).standard_normal(3)
         pings.room_for(1)
@@ -154,7 +154,7 @@ class Beacons:
         self.amend(time)
         fixes, made = self._record.fixes, self._record.fixes.count
         if self._undecided < self._record.receptions.count:
-            self._auvs.reach(time)
+            self._auvs.advance(time)
             while (dry := self._settle(time)) != NONE:
                 self._refill(dry)
         rows = fixes.array[made : fixes.count]
