@@ -15,19 +15,11 @@ from ..core.plugins import Family, PluginError, asked, shown
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from .loss import LossTerms, contention_loss
-from .propagation import Band
+from .propagation import PROSPECT, Band
 
 Array = NDArray[np.float64]
 Prospects = NDArray[np.void]
 Value = TypeVar("Value", float, Array)
-
-# What becomes of a signal on its way: the probability that it is lost if nothing overlaps it; its
-# SNR (dB), NaN where the channel knows of none; and how strong a sound it is where it overlaps
-# others, its intensity in units of the noise: 0 is too weak to matter, 1 where no levels are known.
-PROSPECT = np.dtype([("loss", "f8"), ("snr_db", "f8"), ("sound", "f8")])
-
-# The disc is compiled, and not asked
-DISC: Prospects = np.empty((0, 0), PROSPECT)
 
 # Signals that are decoded more seldom are out of range.
 SELDOM = 1e-6

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from ..scenario.channel_settings import Curve
 from ..scenario.files.curve_file import read_curve
-from .channel import PLAIN, PROSPECT, Prospects, Receiver, Signals
+from .channel import PLAIN, Prospects, Receiver, Signals
+from .propagation import PROSPECT
 
 Floats = NDArray[np.float64]
 

@@ -16,6 +16,14 @@ from ..vehicles.motion import Floats, Ints, Motion, Place, where
 from .loss import LossTerms, loss_probability
 from .travel_time import light_time
 
+# What becomes of a signal on its way: the probability that it is lost if nothing overlaps it; its
+# SNR (dB), NaN where the channel knows of none; and how strong a sound it is where it overlaps
+# others, its intensity in units of the noise: 0 is too weak to matter, 1 where no levels are known.
+PROSPECT = np.dtype([("loss", "f8"), ("snr_db", "f8"), ("sound", "f8")])
+
+# Of the disc, which is compiled, and not asked
+DISC: Rows = np.empty((0, 0), PROSPECT)
+
 # Arrivals that overlap by less (s) only touch: rounding of the instants is far smaller.
 TOUCH = 1e-9
 
@@ -42,13 +50,12 @@ def within(here: Place, there: Place, slant: bool, reach: float) -> bool:
 
 class Way(NamedTuple):
     """What happens to signals of a group of AUVs on their way: the law of the disc (:mod:`.loss`),
-    or what becomes of each at each ASV or from it (n, m), :data:`.channel.PROSPECT`, where another
-    channel was asked.
+    or what becomes of each at each ASV or from it (n, m), where another channel was asked.
     """
 
     band: Band
     loss: LossTerms
-    prospects: Rows
+    prospects: Annotated[Rows, PROSPECT, 2]
 
 
 @compiled
@@ -61,9 +68,7 @@ def reaches(here: Place, there: Place, number: int, asv: int, way: Way) -> bool:
 
 @compiled
 def sound(here: Place, there: Place, number: int, asv: int, way: Way) -> float:
-    """Return how strong a signal between them is where it overlaps others, as of
-    :data:`.channel.PROSPECT`.
-    """
+    """Return how strong a signal between them is where it overlaps others (:data:`PROSPECT`)."""
     if way.prospects.size:
         return float(way.prospects[number, asv].sound)
     return 1.0 if within(here, there, way.band.slant, way.band.reach) else 0.0
@@ -108,35 +113,35 @@ def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> 
 
 
 class Spread(NamedTuple):
-    """What pings spread in, handed over once: who moves how, the band and its law of the disc, and
-    the rows of pings and receptions, which have room for more.
+    """What pings spread in, handed over once: who moves how, what happens on the way, and the rows
+    of pings and receptions, which have room for more.  Without `everything` who is out of range
+    gets no row.
     """
 
     pings: Annotated[Rows, PING]
     receptions: Annotated[Rows, RECEPTION]
-    band: Band
-    loss: LossTerms
+    way: Way
     auvs: Motion
     asvs: Motion
+    everything: bool
 
 
 @entry
 def spread(
-    handed: Rows, group: Ints, round_number: int, slot: int, time: float,
+    handed: int, group: Ints, round_number: int, slot: int, time: float,
     called_at: float, called_by: int, call: int, call_time: float, calls: int,
-    ping: int, row: int, everything: bool, prospects: Rows,
+    ping: int, row: int,
 ) -> int:  # fmt: skip
     """Let a group of AUVs ping at an instant (s): write their rows, the first of which is `ping`,
     and from `row` on one for each of their ASVs.
 
-    Return the row that comes after the last reception.  Without `everything` ASVs out of range get
-    no row.  `handed` is a :class:`Spread`.  AUVs that were called in vain, as the fields of
-    :data:`.rows.CALLED` tell, do not ping.  `calls` are on record by now.  `prospects` as of
-    :class:`Way`.
+    Return the row that comes after the last reception.  `handed` is the address of a
+    :class:`Spread`.  AUVs that were called in vain, as the fields of
+    :data:`.rows.CALLED` tell, do not ping.  `calls` are on record by now.
     """
     into = opened(handed, Spread)
     pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
-    way, duration = Way(into.band, into.loss, prospects), into.band.duration
+    way, duration = into.way, into.way.band.duration
     vessels, silent = Vessels(asvs, _places(asvs, time)), call not in (NONE, HEARD)
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
     for number in range(group.size):
@@ -150,7 +155,7 @@ def spread(
         line.call, line.call_time_s = call, call_time
         line.first = row
         row, in_range, longest = _reach(
-            line, here, number, receptions, row, everything, vessels, way
+            line, here, number, receptions, row, into.everything, vessels, way
         )
         longest_so_far = max(longest_so_far, line.longest_s)
         line.end, line.in_range_of, line.heard_by = row, in_range, 0

@@ -115,12 +115,10 @@ def _network(
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = slots_of(scenario), scenario.protocol
     messages = slots.messages
-    sound_speed = sound_speed_of(scenario)
-    hf = scenario.acoustics.hf
     uplink = Uplink(
         auvs,
         asvs,
-        Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
+        hf_band(scenario),
         hf_channel(scenario) or loss_of(scenario),
         instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
@@ -207,11 +205,10 @@ def _passive(
     streams: Streams,
 ) -> PassiveNetwork:
     """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
-    hf, sound_speed = scenario.acoustics.hf, sound_speed_of(scenario)
     beacons = Beacons(
         auvs,
         asvs,
-        Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed),
+        hf_band(scenario),
         hf_channel(scenario) or loss_of(scenario),
         instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
@@ -219,6 +216,12 @@ def _passive(
     )
     fixes = OwnFixes(env, auvs, navigator, record, beacons)
     return PassiveNetwork(env, slots_of(scenario), asvs, record, beacons, fixes)
+
+
+def hf_band(scenario: Scenario) -> Band:
+    """Return what holds for all pings and calls."""
+    hf = scenario.acoustics.hf
+    return Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed_of(scenario))
 
 
 def frame_band(scenario: Scenario) -> FrameBand:

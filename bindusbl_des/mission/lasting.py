@@ -64,7 +64,7 @@ def lasting_errors(scenario: Scenario, streams: Streams) -> Systematic | None:
     return Systematic(
         levels,
         np.array(variances),
-        misalignments(scenario, streams),
+        np.ascontiguousarray(misalignments(scenario, streams)),
         slow_gnss(scenario, streams),
         clocks(scenario, streams),
     )

@@ -42,7 +42,7 @@ class PingUnderWay(NamedTuple):
 
 def auv_states(world: World, time: float) -> AuvStates:
     """Return the AUVs at an instant (s); the estimate is of the fixes delivered so far."""
-    world.auv_fleet.reach(time)
+    world.auv_fleet.advance(time)
     count, now = len(world.auv_fleet), np.array([time])
     states = AuvStates(np.empty((count, 4)), np.empty((count, 2)), np.empty((count, 2, 2)))
     for auv in range(count):
@@ -56,7 +56,7 @@ def auv_states(world: World, time: float) -> AuvStates:
 
 def places_of(fleet: Fleet, time: float) -> Array:
     """Return x, y, z (m), yaw (rad, in (-pi, pi]) of a fleet at an instant (s), shape (n, 4)."""
-    fleet.reach(time)
+    fleet.advance(time)
     found = places(fleet.motion, time)
     found[:, 3] = turned(found[:, 3])
     return found

@@ -157,8 +157,8 @@ class Mission:
                 self._happen(until)
                 if until == end:
                     self._world.network.close(end)
-                    self._world.auv_fleet.reach(end)
-                    self._world.asv_fleet.reach(end)
+                    self._world.auv_fleet.advance(end)
+                    self._world.asv_fleet.advance(end)
                 self._time = until
         return None
 

@@ -4,14 +4,16 @@ Schedules of one's own get the graph; those that ship need none (:mod:`.colourin
 """
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.propagation import within
 from ..core.compiled import compiled, entry
-from ..vehicles.motion import Ints, Motion, where
+from ..core.handing.handed import Handed
+from ..core.handing.opened import opened
+from ..vehicles.motion import Motion, where
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -45,28 +47,39 @@ def _hearing(auvs: Array, asvs: Array, reach: float, slant: bool, heard: Hearing
             heard[i, j] = within(here, there, slant, reach)
 
 
-def survey(
-    auvs: Motion, asvs: Motion, time: float, reach: float, slant: bool
-) -> tuple[Array, Array, Hearing]:
-    """Return where AUVs and ASVs are at an instant (s), (n, 3) and (m, 3) in m, and who is within
-    a reach (m) of whom: :func:`hearing` of these, in one step.
-    """
-    count, vessels = len(auvs.first) - 1, len(asvs.first) - 1
-    here, there = np.empty((count, 3)), np.empty((vessels, 3))
-    heard = np.empty((count, vessels), dtype=np.bool_)
-    _survey(*auvs, *asvs, time, reach, slant, here, there, heard)
-    return here, there, heard
+class Surveyed(NamedTuple):
+    """Who is looked at: AUVs and ASVs, and the reach (m) of whom is told, as of :func:`hearing`."""
+
+    auvs: Motion
+    asvs: Motion
+    reach: float
+    slant: bool
+
+
+class Survey:
+    """Tells where all vehicles are, and who is within a reach of whom."""
+
+    def __init__(self, surveyed: Surveyed) -> None:
+        """Take who is looked at."""
+        self._handed = Handed(surveyed)
+        self._auvs, self._asvs = len(surveyed.auvs.first) - 1, len(surveyed.asvs.first) - 1
+
+    def at(self, time: float) -> tuple[Array, Array, Hearing]:
+        """Return where AUVs and ASVs are at an instant (s), (n, 3) and (m, 3) in m, and
+        :func:`hearing` of these.
+        """
+        auvs, asvs = np.empty((self._auvs, 3)), np.empty((self._asvs, 3))
+        heard = np.empty((self._auvs, self._asvs), dtype=np.bool_)
+        _survey(self._handed.address, time, auvs, asvs, heard)
+        return auvs, asvs, heard
 
 
 @entry
-def _survey(
-    auv_table: Array, auv_first: Ints, auv_step: float,
-    asv_table: Array, asv_first: Ints, asv_step: float,
-    time: float, reach: float, slant: bool, auvs: Array, asvs: Array, heard: Hearing,
-) -> None:  # fmt: skip
-    _place(Motion(auv_table, auv_first, auv_step), time, auvs)
-    _place(Motion(asv_table, asv_first, asv_step), time, asvs)
-    _hearing(auvs, asvs, reach, slant, heard)
+def _survey(handed: int, time: float, auvs: Array, asvs: Array, heard: Hearing) -> None:
+    of = opened(handed, Surveyed)
+    _place(of.auvs, time, auvs)
+    _place(of.asvs, time, asvs)
+    _hearing(auvs, asvs, of.reach, of.slant, heard)
 
 
 @compiled

@@ -13,10 +13,10 @@ from ..acoustics.modem import Message
 from ..records.events import Round
 from ..records.recorder import Recorder
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import places
+from ..vehicles.motion import Ints, places
 from .broadcasters import Broadcaster, BroadcastView
 from .chart import Chart
-from .conflicts import Array, Hearing, hearing, survey
+from .conflicts import Array, Hearing, Survey, Surveyed, hearing
 from .fix_queue import FixQueue, ReplyQueue
 from .happenings import Happenings, Watched
 from .hf.uplink import Uplink
@@ -54,7 +54,7 @@ class Carried(NamedTuple):
     """What an ASV sends of a broadcast: fixes, rows of the record, and to whom it tells a slot."""
 
     asv: int
-    fixes: Sequence[int]
+    fixes: Ints
     named: Sequence[int] = ()
 
     def split(self, messages: Sequence[Message]) -> "list[Carried]":
@@ -111,6 +111,8 @@ class Network(Watched):
 
     def __post_init__(self) -> None:
         self.watching = Happenings(self.env, self.record, self.uplink, self.downlink)
+        band, ways = self.uplink.band, (self.auv_fleet.motion, self.asv_fleet.motion)
+        self._survey = Survey(Surveyed(*ways, band.reach + self.conflict_margin, band.slant))
 
     def planned(self, round_number: int, time: float) -> tuple[View, Groups]:
         """Return what the fleet knew when it scheduled a round that begins now, and its groups."""
@@ -142,24 +144,19 @@ class Network(Watched):
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
-        asvs, slant = self.asv_fleet.motion, self.uplink.band.slant
-        hf_range = self.uplink.band.reach
-        reach = hf_range + self.conflict_margin
-        self.asv_fleet.reach(time)
+        slant, hf_range = self.uplink.band.slant, self.uplink.band.reach
+        self.asv_fleet.advance(time)
         if self.chart is None:
-            self.auv_fleet.reach(time)
-            seen = survey(self.auv_fleet.motion, asvs, time, reach, slant)
+            self.auv_fleet.advance(time)
+            seen = self._survey.at(time)
         else:
-            plot, own = self._plotted(self.chart, time), places(asvs, time)[:, :3]
-            seen = plot, own, hearing(plot, own, reach, slant)
+            plot, own = self._plotted(self.chart, time), places(self.asv_fleet.motion, time)[:, :3]
+            seen = plot, own, hearing(plot, own, hf_range + self.conflict_margin, slant)
         metric, failed = "slant" if slant else "horizontal", self.asv_fleet.failed(time)
         if failed:
             seen[2][:, failed] = False
-        return View(
-            *(round_number, time, *seen, hf_range, metric, self.schedule_draw, failed),
-            slots=self.slots,
-            known=self.estimates,
-        )
+        known = self.slots, self.estimates
+        return View(round_number, time, *seen, hf_range, metric, self.schedule_draw, failed, *known)
 
     def _plotted(self, chart: Chart, time: float) -> Array:
         """Return where the fleet believes the AUVs to be, by all fixes made so far."""
@@ -173,7 +170,7 @@ class Network(Watched):
         if self.chart is not None:
             auvs = self._plotted(self.chart, time)
         else:
-            self.auv_fleet.reach(time)
+            self.auv_fleet.advance(time)
             auvs = places(self.auv_fleet.motion, time)[:, :3]
         return hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), self.mf_range, False)
 
@@ -184,12 +181,12 @@ class Network(Watched):
         batch, number = self.queue.take(time), self._broadcasts
         self._broadcasts += 1
         draw, fleet = self.broadcaster_draw, self.asv_fleet
+        rows = np.arange(batch.rows.start, batch.rows.stop)
         chosen = self.broadcaster(BroadcastView(number, time, batch, fleet, draw, self._reached))
         if isinstance(chosen, int):
-            shares = [[Carried(chosen, batch.rows)]]
+            shares = [[Carried(chosen, rows)]]
         else:
-            first = batch.rows.start
-            shares = [[Carried(asv, (first + own).tolist()) for asv, own in it] for it in chosen]
+            shares = [[Carried(asv, rows[own]) for asv, own in it] for it in chosen]
         if self.telling is None:
             return shares
         senders = [share.asv for slot in shares for share in slot]

@@ -120,35 +120,37 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
         return
     begins, slots = time, network.slots
     for shares in network.shared(turn, time):
-        airtimes = [_send_all(network, turn, share, begins, begins == time) for share in shares]
-        begins = slots.clock.after(begins, max(airtimes) + slots.downlink_guard)
+        airtime = max([_send_all(network, turn, share, time, begins) for share in shares])
+        begins = slots.clock.after(begins, airtime + slots.downlink_guard)
     ends = max(begins, slots.clock.after(time, slots.shortest_downlink))
     network.downlink_free_at = ends
     network.foretell(turn, ends)
     turn.row.downlink_s += ends - time
 
 
-def _send_all(network: Network, turn: Turn, share: Carried, begins: float, now: bool) -> float:
-    """Let an ASV send its fixes from an instant (s) on, which is `now` or to come; return how long
-    (s) it sends.  Where one message does not hold them, several follow each other.
+def _send_all(network: Network, turn: Turn, share: Carried, time: float, begins: float) -> float:
+    """Let an ASV send its fixes from when it `begins` (s), now or later; return how long (s) it
+    sends.  Where one message does not hold them, several follow each other.
     """
-    messages = network.slots.messages.packed(len(share.fixes), len(share.named))
+    airtime, messages = 0.0, network.slots.messages.packed(len(share.fixes), len(share.named))
     for part, carried in enumerate(share.split(messages)):
-        send = partial(_send, network, turn, carried, (part, begins), messages[part])
-        if now and part == 0:
-            send()
+        message, when = messages[part], (part, begins)
+        if begins == time:
+            _send(network, turn, carried, message, when)
         else:
+            send = partial(_send, network, turn, carried, message, when)
             moment(network.env, begins).callbacks.append(send)
-        begins += messages[part].airtime_s
-    return sum([it.airtime_s for it in messages])
+        begins += message.airtime_s
+        airtime += message.airtime_s
+    return airtime
 
 
 def _send(
     network: Network,
     turn: Turn,
     carried: Carried,
-    when: tuple[int, float],
     message: Message,
+    when: tuple[int, float],
     _: simpy.Event | None = None,
 ) -> None:
     """Let an ASV send one message of a broadcast, its number among them and instant (s) given.

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.growing import lengthened
 from ..core.handing.handed import Handed
@@ -59,12 +58,19 @@ class Levers:
         """Have J of k columns."""
         self.columns = columns
         self.of, self.left = np.empty((0, 2, 4 * columns)), np.empty((0, 3))
+        self._handed: list[Handed] = []
 
-    def room_for(self, rows: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return both with room for so many rows."""
+    def hand_on(self, to: Handed) -> None:
+        """Keep the fields `levers` and `left` of what compiled code is handed what both are."""
+        self._handed.append(to)
+
+    def make_room(self, rows: int) -> None:
+        """Have room for so many rows."""
         if rows > len(self.of):
             self.of, self.left = lengthened(self.of, rows), lengthened(self.left, rows)
-        return self.of, self.left
+            for handed in self._handed:
+                handed.renew("levers", self.of)
+                handed.renew("left", self.left)
 
 
 @dataclass

@@ -63,7 +63,7 @@ RECEPTION = row_type(
     Reception,
     {
         "loss": float,  # probability that it is lost on its way
-        "sound": float,  # how strong it is where it overlaps others (:data:`.channel.PROSPECT`)
+        "sound": float,  # how strong it is where it overlaps others (:data:`.propagation.PROSPECT`)
         "late_s": float,  # how much later it seems to come where rays bend or echoes blend into it,
         "lowered": float,  # and by how much more the sine of its depression; NaN where none do
     },

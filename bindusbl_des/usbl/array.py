@@ -8,14 +8,24 @@ radians: azimuth from x towards y, elevation positive downwards.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.compiled import compiled
-
-Vector = NDArray[np.float64]
+from ..vehicles.motion import Floats
+from .vectors import (
+    NOTHING,
+    Vector,
+    cross,
+    divided,
+    length,
+    minus,
+    plus,
+    row_of,
+    scaled,
+    weighted,
+)
 
 # Hydrophone positions in the array frame (m).
-ARRAYS: dict[str, Vector] = {
+ARRAYS: dict[str, Floats] = {
     # Nitsch 2024, USBL-Simulator: four at the base, one at the apex, apex down, centroid at 0
     "oem5": np.array(
         [
@@ -42,7 +52,7 @@ ARRAYS: dict[str, Vector] = {
 REFINEMENTS = 2
 
 
-def scatter(array: Vector) -> Vector:
+def scatter(array: Floats) -> Floats:
     """Return the scatter matrix M = sum (p - mean)(p - mean)^T of an array, (3, 3), m2.
 
     The larger M is along an axis, the better the array resolves direction cosines along it.
@@ -55,7 +65,7 @@ def scatter(array: Vector) -> Vector:
 
 
 @compiled
-def rotation(roll: float, pitch: float, yaw: float) -> Vector:
+def rotation(roll: float, pitch: float, yaw: float) -> Floats:
     """Return the rotation R = Rz(yaw) Ry(pitch) Rx(roll) from the array to the survey frame."""
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
@@ -69,18 +79,19 @@ def rotation(roll: float, pitch: float, yaw: float) -> Vector:
 
 @compiled
 def arrival_differences(
-    array: Vector, source: Vector, sound_speed: float, noise: Vector, quantum: float
-) -> Vector:
+    array: Floats, source: Vector, sound_speed: float, noise: Floats, sd: float, quantum: float
+) -> Floats:
     """Return the arrival time differences (s) of all pairs of hydrophones, (i, j) with i < j.
 
-    `source` is in the array frame (m); the wave is spherical; `noise` (s) is that of each element;
-    differences are rounded to the `quantum` (s) of the sampling unless it is zero.
+    `source` is in the array frame (m); the wave is spherical; `noise` are standard normal numbers,
+    one for each element, `sd` (s) what one of them is worth; differences are rounded to the
+    `quantum` (s) of the sampling unless it is zero.
     """
     count = array.shape[0]
     arrivals = np.empty(count)
     for k in range(count):
-        x, y, z = source[0] - array[k, 0], source[1] - array[k, 1], source[2] - array[k, 2]
-        arrivals[k] = math.sqrt(x * x + y * y + z * z) / sound_speed + noise[k]
+        way = length(minus(source, row_of(array, k)))
+        arrivals[k] = way / sound_speed + sd * noise[k]
     differences = np.empty(count * (count - 1) // 2)
     pair = 0
     for i in range(count):
@@ -98,55 +109,54 @@ def tangents(unit: Vector) -> tuple[Vector, Vector]:
 
     Straight above or below, where every vector across is level, the first is the y axis.
     """
-    level = math.sqrt(unit[0] ** 2 + unit[1] ** 2)
+    level, first = math.sqrt(unit[0] ** 2 + unit[1] ** 2), (0.0, 1.0, 0.0)
     if level > 1e-9:
-        first = np.array((-unit[1] / level, unit[0] / level, 0.0))
-    else:
-        first = np.array((0.0, 1.0, 0.0))
-    second = np.empty(3)
-    second[0] = unit[1] * first[2] - unit[2] * first[1]
-    second[1] = unit[2] * first[0] - unit[0] * first[2]
-    second[2] = unit[0] * first[1] - unit[1] * first[0]
-    return first, second
+        first = -unit[1] / level, unit[0] / level, 0.0
+    return first, cross(unit, first)
 
 
 @compiled
-def direction(array: Vector, differences: Vector, sound_speed: float, metric: Vector) -> Vector:
+def direction(array: Floats, differences: Floats, sound_speed: float, metric: Floats) -> Vector:
     """Return the unit vector from the array to the source, in the array frame.
 
     A plane wave is fitted to the arrival time differences by least squares, s = -c M^-1 X^T t / n,
     then refined on the sphere by Gauss-Newton in the metric M (the scatter matrix, diagonal here),
     which makes it efficient where the array resolves some axes better than others.
     """
-    count = array.shape[0]
-    plane = np.zeros(3)
-    pair = 0
+    count, pair = array.shape[0], 0
+    plane = NOTHING
     for i in range(count):
         for j in range(i + 1, count):
-            for axis in range(3):
-                plane[axis] -= (array[i, axis] - array[j, axis]) * differences[pair]
+            apart = minus(row_of(array, i), row_of(array, j))
+            plane = minus(plane, scaled(apart, differences[pair]))
             pair += 1
-    for axis in range(3):
-        plane[axis] *= sound_speed / (count * metric[axis, axis])
-    length = math.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
-    if length < 1e-9:  # a source within the array has no direction; any will do
-        return np.array((0.0, 0.0, 1.0))
-    unit = plane / length
+    plane = (
+        plane[0] * (sound_speed / (count * metric[0, 0])),
+        plane[1] * (sound_speed / (count * metric[1, 1])),
+        plane[2] * (sound_speed / (count * metric[2, 2])),
+    )
+    if length(plane) < 1e-9:  # a source within the array has no direction; any will do
+        return 0.0, 0.0, 1.0
+    unit = divided(plane, length(plane))
     for _ in range(REFINEMENTS):
         east, down = tangents(unit)
-        a = b = d = f = g = 0.0
-        for axis in range(3):
-            weight, miss = metric[axis, axis], plane[axis] - unit[axis]
-            a += weight * east[axis] * east[axis]
-            b += weight * east[axis] * down[axis]
-            d += weight * down[axis] * down[axis]
-            f += weight * east[axis] * miss
-            g += weight * down[axis] * miss
-        determinant = a * d - b * b
-        along_east, along_down = (d * f - b * g) / determinant, (a * g - b * f) / determinant
-        for axis in range(3):
-            unit[axis] = unit[axis] + along_east * east[axis] + along_down * down[axis]
-        length = math.sqrt(unit[0] ** 2 + unit[1] ** 2 + unit[2] ** 2)
-        for axis in range(3):
-            unit[axis] /= length
+        x, y, determinant = across_by_metric(metric, east, down, minus(plane, unit))
+        unit = plus(unit, scaled(east, x / determinant))
+        unit = plus(unit, scaled(down, y / determinant))
+        unit = divided(unit, length(unit))
     return unit
+
+
+@compiled
+def across_by_metric(
+    metric: Floats, east: Vector, down: Vector, way: Vector
+) -> tuple[float, float, float]:
+    """Return how far along two vectors one comes nearest to a `way` in the metric of an array, both
+    times a determinant, and that.
+
+    Source: weighted least squares, (T^T M T)^-1 T^T M w with T = (east, down).
+    """
+    a, d = weighted(metric, east, east), weighted(metric, down, down)
+    b = weighted(metric, east, down)
+    f, g = weighted(metric, east, way), weighted(metric, down, way)
+    return d * f - b * g, a * g - b * f, a * d - b * b

@@ -4,12 +4,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.compiled import compiled
+from ..vehicles.motion import Floats
 from .array import tangents
-
-Vector = NDArray[np.float64]
+from .vectors import Vector, cross, divided, length, scaled, turned_back, weighted
 
 # A source nearer than this (m) is within the array; it only keeps divisions finite.
 SHORTEST_RANGE = 1e-3
@@ -30,24 +29,18 @@ class Across(NamedTuple):
 
 @compiled
 def across_by_array(
-    offset: Vector, attitude: Vector, metric: Vector, direction_sd: float
+    offset: Vector, attitude: Floats, metric: Floats, direction_sd: float
 ) -> Across:
     """Return the errors across an offset (3,), m, of a direction that an array has made out.
 
     `attitude` is the rotation from array to survey frame, `metric` the scatter matrix (diagonal,
     m2), `direction_sd` the element noise times the sound speed (m): r^2 T (T^T M T)^-1 T^T sd^2.
     """
-    reach = math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2)
-    east, down = tangents(offset / reach)
-    a = b = d = 0.0
-    for axis in range(3):  # T^T M T with M turned into the survey frame
-        along_east = along_down = 0.0
-        for k in range(3):
-            along_east += attitude[k, axis] * east[k]
-            along_down += attitude[k, axis] * down[k]
-        a += metric[axis, axis] * along_east * along_east
-        b += metric[axis, axis] * along_east * along_down
-        d += metric[axis, axis] * along_down * along_down
+    reach = length(offset)
+    east, down = tangents(divided(offset, reach))
+    along_east, along_down = turned_back(attitude, east), turned_back(attitude, down)
+    a, b = weighted(metric, along_east, along_east), weighted(metric, along_east, along_down)
+    d = weighted(metric, along_down, along_down)
     return Across(east, down, a, b, d, (reach * direction_sd) ** 2 / (a * d - b * b))
 
 
@@ -58,7 +51,7 @@ def across_by_sheet(offset: Vector, sds: tuple[float, float]) -> Across:
     A bearing is the less of a way the steeper it points.
     """
     square = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
-    east, down = tangents(offset / math.sqrt(square))
+    east, down = tangents(divided(offset, math.sqrt(square)))
     level = (offset[0] ** 2 + offset[1] ** 2) / square
     return Across(east, down, sds[1] ** 2, 0.0, sds[0] ** 2 * level, square)
 
@@ -66,12 +59,12 @@ def across_by_sheet(offset: Vector, sds: tuple[float, float]) -> Across:
 @compiled
 def fix_covariance(
     offset: Vector,
-    attitude: Vector,
+    attitude: Floats,
     across: Across,
     ranging_sd: float,
-    attitude_sd: Vector,
+    attitude_sd: Floats,
     gnss_sd: float,
-) -> Vector:
+) -> Floats:
     """Return the first-order covariance (3, 3), m2, of a fix, in the survey frame.
 
     `offset` points from the array to the source (survey frame, m), not 0; `attitude` is the
@@ -79,25 +72,22 @@ def fix_covariance(
     `attitude_sd` (roll, pitch, heading) in rad.  Source: physics of the first-order terms of
     eq. usbl_fix, sr^2 s s^T + across + [r s]x Sigma_att [r s]x^T + sg^2 I.
     """
-    unit = offset / math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2)
+    unit = divided(offset, length(offset))
     east, down, a, b, d, scale = across
     heading = math.atan2(attitude[1, 0], attitude[0, 0])
     ch, sh = math.cos(heading), math.sin(heading)
-    lever = np.zeros((3, 3))  # columns: offset x (roll, pitch, heading) axis, times its sd
-    axes = ((ch, sh, 0.0), (-sh, ch, 0.0), (0.0, 0.0, 1.0))
-    for k in range(3):
-        x, y, z = axes[k]
-        lever[0, k] = (offset[1] * z - offset[2] * y) * attitude_sd[k]
-        lever[1, k] = (offset[2] * x - offset[0] * z) * attitude_sd[k]
-        lever[2, k] = (offset[0] * y - offset[1] * x) * attitude_sd[k]
+    by_roll = scaled(cross(offset, (ch, sh, 0.0)), attitude_sd[0])
+    by_pitch = scaled(cross(offset, (-sh, ch, 0.0)), attitude_sd[1])
+    by_heading = scaled(cross(offset, (0.0, 0.0, 1.0)), attitude_sd[2])
     out = np.empty((3, 3))
     for i in range(3):
         for j in range(3):
             tangent = d * east[i] * east[j] - b * (east[i] * down[j] + down[i] * east[j])
             tangent += a * down[i] * down[j]
             out[i, j] = ranging_sd**2 * unit[i] * unit[j] + scale * tangent
-            for k in range(3):
-                out[i, j] += lever[i, k] * lever[j, k]
+            out[i, j] += by_roll[i] * by_roll[j]
+            out[i, j] += by_pitch[i] * by_pitch[j]
+            out[i, j] += by_heading[i] * by_heading[j]
         out[i, i] += gnss_sd**2
     return out
 
@@ -105,13 +95,11 @@ def fix_covariance(
 @compiled
 def not_nothing(offset: Vector) -> Vector:
     """Return an offset (3,), m, or another one if it is too short to have a direction."""
-    if math.sqrt(offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2) < SHORTEST_RANGE:
-        return np.array((0.0, 0.0, SHORTEST_RANGE))
-    return offset
+    return (0.0, 0.0, SHORTEST_RANGE) if length(offset) < SHORTEST_RANGE else offset
 
 
 @compiled
-def debias(ahead: Vector, covariance: Vector, ranging_sd: float) -> float:
+def debias(ahead: Vector, covariance: Floats, ranging_sd: float) -> float:
     """Return by how much an offset must be shortened; add what that is uncertain by.
 
     Given a measured direction with error covariance A, the source lies anywhere on a cap of the

@@ -6,9 +6,10 @@ import numpy as np
 
 from ..core.compiled import compiled
 from ..vehicles.motion import Floats
-from .array import tangents
+from .array import across_by_metric, tangents
 from .instrument import Instrument
 from .two_way import Sighting
+from .vectors import Vector, divided, dot, length, plus, scaled, turned, turned_back
 
 # Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
 # m of GNSS of who measures and of who has called, along x and y, per share of the sound speed, and
@@ -18,52 +19,40 @@ EFFECTS = 7
 
 
 @compiled
-def kept(ahead: Floats, reach: float) -> float:
+def kept(ahead: Vector, reach: float) -> float:
     """Return how much of a range (m) an offset keeps that is shortened (:func:`.debias`)."""
-    if reach <= 0.0:
-        return 1.0
-    return sqrt(ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2) / reach
+    return 1.0 if reach <= 0.0 else length(ahead) / reach
 
 
 @compiled
-def across(seen: Sighting, ahead: Floats, instrument: Instrument) -> Floats:
+def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
     """Return the effects (4, EFFECTS) of what turns an offset `ahead` (3,), m, or moves its origin.
 
     A sound speed taken for too high makes the plane wave that fits the arrivals longer.  Where the
     array resolves some axes better, the direction that comes nearest to it is another one: turned
     by T (T^T M T)^-1 T^T M s, T spanning the plane across s.
     """
-    effects, metric = np.zeros((4, EFFECTS)), instrument.metric
+    effects = np.zeros((4, EFFECTS))
     effects[0, MISALIGNMENT], effects[1, MISALIGNMENT] = -ahead[1], ahead[0]
     effects[0, GNSS] = effects[1, GNSS + 1] = 1.0
-    within = np.zeros(3)
-    for i in range(3):
-        for k in range(3):
-            within[i] += seen.believed[k, i] * seen.unit[k]
+    within = turned_back(seen.believed, seen.unit)
     east, down = tangents(within)
-    a = b = d = f = g = 0.0
-    for i in range(3):
-        a += metric[i, i] * east[i] * east[i]
-        b += metric[i, i] * east[i] * down[i]
-        d += metric[i, i] * down[i] * down[i]
-        f += metric[i, i] * east[i] * within[i]
-        g += metric[i, i] * down[i] * within[i]
-    determinant, reach = a * d - b * b, kept(ahead, 1.0)
-    aside = reach * ((d * f - b * g) * east + (a * g - b * f) * down) / determinant
-    for i in range(3):
-        for k in range(3):
-            effects[i, SOUND_SPEED] += seen.believed[i, k] * aside[k]
+    x, y, determinant = across_by_metric(instrument.metric, east, down, within)
+    aside = scaled(plus(scaled(east, x), scaled(down, y)), kept(ahead, 1.0))
+    moved = turned(seen.believed, divided(aside, determinant))
+    for axis in range(3):
+        effects[axis, SOUND_SPEED] = moved[axis]
     return effects
 
 
 @compiled
-def limit(farther: Floats, sds: Floats, baseline: Floats, path: float) -> None:
+def limit(farther: Floats, sds: Floats, baseline: Vector, path: float) -> None:
     """Shorten what a range errs by where geometry tells little (:func:`.round_trip.dated`).
 
     No error makes more of it than two places on a `baseline` (3,), m, differ, and of that of the
     sound speed what it makes of the whole `path` (m).
     """
-    square = (baseline[0] ** 2 + baseline[1] ** 2 + baseline[2] ** 2) / 6
+    square = dot(baseline, baseline) / 6
     for k in range(CLOCK):
         own = (sds[k] * path) ** 2 if k == SOUND_SPEED else 0.0
         variance = (sds[k] * farther[k]) ** 2
@@ -72,7 +61,7 @@ def limit(farther: Floats, sds: Floats, baseline: Floats, path: float) -> None:
 
 
 @compiled
-def lengthen(effects: Floats, unit: Floats, farther: Floats, kept: float) -> None:
+def lengthen(effects: Floats, unit: Vector, farther: Floats, kept: float) -> None:
     """Add what a range is longer by (m) to the effects; it is less of the call's way."""
     for k in range(EFFECTS):
         for i in range(3):
@@ -81,7 +70,7 @@ def lengthen(effects: Floats, unit: Floats, farther: Floats, kept: float) -> Non
 
 
 @compiled
-def changes(effects: Floats, ahead: Floats) -> Floats:
+def changes(effects: Floats, ahead: Vector) -> Floats:
     """Return how effects (4, EFFECTS) change per m along x and along y, (2, 4, EFFECTS).
 
     They turn with the direction of the offset `ahead` (3,), m; those of misalignment and sound
@@ -103,6 +92,6 @@ def changes(effects: Floats, ahead: Floats) -> Floats:
 
 
 @compiled
-def bent(ahead: Floats) -> Floats:
+def bent(ahead: Vector) -> Floats:
     """Return the second derivative (4,) of a fix by what turns its offset (3,), m, about z."""
     return np.array((-ahead[0], -ahead[1], 0.0, 0.0))

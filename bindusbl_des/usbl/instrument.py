@@ -6,13 +6,13 @@ own position from GNSS.  Frames are those of :mod:`.array`.
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.compiled import compiled
 from ..records.rows import Row, Rows
+from ..vehicles.motion import Floats
 from .array import arrival_differences, direction, rotation, scatter
 from .covariance import (
     Across,
@@ -32,8 +32,7 @@ from .sheet import (
     spread_sd,
     stated_direction,
 )
-
-Vector = NDArray[np.float64]
+from .vectors import Vector, minus, scaled, turned
 
 # Noise of one measurement: 5 element arrivals, 1 travel time, 3 attitude angles, 3 GNSS axes
 NOISE_WIDTH = 12
@@ -66,10 +65,24 @@ class Instrument(NamedTuple):
     (None: there is none, and nothing of it is compiled).
     """
 
-    array: Vector
-    metric: Vector
+    array: Floats
+    metric: Floats
     levels: Row
     has_sheet: bool | None
+
+
+class HandedInstrument(NamedTuple):
+    """An :class:`Instrument` as compiled code is handed it once: levels (1,), and no array where
+    somebody's own measures later.
+    """
+
+    array: Annotated[Floats, 2]
+    metric: Annotated[Floats, 2]
+    levels: Annotated[Rows, LEVELS]
+
+
+# What is handed over in the place of an instrument of somebody's own
+NO_INSTRUMENT = HandedInstrument(np.empty((0, 3)), np.eye(3), np.zeros(1, dtype=LEVELS))
 
 
 def element_sd(tdoa_sd: float, quantum: float = 0.0, elements: int = 5) -> float:
@@ -100,9 +113,9 @@ def locate(
     yaw: float,
     travel_time: float,
     snr_db: float,
-    noise: Vector,
+    noise: Floats,
     instrument: Instrument,
-) -> tuple[Vector, Vector]:
+) -> tuple[Floats, Floats]:
     """Measure one ping: return the fix (3,), m, and its covariance (3, 3), m2 (eq. usbl_fix).
 
     `source` is where the ping was sent and `vessel` where the array is when it arrives (survey
@@ -122,34 +135,25 @@ def sighted(
     vessel: Vector,
     yaw: float,
     snr_db: float,
-    noise: Vector,
+    noise: Floats,
     instrument: Instrument,
-) -> tuple[Vector, Vector]:
+) -> tuple[Vector, Floats]:
     """Return the unit vector to a source that an ASV believes in, and the attitude that it believes
     to have: the rotation (3, 3) from array to survey frame.  Arguments as of :func:`locate`.
     """
-    levels = instrument.levels
-    attitude_sd = levels.attitude_sd_rad
-    truth = rotation(0.0, 0.0, yaw)
-    offset = source - vessel
-    seen = np.empty(3)  # the source as the array sees it
-    for k in range(3):
-        seen[k] = truth[0, k] * offset[0] + truth[1, k] * offset[1] + truth[2, k] * offset[2]
+    attitude_sd, (ahead, aside, below) = instrument.levels.attitude_sd_rad, minus(source, vessel)
+    cy, sy = math.cos(yaw), math.sin(yaw)  # arrays hang level, whatever the AHRS says
+    seen = cy * ahead + sy * aside, cy * aside - sy * ahead, below
     within = _made_out(seen, snr_db, noise, instrument, instrument.has_sheet)
     believed = rotation(
         attitude_sd[0] * noise[6], attitude_sd[1] * noise[7], yaw + attitude_sd[2] * noise[8]
     )
-    unit = np.empty(3)
-    for k in range(3):
-        unit[k] = (
-            believed[k, 0] * within[0] + believed[k, 1] * within[1] + believed[k, 2] * within[2]
-        )
-    return unit, believed
+    return turned(believed, within), believed
 
 
 @compiled
 def _made_out(
-    seen: Vector, snr_db: float, noise: Vector, instrument: Instrument, has_sheet: bool | None
+    seen: Vector, snr_db: float, noise: Floats, instrument: Instrument, has_sheet: bool | None
 ) -> Vector:
     """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
     frame.
@@ -158,15 +162,15 @@ def _made_out(
     if has_sheet is not None:
         return stated_direction(seen, angle_sds(snr_db, levels), noise)
     differences = arrival_differences(
-        instrument.array, seen, levels.true_sound_speed_m_per_s,
-        timed_sd(levels.element_sd_s, snr_db, levels) * noise[:5], levels.quantum_s,
+        instrument.array, seen, levels.true_sound_speed_m_per_s, noise,
+        timed_sd(levels.element_sd_s, snr_db, levels), levels.quantum_s,
     )  # fmt: skip
     return direction(instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric)
 
 
 @compiled
 def _across(
-    offset: Vector, believed: Vector, snr_db: float, instrument: Instrument, has_sheet: bool | None
+    offset: Vector, believed: Floats, snr_db: float, instrument: Instrument, has_sheet: bool | None
 ) -> Across:
     """Return what the direction of an offset (3,), m, errs by."""
     levels = instrument.levels
@@ -188,7 +192,7 @@ def timed_sd(floor: float, snr_db: float, levels: Row) -> float:
 
 
 @compiled
-def clocked(travel_time: float, noise: Vector, instrument: Instrument) -> float:
+def clocked(travel_time: float, noise: Floats, instrument: Instrument) -> float:
     """Return a travel time (s) as it is measured; none is negative, whatever the noise."""
     levels, quantum = instrument.levels, instrument.levels.quantum_s
     sd = math.hypot(levels.travel_time_sd_s, levels.path_share * travel_time)
@@ -202,18 +206,18 @@ def clocked(travel_time: float, noise: Vector, instrument: Instrument) -> float:
 def placed(
     vessel: Vector,
     unit: Vector,
-    believed: Vector,
+    believed: Floats,
     reach: float,
     ranging_sd: float,
     snr_db: float,
-    noise: Vector,
+    noise: Floats,
     instrument: Instrument,
-) -> tuple[Vector, Vector]:
+) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, at a range `reach` (m) in a direction, and its covariance (3, 3), m2.
 
     `ranging_sd` (m) is that of the range; direction and attitude as of :func:`sighted`.
     """
-    ahead, levels = reach * unit, instrument.levels
+    ahead, levels = scaled(unit, reach), instrument.levels
     offset = not_nothing(ahead)
     across = _across(offset, believed, snr_db, instrument, instrument.has_sheet)
     covariance = fix_covariance(offset, believed, across, ranging_sd, levels.attitude_sd_rad, 0.0)
@@ -228,16 +232,26 @@ def placed(
 
 @compiled
 def offset_of(
-    fix: Vector, vessel: Vector, reach: float, noise: Vector, instrument: Instrument
+    fix: Floats, vessel: Vector, reach: float, noise: Floats, instrument: Instrument
 ) -> Vector:
     """Return the offset (3,), m, at whose end a fix was placed, without what moved it as a whole:
     GNSS and the spread that a sheet states.
     """
-    gnss_sd, spread = instrument.levels.gnss_sd_m, spread_sd(reach, instrument.levels)
-    offset = np.empty(3)
-    for k in range(3):
-        offset[k] = fix[k] - vessel[k] - gnss_sd * noise[9 + k] - spread * noise[SPREAD_NOISE + k]
-    return offset
+    levels = instrument.levels
+    gnss = scaled(gnss_noise(noise), levels.gnss_sd_m)
+    spread = scaled(_spread_noise(noise), spread_sd(reach, levels))
+    return minus(minus(minus((fix[0], fix[1], fix[2]), vessel), gnss), spread)
+
+
+@compiled
+def gnss_noise(noise: Floats) -> Vector:
+    """Return the numbers along x, y and z that a vessel is off by, in standard deviations."""
+    return noise[9], noise[10], noise[11]
+
+
+@compiled
+def _spread_noise(noise: Floats) -> Vector:
+    return noise[SPREAD_NOISE], noise[SPREAD_NOISE + 1], noise[SPREAD_NOISE + 2]
 
 
 @dataclass(frozen=True)
@@ -248,7 +262,7 @@ class Usbl:
     if they are the same.  A `sheet` stands in the place of array, TDOAs and travel time.
     """
 
-    array: Vector
+    array: Floats
     tdoa_sd: float
     travel_time_sd: float
     quantum: float
@@ -258,7 +272,7 @@ class Usbl:
     true_sound_speed: float | None = None
     sheet: Sheet | None = None
     timing_sd: float = 0.0
-    metric: Vector = field(init=False, repr=False)
+    metric: Floats = field(init=False, repr=False)
     levels: Rows = field(init=False, repr=False)  # (1,)
 
     def __post_init__(self) -> None:
@@ -287,20 +301,25 @@ class Usbl:
         object.__setattr__(self, "metric", metric)
 
     @property
-    def flat(self) -> tuple[Any, ...]:
-        """The instrument as compiled code takes it: as of :class:`Instrument`, levels (1,)."""
-        return self.array, self.metric, self.levels, None if self.sheet is None else True
+    def handed(self) -> HandedInstrument:
+        """The instrument as compiled code is handed it once."""
+        return HandedInstrument(np.ascontiguousarray(self.array), self.metric, self.levels)
+
+    @property
+    def has_sheet(self) -> bool | None:
+        """Whether there is a data sheet, as of :class:`Instrument`."""
+        return None if self.sheet is None else True
 
     def locate(
         self,
-        source: Vector,
-        vessel: Vector,
+        source: Floats,
+        vessel: Floats,
         yaw: float,
         travel_time: float,
-        noise: Vector,
+        noise: Floats,
         snr_db: float = math.nan,
-    ) -> tuple[Vector, Vector]:
+    ) -> tuple[Floats, Floats]:
         """Measure one ping; see :func:`locate`."""
-        array, metric, levels, has_sheet = self.flat
-        instrument = Instrument(array, metric, levels[0], has_sheet)
-        return locate(source, vessel, yaw, travel_time, snr_db, noise, instrument)
+        instrument = Instrument(self.array, self.metric, self.levels[0], self.has_sheet)
+        places: tuple[Vector, Vector] = tuple(source.tolist()), tuple(vessel.tolist())
+        return locate(*places, yaw, travel_time, snr_db, noise, instrument)

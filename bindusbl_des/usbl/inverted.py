@@ -34,6 +34,7 @@ from .levers import add, add_own, noise_of
 from .sheet import path_sd
 from .systematic import Systematic, astray, jump
 from .two_way import Sighting
+from .vectors import Vector, minus, negative, turned
 
 
 class Hearing(NamedTuple):
@@ -45,7 +46,7 @@ class Hearing(NamedTuple):
 
     ping: Row
     reception: Row
-    place: Floats
+    place: Vector
     yaw: float
     noise: Floats
 
@@ -57,8 +58,9 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
     It is the ASV's place less the offset measured.
     """
     it = own.reception
+    beneath, above = negative(own.place), negative(_source(own))
     image, covariance = locate(
-        -own.place, -_source(own), own.yaw, it.travel_time_s, it.snr_db, own.noise, instrument
+        beneath, above, own.yaw, it.travel_time_s, it.snr_db, own.noise, instrument
     )
     return -image, covariance
 
@@ -72,18 +74,16 @@ def located_astray(
     its misalignment, its clock is late, the ASV is slowly astray.
     """
     ping, it, levels = own.ping, own.reception, instrument.levels
-    unit, believed = sighted(-own.place, -_source(own), own.yaw, it.snr_db, own.noise, instrument)
-    turn, turned = rotation(0.0, 0.0, lasting.misalignments[it.auv]), np.zeros(3)
-    for i in range(3):
-        for j in range(3):
-            turned[i] += turn[i, j] * unit[j]
+    beneath, above = negative(own.place), negative(_source(own))
+    unit, believed = sighted(beneath, above, own.yaw, it.snr_db, own.noise, instrument)
+    turn = rotation(0.0, 0.0, lasting.misalignments[it.auv])
     late, later = lasting.clocks[it.auv]
     took = it.travel_time_s - late - later * it.arrived_at_s
     path = levels.sound_speed_m_per_s * clocked(took, own.noise, instrument)
-    origin = -_source(own) - astray(it.asv, ping.sent_at_s, lasting)
-    seen = Sighting(origin, turned, product(turn, believed), path, it.snr_db)
+    origin = minus(above, astray(it.asv, ping.sent_at_s, lasting))
+    seen = Sighting(origin, turned(turn, unit), product(turn, believed), path, it.snr_db)
     image, covariance = placed(
-        origin, turned, seen.believed, path, path_sd(path, levels), seen.snr_db, own.noise,
+        origin, seen.unit, seen.believed, path, path_sd(path, levels), seen.snr_db, own.noise,
         instrument,
     )  # fmt: skip
     ahead = offset_of(image, origin, path, own.noise, instrument)
@@ -101,12 +101,12 @@ def located_astray(
 
 
 @compiled
-def _source(own: Hearing) -> Floats:
-    return np.array((own.ping.x_m, own.ping.y_m, own.ping.z_m))
+def _source(own: Hearing) -> Vector:
+    return own.ping.x_m, own.ping.y_m, own.ping.z_m
 
 
 @compiled
-def _effects(seen: Sighting, ahead: Floats, instrument: Instrument) -> tuple[Floats, Floats]:
+def _effects(seen: Sighting, ahead: Vector, instrument: Instrument) -> tuple[Floats, Floats]:
     """Return the effects (4, EFFECTS) on a fix that is the ASV's place less the offset `ahead`, and
     how they change per m that the AUV is farther along x and along y (2, 4, EFFECTS).
 

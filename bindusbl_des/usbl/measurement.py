@@ -28,7 +28,7 @@ def measured(
     for row in heard.rows:
         it = heard.receptions[row]
         x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
-        vessel = np.array((x, y, z))
+        vessel = x, y, z
         fix, spread = locate(
             seeming(ping, vessel, it), vessel, yaw, travelled(it), it.snr_db, heard.noise[row],
             instrument,

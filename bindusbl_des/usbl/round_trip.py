@@ -9,11 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.compiled import compiled
-
-Vector = NDArray[np.float64]
+from ..vehicles.motion import Floats
+from .vectors import NOTHING, Vector, divided, dot, length, minus, negative, scaled
 
 # A share of the whole way below which a caller and an AUV are in line, and one cannot tell where.
 IN_LINE = 1e-9
@@ -54,31 +53,30 @@ def own_range(path: float, baseline: Vector, unit: Vector) -> OwnRange:
     `baseline` (3,), m, points from who heard the answer to where the call was sent: 0 for a caller
     that keeps its place, who takes half the path; others look for a point of an ellipse.
 
-    >>> [round(x, 9) for x in own_range(100.0, np.zeros(3), np.array([1.0, 0.0, 0.0]))[:2]]
+    >>> [round(x, 9) for x in own_range(100.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))[:2]]
     [50.0, 0.5]
-    >>> aside = own_range(90.0, np.array([0.0, 30.0, 0.0]), np.array([1.0, 0.0, 0.0]))
+    >>> aside = own_range(90.0, (0.0, 30.0, 0.0), (1.0, 0.0, 0.0))
     >>> round(aside[0], 9), round(90.0 - math.hypot(aside[0], 30.0), 9)
     (40.0, 40.0)
     """
-    along = unit[0] * baseline[0] + unit[1] * baseline[1] + unit[2] * baseline[2]
-    square = baseline[0] ** 2 + baseline[1] ** 2 + baseline[2] ** 2
+    along, square = dot(unit, baseline), dot(baseline, baseline)
     whole = max(path, math.sqrt(square))
     rest = whole - along
     if rest <= IN_LINE * whole:
-        return OwnRange(whole / 2, 0.5, -unit, np.zeros(3), square / 12)
+        return OwnRange(whole / 2, 0.5, negative(unit), NOTHING, square / 12)
     reach = (whole**2 - square) / (2 * rest)
-    lean = (baseline - along * unit) / rest
-    bearing = reach * unit - baseline
-    way = math.sqrt(bearing[0] ** 2 + bearing[1] ** 2 + bearing[2] ** 2)
+    lean = divided(minus(baseline, scaled(unit, along)), rest)
+    bearing = minus(scaled(unit, reach), baseline)
+    way = length(bearing)
     if way <= IN_LINE * whole:
         return OwnRange(reach, 0.5, unit, lean, 0.0)
-    return OwnRange(reach, (whole - reach) / rest, bearing / way, lean, 0.0)
+    return OwnRange(reach, (whole - reach) / rest, divided(bearing, way), lean, 0.0)
 
 
 @compiled
 def dated(
-    covariance: Vector, unit: Vector, own: OwnRange, limit: float, errors: PathErrors
-) -> Vector:
+    covariance: Floats, unit: Vector, own: OwnRange, limit: float, errors: PathErrors
+) -> Floats:
     """Return the covariance (4, 4), m2, of a fix by a range of one's own and of the call's way.
 
     The call's way is what remains of the path, and tells all others when the AUV answered.

@@ -7,13 +7,10 @@ times, and of the noise of travel times.  Angles are those of the array frame (:
 from math import atan2, cos, hypot, isnan, nan, sin
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..core.compiled import compiled
 from ..records.rows import Row
-
-Vector = NDArray[np.float64]
+from ..vehicles.motion import Floats
+from .vectors import Vector
 
 # The noise of bearing and elevation (rad), the share of a path that is noise of its length, the
 # noise of the place along each axis (m) and its share of the range, the SNR (dB) at which angles
@@ -73,14 +70,14 @@ def angle_sds(snr_db: float, levels: Row) -> tuple[float, float]:
 
 
 @compiled
-def stated_direction(seen: Vector, sds: tuple[float, float], noise: Vector) -> Vector:
+def stated_direction(seen: Vector, sds: tuple[float, float], noise: Floats) -> Vector:
     """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
     frame; `sds` (rad) as of :func:`angle_sds`.
     """
     bearing = atan2(seen[1], seen[0]) + sds[0] * noise[0]
     elevation = atan2(seen[2], hypot(seen[0], seen[1])) + sds[1] * noise[1]
     level = cos(elevation)
-    return np.array((level * cos(bearing), level * sin(bearing), sin(elevation)))
+    return level * cos(bearing), level * sin(bearing), sin(elevation)
 
 
 @compiled

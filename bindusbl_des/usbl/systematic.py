@@ -9,12 +9,12 @@ at once, so that they are fused as unknowns beside the place (best linear unbias
 """
 
 from math import hypot, isnan, sqrt
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ..core.compiled import compiled
-from ..records.rows import NONE, Row
+from ..records.rows import NONE, Row, Rows
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.motion import Floats, Motion
 from .array import rotation
@@ -37,6 +37,7 @@ from .instrument import NOISE_WIDTH, Instrument, Usbl, offset_of, placed
 from .levers import add, add_own, move, noise_of, spread_out
 from .sheet import path_sd
 from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, travelled, way_to_caller
+from .vectors import Vector, plus, turned
 
 # What is known: standard deviations along these columns but for the clock, that of its offset (s)
 # and of its drift, the standard normal number below which a measurement is an outlier and the
@@ -80,6 +81,21 @@ class Systematic(NamedTuple):
     clocks: Floats
 
 
+class HandedErrors(NamedTuple):
+    """What lasts (:class:`Systematic`) as compiled code is handed it once: levels (1,); and where
+    it writes how each fix depends on that, `levers` (fixes, 2, 4 k), and the covariance that does
+    not come from it, xx, yy, xy, `left` (fixes, 3), m2.
+    """
+
+    levels: Annotated[Rows, SYSTEMATIC]
+    variances: Floats
+    misalignments: Floats
+    gnss: Annotated[Floats, 3]
+    clocks: Annotated[Floats, 2]
+    levers: Annotated[Floats, 3]
+    left: Annotated[Floats, 2]
+
+
 class Astray(NamedTuple):
     """The instrument that every ASV carries, and what is wrong all the time."""
 
@@ -95,7 +111,7 @@ class Part(NamedTuple):
     """
 
     fix: Floats
-    unit: Floats
+    unit: Vector
     covariance: Floats
     effects: Floats
     changes: Floats
@@ -172,20 +188,18 @@ def _seen(
         late, later = lasting.clocks[ping.auv]
         under_way = travelled(it) + late + later * ping.sent_at_s
     seen = sighting(heard, row, under_way, asvs, instrument)
-    turn, unit = rotation(0.0, 0.0, lasting.misalignments[it.asv]), np.zeros(3)
-    for i in range(3):
-        for j in range(3):
-            unit[i] += turn[i, j] * seen.unit[j]
-    vessel = seen.vessel + astray(it.asv, it.arrived_at_s, lasting)
-    return Sighting(vessel, unit, product(turn, seen.believed), seen.path, seen.snr_db)
+    turn = rotation(0.0, 0.0, lasting.misalignments[it.asv])
+    unit, believed = turned(turn, seen.unit), product(turn, seen.believed)
+    vessel = plus(seen.vessel, astray(it.asv, it.arrived_at_s, lasting))
+    return Sighting(vessel, unit, believed, seen.path, seen.snr_db)
 
 
 @compiled
-def astray(asv: int, time: float, lasting: Systematic) -> Floats:
+def astray(asv: int, time: float, lasting: Systematic) -> Vector:
     """Return the slow GNSS error (3,), m, of an ASV at an instant (s)."""
-    own, out = lasting.gnss[asv], np.zeros(3)
-    out[:2] = own[min(int(time / CONTROL_S), len(own) - 1)]
-    return out
+    own = lasting.gnss[asv]
+    now = min(int(time / CONTROL_S), len(own) - 1)
+    return own[now, 0], own[now, 1], 0.0
 
 
 @compiled
@@ -230,7 +244,7 @@ def _by_whole_way(
     ping, noise = heard.ping, heard.noise[row]
     seen = _seen(heard, row, asvs, instrument, lasting)
     baseline = way_to_caller(heard, row, seen, asvs, instrument)
-    baseline += astray(ping.called_by, ping.called_at_s, lasting)
+    baseline = plus(baseline, astray(ping.called_by, ping.called_at_s, lasting))
     fix, spread, own = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
     ahead = offset_of(fix, seen.vessel, own.reach, noise, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)

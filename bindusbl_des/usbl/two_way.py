@@ -15,9 +15,10 @@ from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats, Ints, Motion, where
 from .covariance import SHORTEST_RANGE
 from .fusion import fuse_shared
-from .instrument import Instrument, clocked, placed, sighted
+from .instrument import Instrument, clocked, gnss_noise, placed, sighted
 from .round_trip import OwnRange, PathErrors, dated, own_range
 from .sheet import path_sd, spread_sd
+from .vectors import NOTHING, Vector, dot, minus, plus, scaled
 
 
 class Heard(NamedTuple):
@@ -37,8 +38,8 @@ class Sighting(NamedTuple):
     answer, and its signal-to-noise ratio (dB, nan if nobody knows of one).
     """
 
-    vessel: Floats
-    unit: Floats
+    vessel: Vector
+    unit: Vector
     believed: Floats
     path: float
     snr_db: float
@@ -66,7 +67,7 @@ def two_way(
     seen = answered(heard, reference, asvs, instrument)
     baseline = way_to_caller(heard, reference, seen, asvs, instrument)
     alone = by_itself(seen, baseline, heard, reference, instrument, strayed)
-    state, spread = np.zeros(4), alone.covariance
+    state, spread, lever = np.zeros(4), alone.covariance, np.empty((3, 1))
     state[:3] = alone.fix
     call_way = seen.path - alone.own.reach
     for row in heard.rows:
@@ -76,7 +77,9 @@ def two_way(
                 seen.vessel, seen.unit, seen.believed, max(seen.path - call_way, 0.0),
                 path_sd(seen.path, instrument.levels), seen.snr_db, heard.noise[row], instrument,
             )  # fmt: skip
-            state, spread, _, _ = fuse_shared(state, spread, fix, other, -seen.unit.reshape(3, 1))
+            for k in range(3):
+                lever[k, 0] = -seen.unit[k]
+            state, spread, _, _ = fuse_shared(state, spread, fix, other, lever)
     return state[:3].copy(), spread[:3, :3].copy()
 
 
@@ -103,7 +106,7 @@ def sighting(
     """Return what an ASV measures of a reception of sound that was `under_way` so long (s)."""
     ping, it, noise = heard.ping, heard.receptions[row], heard.noise[row]
     x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
-    vessel = np.array((x, y, z))
+    vessel = x, y, z
     source = seeming(ping, vessel, it)
     unit, believed = sighted(source, vessel, yaw, it.snr_db, noise, instrument)
     path = instrument.levels.sound_speed_m_per_s * clocked(under_way, noise, instrument)
@@ -117,40 +120,40 @@ def travelled(it: Row) -> float:
 
 
 @compiled
-def seeming(ping: Row, vessel: Floats, it: Row) -> Floats:
+def seeming(ping: Row, vessel: Vector, it: Row) -> Vector:
     """Return where a ping seems to have been sent (3,), m, as seen from a vessel (3,), m: higher or
     lower where echoes blend into it.
     """
-    source = np.array((ping.x_m, ping.y_m, ping.z_m))
+    source = ping.x_m, ping.y_m, ping.z_m
     if not isnan(it.lowered):
-        x, y, z = source[0] - vessel[0], source[1] - vessel[1], source[2] - vessel[2]
+        x, y, z = minus(source, vessel)
         reach = max(hypot(hypot(x, y), z), SHORTEST_RANGE)
         sine = min(max(z / reach + it.lowered, -1.0), 1.0)
         outward = reach * sqrt(1.0 - sine * sine) / max(hypot(x, y), SHORTEST_RANGE)
-        source[0], source[1] = vessel[0] + outward * x, vessel[1] + outward * y
-        source[2] = vessel[2] + reach * sine
+        source = plus(vessel, (outward * x, outward * y, reach * sine))
     return source
 
 
 @compiled
 def way_to_caller(
     heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument
-) -> Floats:
+) -> Vector:
     """Return where the call was sent as seen from who heard its answer (3,), m, by their GNSS."""
     x, y, z, _ = where(asvs, heard.ping.called_by, heard.ping.called_at_s)
-    baseline = np.array((x, y, z)) - seen.vessel
+    baseline, gnss_sd = minus((x, y, z), seen.vessel), instrument.levels.gnss_sd_m
     if heard.receptions[row].asv != heard.ping.called_by:
-        astray = np.zeros(3)  # the caller's GNSS error, which lasts for as long as call and answer
+        astray = NOTHING  # the caller's GNSS error, which lasts for as long as call and answer
         for other in range(len(heard.receptions)):
             if heard.receptions[other].asv == heard.ping.called_by:
-                astray = instrument.levels.gnss_sd_m * heard.noise[other, 9:12]
-        baseline = baseline + astray - instrument.levels.gnss_sd_m * heard.noise[row, 9:12]
+                astray = scaled(gnss_noise(heard.noise[other]), gnss_sd)
+        own = scaled(gnss_noise(heard.noise[row]), gnss_sd)
+        baseline = minus(plus(baseline, astray), own)
     return baseline
 
 
 @compiled
 def by_itself(
-    seen: Sighting, baseline: Floats, heard: Heard, row: int, instrument: Instrument, strayed: float
+    seen: Sighting, baseline: Vector, heard: Heard, row: int, instrument: Instrument, strayed: float
 ) -> Alone:
     """Locate an AUV by one reception of its answer; `baseline` as of :func:`way_to_caller`."""
     levels, noise = instrument.levels, heard.noise[row]
@@ -162,7 +165,7 @@ def by_itself(
         seen.vessel, seen.unit, seen.believed, own.reach, 0.0, seen.snr_db, noise, instrument
     )
     beside = gnss + spread_sd(own.reach, levels) ** 2  # of which the range does not depend
-    limit = (baseline[0] ** 2 + baseline[1] ** 2 + baseline[2] ** 2) / 6  # two places on a line
+    limit = dot(baseline, baseline) / 6  # two places on a line
     level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
     errors = PathErrors(path_sd(seen.path, levels) ** 2, level * strayed, beside, other_gnss)
     return Alone(fix, dated(covariance, seen.unit, own, limit, errors), own)

@@ -37,7 +37,7 @@ class Fleet:
     def __len__(self) -> int:
         return len(self.vehicles)
 
-    @property
+    @cached_property
     def foreseen(self) -> bool:
         """Whether the motion is known to the end, whatever happens in the mission."""
         return self.guided is None and self.poses is None and self.steered is None
@@ -78,7 +78,7 @@ class Fleet:
             time = failures.next_change(time)
         return time
 
-    def reach(self, time: float) -> None:
+    def advance(self, time: float) -> None:
         """Make the motion known up to an instant (s)."""
         if self.guided is not None:
             self.guided.advance(time)

@@ -28,14 +28,15 @@ class Outer(NamedTuple):
     inner: Inner
     first: NDArray[np.int64]
     count: int
+    grid: Annotated[NDArray[np.void], FLAG, 2]
 
 
 @entry
-def work(handed: Any, row: int) -> float:
+def work(handed: int, row: int) -> float:
     """Read each field, and write to a row."""
     it = opened(handed, Outer)
     factor = 2.0 if it.inner.is_doubled else 1.0
-    it.flags[row].number = len(it.flags) + it.first[row] + it.count
+    it.flags[row].number = len(it.flags) + it.first[row] + it.count + it.grid[1, 0].number
     it.flags[row].value = it.scale * it.inner.plane[row, 1] * factor
     return float(it.inner.plane.shape[1] + it.inner.plane[-1, -1])
 
@@ -43,15 +44,18 @@ def work(handed: Any, row: int) -> float:
 def everything(**changes: Any) -> Outer:
     """Return a tuple of everything, but for some fields."""
     plane = np.arange(6.0).reshape(3, 2)
-    whole = Outer(0.5, np.zeros(3, FLAG), Inner(plane, True), np.array([7, 8, 9]), 100)
+    flags, grid = np.zeros(3, FLAG), np.zeros((2, 2), FLAG)
+    grid["number"][1, 0] = 1000
+    whole = Outer(0.5, flags, Inner(plane, True), np.array([7, 8, 9]), 100, grid)
     return whole._replace(**changes)
 
 
 @pytest.mark.parametrize("is_doubled", [False, True])
 def test_every_field_is_what_was_handed_over(is_doubled: bool) -> None:
     whole = everything(inner=Inner(np.arange(6.0).reshape(3, 2), is_doubled))
-    assert work(Handed(whole).row, 1) == 2 + 5.0
-    assert whole.flags[1].item() == (3 + 8 + 100, 0.5 * 3.0 * (1 + is_doubled))
+    handed = Handed(whole)
+    assert work(handed.address, 1) == 2 + 5.0
+    assert whole.flags[1].item() == (3 + 8 + 100 + 1000, 0.5 * 3.0 * (1 + is_doubled))
     assert whole.flags[0].item() == whole.flags[2].item() == (0, 0.0)
 
 
@@ -62,11 +66,11 @@ def test_a_field_that_is_renewed_is_another_from_then_on() -> None:
     handed.renew("flags", np.zeros(1000, FLAG))
     handed.renew("inner", Inner(np.full((1000, 4), 3.0), False))
     handed.renew("first", np.arange(1000))
-    work(handed.row, 999)
+    work(handed.address, 999)
     again = np.zeros(1000, FLAG)
     handed.renew("flags", again)
-    assert work(handed.row, 999) == 4 + 3.0
-    assert again[999].item() == (1000 + 999 + 100, 1.5)
+    assert work(handed.address, 999) == 4 + 3.0
+    assert again[999].item() == (1000 + 999 + 100 + 1000, 1.5)
     assert not whole.flags["number"].any()
 
 

@@ -238,12 +238,12 @@ def test_auvs_that_steer_by_fixes_do_so_whoever_looks(compensation: str) -> None
 
         def look(world: World = world, env: simpy.Environment = env, every: float = every) -> Any:
             while True:
-                world.auv_fleet.reach(env.now)
+                world.auv_fleet.advance(env.now)
                 yield env.timeout(every)
 
         env.process(look())
         env.run(until=mission.duration_s)
-        world.auv_fleet.reach(mission.duration_s)
+        world.auv_fleet.advance(mission.duration_s)
         seen.append((world.auv_fleet.motion.table.copy(), world.record.fixes.rows))
     assert len(seen[0][1]) > 5
     assert np.array_equal(seen[0][0], seen[1][0])

@@ -92,12 +92,13 @@ def test_the_ellipse_goes_through_the_auv(place: Any, caller: Any) -> None:
     reach = float(np.linalg.norm(auv))
     path = reach + float(np.linalg.norm(auv - called_from))
     unit = auv / reach if reach > 1e-3 else np.array([0.0, 0.0, 1.0])
-    found, share, bearing, lean, doubt = own_range(path, called_from, unit)
+    way, seen = tuple(called_from.tolist()), tuple(unit.tolist())
+    found, share, bearing, lean, doubt = own_range(path, way, seen)
     rest = path - float(unit @ called_from)
     if reach > 1e-3 and rest > 1e-4 * path:
         assert found == pytest.approx(reach, abs=1e-6 * path)
         step = 1e-3 * rest
-        farther = own_range(path + step, called_from, unit)[0]
+        farther = own_range(path + step, way, seen)[0]
         assert farther - found == pytest.approx(share * step, rel=0.01)
         assert doubt == 0.0
     away = float(np.linalg.norm(called_from))

@@ -38,7 +38,8 @@ def heard(source: Any, place: Any, yaw: float, noise: Any, at: float = 7.0) -> H
     ping[0]["x_m"], ping[0]["y_m"], ping[0]["z_m"] = source
     ping[0]["sent_at_s"] = at - way
     it[0]["arrived_at_s"], it[0]["travel_time_s"] = at, way
-    return Hearing(ping[0], it[0], np.array(place), yaw, np.array(noise))
+    x, y, z = map(float, place)
+    return Hearing(ping[0], it[0], (x, y, z), yaw, np.array(noise))
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

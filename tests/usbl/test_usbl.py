@@ -172,7 +172,7 @@ def test_the_offset_is_shortened_by_what_the_direction_may_miss() -> None:
 def test_first_order_covariance(name: str, elevation_sine: float, azimuth: float) -> None:
     """The covariance of a fix at 50 m equals the published first-order values."""
     level, turn = math.sqrt(1 - elevation_sine**2), math.radians(azimuth)
-    offset = 50 * np.array([level * math.cos(turn), level * math.sin(turn), elevation_sine])
+    offset = 50 * level * math.cos(turn), 50 * level * math.sin(turn), 50 * elevation_sine
     found = fix_covariance(
         offset, np.eye(3),
         across_by_array(offset, np.eye(3), METRIC, 1500 * element_sd(THESIS_TDOA)),
@@ -186,8 +186,9 @@ def test_covariance_turns_with_the_vessel() -> None:
     offset, turn = np.array([30.0, 20.0, 10.0]), rotation(0.0, 0.0, 0.8)
 
     def found(offset: Array, turn: Array) -> Array:
-        across = across_by_array(offset, turn, METRIC, 3e-4)
-        return fix_covariance(offset, turn, across, 0.01, np.radians([0.2, 0.5, 1.0]), 0.02)
+        x, y, z = offset.tolist()
+        across = across_by_array((x, y, z), turn, METRIC, 3e-4)
+        return fix_covariance((x, y, z), turn, across, 0.01, np.radians([0.2, 0.5, 1.0]), 0.02)
 
     still, turned = found(offset, np.eye(3)), found(turn @ offset, turn)
     assert turned == pytest.approx(turn @ still @ turn.T, abs=1e-9)
@@ -200,8 +201,9 @@ def test_direction_attains_the_cramer_rao_bound(elevation: float) -> None:
     az, el = math.radians(30.0), math.radians(elevation)
     unit = np.array([math.cos(el) * math.cos(az), math.cos(el) * math.sin(az), math.sin(el)])
     angles = []
-    for noise in rng.standard_normal((count, 5)) * sigma:
-        times = arrival_differences(OEM, 1e5 * unit, 1500.0, noise, 0.0)
+    source = (1e5 * unit).tolist()
+    for noise in rng.standard_normal((count, 5)):
+        times = arrival_differences(OEM, tuple(source), 1500.0, noise, sigma, 0.0)
         found = direction(OEM, times, 1500.0, METRIC)
         angles.append((math.atan2(found[1], found[0]), math.asin(found[2])))
     tangent = np.array(

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scenario.channel_settings import Sonar, Sound
-from ..channel import PROSPECT, SELDOM, Prospects, Receiver, Signals
+from ..channel import SELDOM, Prospects, Receiver, Signals
+from ..propagation import PROSPECT
 from .budget import REFERENCE_M, LinkBudget
 from .decoding import Message, chance_decoded, threshold_db
 

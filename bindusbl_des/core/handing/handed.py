@@ -1,7 +1,7 @@
 """What compiled code is handed once: numbers and arrays that it works with again and again.
 
 Handing an array over takes as long as working out where a vehicle is, and a step of a mission works
-with a dozen of them.  So their addresses are written to one record, and the record is handed over.
+with a dozen of them.  So their addresses are written to one record, and its own is handed over.
 """
 
 from functools import cache
@@ -26,22 +26,24 @@ class Handed:
     (:func:`.opened.opened`).
 
     Its class says what it holds: ``Annotated[Rows, PING]`` are rows of records of a kind, and
-    ``Annotated[Floats, 2]`` has two axes, where an array has not one.  Arrays must stay where they
-    are; one that is replaced is renewed.
+    ``Annotated[Floats, 2]`` has two axes, where an array has not one; both can be said.  Arrays
+    must stay where they are; one that is replaced is renewed.  Whoever calls compiled code keeps
+    this meanwhile.
     """
 
     def __init__(self, whole: Any) -> None:
         """Take the tuple; its arrays live as long as this does."""
         kind: Any = type(whole)
         self._fields, self._held = fields_of(kind), whole._asdict()
-        #: What compiled code is handed, shape (1,).
-        self.row: NDArray[np.void] = np.zeros(1, _layout(kind))
-        self.row[0] = _written(kind, whole)
+        self._row: NDArray[np.void] = np.zeros(1, _layout(kind))
+        self._row[0] = _written(kind, whole)
+        #: What compiled code is handed: where the record is.
+        self.address: int = self._row.ctypes.data
 
     def renew(self, name: str, value: Any) -> None:
         """Take another array, or tuple, in the place of one of its fields."""
         self._held[name] = value
-        self.row[name] = _field(name, self._fields[name], value)
+        self._row[name] = _field(name, self._fields[name], value)
 
 
 @cache
@@ -53,12 +55,12 @@ def fields_of(whole: Any) -> dict[str, Any]:
 
 def _kind(hint: Any) -> Kind:
     """Return the kind of array that a hint such as Annotated[NDArray[np.float64], 2] means."""
-    further: Any = 1
+    further: list[Any] = []
     if get_origin(hint) is Annotated:
-        hint, further = get_args(hint)
-    if isinstance(further, np.dtype):
-        return Kind(further, 1)
-    return Kind(np.dtype(get_args(get_args(hint)[1])[0]), further)
+        hint, *further = get_args(hint)
+    of = [it for it in further if isinstance(it, np.dtype)]
+    axes = [it for it in further if isinstance(it, int)]
+    return Kind(of[0] if of else np.dtype(get_args(get_args(hint)[1])[0]), axes[0] if axes else 1)
 
 
 @cache

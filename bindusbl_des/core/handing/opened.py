@@ -24,8 +24,8 @@ is_not_null: Any = cgutils.is_not_null
 class Opened(Protocol):
     """How :func:`opened` is called in compiled code, and nowhere else."""
 
-    def __call__(self, handed: Any, whole: type[Whole]) -> Whole:
-        """Return the tuple, of a class, whose record (1,) was handed over."""
+    def __call__(self, handed: int, whole: type[Whole]) -> Whole:
+        """Return the tuple, of a class, whose record was handed over, by its address."""
 
 
 def _type(hint: Any) -> Any:
@@ -41,10 +41,10 @@ def _opened(_: Any, handed: Any, whole: Any) -> Any:
     made = _type(whole.instance_class)
 
     def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        words = make_array(handed)(context, builder, given[0]).data
-        return _loaded(context, builder, builder.bitcast(words, WORD.as_pointer()), made)[0]
+        words = builder.inttoptr(given[0], WORD.as_pointer())
+        return _loaded(context, builder, words, made)[0]
 
-    return made(handed, whole), build
+    return made(types.int64, whole), build
 
 
 opened = cast(Opened, intrinsic(_opened))

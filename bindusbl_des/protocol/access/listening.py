@@ -42,7 +42,7 @@ class Listening:
 
     def begin(self, auv: int, time: float) -> None:
         """Note that an AUV begins to ping at an instant (s)."""
-        self._auvs.reach(time)
+        self._auvs.advance(time)
         all_places = places(self._auvs.motion, time)[:, :3]
         here = all_places[[auv]]
         signals = between(time, here, all_places, self._band.reach, calling=False)
@@ -73,7 +73,7 @@ class Listening:
 
         One that begins as another ends is heard on.
         """
-        self._auvs.reach(time)
+        self._auvs.advance(time)
         # nobody knows of a ping that begins at the very instant, be it side by side
         known = (ping for ping in self._pings if ping.sent_at_s < time - TOUCH)
         arrivals = (self._arrival(ping, auv, time) for ping in known)

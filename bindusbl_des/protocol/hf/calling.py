@@ -8,10 +8,19 @@ from math import nan
 
 import numpy as np
 
-from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import Band, Way, drowns, lost, overlap, reaches, sound, within
+from ...acoustics.propagation import (
+    Band,
+    Spread,
+    drowns,
+    lost,
+    overlap,
+    reaches,
+    sound,
+    within,
+)
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled, entry
+from ...core.handing.opened import opened
 from ...records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
 from ...records.rows import Row, Rows, row_type
 from ...vehicles.motion import Floats, Ints, Motion, where
@@ -35,24 +44,20 @@ CALL = row_type(Call)
 
 @entry
 def interrogate(
-    group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows, calls: Rows,
-    count: int, capture: float, prospects: Rows,
-    coefficients: Floats, combine: int, contention: float, cap: float,
-    slant: bool, reach: float, duration: float, sound_speed: float,
-    auv_table: Floats, auv_first: Ints, auv_step: float,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
+    handed: int, group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows,
+    calls: Rows, count: int, capture: float,
 ) -> int:  # fmt: skip
     """Let ASVs call the AUVs of a group at an instant (s), one for each; one call may name several.
 
     Write what becomes of each call to `answers` (n,), :data:`.rows.CALLED`, and the calls' sound at
     ASVs after the first `count` of `calls`; return how many these are then.  Calls that overlap at
     an AUV destroy each other, and each is lost as a ping over the same way: if its one of `chances`
-    (n,), in [0, 1), is below the probability of that.  `prospects` as of :class:`.propagation.Way`,
-    `capture` as of :class:`.channel.Receiver`.
+    (n,), in [0, 1), is below the probability of that.  `handed` is the address of a
+    :class:`.propagation.Spread`, `capture` as of :class:`.channel.Receiver`.
     """
-    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
-    band = Band(slant, reach, duration, sound_speed)
-    way = Way(band, LossTerms(coefficients, combine, contention, cap), prospects)
+    into = opened(handed, Spread)
+    auvs, asvs, way, band = into.auvs, into.asvs, into.way, into.way.band
+    duration, sound_speed = band.duration, band.sound_speed
     calling = np.unique(callers)
     for k in range(len(group)):
         answer = answers[k]

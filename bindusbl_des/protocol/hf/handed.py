@@ -5,15 +5,14 @@ from functools import lru_cache
 import numpy as np
 
 from ...acoustics.channel import Receiver
-from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import Band, Spread
+from ...acoustics.propagation import Spread, Way
 from ...core.handing.handed import Handed
-from ...core.streams import NoiseStore
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import CALLED, NONE
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints
-from .reception import Decided, Noise
+from .measuring import Measuring, noise_of
+from .reception import Decided
 
 # What a ping has that nobody called
 NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
@@ -26,10 +25,10 @@ def members(group: tuple[int, ...]) -> Ints:
     return np.array(group, dtype=np.int64)
 
 
-def spread_in(record: Recorder, band: Band, loss: LossTerms, auvs: Fleet, asvs: Fleet) -> Handed:
+def spread_in(record: Recorder, way: Way, auvs: Fleet, asvs: Fleet) -> Handed:
     """Return what pings spread in, :class:`.propagation.Spread`."""
-    pings, receptions = record.pings, record.receptions
-    handed = Handed(Spread(pings.array, receptions.array, band, loss, auvs.motion, asvs.motion))
+    pings, receptions, fleets = record.pings, record.receptions, (auvs.motion, asvs.motion)
+    handed = Handed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
     pings.hand_on(handed, "pings")
     receptions.hand_on(handed, "receptions")
     return handed
@@ -38,8 +37,8 @@ def spread_in(record: Recorder, band: Band, loss: LossTerms, auvs: Fleet, asvs: 
 def decided_by(
     record: Recorder,
     calls: EventBuffer,
-    noise: NoiseStore,
     asvs: Fleet,
+    measuring: Measuring,
     duration: float,
     receiver: Receiver,
 ) -> Handed:
@@ -50,8 +49,9 @@ def decided_by(
             record.receptions.array,
             calls.array,
             record.fixes.array,
-            _drawn(noise),
+            noise_of(measuring.noise),
             asvs.motion,
+            measuring.instrument,
             duration,
             receiver.capture,
             receiver.shadowing_sd_db,
@@ -61,9 +61,5 @@ def decided_by(
     record.receptions.hand_on(handed, "receptions")
     calls.hand_on(handed, "calls")
     record.fixes.hand_on(handed, "fixes")
-    noise.on_grown = lambda store: handed.renew("noise", _drawn(store))
+    measuring.hand_on(handed)
     return handed
-
-
-def _drawn(noise: NoiseStore) -> Noise:
-    return Noise(noise.shelf, noise.taken, noise.blocks)

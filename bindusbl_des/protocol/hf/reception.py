@@ -10,9 +10,9 @@ from ...core.compiled import compiled, entry
 from ...core.handing.opened import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH, Instrument
+from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, Instrument
 from ...usbl.measurement import measured, note
-from ...usbl.systematic import Systematic, measured_astray
+from ...usbl.systematic import HandedErrors, Systematic, measured_astray
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Floats, Ints, Motion
 from ..mf.frames import sends
@@ -42,7 +42,8 @@ class Noise(NamedTuple):
 
 class Decided(NamedTuple):
     """What pings are decided by, handed over once: all sound on record and the fixes made, with
-    room for more, the noise, where ASVs are, and what they make of what they hear (:class:`Air`).
+    room for more, the noise, where ASVs are, what they measure with, and what they make of what
+    they hear (:class:`Air`).
     """
 
     pings: Annotated[Rows, PING]
@@ -51,6 +52,7 @@ class Decided(NamedTuple):
     fixes: Annotated[Rows, FIX]
     noise: Noise
     asvs: Motion
+    instrument: HandedInstrument
     duration: float
     capture: float
     shadowing_sd_db: float
@@ -106,30 +108,24 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 
 @entry
 def settle(
-    handed: Rows, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
-    fix: int, echoes: Rows | None, frames: Rows | None,
-    array: Floats | None, metric: Floats, levels: Rows, has_sheet: bool | None,
-    strayed: Floats | None,
-    known: Rows | None, variances: Floats, misalignments: Floats, gnss: Floats, clocks: Floats,
-    levers: Floats, left: Floats,
+    handed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
+    fix: int, has_sheet: bool | None, errors: int | None, strayed: Floats | None,
+    echoes: Rows | None, frames: Rows | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
 
     Return the number of fixes then, the first ping that is yet to be decided, and NONE, NONE; or,
     when the noise of a pair of an AUV and an ASV is used up, these: it must be refilled and the
-    function called again.  `handed` is a :class:`Decided`, of which the first `pings`, `receptions`
-    and `calls` are on record, and `fix` fixes; `echoes`, row by row of receptions, are as of
-    :data:`.echoing.ECHO`, None where pings have none; `frames` those of ASVs that hear nothing
-    while they send them, None where they hear pings all the same.  `strayed` (n,) is how far each
-    AUV may have gone between a call and its answer (variance along its course, m2); None where
-    nobody calls.  Where the `array` is None, an instrument of somebody's own measures later.
-    Where errors last (`known` and what follows, :class:`.systematic.Systematic`; else None), how
-    each fix depends on them is written to `levers` (fixes, 2, 4 k), and the covariance that does
-    not come from them, xx, yy, xy, to `left` (fixes, 3), m2.
+    function called again.  `handed` is the address of a :class:`Decided`, of which so many `pings`,
+    `receptions` and `calls` are on record, and `fix` fixes.  What is None is not even compiled: a
+    data sheet, as :class:`.instrument.Instrument` has it; `errors` that last, the address of a
+    :class:`.systematic.HandedErrors`; how far each AUV may have `strayed` (n,) between a call and
+    its answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions,
+    as of :data:`.echoing.ECHO`; and `frames`, of ASVs that hear no ping while they send them.
     """
     by = opened(handed, Decided)
-    fixes, noise, asvs = by.fixes, by.noise, by.asvs
+    fixes, noise, asvs, parts = by.fixes, by.noise, by.asvs, by.instrument
     air = Air(
         by.pings[:pings], by.receptions[:receptions], by.calls[:calls],
         by.duration, by.capture, by.shadowing_sd_db,
@@ -145,14 +141,17 @@ def settle(
             sent = air.pings[ping]
             begin(row, sent, only)
             heard = Heard(sent, air.receptions[row.first : row.end], hearers, measuring)
-            if array is not None:
-                instrument = Instrument(array, metric, levels[0], has_sheet)
-                if known is not None:
-                    lasting = Systematic(known[0], variances, misalignments, gnss, clocks)
-                    place, covariance, lever, left[fix] = measured_astray(
+            if parts.array.size > 0:  # else one of somebody's own measures later
+                instrument = Instrument(parts.array, parts.metric, parts.levels[0], has_sheet)
+                if errors is not None:
+                    told = opened(errors, HandedErrors)
+                    lasting = Systematic(
+                        told.levels[0], told.variances, told.misalignments, told.gnss, told.clocks
+                    )
+                    place, covariance, lever, told.left[fix] = measured_astray(
                         heard, asvs, instrument, strayed, lasting
                     )
-                    levers[fix] = lever[:2]
+                    told.levers[fix] = lever[:2]
                 else:
                     place, covariance = measured(heard, asvs, instrument, strayed)
                 note(row, sent, place, covariance)

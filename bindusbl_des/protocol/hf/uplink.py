@@ -3,16 +3,13 @@
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from math import hypot
-from typing import Any
 
 import numpy as np
 
 from ...acoustics.channel import (
-    DISC,
     NO_LOSS,
     AskedChannel,
     Bending,
-    Prospects,
     Signals,
     between,
     deciding,
@@ -20,28 +17,26 @@ from ...acoustics.channel import (
 from ...acoustics.deafness import deafen
 from ...acoustics.loss import LossTerms
 from ...acoustics.prediction import amend
-from ...acoustics.propagation import Band, spread
+from ...acoustics.propagation import DISC, Band, Way, spread
 from ...acoustics.sonar.echoing import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
-from ...core.streams import NoiseStore, Purpose, Streams
+from ...core.streams import Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT, LOST
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import CALLED, NONE, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, Usbl
 from ...usbl.measurement import note
 from ...usbl.own_instrument import OwnInstrument, sounding_of
-from ...usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
+from ...usbl.systematic import Astray
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats, Ints, places
 from .calling import CALL, interrogate
 from .handed import NO_CALL, NOT_CALLED, decided_by, members, spread_in
+from .measuring import Measuring
 from .reception import foretold, settle
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
-
-# What is handed over where no error lasts: levers and what is left of covariances, too
-NOTHING_LASTS = (None,) * 7
 
 
 class Uplink:
@@ -74,23 +69,14 @@ class Uplink:
         self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._bending = channel if isinstance(channel, Bending) else None
         self._echoes = EventBuffer(ECHO) if isinstance(channel, EchoingSonar) else None
-        self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
-        self._lasting: Systematic | None = None
-        outliers = 0
-        if isinstance(instrument, Astray):
-            (instrument, self._lasting), outliers = instrument, OUTLIER_WIDTH
-        array: tuple[Any, ...] = (None,) * 4
-        if isinstance(instrument, Usbl):
-            array = instrument.flat
-        self._law, self._asvs_move = (*self._loss, *air), not asvs.foreseen
-        self._measuring = (*array, strayed)
-        self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)
+        self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
+        self._strayed, self._way = strayed, Way(air, self._loss, DISC)
+        self._measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
         self._luck = cache(partial(streams.of, Purpose.CALL))
-        self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self._calls = EventBuffer(CALL)
-        self._spread_in = spread_in(record, air, self._loss, auvs, asvs)
+        self._spread_in = spread_in(record, self._way, auvs, asvs)
         self._decided_by = decided_by(
-            record, self._calls, self._noise, asvs, band.duration, self.receiver
+            record, self._calls, asvs, self._measuring, band.duration, self.receiver
         )
         self._undecided = 0  # pings before this one are decided
         self._predicted = 0  # pings before this one have arrived everywhere
@@ -107,13 +93,12 @@ class Uplink:
         chances = [
             luck(auv, asv).random() for auv, asv in zip(group, callers.tolist(), strict=True)
         ]
-        prospects = self._prospects(group, time, calling=True)
+        self._ask(group, time, calling=True)
         self._foresee(group, time)
         answers, sounds = np.empty(len(group), CALLED), len(set(callers.tolist())) * len(self._asvs)
         calls.count = interrogate(
-            members(tuple(group)), callers, np.array(chances), time, answers,
-            calls.room_for(sounds), calls.count, self.receiver.capture, prospects, *self._law,
-            *self._auvs.motion, *self._asvs.motion,
+            self._spread_in.address, members(tuple(group)), callers, np.array(chances), time,
+            answers, calls.room_for(sounds), calls.count, self.receiver.capture,
         )  # fmt: skip
         if self._asvs.failures is not None:
             _, cut = self._asvs.failures.met(callers, time, time + self.band.duration)
@@ -142,26 +127,24 @@ class Uplink:
         caller = self._asvs.vehicles[asv].at(time)
         return travel_time(caller, self._auvs.vehicles[auv].at, time, self.band.sound_speed)
 
-    def _prospects(self, group: Sequence[int], time: float, calling: bool = False) -> Prospects:
-        """Return what becomes of the signals of AUVs, or calls for them: nothing of the disc, which
-        is compiled.
-        """
-        if self._channel is None:
-            return DISC
-        return self._channel.prospects(self._signals(group, time, calling))
+    def _ask(self, group: Sequence[int], time: float, calling: bool = False) -> None:
+        """Ask what becomes of signals of AUVs, or calls for them; not the disc, it is compiled."""
+        if self._channel is not None:
+            prospects = self._channel.prospects(self._signals(group, time, calling))
+            self._spread_in.renew("way", self._way._replace(prospects=prospects))
 
     def _signals(self, group: Sequence[int], time: float, calling: bool) -> Signals:
         """Return the signals that begin at an instant (s) between AUVs and all ASVs."""
-        self._auvs.reach(time)
-        self._asvs.reach(time)
+        self._auvs.advance(time)
+        self._asvs.advance(time)
         auvs = places(self._auvs.motion, time).take(members(tuple(group)), axis=0)[:, :3]
         asvs = places(self._asvs.motion, time)[:, :3]
         return between(time, auvs, asvs, self.band.reach, calling)
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
         """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
-        self._auvs.reach(time)
-        self._asvs.reach(time)
+        self._auvs.advance(time)
+        self._asvs.advance(time)
         if not (self._auvs.foreseen or self._auvs.predicted):
             if self._channel is None:
                 way = hypot(
@@ -169,7 +152,7 @@ class Uplink:
                 )
             else:  # sound may reach anybody
                 way = float(self._signals(group, time, calling=True).ranges.max())
-            self._auvs.reach(time + PASSED * way / self.band.sound_speed)
+            self._auvs.advance(time + PASSED * way / self.band.sound_speed)
 
     def send(
         self,
@@ -187,18 +170,17 @@ class Uplink:
         """
         pings, receptions = self._record.pings, self._record.receptions
         first, count = pings.count, len(group)
-        self._auvs.reach(time)
-        if self._asvs_move:
-            self._asvs.reach(time)
-        prospects, row = self._prospects(group, time), receptions.count
+        row = receptions.count
+        for fleet in self._moving:
+            fleet.advance(time)
+        self._ask(group, time)
         pings.room_for(count)
         receptions.room_for(count * self._vessels)
         call: tuple[float, int, int, float]
         call = NOT_CALLED if called is NO_CALL else called[0].item()
         receptions.count = spread(
-            self._spread_in.row, members(tuple(group)), round_number, slot, time,
-            *call, self._calls.count,
-            first, row, self._record.everything, prospects,
+            self._spread_in.address, members(tuple(group)), round_number, slot, time,
+            *call, self._calls.count, first, row,
         )  # fmt: skip
         pings.count = first + count
         if waited is not None:
@@ -253,18 +235,15 @@ class Uplink:
         noise is used up, or NONE.
         """
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
-        count = fixes.count
-        room = fixes.room_for(pings.count - self._undecided + 1)
-        lasting: tuple[Any, ...] = NOTHING_LASTS
-        if self._lasting is not None:
-            lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
+        count, measuring = fixes.count, self._measuring
+        measuring.make_room(pings.count - self._undecided + 1)
         fixes.count, undecided, auv, asv = settle(
-            self._decided_by.row, time, ping, only, pings.count, receptions.count,
-            self._calls.count, count, *self._beside, *self._measuring, *lasting,
+            self._decided_by.address, time, ping, only, pings.count, receptions.count,
+            self._calls.count, count, *measuring.made_for, self._strayed, *self._beside,
         )  # fmt: skip
-        if self._instrument is not None:
+        if measuring.own is not None:
             for fix in fixes.array[count : fixes.count]:
-                self._measure(self._instrument, fix)
+                self._measure(measuring.own, fix)
         return undecided, auv, asv
 
     def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
@@ -272,26 +251,26 @@ class Uplink:
         met = self._record.receptions.array[fix["first"] : fix["end"]]
         heard = met[met["outcome"] == HEARD]
         poses = [self._asvs.vehicles[it["asv"]].at(float(it["arrived_at_s"])) for it in heard]
-        ping, draw = self._record.pings.array[fix["ping"]], self._instrument_draw(int(fix["auv"]))
+        ping, draw = self._record.pings.array[fix["ping"]], self._measuring.draw(int(fix["auv"]))
         note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
 
     def _refill_noise(self) -> None:
         """Draw noise for every pair that a ping is under way between and that has none left."""
         rows = self._record.receptions.rows[self._record.pings.array[self._undecided]["first"] :]
         under_way = rows["outcome"] == IN_FLIGHT
-        self._noise.refill_spent(rows["auv"][under_way], rows["asv"][under_way])
+        self._measuring.noise.refill_spent(rows["auv"][under_way], rows["asv"][under_way])
 
     def decide(self, ping: int, row: int) -> bool:
         """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
         count = self._record.fixes.count
         while (dry := self._settle(0.0, ping, row)[1:])[1] != NONE:
-            self._noise.refill(*dry)
+            self._measuring.noise.refill(*dry)
         return self._record.fixes.count > count
 
     def amend(self, time: float) -> None:
         """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
-        if self._asvs_move and self._asvs.predicted:
-            self._asvs.reach(time)
+        if self._asvs.predicted:
+            self._asvs.advance(time)
             self._predicted = amend(
                 time, self._predicted, self._record.pings.rows, self._record.receptions.rows,
                 self.band.duration, self.band.sound_speed, *self._asvs.motion,
@@ -329,7 +308,7 @@ class Uplink:
         before = receptions[self._first_undecided() : row]
         same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
         ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
-        luck = float(self._noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
+        luck = float(self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
         duration, receiver = self.band.duration, self.receiver
         outcome = foretold(
             row, luck, pings, receptions, self._calls.rows, *self._beside, duration,

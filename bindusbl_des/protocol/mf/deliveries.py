@@ -1,6 +1,6 @@
 """Fixes on their way to their AUVs: who has which when, and has made of it what he makes of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 
 import numpy as np
 import simpy
@@ -26,7 +26,7 @@ class Deliveries:
         #: Whom to tell that a broadcast begins, of fixes whose arrivals are known, and of those
         #: that are delivered: nobody unless somebody waits for that.
         self.on_broadcast: Callable[[], None] | None = None
-        self.on_frame: Callable[[Sequence[int]], None] | None = None
+        self.on_frame: Callable[[Iterable[int]], None] | None = None
         self.on_delivered: Callable[[Ints], None] | None = None
 
     def _expect(self, fix: int, instant: float) -> None:
@@ -35,7 +35,7 @@ class Deliveries:
         self._fixes.array[fix]["arrives_at_s"] = arrives
         self._deliver_by(arrives, [fix])
 
-    def _deliver_by(self, instant: float, rows: Sequence[int]) -> None:
+    def _deliver_by(self, instant: float, rows: Iterable[int]) -> None:
         """Let AUVs have fixes of which the last arrives at an instant (s), if anybody can tell."""
         if self.on_frame is not None:
             self.on_frame(rows)
@@ -63,7 +63,7 @@ class Deliveries:
         waiting = fixes.count - self._undelivered
         if waiting > len(self._due):
             self._due = np.empty(2 * waiting, dtype=np.int64)
-        self._auvs.reach(time)  # up to now AUVs have steered without these fixes
+        self._auvs.advance(time)  # up to now AUVs have steered without these fixes
         count, self._undelivered = delivered(
             fixes.array, self._undelivered, fixes.count, time, self._due
         )

@@ -63,33 +63,45 @@ class MfDownlink(Deliveries):
         streams: Streams,
     ) -> None:
         super().__init__(env, auvs, navigator, record)
-        self._channel, self._range, sound_speed = band.channel, band.reach, band.sound_speed
+        self._channel, self._range, self._sound_speed = band.channel, band.reach, band.sound_speed
         self._luck = cache(partial(streams.of, Purpose.FRAME))
         self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
-        self._asvs, self._clock, self._sound_speed = asvs, clock, sound_speed
-        limit = math.inf if band.channel else band.reach  # who is asked has no limit
-        self._physics = limit, sound_speed, band.capture
-        self._record, self._frames, self._promises = (
-            record,
-            EventBuffer(FRAME),
-            EventBuffer(PROMISE),
-        )
-        self._sent_in = Handed(
-            Sent(
-                *(self._frames.array, record.fixes.array, auvs.motion, asvs.motion),
-                *(limit, sound_speed, clock.rate),
-            )
-        )
-        self._frames.hand_on(self._sent_in, "frames")
-        record.fixes.hand_on(self._sent_in, "fixes")
+        self._asvs, self._clock, self._record = asvs, clock, record
+        self._frames, self._promises = EventBuffer(FRAME), EventBuffer(PROMISE)
+        self._sent_in = self._handed(band)
+        self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._foreseen_s = asvs.sure_s if auvs.foreseen else -math.inf
         self._passed_at = 0.0  # by then (s) all frames so far have passed
-        self._ping_s = band.deafening_s
-        self._is_shared = band.deafening_s > 0.0  # whether anything may ever have met a frame
+        self._is_deaf = band.deafening_s > 0.0  # whether AUVs are, to frames, as they ping
+        self._is_shared = self._is_deaf  # whether anything may ever have met a frame
+
+    def _handed(self, band: FrameBand) -> Handed:
+        """Return what frames are sent in, :class:`.frames.Sent`."""
+        fixes, pings = self._record.fixes, self._record.pings
+        handed = Handed(
+            Sent(
+                self._frames.array,
+                fixes.array,
+                self._promises.array,
+                pings.array,
+                self._auvs.motion,
+                self._asvs.motion,
+                math.inf if band.channel else band.reach,  # who is asked has no limit
+                band.sound_speed,
+                band.capture,
+                band.deafening_s,
+                self._clock.rate,
+            )
+        )
+        self._frames.hand_on(handed, "frames")
+        self._promises.hand_on(handed, "promises")
+        fixes.hand_on(handed, "fixes")
+        pings.hand_on(handed, "pings")
+        return handed
 
     def send(
         self,
-        rows: Sequence[int],
+        rows: Sequence[int] | Ints,
         asv: int,
         time: float,
         airtime: float,
@@ -103,10 +115,10 @@ class MfDownlink(Deliveries):
         """
         if self.on_broadcast is not None:
             self.on_broadcast()
-        self._auvs.reach(time)
-        self._asvs.reach(time)
+        for fleet in self._moving:
+            fleet.advance(time)
         foreseen = airtime <= self._foreseen_s
-        frames, carried = self._frames, np.fromiter(rows, np.int64, len(rows))
+        frames, carried = self._frames, np.asarray(rows, dtype=np.int64)
         on_air = self._asvs.works_for(asv, time, airtime)
         if on_air < airtime:  # the frame is cut
             self._fixes.array["outcome"][carried] = LOST
@@ -115,15 +127,15 @@ class MfDownlink(Deliveries):
         self._is_shared |= time < self._passed_at
         frames.room_for(1)
         last, self._passed_at = begin(
-            self._sent_in.row, frames.count, asv, time, on_air, airtime, processing, carried,
+            self._sent_in.address, frames.count, asv, time, on_air, airtime, processing, carried,
             foreseen,
         )  # fmt: skip
         frames.count += 1
         if last >= 0.0:
-            self._deliver_by(last, rows)
-        elif rows and not foreseen:  # they steer meanwhile by other fixes, or who knows by what
+            self._deliver_by(last, carried)
+        elif len(carried) and not foreseen:  # they steer meanwhile by other fixes, or who knows
             event = self._env.timeout(airtime)
-            event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
+            event.callbacks.append(partial(self._leave, carried, asv, (time, airtime, processing)))
 
     def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> None:
         """Note which AUVs would decode a frame of fixes that an ASV begins at an instant (s)."""
@@ -189,20 +201,18 @@ class MfDownlink(Deliveries):
 
     def _received(self, frames: Ints, auvs: Ints, time: float) -> Rows:
         """Return what has become of frames at AUVs, (n,) each, by an instant (s), shape (n,)."""
-        self._auvs.reach(time)
-        self._asvs.reach(time)
+        self._auvs.advance(time)
+        self._asvs.advance(time)
         received = np.empty(len(frames), FRAME_RECEPTION)
         received["broadcast"], received["auv"] = frames, auvs
-        pings = self._record.pings.rows[: None if self._ping_s else 0]
         receive(
-            received, self._frames.rows, self._promises.rows, pings, self._ping_s, *self._physics,
-            time,
-            *self._auvs.motion, *self._asvs.motion,
+            self._sent_in.address, received, time, self._frames.count, self._promises.count,
+            self._record.pings.count if self._is_deaf else 0,
         )  # fmt: skip
         return received
 
     def _leave(
-        self, rows: Sequence[int], asv: int, frame: tuple[float, float, float], _: simpy.Event
+        self, rows: Ints, asv: int, frame: tuple[float, float, float], _: simpy.Event
     ) -> None:
         """Let the end of a frame set out to AUVs that have moved since the frame began."""
         ends = frame[0] + frame[1]

@@ -16,8 +16,8 @@ from ...core.clock import after
 from ...core.compiled import compiled, entry
 from ...core.handing.opened import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from ...records.rows import FIX, NONE, Row, Rows, row_type
-from ...vehicles.motion import Floats, Ints, Motion, where
+from ...records.rows import FIX, NONE, PING, Row, Rows, row_type
+from ...vehicles.motion import Ints, Motion, where
 
 # Factor on airtime and way after which a frame has passed whoever was in range; nobody is as fast.
 PASSED = 1.05
@@ -42,7 +42,7 @@ class Frame:
 FRAME = row_type(Frame)
 
 # What a channel other than the disc makes of a frame at an AUV: IN_FLIGHT if that decodes it where
-# nothing overlaps it, else why it does not; and how strong it is (:data:`.channel.PROSPECT`).
+# nothing overlaps it, else why it does not; and how strong it is (:data:`.propagation.PROSPECT`).
 PROMISE = np.dtype([("outcome", "i8"), ("sound", "f8")])
 DISC: Rows = np.empty(0, PROMISE)
 
@@ -67,33 +67,36 @@ class Medium(NamedTuple):
 
 
 class Sent(NamedTuple):
-    """What frames are sent in, handed over once: who moves how, as of :class:`Medium`, and the rows
-    of frames, which have room for more, and of fixes.  Instants are those of a clock of a `rate`
-    (Hz, see :func:`.clock.after`).
+    """What frames are sent in, handed over once: all of a :class:`Medium`, whose rows have room for
+    more, and the fixes.  Instants are those of a clock of a `rate` (Hz, see :func:`.clock.after`).
     """
 
     frames: Annotated[Rows, FRAME]
     fixes: Annotated[Rows, FIX]
+    promises: Annotated[Rows, PROMISE]
+    pings: Annotated[Rows, PING]
     auvs: Motion
     asvs: Motion
     reach: float
     sound_speed: float
+    capture: float
+    ping_s: float
     rate: float
 
 
 @entry
 def begin(
-    handed: Rows, number: int, asv: int, time: float, on_air: float, airtime: float,
+    handed: int, number: int, asv: int, time: float, on_air: float, airtime: float,
     processing: float, carried: Ints, foreseen: bool,
 ) -> tuple[float, float]:  # fmt: skip
     """Let an ASV send fixes, the rows `carried` (k,), in a frame at an instant (s), which is to
     last `airtime` (s) and is on the air for `on_air` (s); write it as `number` of the frames.
 
-    `handed` is a :class:`Sent`.  The fixes tell when their AUVs will have them: `processing` (s)
-    after the end of the frame has come.  An AUV out of the horizontal range when the frame begins
-    never gets its fix, nor one that does not decode it (whose outcome says so already), and where
-    its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those
-    known, or -1, and the frame's `passed_at_s`.
+    `handed` is the address of a :class:`Sent`.  The fixes tell when their AUVs will have them:
+    `processing` (s) after the end of the frame has come.  An AUV out of the horizontal range when
+    the frame begins never gets its fix, nor one that does not decode it (whose outcome says so
+    already), and where its way is not `foreseen` the arrival is left open (NaN).  Return the last
+    instant (s) of those known, or -1, and the frame's `passed_at_s`.
     """
     into = opened(handed, Sent)
     frames, fixes, auvs, asvs = into.frames, into.fixes, into.auvs, into.asvs
@@ -136,19 +139,19 @@ def _passed(
 
 @entry
 def receive(
-    receptions: Rows, frames: Rows, promises: Rows, pings: Rows, ping_s: float,
-    reach: float, sound_speed: float, capture: float, known: float,
-    auv_table: Floats, auv_first: Ints, auv_step: float,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
+    handed: int, receptions: Rows, known: float, frames: int, promises: int, pings: int
 ) -> None:  # fmt: skip
     """Write what has become of frames at AUVs by an instant (s), `known`, up to which their motion
     is: `receptions` say which frame, and at which AUV (:data:`.rows.FRAME_RECEPTION`).
 
-    All frames and `pings` (:class:`Medium`) that have begun by then are on record.  What has not
-    ended at its AUV is in flight.
+    `handed` is the address of a :class:`Sent`, of which so many frames, promises and pings are on
+    record: all that have begun by then.  What has not ended at its AUV is in flight.
     """
-    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
-    medium = Medium(frames, promises, reach, sound_speed, capture, known, auvs, asvs, pings, ping_s)
+    of = opened(handed, Sent)
+    medium = Medium(
+        of.frames[:frames], of.promises[:promises], of.reach, of.sound_speed, of.capture, known,
+        of.auvs, of.asvs, of.pings[:pings], of.ping_s,
+    )  # fmt: skip
     for line in receptions:
         begins, ends = _span(line.broadcast, line.auv, medium)
         line.arrived_at_s = begins if begins < inf else nan

@@ -4,27 +4,28 @@ from collections.abc import Callable
 from functools import cache, partial
 from heapq import heappop, heappush
 from math import hypot, inf
-from typing import Any
 
 import numpy as np
 
-from ...acoustics.channel import DISC, NO_LOSS, AskedChannel, Prospects, between, deciding
+from ...acoustics.channel import NO_LOSS, AskedChannel, Prospects, between, deciding
 from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import TOUCH, Band
+from ...acoustics.propagation import DISC, TOUCH, Band, Way
 from ...acoustics.travel_time import travel_time
-from ...core.streams import NoiseStore, Purpose, Streams
+from ...core.handing.handed import Handed
+from ...core.streams import Purpose, Streams
 from ...records.events import IN_FLIGHT, LOST
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import NONE, Row
-from ...usbl.instrument import NOISE_WIDTH, Usbl
+from ...usbl.instrument import Usbl
 from ...usbl.measurement import note
 from ...usbl.own_instrument import OwnInstrument, mirrored
-from ...usbl.systematic import OUTLIER_WIDTH, Astray, Systematic
+from ...usbl.systematic import Astray
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
-from ..hf.uplink import NOTHING_LASTS
+from ..hf.handed import spread_in
+from ..hf.measuring import Measuring, noise_of
 from .radiation import arrive, radiate
-from .reception import settle
+from .reception import Decided, settle
 
 # How far off an ASV believes to be as it pings, in standard deviations: x, y, z
 GNSS_NOISE = np.dtype(("f8", (3,)))
@@ -54,37 +55,55 @@ class Beacons:
         self.receiver, air = deciding(channel, band)
         self._channel = None if isinstance(channel, LossTerms) else channel
         loss = channel if isinstance(channel, LossTerms) else NO_LOSS
-        self._instrument = instrument if isinstance(instrument, OwnInstrument) else None
-        self._lasting: Systematic | None = None
-        outliers = 0
-        if isinstance(instrument, Astray):
-            (instrument, self._lasting), outliers = instrument, OUTLIER_WIDTH
-        self._measuring: tuple[Any, ...] = (None,) * 4
-        if isinstance(instrument, Usbl):
-            self._measuring = instrument.flat
-        self._law = (*loss, *air)
-        self._noise = NoiseStore(streams, len(auvs), len(asvs), NOISE_WIDTH + 1, outliers)
+        self._measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
-        self._instrument_draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self._gnss_noise = EventBuffer(GNSS_NOISE)
+        self._way = Way(air, loss, DISC)
+        self._spread_in = spread_in(record, self._way, auvs, asvs)
+        self._decided_by = self._handed()
         self._prospects: dict[int, Prospects] = {}  # of pings, where the channel was asked
         self._undecided = 0  # receptions before this one are decided
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
         #: Whom to tell of pings that have just been sent; nobody unless somebody waits for them.
         self.on_sent: Callable[[range], None] | None = None
 
+    def _handed(self) -> Handed:
+        """Return what receptions are decided by, :class:`.reception.Decided`."""
+        record, measuring = self._record, self._measuring
+        handed = Handed(
+            Decided(
+                record.pings.array,
+                record.receptions.array,
+                record.fixes.array,
+                self._gnss_noise.array.view(np.float64),
+                noise_of(measuring.noise),
+                self._auvs.motion,
+                measuring.instrument,
+                self.band.duration,
+                self.receiver.capture,
+                self.receiver.shadowing_sd_db,
+            )
+        )
+        record.pings.hand_on(handed, "pings")
+        record.receptions.hand_on(handed, "receptions")
+        record.fixes.hand_on(handed, "fixes")
+        self._gnss_noise.hand_on(handed, "gnss_noise")
+        measuring.hand_on(handed)
+        return handed
+
     def send(self, round_number: int, slot: int, asv: int, time: float) -> range:
         """Let an ASV ping now, at `time` (s); return its receptions."""
         pings, receptions, noise = self._record.pings, self._record.receptions, self._gnss_noise
         ping, first = pings.count, receptions.count
-        self._auvs.reach(time)
-        self._asvs.reach(time)
-        prospects = self._asked(ping, time)
+        self._auvs.advance(time)
+        self._asvs.advance(time)
+        self._ask(ping, time)
         noise.room_for(1)[ping] = self._gnss(asv).standard_normal(3)
+        pings.room_for(1)
+        receptions.room_for(len(self._auvs))
         receptions.count = radiate(
-            asv, round_number, slot, time, self._auvs.foreseen, pings.room_for(1), ping,
-            receptions.room_for(len(self._auvs)), first, self._record.everything, prospects,
-            *self._law, *self._auvs.motion, *self._asvs.motion,
+            self._spread_in.address, asv, round_number, slot, time, self._auvs.foreseen, ping,
+            first,
         )  # fmt: skip
         pings.count = noise.count = ping + 1
         if self._asvs.works_for(asv, time, self.band.duration) < self.band.duration:  # it is cut
@@ -99,16 +118,20 @@ class Beacons:
             self.on_sent(range(ping, ping + 1))
         return rows
 
-    def _asked(self, ping: int, time: float) -> Prospects:
-        """Return what becomes of signals (AUVs, ASVs): nothing of the disc, it is compiled."""
+    def _ask(self, ping: int, time: float) -> None:
+        """Ask what becomes of the signals of a ping, but for the disc, which is compiled."""
         if self._channel is None:
-            return DISC
+            return
         auvs, asvs = (places(it.motion, time)[:, :3] for it in (self._auvs, self._asvs))
         reach = self.band.reach
         prospects = self._channel.prospects(between(time, auvs, asvs, reach, calling=True))
+        self._foretell(prospects)
         if not self._auvs.foreseen:
             self._prospects[ping] = prospects
-        return prospects
+
+    def _foretell(self, prospects: Prospects) -> None:
+        """Have compiled code know what becomes of signals."""
+        self._spread_in.renew("way", self._way._replace(prospects=prospects))
 
     def amend(self, time: float) -> None:
         """Work out the arrivals that are nearly there by an instant (s), at AUVs that have no sure
@@ -122,37 +145,32 @@ class Beacons:
             place = ping["x_m"], ping["y_m"], ping["z_m"]
             auv, sent_at = self._auvs.vehicles[it["auv"]], float(ping["sent_at_s"])
             travel = travel_time(place, auv.at, sent_at, self.band.sound_speed)
-            prospects = self._prospects.get(int(it["ping"]), DISC)
-            arrive(row, travel, pings.rows, receptions.rows, prospects, *self._law)
+            if self._channel is not None:
+                self._foretell(self._prospects[int(it["ping"])])
+            arrive(self._spread_in.address, row, travel)
 
     def decide(self, time: float) -> None:
         """Decide all receptions that have ended by an instant (s), and what AUVs make of them."""
         self.amend(time)
         fixes, made = self._record.fixes, self._record.fixes.count
         if self._undecided < self._record.receptions.count:
-            self._auvs.reach(time)
+            self._auvs.advance(time)
             while (dry := self._settle(time)) != NONE:
                 self._refill(dry)
         rows = fixes.array[made : fixes.count]
         for number, count in zip(*np.unique(rows["round"], return_counts=True), strict=True):
             self._record.rounds[number].fixes += int(count)
-        if self._instrument is not None:
+        if self._measuring.own is not None:
             for fix in rows:
-                self._measure(self._instrument, fix)
+                self._measure(self._measuring.own, fix)
 
     def _settle(self, time: float) -> int:
         """Decide what has ended; return a reception whose pair has no noise left, or NONE."""
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
-        noise = self._noise
-        room = fixes.room_for(receptions.count - self._undecided)
-        lasting: tuple[Any, ...] = NOTHING_LASTS
-        if self._lasting is not None:
-            lasting = (*self._lasting, *self._record.levers.room_for(len(room)))
+        self._measuring.make_room(receptions.count - self._undecided)
         fixes.count, self._undecided, dry = settle(
-            time, self._undecided, pings.rows, receptions.rows, self.band.duration,
-            self.receiver.capture, self.receiver.shadowing_sd_db,
-            self._gnss_noise.rows.view(np.float64), room, fixes.count,
-            noise.shelf, noise.taken, noise.blocks, *self._auvs.motion, *self._measuring, *lasting,
+            self._decided_by.address, time, self._undecided, pings.count, receptions.count,
+            fixes.count, *self._measuring.made_for,
         )  # fmt: skip
         return dry
 
@@ -160,16 +178,16 @@ class Beacons:
         """Draw noise for all that hear the ping of a reception: settling begins anew each time."""
         receptions = self._record.receptions.array
         ping = self._record.pings.array[receptions[row]["ping"]]
-        for it in receptions[max(ping["first"], self._undecided) : ping["end"]]:
-            if it["outcome"] == IN_FLIGHT and self._noise.is_spent(it["auv"], it["asv"]):
-                self._noise.refill(int(it["auv"]), int(it["asv"]))
+        heard = receptions[max(ping["first"], self._undecided) : ping["end"]]
+        heard = heard[heard["outcome"] == IN_FLIGHT]
+        self._measuring.noise.refill_spent(heard["auv"], heard["asv"])
 
     def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
         """Have a ping measured by an instrument of somebody's own."""
         it = self._record.receptions.array[fix["first"]]
         ping, auv = self._record.pings.array[it["ping"]], int(it["auv"])
         pose = self._auvs.vehicles[auv].at(float(it["arrived_at_s"]))
-        estimate, covariance = mirrored(instrument, ping, it, pose, self._instrument_draw(auv))
+        estimate, covariance = mirrored(instrument, ping, it, pose, self._measuring.draw(auv))
         note(fix, ping, estimate, covariance)
         fix["error_m"] = hypot(estimate[0] - pose.x, estimate[1] - pose.y)
 

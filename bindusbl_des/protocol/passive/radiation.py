@@ -2,13 +2,13 @@
 
 from math import sqrt
 
-from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import Band, Way, lost, reaches, snr, sound
+from ...acoustics.propagation import Spread, Way, lost, reaches, snr, sound
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled, entry
+from ...core.handing.opened import opened
 from ...records.events import IN_FLIGHT, OUT_OF_RANGE
-from ...records.rows import NONE, Row, Rows
-from ...vehicles.motion import Floats, Ints, Motion, Place, where
+from ...records.rows import NONE, Row
+from ...vehicles.motion import Place, where
 
 # Share of the way after which an arrival is worked out at an AUV that has no sure future; nobody is
 # a fiftieth as fast as sound.
@@ -17,27 +17,20 @@ NEARLY_THERE = 0.98
 
 @entry
 def radiate(
-    asv: int, round_number: int, slot: int, time: float, foreseen: bool,
-    pings: Rows, ping: int, receptions: Rows, row: int, everything: bool,
-    prospects: Rows, coefficients: Floats, combine: int, contention: float, cap: float,
-    slant: bool, reach: float, duration: float, sound_speed: float,
-    auv_table: Floats, auv_first: Ints, auv_step: float,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
+    handed: int, asv: int, round_number: int, slot: int, time: float, foreseen: bool,
+    ping: int, row: int,
 ) -> int:  # fmt: skip
-    """Let an ASV ping at an instant (s): write its row, and one for each AUV that it reaches.
+    """Let an ASV ping at an instant (s): write its row, `ping`, and from `row` on one for each AUV
+    that it reaches.
 
-    Return the row that comes after the last reception.  Without `everything` AUVs out of range get
-    no row.  Where the way of AUVs is not `foreseen`, the arrivals written are those at which it is
-    nearly there (:func:`arrive`).  `prospects` (AUVs, ASVs) as of :class:`.propagation.Way`.
+    Return the row that comes after the last reception.  `handed` is the address of a
+    :class:`.propagation.Spread`.  Where the way of AUVs is not `foreseen`, the arrivals written are
+    those at which it is nearly there (:func:`arrive`).
     """
-    way = Way(
-        Band(slant, reach, duration, sound_speed),
-        LossTerms(coefficients, combine, contention, cap),
-        prospects,
-    )
-    auvs, asvs = Motion(auv_table, auv_first, auv_step), Motion(asv_table, asv_first, asv_step)
-    here = where(asvs, asv, time)
-    line = pings[ping]
+    into = opened(handed, Spread)
+    pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
+    way, sound_speed = into.way, into.way.band.sound_speed
+    here, line = where(asvs, asv, time), pings[ping]
     line.ping, line.round, line.slot, line.auv, line.asv = ping, round_number, slot, NONE, asv
     line.sent_at_s = time
     line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
@@ -49,7 +42,7 @@ def radiate(
     for auv in range(auvs.first.size - 1):
         there = where(auvs, auv, time)
         in_range, strength = reaches(there, here, auv, asv, way), sound(there, here, auv, asv, way)
-        if not (in_range or everything or strength > 0.0):
+        if not (in_range or into.everything or strength > 0.0):
             continue
         it = receptions[row]
         it.ping, it.auv, it.asv = ping, auv, asv
@@ -66,7 +59,7 @@ def radiate(
             line.in_range_of += 1
             last = max(last, travel)
     line.end, line.longest_s = row, max(longest, longest_so_far)
-    line.passed_at_s = time + last + duration
+    line.passed_at_s = time + last + way.band.duration
     return row
 
 
@@ -84,19 +77,13 @@ def _meet(it: Row, sent_at: float, travel: float, way: Way) -> None:
 
 
 @entry
-def arrive(
-    row: int, travel: float, pings: Rows, receptions: Rows, prospects: Rows,
-    coefficients: Floats, combine: int, contention: float, cap: float,
-    slant: bool, reach: float, duration: float, sound_speed: float,
-) -> None:  # fmt: skip
-    """Write the arrival of a ping that is nearly there, now that its travel time (s) is known."""
-    way = Way(
-        Band(slant, reach, duration, sound_speed),
-        LossTerms(coefficients, combine, contention, cap),
-        prospects,
-    )
-    it = receptions[row]
-    line = pings[it.ping]
-    _meet(it, line.sent_at_s, travel, way)
+def arrive(handed: int, row: int, travel: float) -> None:
+    """Write the arrival of a ping that is nearly there, now that its travel time (s) is known;
+    `handed` as of :func:`radiate`.
+    """
+    into = opened(handed, Spread)
+    it = into.receptions[row]
+    line = into.pings[it.ping]
+    _meet(it, line.sent_at_s, travel, into.way)
     if it.outcome == IN_FLIGHT:
-        line.passed_at_s = max(line.passed_at_s, it.arrived_at_s + duration)
+        line.passed_at_s = max(line.passed_at_s, it.arrived_at_s + into.way.band.duration)

@@ -5,17 +5,19 @@ by then.
 """
 
 from math import hypot
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ...acoustics.propagation import drowns, overlap
 from ...core.compiled import compiled, entry
+from ...core.handing.opened import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT
-from ...records.rows import NONE, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH, Instrument
+from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
+from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, Instrument
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
-from ...usbl.systematic import Systematic
+from ...usbl.systematic import HandedErrors, Systematic
 from ...vehicles.motion import Floats, Ints, Motion, where
 from ..hf.reception import Noise, begin, by_luck
 
@@ -24,50 +26,66 @@ from ..hf.reception import Noise, begin, by_luck
 PASSED = 1.05
 
 
+class Decided(NamedTuple):
+    """What receptions are decided by, handed over once: as of :class:`..hf.reception.Decided`, but
+    that AUVs hear and measure; `gnss_noise` (pings, 3) is how far off each ASV believed to be as it
+    pinged, in standard deviations.
+    """
+
+    pings: Annotated[Rows, PING]
+    receptions: Annotated[Rows, RECEPTION]
+    fixes: Annotated[Rows, FIX]
+    gnss_noise: Annotated[Floats, 2]
+    noise: Noise
+    auvs: Motion
+    instrument: HandedInstrument
+    duration: float
+    capture: float
+    shadowing_sd_db: float
+
+
 @entry
 def settle(
-    time: float, first: int, pings: Rows, receptions: Rows, duration: float,
-    capture: float, shadowing_sd_db: float, gnss_noise: Floats,
-    fixes: Rows, fix: int, shelf: Ints, taken: Ints, blocks: Floats,
-    auv_table: Floats, auv_first: Ints, auv_step: float,
-    array: Floats | None, metric: Floats, levels: Rows, has_sheet: bool | None,
-    known: Rows | None, variances: Floats, misalignments: Floats, gnss: Floats, clocks: Floats,
-    levers: Floats, left: Floats,
+    handed: int, time: float, first: int, ping_count: int, reception_count: int, fix: int,
+    has_sheet: bool | None, errors: int | None,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all receptions from the row `first` on that have ended by an instant (s), as they did.
 
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
-    called again.  `gnss_noise` (pings, 3) is how far off each ASV believed to be as it pinged, in
-    standard deviations.  Where the `array` is None, an instrument of somebody's own measures later.
-    Where errors last, what follows is as of :func:`..hf.reception.settle`, as are `capture` and the
-    shadowing.
+    called again.  `handed` is the address of a :class:`Decided`, of which so many pings, receptions
+    and fixes are on record; the rest as of :func:`..hf.reception.settle`.
     """
-    noise, auvs = Noise(shelf, taken, blocks), Motion(auv_table, auv_first, auv_step)
+    by = opened(handed, Decided)
+    noise, duration, parts = by.noise, by.duration, by.instrument
+    pings, receptions = by.pings[:ping_count], by.receptions[:reception_count]
     for row in _ended(receptions, first, time, duration):
         it = receptions[row]
         if noise.taken[it.auv, it.asv] == noise.blocks.shape[1]:
             return fix, first, row
         drawn = noise.blocks[noise.shelf[it.auv, it.asv], noise.taken[it.auv, it.asv]]
         noise.taken[it.auv, it.asv] += 1  # whatever comes of it: worlds that differ share it
-        it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, duration, capture)
-        it.snr_db += shadowing_sd_db * drawn[NOISE_WIDTH]
+        it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, duration, by.capture)
+        it.snr_db += by.shadowing_sd_db * drawn[NOISE_WIDTH]
         if it.outcome != HEARD:
             continue
-        ping, line = pings[it.ping], fixes[fix]
+        ping, line = pings[it.ping], by.fixes[fix]
         ping.heard_by += 1
         line.fix = fix
         _begin_own(line, ping, it, row, duration)
-        if array is not None:
-            instrument = Instrument(array, metric, levels[0], has_sheet)
-            x, y, z, yaw = where(auvs, it.auv, it.arrived_at_s)
+        if parts.array.size > 0:  # else one of somebody's own measures later
+            instrument = Instrument(parts.array, parts.metric, parts.levels[0], has_sheet)
+            x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)
             measuring = drawn.copy()
-            measuring[9:12] = gnss_noise[it.ping]  # one error of the ASV for all that hear it
-            own = Hearing(ping, it, np.array((x, y, z)), yaw, measuring)
-            if known is not None:
-                lasting = Systematic(known[0], variances, misalignments, gnss, clocks)
-                place, covariance, lever, left[fix] = located_astray(own, instrument, lasting)
-                levers[fix] = lever[:2]
+            measuring[9:12] = by.gnss_noise[it.ping]  # one error of the ASV for all that hear it
+            own = Hearing(ping, it, (x, y, z), yaw, measuring)
+            if errors is not None:
+                told = opened(errors, HandedErrors)
+                lasting = Systematic(
+                    told.levels[0], told.variances, told.misalignments, told.gnss, told.clocks
+                )
+                place, covariance, lever, told.left[fix] = located_astray(own, instrument, lasting)
+                told.levers[fix] = lever[:2]
             else:
                 place, covariance = located_itself(own, instrument)
             note(line, ping, place, covariance)

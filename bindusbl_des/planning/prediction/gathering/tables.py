@@ -17,6 +17,7 @@ from ....scenario.scenario import Scenario
 from ....scenario.survey_area import area_of
 from ....usbl.instrument import NOISE_WIDTH, Instrument, placed
 from ....usbl.sheet import path_sd
+from ....usbl.vectors import NOTHING
 from ..parts import Chances, FixNoise
 
 Floats = NDArray[np.float64]
@@ -90,7 +91,7 @@ def fix_noise(scenario: Scenario) -> FixNoise:
     channel = None if is_plugin(hf.channel) else hf_channel(scenario)
     rows: dict[float, Floats] = {}
     usbl = usbl_of(scenario)
-    array, metric, levels, has_sheet = usbl.flat
+    (array, metric, levels), has_sheet = usbl.handed, usbl.has_sheet
     for depth in {survey.depth(auv) for auv in range(count)}:
         snr = np.full(len(away), math.nan)
         if channel is not None:
@@ -127,13 +128,11 @@ def _variances(
     out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)
     for k in range(away.size):
         reach = max(math.hypot(away[k], depth), 1e-3)
-        unit = np.array((away[k] / reach, 0.0, depth / reach))
+        unit = away[k] / reach, 0.0, depth / reach
         ranging_sd = path_sd(reach, instrument.levels)
         if moved >= 0.0:
             ranging_sd = 0.5 * math.sqrt(path_sd(2.0 * reach, instrument.levels) ** 2 + moved)
-        _, spread = placed(
-            np.zeros(3), unit, believed, reach, ranging_sd, snr_db[k], none, instrument
-        )
+        _, spread = placed(NOTHING, unit, believed, reach, ranging_sd, snr_db[k], none, instrument)
         out[k, 0], out[k, 1] = spread[0, 0], spread[1, 1]
         out[k, 2], out[k, 3] = spread[2, 2], spread[0, 2]
     return out
