@@ -15,7 +15,14 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import cpu_target
 
 
-class Whole(JITCodeLibrary):
+class _Code(JITCodeLibrary):
+    """Code that is not optimised by itself, since it will be with what it is linked with."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+
+class Whole(_Code):
     """Code that Python enters: optimised when all its parts are in it."""
 
     def finalize(self) -> None:
@@ -30,16 +37,18 @@ class Whole(JITCodeLibrary):
                 raise AssertionError(f"{function.name} is missing in {self.name}")
 
     def _optimize_final_module(self) -> None:
+        """Optimise, but do not look for numbers that could be worked out side by side.
+
+        Where that pays, four vehicles are vectors already (:mod:`..lanes`), and to look takes an
+        eighth of what optimising and machine code take.
+        """
         codegen: Any = self._codegen
-        passes, builder = codegen._module_pass_manager()
+        passes, builder = codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
         passes.run(self._final_module, builder)
 
 
-class Part(JITCodeLibrary):
-    """Code for others to be linked with: not optimised, no machine code, without what it calls."""
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout
+class Part(_Code):
+    """Code for others to be linked with: no machine code, without what it calls."""
 
     def finalize(self) -> None:
         """Be ready to be linked."""
