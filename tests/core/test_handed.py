@@ -91,3 +91,9 @@ def test_an_array_of_another_kind_is_refused(change: dict[str, Any]) -> None:
     handed = Handed(everything())
     with pytest.raises(TypeError, match="is an array of"):
         handed.renew(*change.popitem())
+
+
+def test_who_holds_what_was_handed_over_is_not_counted() -> None:
+    work(Handed(everything()).row, 1)
+    (code,) = work.inspect_llvm().values()  # type: ignore[attr-defined]
+    assert "NRT_decref" not in code

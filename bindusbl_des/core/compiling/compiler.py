@@ -16,7 +16,7 @@ from numba.core.target_extension import (
     target_override,
     target_registry,
 )
-from numba.core.typed_passes import NopythonRewrites
+from numba.core.typed_passes import IRLegalization
 from numba.core.types import Boolean, Number, unliteral
 from numba.core.typing.context import Context
 from numba.extending import overload
@@ -96,6 +96,10 @@ def _garbage_kept() -> Iterator[None]:
             gc.enable()
 
 
+def _loaded_before() -> None:
+    """Load nothing: numba looks again whenever it finds no function of a name."""
+
+
 class WholeCompiler(Compiler):
     """Makes code that Python enters."""
 
@@ -106,7 +110,9 @@ class WholeCompiler(Compiler):
         state = self.state
         state.flags = _Flags(state.flags)  # type: ignore[no-untyped-call]
         state.targetctx = state.targetctx.subtarget(
-            _internal_codegen=generator_of(Part), target=_Linked
+            _internal_codegen=generator_of(Part),
+            target=_Linked,
+            load_additional_registries=_loaded_before,
         )
         state.targetctx.cached_internal_func = _internal
 
@@ -114,7 +120,7 @@ class WholeCompiler(Compiler):
         """Return numba's passes, and one more."""
         pipelines = super().define_pipelines()  # type: ignore[no-untyped-call]
         for passes in pipelines:
-            passes.add_pass_after(CountIfNeeded, NopythonRewrites)
+            passes.add_pass_after(CountIfNeeded, IRLegalization)
             passes.finalize()
         return pipelines
 

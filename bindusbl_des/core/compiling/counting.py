@@ -2,9 +2,11 @@
 
 numba counts at each name that an array is given, also where the caller holds it all the while.  A
 function that makes no array and returns none needs nothing of that, which is a quarter of all that
-there is to compile, and keeps loops from being optimised.
+there is to compile, and keeps loops from being optimised.  Nor does the end of a number's life mean
+anything, which numba marks as it marks an array's.
 """
 
+from functools import partial
 from typing import Any
 
 from numba.core import ir, types
@@ -14,10 +16,13 @@ from numba.core.compiler_machinery import AnalysisPass, register_pass
 LENDING = {"cast", "exhaust_iter", "getattr", "getitem", "pair_first", "static_getitem"}
 LENDING |= {"build_tuple", "getiter", "iternext", "null", "undef"}
 
+# Functions whose arrays are held by whoever handed over where they are.
+lenders: set[object] = set()
+
 
 @register_pass(mutates_CFG=False, analysis_only=True)  # type: ignore[no-untyped-call]
 class CountIfNeeded(AnalysisPass):
-    """Leaves counting out of functions that make no arrays and return none."""
+    """Leaves counting out of functions that make no arrays and return none, and ends of numbers."""
 
     _name = "count_if_needed"
 
@@ -25,24 +30,36 @@ class CountIfNeeded(AnalysisPass):
         AnalysisPass.__init__(self)  # type: ignore[no-untyped-call]
 
     def run_pass(self, state: Any) -> bool:
-        """Look at a function whose types are known."""
-        if not _counts(state):
+        """Look at a function whose types are known, and in which ends of lives are marked."""
+        counts = _counts(state)
+        if not counts:
             runtime = state.targetctx.nrt
             state.targetctx = state.targetctx.subtarget(enable_nrt=False)
             state.targetctx.nrt = runtime  # operations may take memory that they free themselves
+        for block in state.func_ir.blocks.values():
+            block.body = [
+                line
+                for line in block.body
+                if not isinstance(line, ir.Del)
+                or (counts and _is_counted(state, state.typemap[line.value]))
+            ]
         return False
+
+
+def _is_counted(state: Any, kind: Any) -> bool:
+    return bool(state.targetctx.data_model_manager[kind].contains_nrt_meminfo())
 
 
 def _counts(state: Any) -> bool:
     """Tell whether a function returns arrays, or gets any that nobody else holds."""
-    models, kinds = state.targetctx.data_model_manager, state.typemap
-
-    def counted(kind: Any) -> bool:
-        return bool(models[kind].contains_nrt_meminfo())
+    kinds = state.typemap
+    counted = partial(_is_counted, state)
 
     def lent(value: ir.Expr) -> bool:
         if value.op == "call":
-            return isinstance(kinds[value.func.name], types.NamedTupleClass)
+            called = kinds[value.func.name]
+            lends = getattr(called, "typing_key", None) in lenders
+            return lends or isinstance(called, types.NamedTupleClass)
         chosen_by_array = value.op == "getitem" and counted(kinds[value.index.name])
         return value.op in LENDING and not chosen_by_array
 

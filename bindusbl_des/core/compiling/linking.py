@@ -18,7 +18,14 @@ from numba.core.registry import cpu_target
 Kept = tuple[str, bytes, list[str]]
 
 
-class Whole(JITCodeLibrary):
+class _Code(JITCodeLibrary):
+    """Code that is not optimised by itself, since it will be with what it is linked with."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+
+class Whole(_Code):
     """Code that Python enters: optimised when all its parts are in it; part of nothing itself."""
 
     def finalize(self) -> None:
@@ -33,8 +40,13 @@ class Whole(JITCodeLibrary):
                 raise AssertionError(f"{function.name} is missing in {self.name}")
 
     def _optimize_final_module(self) -> None:
+        """Optimise, but do not look for numbers that could be worked out side by side.
+
+        Where that pays, four vehicles are vectors already (:mod:`..lanes`), and to look takes an
+        eighth of what optimising and machine code take.
+        """
         codegen: Any = self._codegen
-        passes, builder = codegen._module_pass_manager()
+        passes, builder = codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
         passes.run(self._final_module, builder)
 
     def _get_module_for_linking(self) -> NoReturn:
@@ -61,11 +73,8 @@ class Whole(JITCodeLibrary):
         return library
 
 
-class Part(JITCodeLibrary):
-    """Code for others to be linked with: not optimised, no machine code, without what it calls."""
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout
+class Part(_Code):
+    """Code for others to be linked with: no machine code, without what it calls."""
 
     def finalize(self) -> None:
         """Be ready to be linked."""

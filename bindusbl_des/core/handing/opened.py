@@ -8,6 +8,7 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 from numba.np.numpy_support import from_dtype
 
+from ..compiling.counting import lenders
 from .handed import NUMBERS, Kind, fields_of
 
 Whole = TypeVar("Whole")
@@ -48,6 +49,7 @@ def _opened(_: Any, handed: Any, whole: Any) -> Any:
 
 
 opened = cast(Opened, intrinsic(_opened))
+lenders.add(opened)
 
 
 def _loaded(context: Any, builder: Any, words: Any, made: Any) -> tuple[Any, Any]:
