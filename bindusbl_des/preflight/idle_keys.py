@@ -110,11 +110,6 @@ RULES = (
     Idle({"auvs.speeds_m_per_s": GIVEN}, ("auvs.speed_m_per_s",), "each AUV has its own speed"),
     Idle({"auvs.launch_m": GIVEN}, ("auvs.route.start",), "the AUVs begin where they are launched"),
     Idle(
-        {"auvs.route.kind": ("hold", "track"), "navigation.drift.line_m": (None,)},
-        ("auvs.speed_m_per_s", "auvs.speeds_m_per_s"),
-        "the AUVs lie still, or repeat their tracks",
-    ),
-    Idle(
         {"auvs.vehicle": WITH_DYNAMICS},
         ("auvs.turning_radius_m",),
         "the model's own turning radius is planned with",
