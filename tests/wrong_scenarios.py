@@ -351,7 +351,7 @@ WRONG = {
     ),
     "an ASV that there is not fails": (
         "asvs: {count: 2, failures: [{asv: 0, at_s: 9}, {asv: 2, at_s: 5}]}\n",
-        ["2:54: asvs.failures.1.asv: there is no ASV2: 2 ASVs are numbered from 0; use at most 1"],
+        ["2:54: asvs.failures.1.asv: there is no ASV2: the last is ASV1"],
     ),
     "a failure over before it begins": (
         "asvs: {failures: [{asv: 1, at_s: 5, until_s: 4}]}\n",

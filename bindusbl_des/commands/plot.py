@@ -126,21 +126,12 @@ def _run_offers(folder: str, options: dict[str, Any]) -> "Offers":
         result = load_result(folder)
     except (FileNotFoundError, NotADirectoryError, ValueError) as error:
         refuse(str(error))
-    from ..figures.coverage import without_stations
-    from ..figures.kinds import KINDS, missing
+    from ..figures.kinds import KINDS, lacking
 
-    offers: Offers = {}
-    for name, kind in KINDS.items():
-        if missing(result, name):
-            offers[name] = (
-                f"it needs the tables {', '.join(missing(result, name))}, which the run did not "
-                "record; run it again with --set record.detail=full"
-            )
-        elif name == "coverage" and (why := without_stations(result)):
-            offers[name] = why
-        else:
-            offers[name] = partial(kind, result, **_rounds(result, name, options))
-    return offers
+    return {
+        name: lacking(result, name) or partial(kind, result, **_rounds(result, name, options))
+        for name, kind in KINDS.items()
+    }
 
 
 def _rounds(result: "Result", kind: str, options: dict[str, Any]) -> dict[str, int]:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ..core.wording import described, did_you_mean
 from .anatomy import anatomy
-from .coverage import coverage
+from .coverage import coverage, without_stations
 from .error import error
 from .fixes import fixes
 from .latency import latency
@@ -41,6 +41,7 @@ TABLES: dict[str, tuple[str, ...]] = {
     "round": EVENTS,
     "latency": ("fixes",),
 }
+OF_ROUNDS = ("timeline", "round")
 
 
 def drawn(
@@ -49,19 +50,15 @@ def drawn(
     """Return a figure of a result by its kind, `width` inches wide; also write it to a path.
 
     Raises:
-        ValueError: when there is no such kind, format, option or round, or the result lacks the
-            tables that it needs.
+        ValueError: when there is no such kind, format, option or round, or the result lacks what
+            it needs.
         OSError: when it cannot be written.
     """
     if kind not in KINDS:
         hint = did_you_mean(kind, KINDS) or f"; there are {', '.join(KINDS)}"
         raise ValueError(f"no figure {kind!r} of a run{hint}")
-    lacking = missing(result, kind)
-    if lacking:
-        raise ValueError(
-            f"no {kind}: it needs the tables {', '.join(lacking)}, which the run did not record; "
-            "run it again with record.detail full"
-        )
+    if why := lacking(result, kind):
+        raise ValueError(f"no {kind}: {why}")
     _check(result, kind, options)
     return finished(lambda inches: KINDS[kind](result, inches, **options), width, path)
 
@@ -81,6 +78,14 @@ def _check(result: "Result", kind: str, options: Mapping[str, Any]) -> None:
         raise ValueError(f"first={first} comes after last={last}")
 
 
-def missing(result: "Result", kind: str) -> list[str]:
-    """Return the tables that a figure needs and a result does not hold."""
-    return [table for table in TABLES[kind] if table not in result.arrow]
+def lacking(result: "Result", kind: str) -> str:
+    """Return why a figure of a result cannot be drawn; "" where it can."""
+    tables = [table for table in TABLES[kind] if table not in result.arrow]
+    if tables:
+        return (
+            f"it needs the tables {', '.join(tables)}, which the run did not record; run it again "
+            "with --set record.detail=full"
+        )
+    if kind in OF_ROUNDS and not result.arrow["rounds"].num_rows:
+        return "the mission had no round"
+    return without_stations(result) if kind == "coverage" else ""

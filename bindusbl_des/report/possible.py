@@ -58,8 +58,8 @@ def reached(mission: Recording) -> list[Reached]:
 def _evenly(mission: Recording, rows: Whole) -> Whole:
     """Return some of the rows of a table, evenly spread: as many as are looked at."""
     pairs = mission.scenario.auvs.count * mission.scenario.asvs.count
-    most = max(min(MOST_ROWS, MOST_PAIRS // pairs, len(rows)), 1)
-    return rows[np.linspace(0, max(len(rows) - 1, 0), most).astype(np.int64)]
+    most = min(MOST_ROWS, max(MOST_PAIRS // pairs, 1), len(rows))
+    return rows[np.linspace(0, len(rows) - 1, most).astype(np.int64)]
 
 
 def _sights(mission: Recording, times: Floats) -> Sights:
@@ -113,6 +113,8 @@ def _slots(mission: Recording) -> Iterator[Reached]:
     if mission.scenario.protocol.is_passive or schedule not in COLOURINGS:
         return
     at = _evenly(mission, np.arange(len(rounds["round"])))
+    if not at.size:  # while no ASV works nobody begins a round
+        return
     colours = rounds["colours"][at]
     seen = _sights(mission, rounds["started_at_s"][at].astype(np.float64))
     groups = groups_of(schedule, seen.heard)

@@ -7,6 +7,7 @@ from importlib.metadata import version
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from ..results.summary import rounds_told
 from ..scenario.instruments.own_sensors import drift_told
 from ..scenario.survey_area import area_of
 from .calibration import calibration_told
@@ -178,10 +179,9 @@ def _tiles(result: "Result") -> str:
         value = number(row.get(metric), digits, factor)  # older folders lack some
         unit = f'<span class="unit">{unit}</span>' if unit else ""
         tiles.append(f"<div><dt>{html.escape(name)}</dt><dd>{value}{unit}</dd>{told}</div>")
-    counts = f"{row['rounds']:.0f} rounds, {row['collisions']:.0f} collisions"
     return (
         f'<dl class="tiles" aria-label="The mission in numbers">{"".join(tiles)}</dl>'
-        f'<p class="note">Means over the AUVs, below them the worst AUV; {counts}.</p>'
+        f'<p class="note">Means over the AUVs, below them the worst AUV; {rounds_told(row)}.</p>'
     )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
-from ..core.wording import significant
+from ..core.wording import counted, significant
 from .effects import HELPS, NO_EFFECT, Advice, Effect, harm_told, interval
 
 Row = dict[str, Any]
@@ -73,7 +73,7 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
     ]
     lines.insert(2, "-" * max(map(len, lines)))
     lines.append(
-        f"{mission['rounds']:.0f} rounds, {mission['collisions']:.0f} collisions; channel use "
+        f"{rounds_told(mission)}; channel use "
         f"HF {100 * mission['hf_utilisation']:.1f} %, MF {100 * mission['mf_utilisation']:.1f} %"
     )
     if (drawn := mission.get("energy_j")) is not None:
@@ -81,6 +81,15 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
         told = "" if each is None else f", {significant(each)} J for each fix delivered"
         lines.append(f"modems drew {significant(drawn)} J{told}")
     return "\n".join(lines)
+
+
+def rounds_told(mission: Row) -> str:
+    """Return how many rounds a mission had, and how many collisions.
+
+    >>> rounds_told({"rounds": 1, "collisions": 2})
+    '1 round, 2 collisions'
+    """
+    return ", ".join(counted(int(mission[f"{noun}s"]), noun) for noun in ("round", "collision"))
 
 
 def _extremes(auvs: Sequence[Row], pick: Callable[..., Any]) -> Row:

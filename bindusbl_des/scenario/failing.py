@@ -33,14 +33,23 @@ def alive(scenario: ScenarioKeys, time: float) -> tuple[bool, ...]:
     return tuple(asv not in failed for asv in range(scenario.asvs.count))
 
 
+def no_such_asv(asv: int, count: int) -> str:
+    """Return that there is no such ASV among so many.
+
+    >>> no_such_asv(1, 1)
+    'there is no ASV1: the only one is ASV0'
+    """
+    which = "the only one is ASV0" if count == 1 else f"the last is ASV{count - 1}"
+    return f"there is no ASV{asv}: {which}"
+
+
 def untenable(scenario: ScenarioKeys) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     """Yield failures that cannot be: their key, why not, and the other keys that lead to it."""
     count, given = scenario.asvs.count, scenario.asvs.failures
     for number, failure in enumerate(given):
         key = f"asvs.failures.{number}"
         if failure.asv >= count:
-            told = f"there is no ASV{failure.asv}: {count} ASVs are numbered from 0; use at most "
-            yield f"{key}.asv", f"{told}{count - 1}", ("asvs.count",)
+            yield f"{key}.asv", no_such_asv(failure.asv, count), ("asvs.count",)
         if failure.until_s is not None and failure.until_s <= failure.at_s:
             told = f"must be later than at_s, which is {failure.at_s:g} s; got {failure.until_s:g}"
             yield f"{key}.until_s", told, (f"{key}.at_s",)

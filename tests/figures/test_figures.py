@@ -385,6 +385,20 @@ def test_plot_of_a_summary_says_what_is_missing(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == len(KINDS) - 1
 
 
+def test_plot_of_a_mission_without_rounds_draws_the_rest(tmp_path: Path) -> None:
+    nobody = [{"asv": 0, "at_s": 0.0}]
+    run = simulate(scenario(duration_s=3.0, asvs={"count": 1, "failures": nobody}))
+    folder = str(run.write(tmp_path / "run"))
+    refused = call("plot", folder, "timeline", "--from", "0")
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert "no timeline: the mission had no round" in refused.stderr
+    with pytest.raises(ValueError, match="no round: the mission had no round"):
+        run.plot("round")
+    done = call("plot", folder)
+    assert done.exit_code == 0, done.stderr
+    assert len(done.stdout.splitlines()) == len(KINDS) - 2
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

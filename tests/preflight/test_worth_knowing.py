@@ -190,6 +190,19 @@ def test_the_default_formation_may_lie_outside_the_survey() -> None:
     assert "= 60 m, which puts 2 of 2 ASVs outside the survey, up to 22 m beyond its edge" in found
 
 
+def test_vessels_too_far_away_to_hear_anybody_are_told() -> None:
+    """A square of 200 m, HF reaches 50 m: who is 150 m from its middle is heard at the edge."""
+    square = {"side_m": 200.0}
+
+    def formation(**how: Any) -> dict[str, str]:
+        return told(survey=square, asvs={"count": 2, "formation": how})
+
+    found = formation(positions_m=[[0.0, 0.0], [0.0, 5000.0]])["asvs.formation.positions_m"]
+    assert found.startswith("ASV1 is up to 4900 m beyond the edge of the survey, HF reaches 50 m")
+    assert "ASV0, ASV1 are up to 50.1 m" in formation(radius_m=150.1)["asvs.formation.radius_m"]
+    assert formation(radius_m=150.0) == {}
+
+
 def test_vessels_that_cannot_be_where_auvs_are_are_told() -> None:
     """Slower than AUVs, or without any fix that the fleet knows of."""
     slow = {"count": 1, "formation": {"model": "follow", "speed_m_per_s": 0.5}}

@@ -369,3 +369,5 @@ def test_failures_are_told_beforehand() -> None:
     assert len(told) == 1
     assert "asvs.failures.0.at_s: leaves no ASV at 3 s" in told[0]
     assert not any("failures" in it.key for it in cautions(between_two({"asv": 1, "at_s": 3.0})))
+    at_once = between_two({"asv": 0, "at_s": 0.0}, {"asv": 1, "at_s": 0.0})
+    assert [it.key for it in cautions(at_once) if "failures" in it.key] == ["asvs.failures.0.at_s"]

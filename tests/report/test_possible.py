@@ -49,6 +49,16 @@ def test_a_mission_without_any_fix_has_its_limits_too() -> None:
     assert "Latency, mean" not in rows
 
 
+def test_a_mission_without_any_round_has_a_page() -> None:
+    nobody = [{"asv": 0, "at_s": 0.0}]
+    result = simulate(scenario(duration_s=10.0, asvs={"count": 1, "failures": nobody}))
+    assert len(result.tables["rounds"]) == 0
+    names = {row.name for row in reached(recording(result))}
+    assert "Fixes per AUV, mean" in names
+    assert "Ping groups in a round" not in names
+    assert '<section id="possible">' in run_page(result)
+
+
 def drawn(draw: random.Random) -> Scenario:
     """Return a fleet, a survey and a protocol drawn at random; what contradicts itself anew."""
     protocol: dict[str, Any] = {

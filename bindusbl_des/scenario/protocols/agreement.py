@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from ...core.plugins import is_plugin
+from ..failing import no_such_asv
 from ..families import is_random
 from ..scenario_keys import ScenarioKeys
 from .telling import untellable
@@ -25,7 +26,7 @@ def _fixed(scenario: ScenarioKeys) -> Found:
     if broadcaster == "fixed" and isinstance(asv, int) and asv >= count:
         yield (
             "protocol.broadcaster.asv",
-            f"there is no ASV{asv}: {count} ASVs are numbered from 0; use at most {count - 1}",
+            no_such_asv(asv, count),
             ("asvs.count",),
         )
 

@@ -1,0 +1,186 @@
+"""What is worth knowing of where vehicles are put: beyond the survey, out of reach, or standing."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from ..scenario.consistency import Problem
+from ..scenario.places.on_earth import positioned, positioned_stations, recorded_track
+from ..scenario.scenario import Scenario
+from ..scenario.sections.anchors import Placed
+from ..scenario.sections.routes import Hold, Waypoints
+from ..scenario.sections.vehicles import Formation
+from ..scenario.survey_area import area_of
+
+# Vehicles of which the same is to be said are named up to so many.
+MOST_NAMED = 5
+
+# Instants at which a track is looked at, to tell for how long it is outside the survey.
+LOOKS = 2001
+
+
+def formation(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which ASVs are moored where nobody may have meant them to be: by default outside the
+    survey, or beyond hearing.
+    """
+    asked = scenario.asvs.formation
+    if not isinstance(asked, Formation):
+        return
+    stations, area = _stations(scenario, asked), area_of(scenario)
+    beyond = [area.beyond(x, y) for x, y in stations]
+    if asked.is_placed or asked.radius_m is not None or len(stations) == 1:
+        yield from _unheard(scenario, asked, beyond)
+        return
+    radius = _radius(scenario, asked)
+    outside = sum(excess > 1e-9 * radius for excess in beyond)
+    if outside:
+        edge = f" ({area.side / 2:g} m from the centre)" if area.side else ""
+        yield Problem(
+            "asvs.formation.radius_m",
+            f"is by default hf.range_m + clearance_m = {radius:g} m, which puts {outside} of "
+            f"{len(stations)} ASVs outside the survey, up to {max(beyond):.3g} m beyond its edge"
+            f"{edge}; set it to have them elsewhere",
+            ("asvs.formation.clearance_m", "acoustics.hf.range_m", *shapes(scenario)),
+        )
+
+
+def _unheard(scenario: Scenario, asked: Formation, beyond: Sequence[float]) -> Iterator[Problem]:
+    """Yield which ASVs are so far (m) beyond the survey's edge that they hear nobody in it."""
+    reach = scenario.acoustics.hf.range_m
+    deaf = [asv for asv, excess in enumerate(beyond) if excess > reach]
+    if not deaf or scenario.acoustics.hf.channel != "disc":
+        return
+    names = [name for name in ("positions_m", "positions_deg") if getattr(asked, name) is not None]
+    farthest = max(beyond[asv] for asv in deaf)
+    yield Problem(
+        f"asvs.formation.{(*names, 'radius_m')[0]}",
+        f"{_named('ASV', deaf)} up to {farthest:.4g} m beyond the edge of the survey, HF reaches "
+        f"{reach:g} m: no AUV is heard there that is in the survey",
+        ("acoustics.hf.range_m", *shapes(scenario)),
+    )
+
+
+def _stations(scenario: Scenario, asked: Formation) -> list[tuple[float, float]]:
+    """Return where ASVs are moored, [x, y] in m.
+
+    `planned` says the same, with numpy, for which `validate` does not wait.
+    """
+    given, count = positioned_stations(scenario), scenario.asvs.count
+    if given is not None:
+        return list(given)
+    x, y = area_of(scenario).centroid
+    radius = _radius(scenario, asked) if count > 1 else 0.0
+    angles = [math.radians(asked.angle_deg) + math.tau * asv / count for asv in range(count)]
+    return [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles]
+
+
+def _radius(scenario: Scenario, asked: Formation) -> float:
+    if asked.radius_m is not None:
+        return asked.radius_m
+    return scenario.acoustics.hf.range_m + asked.clearance_m
+
+
+def anchors(scenario: Scenario) -> Iterator[Problem]:
+    """Yield what keeps ASVs that are placed anew from being where AUVs are."""
+    asked, auvs = scenario.asvs.formation, scenario.auvs
+    if not isinstance(asked, Placed):
+        return
+    if scenario.protocol.is_passive:
+        yield Problem(
+            "asvs.formation.model",
+            f"{asked.MODEL} goes by what is planned alone: with passive ranging AUVs fix "
+            "themselves, and the fleet knows of no fix",
+            ("protocol.ranging",),
+        )
+    fastest = max(auvs.speeds)
+    if auvs.route.kind in ("lawnmower", "waypoints") and asked.speed_m_per_s < fastest:
+        yield Problem(
+            "asvs.formation.speed_m_per_s",
+            f"is {asked.speed_m_per_s:g} m/s and AUVs go at {fastest:g} m/s: ASVs fall behind on "
+            "every lane",
+            ("auvs.speed_m_per_s", "auvs.speeds_m_per_s"),
+        )
+
+
+def shapes(scenario: Scenario) -> list[str]:
+    """Return the keys that say how large the survey is."""
+    return [f"survey.{name}" for name in scenario.survey.shapes]
+
+
+def routes(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which AUVs have places to go to or to hold outside the survey."""
+    route, area = scenario.auvs.route, area_of(scenario)
+    if isinstance(route, Hold):
+        key = "positions_deg" if route.positions_deg else "positions_m"
+        plans = [[place] for place in positioned(scenario, route).positions_m]
+    elif isinstance(route, Waypoints):
+        key = "points_deg" if route.points_deg else "points_m"
+        plans = [list(points) for points in positioned(scenario, route).points_m]
+    else:
+        return
+    beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in enumerate(plans)}
+    outside = {auv: excess for auv, excess in beyond.items() if excess > 0.0}
+    if outside:
+        yield Problem(
+            f"auvs.route.{key}",
+            f"{_named('AUV', list(outside))} outside the survey of {area.told}, up to "
+            f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
+            "the survey",
+            tuple(shapes(scenario)),
+        )
+
+
+def _named(kind: str, numbers: Sequence[int]) -> str:
+    names = [f"{kind}{number}" for number in numbers[:MOST_NAMED]]
+    if len(numbers) > MOST_NAMED:
+        return f"{', '.join(names)} and {len(numbers) - MOST_NAMED} more are"
+    return f"{', '.join(names)} {'is' if len(numbers) == 1 else 'are'}"
+
+
+def tracks(scenario: Scenario) -> Iterator[Problem]:
+    route = scenario.auvs.route
+    if route.kind != "track":
+        return
+    import numpy as np  # which other routes do not need
+
+    area, duration = area_of(scenario), scenario.duration_s
+    instants = np.linspace(0.0, duration, LOOKS)
+    late: dict[int, float] = {}
+    early: dict[int, float] = {}
+    outside: dict[int, tuple[float, float]] = {}
+    for auv in range(len(route.files)):
+        try:
+            times, places = recorded_track(scenario, route, auv)
+        except ValueError:
+            continue  # which is told as a mistake
+        late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)
+        ways = [np.interp(instants, times, places[:, axis]) for axis in (0, 1)]
+        beyond = np.array([area.beyond(x, y) for x, y in zip(*ways, strict=True)])
+        outside[auv] = float(beyond.max()), float(np.mean(beyond > 0.0))
+    yield from _standing("begins late", "first", late, duration)
+    yield from _standing("ends early", "last", early, duration)
+    away = {auv: it for auv, it in outside.items() if it[0] > 0.0}
+    for auv, (excess, share) in list(away.items())[:MOST_NAMED]:
+        yield Problem(
+            f"auvs.route.files.{auv}",
+            f"the track of AUV{auv} leaves the survey of {area.told}, by up to {excess:.3g} m "
+            f"and for {100 * share:.2g} % of the mission{_more(away)}; slots are made for sound "
+            "that crosses the survey",
+            tuple(shapes(scenario)),
+        )
+
+
+def _standing(what: str, when: str, still: dict[int, float], duration: float) -> Iterator[Problem]:
+    """Yield whose tracks leave them standing still for a while (s), and how long."""
+    found = {auv: time for auv, time in still.items() if time > 0.0}
+    for auv, time in list(found.items())[:MOST_NAMED]:
+        yield Problem(
+            f"auvs.route.files.{auv}",
+            f"the track of AUV{auv} {what}: it lies still for the {when} {time:.4g} s of "
+            f"{duration:g} s ({100 * time / duration:.2g} %){_more(found)}",
+            ("duration_s", "auvs.route.time_offset_s"),
+        )
+
+
+def _more(found: dict[int, object] | dict[int, float] | dict[int, tuple[float, float]]) -> str:
+    left = len(found) - MOST_NAMED
+    return f", as do {left} more" if left > 0 else ""
