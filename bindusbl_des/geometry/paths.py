@@ -3,7 +3,8 @@
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
@@ -71,19 +72,23 @@ class Path:
     start: Pose
     segments: tuple[Segment, ...]
     repeats_from: float | None = None
-    _joints: list[Pose] = field(init=False, repr=False, compare=False)
-    _distances: list[float] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         kept = tuple(s for s in self.segments if s.length > SHORTEST_SEGMENT)
-        poses, distances = [self.start], [0.0]
-        for segment in kept:
-            poses.append(_moved(poses[-1], segment.curvature, segment.length))
-            distances.append(distances[-1] + segment.length)
-        set_ = object.__setattr__  # frozen: the joints are derived once, on construction
-        set_(self, "segments", kept)
-        set_(self, "_joints", poses)
-        set_(self, "_distances", distances)
+        object.__setattr__(self, "segments", kept)  # frozen
+
+    @cached_property
+    def _joints(self) -> list[Pose]:
+        """The poses at which segments begin, and the end."""
+        poses = [self.start]
+        for curvature, length in self.segments:
+            poses.append(_moved(poses[-1], curvature, length))
+        return poses
+
+    @cached_property
+    def _distances(self) -> list[float]:
+        """The distances (m) at which segments begin, and the length."""
+        return list(accumulate((segment.length for segment in self.segments), initial=0.0))
 
     @property
     def length(self) -> float:
@@ -199,8 +204,8 @@ def path_rows(path: Path) -> tuple[NDArray[np.void], int]:
     rows = np.zeros(len(segments), dtype=PATH_ROW)
     rows["curvature"], rows["length"] = np.array(segments).T
     rows["begin"][1:] = np.cumsum(rows["length"][:-1])
-    poses = Path(path.start, tuple(segments)).sample(rows["begin"])
-    rows["x"], rows["y"], rows["yaw"] = poses.T
+    joints = Path(path.start, tuple(segments))._joints[: len(rows)]
+    rows["x"], rows["y"], rows["yaw"] = np.array(joints).T
     return rows, again
 
 

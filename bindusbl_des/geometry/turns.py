@@ -47,7 +47,7 @@ def turned_onto(
 def _beyond(path: Path, box: Box) -> float:
     """Return how far (m) a path leaves a box, negative within it."""
     reached = path.box
-    return max(box.beyond(*corner) for corner in reached.corners)
+    return max(box.beyond(reached.x_max, reached.y_max), box.beyond(reached.x_min, reached.y_min))
 
 
 def turn_about(

@@ -61,7 +61,8 @@ def _look_back(scenario: Scenario, fleet: Fleet) -> Voyage:
     often, seldom = instants(end, record.metrics_hz), instants(end, record.tracks_hz)
     if record.detail == "summary":
         seldom = seldom[:0]
-    swept, last = _swept(scenario, fleet), np.array([end])
+    swept = _swept(scenario, fleet)
+    swept_m2 = _first_to_sweep(swept, len(vehicles), np.append(seldom, end))
     distance = np.array([vehicle.distance(end) for vehicle in vehicles])
     lanes = _lanes(scenario, fleet)
     flown = [_flown(*it, end) for it in zip(vehicles, lanes, strict=True)] if lanes else []
@@ -71,13 +72,13 @@ def _look_back(scenario: Scenario, fleet: Fleet) -> Voyage:
         "speed_m_per_s": distance / end,
         "saturated_share": np.array([vehicle.saturated(end) for vehicle in vehicles], np.float64),
         "lanes_flown_share": np.array(flown or [np.nan] * len(vehicles)),
-        "swept_m2": _first_to_sweep(swept, len(vehicles), last)[:, 0],
+        "swept_m2": swept_m2[:, -1],
     }
     return Voyage(
         metrics,
         beside(vehicles, seldom),
-        _first_to_sweep(swept, len(vehicles), seldom),
-        None if swept is None else float(swept.area(last)[0]),
+        swept_m2[:, :-1],
+        None if swept is None else float(swept.area(np.array([end]))[0]),
         _finished_at(vehicles, lanes, end) if lanes else None,
     )
 

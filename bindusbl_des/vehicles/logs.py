@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
+from ..core.lanes.blocks import block
+from ..core.lanes.numbers import LANES
 from ..core.lanes.sines import sincos
 
 Floats = NDArray[np.float64]
@@ -21,6 +23,11 @@ Velocity = tuple[float, float, float]
 # A line: place (m) and yaw (rad), their rates (m/s, rad/s), integrals of cos(yaw) and sin(yaw) (s),
 # horizontal distance travelled (m)
 X, Y, Z, YAW, RATES, COS, SIN, DISTANCE, COLUMNS = 0, 1, 2, 3, 4, 8, 9, 10, 11
+
+
+# Rows of what four instants need: the lines before and after each, where between them it lies, and
+# what is found there
+NEXT, SHARE, PAST, FOUND, ROWS = DISTANCE, 2 * DISTANCE, 2 * DISTANCE + 1, 2 * DISTANCE + 2, 30
 
 
 class Bearing(NamedTuple):
@@ -99,11 +106,12 @@ def distance(
 
 
 @inlined
-def read(log: Floats, line: int, share: float, step: float, axis: int) -> tuple[float, float]:
-    """Return a coordinate (x, y, z or yaw) and its rate after a share of the step after a line."""
+def between(
+    begin: float, end: float, leaving: float, arriving: float, share: float, step: float
+) -> tuple[float, float]:
+    """Return a coordinate and its rate after a share of a step (s), given both at either end."""
     rest = 1.0 - share
-    begin, end = log[line, axis], log[line + 1, axis]
-    leaves, arrives = step * log[line, RATES + axis], step * log[line + 1, RATES + axis]
+    leaves, arrives = step * leaving, step * arriving
     moved = end - begin
     place = begin + share * (
         leaves * rest * rest + share * (moved * (1.0 + 2.0 * rest) - arrives * rest)
@@ -114,6 +122,13 @@ def read(log: Floats, line: int, share: float, step: float, axis: int) -> tuple[
         + 6.0 * moved * share * rest
     ) / step
     return place, rate
+
+
+@inlined
+def read(log: Floats, line: int, share: float, step: float, axis: int) -> tuple[float, float]:
+    """Return a coordinate (x, y, z or yaw) and its rate after a share of the step after a line."""
+    begin, end = log[line, axis], log[line + 1, axis]
+    return between(begin, end, log[line, RATES + axis], log[line + 1, RATES + axis], share, step)
 
 
 @inlined
@@ -143,6 +158,36 @@ def headings_at(log: Floats, first: int, end: int, step: float, time: float) -> 
     line, share, past = before(first, end, step, time)
     yaw, turn = read(log, line, share, step, YAW)
     return headings(log, line, past, yaw, turn)
+
+
+@compiled
+def look_up(
+    log: Floats, first: int, end: int, step: float, times: Floats, rows: Floats, out: Floats
+) -> None:
+    """Write what :func:`.motion.lines` returns, (n, 8), of four instants at a time.
+
+    `rows` (ROWS, LANES) is room to work in.
+    """
+    was, now, found = block(rows, 0), block(rows, NEXT), block(rows, FOUND)
+    for k in range(0, times.size, LANES):
+        count = min(LANES, times.size - k)
+        for lane in range(count):
+            line, rows[SHARE, lane], rows[PAST, lane] = before(first, end, step, times[k + lane])
+            for column in range(DISTANCE):
+                rows[column, lane] = log[line, column]
+                rows[NEXT + column, lane] = log[line + 1, column]
+        share, past = was[SHARE], was[PAST]
+        for axis in range(RATES):
+            rates = was[RATES + axis], now[RATES + axis]
+            found[axis], found[RATES + axis] = between(was[axis], now[axis], *rates, share, step)
+        sine, cosine = sincos(was[YAW])
+        began = Bearing(cosine, sine, was[RATES + YAW])
+        sine, cosine = sincos(found[YAW])
+        ahead, aside = turned_over(began, Bearing(cosine, sine, found[RATES + YAW]), past)
+        found[4], found[5], found[6], found[7] = was[COS] + ahead, was[SIN] + aside, cosine, sine
+        for lane in range(count):
+            for column in range(8):
+                out[k + lane, column] = rows[FOUND + column, lane]
 
 
 @inlined

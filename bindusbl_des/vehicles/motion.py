@@ -6,13 +6,14 @@ a reader need not know which it is.  Survey frame: m, z down, yaw in rad from +x
 """
 
 from collections.abc import Sequence
-from math import cos, sin
+from math import cos, nan, sin
 from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry, inlined
+from ..core.lanes.numbers import LANES
 from . import logs
 
 Floats = NDArray[np.float64]
@@ -164,12 +165,19 @@ def _places(table: Floats, first: Ints, step: float, time: float, out: Floats) -
 
 @entry
 def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) -> Floats:
-    """Return x, y, z (m), yaw (rad), and the integrals of cos(yaw) and sin(yaw) (s), shape (n, 6),
-    of a vehicle at n instants (s).
+    """Return x, y, z (m), yaw (rad), the integrals of cos(yaw) and sin(yaw) (s), and these two,
+    (n, 8), of a vehicle at n instants (s).
     """
-    motion, out = Motion(table, first, step), np.empty((times.size, 6))
+    begin, end, out = first[vehicle], first[vehicle + 1], np.empty((times.size, 8))
+    if step > 0.0:
+        logs.look_up(table, begin, end, step, times, np.zeros((logs.ROWS, LANES)), out)
+        return out
+    known = cosine = sine = nan
     for k in range(times.size):
-        x, y, z, yaw, ahead, aside = headed(motion, vehicle, times[k])
+        leg = _leg_at(table, begin, end, times[k])
+        x, y, z, yaw, ahead, aside, _ = _on_leg(table, leg, times[k])
+        if yaw != known:  # lanes keep theirs
+            known, cosine, sine = yaw, cos(yaw), sin(yaw)
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
-        out[k, 4], out[k, 5] = ahead, aside
+        out[k, 4], out[k, 5], out[k, 6], out[k, 7] = ahead, aside, cosine, sine
     return out

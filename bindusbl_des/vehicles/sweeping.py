@@ -62,15 +62,14 @@ def sweep(area: Area, vehicles: Sequence[Vehicle], swath: float, until: float) -
         np.arange(low + cell / 2, high, cell)
         for low, high in ((box.x_min, box.x_max), (box.y_min, box.y_max))
     )
-    at, by = np.full((len(x), len(y)), np.inf), np.full((len(x), len(y)), -1)
     times, places, who = _passed(
         vehicles, [math.ceil(way / cell / STEP) + 1 for way in ways], until
     )
+    first = np.full(len(x) * len(y), len(times))  # of all places, the first near each cell
     reach = math.ceil(swath / 2 / cell)
     offsets = np.arange(-reach, reach + 1)
-    # the latest first, so that whoever came earlier is written over them
-    for last in range(len(times), 0, -BLOCK):
-        block = slice(max(last - BLOCK, 0), last)
+    for begin in range(0, len(times), BLOCK):
+        block = np.arange(begin, min(begin + BLOCK, len(times)))
         column = np.floor((places[block, 0] - box.x_min) / cell).astype(np.int64)[:, None] + offsets
         row = np.floor((places[block, 1] - box.y_min) / cell).astype(np.int64)[:, None] + offsets
         off_x = box.x_min + cell * (column + 0.5) - places[block, :1]
@@ -78,12 +77,13 @@ def sweep(area: Area, vehicles: Sequence[Vehicle], swath: float, until: float) -
         off_x[(column < 0) | (column >= len(x))] = np.inf
         off_y[(row < 0) | (row >= len(y))] = np.inf
         near = (off_x**2)[:, :, None] + (off_y**2)[:, None, :] <= (swath / 2) ** 2
-        place, i, j = (found[::-1] for found in np.nonzero(near))
-        cells = column[place, i], row[place, j]
-        at[cells], by[cells] = times[block][place], who[block][place]
+        cells = (column * len(y))[:, :, None] + row[:, None, :]
+        who_is_near = np.repeat(block, near.sum(axis=(1, 2)))
+        np.minimum.at(first, cells.ravel()[np.flatnonzero(near)], who_is_near)
+    at, by = np.append(times, np.inf)[first], np.append(who, -1)[first]
     middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     within = area.contains(middles)
-    return Sweep(at.ravel()[within], by.ravel()[within], area.square_m / max(within.sum(), 1))
+    return Sweep(at[within], by[within], area.square_m / max(within.sum(), 1))
 
 
 def _passed(

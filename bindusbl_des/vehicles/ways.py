@@ -1,25 +1,22 @@
 """Where vehicles are at instants that one mission after the other asks for."""
 
-from math import cos, nan, sin
 from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiled import entry
-from .motion import PLACE, YAW, Floats, Motion, lines
+from .motion import PLACE, Floats, Motion, lines
 
 # So much at most (bytes) is kept of one fleet: ten vehicles for 300 s at 30 Hz, not a thousand.
 MOST_BYTES = 8_000_000
 
 
 class Way(NamedTuple):
-    """A vehicle at n instants (n,), s: x, y, z (m), yaw (rad), and the integrals of the cosine and
-    sine of its yaw (s), `lines` (n, 6); the cosine and sine of its yaw, `courses` (n, 2).
+    """A vehicle at n instants (n,), s: x, y, z (m), yaw (rad), the integrals of the cosine and
+    sine of its yaw (s), and these two, `lines` (n, 8).
     """
 
     times: Floats
     lines: Floats
-    courses: Floats
 
     @property
     def truth(self) -> Floats:
@@ -43,21 +40,9 @@ class Ways:
         if asked is times and found is not None:
             return found
         own = np.array(times, dtype=np.float64)  # as code for what is read-only is another
-        way = Way(own, lines(*self._motion, vehicle, own), np.empty((len(own), 2)))
-        _steer(way.lines, way.courses)
+        way = Way(own, lines(*self._motion, vehicle, own))
         size = sum(column.nbytes for column in way)
         if size <= self._room and not times.flags.writeable:
             self._kept[vehicle, id(times)] = times, way
             self._room -= size
         return way
-
-
-@entry
-def _steer(of: Floats, courses: Floats) -> None:
-    """Write the cosine and sine of the yaw of each line of a way."""
-    yaw = cosine = sine = nan
-    for k in range(len(of)):
-        if of[k, YAW] != yaw:  # lanes keep theirs
-            yaw = of[k, YAW]
-            cosine, sine = cos(yaw), sin(yaw)
-        courses[k, 0], courses[k, 1] = cosine, sine

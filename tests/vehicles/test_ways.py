@@ -17,9 +17,11 @@ def test_a_way_is_where_its_vehicle_is() -> None:
     times = np.linspace(0.0, 50.0, 101)
     way = Ways(MOTION, foreseen=True).of(1, times)
     assert way.truth.tolist() == VEHICLE.sample(times).tolist()
-    assert way.lines[:, 4:].tolist() == VEHICLE.heading_integral(times).tolist()
+    assert way.lines[:, 4:6].tolist() == VEHICLE.heading_integral(times).tolist()
     yaw = way.lines[:, 3]
-    assert np.allclose(way.courses, np.column_stack((np.cos(yaw), np.sin(yaw))), rtol=0, atol=1e-15)
+    assert np.allclose(
+        way.lines[:, 6:], np.column_stack((np.cos(yaw), np.sin(yaw))), rtol=0, atol=1e-15
+    )
 
 
 def test_what_missions_ask_for_again_is_kept() -> None:

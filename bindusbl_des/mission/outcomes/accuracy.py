@@ -29,7 +29,7 @@ def note_accuracy(metrics: Rows, world: World, auv: int, times: Floats, errors: 
     seldom = Odometry(*(column[::step] for column in found.odometry))
     sure = world.navigator.covariance(auv, seldom)
     metric = metrics[auv : auv + 1]
-    _note(metric, errors, *found.way[1:], found.odometry.position, found.estimate, step, sure)
+    _note(metric, errors, found.way.lines, found.odometry.position, found.estimate, step, sure)
     if not np.isfinite(metric["position_error_m"][0]):
         lost_at = times[np.flatnonzero(~np.isfinite(errors))[0]]
         refuse(auv, f"estimate is no number from {lost_at:g} s on")
@@ -54,8 +54,8 @@ def quantile_of(values: Floats, share: float) -> float:
 
 @entry
 def _note(
-    metrics: Rows, errors: Floats, lines: Floats, courses: Floats, reckoned: Floats,
-    estimate: Floats, step: int, sure: Floats,
+    metrics: Rows, errors: Floats, lines: Floats, reckoned: Floats, estimate: Floats, step: int,
+    sure: Floats,
 ) -> None:  # fmt: skip
     """Write to the one row of metrics the errors of an estimate (n, 2), m, along a way
     (:class:`.ways.Way`), and of dead reckoning (n, 2), m; how `sure` one was at each `step`-th
@@ -70,7 +70,7 @@ def _note(
         total += errors[k]
         square += x * x + y * y
         largest = max(largest, errors[k])
-        sideways += abs(courses[k, 0] * y - courses[k, 1] * x)
+        sideways += abs(lines[k, 6] * y - lines[k, 7] * x)
         alone += sqrt(drift_x * drift_x + drift_y * drift_y)
     metric.position_error_m, metric.position_error_rms_m = total / n, sqrt(square / n)
     metric.position_error_max_m, metric.cross_track_error_m = largest, sideways / n

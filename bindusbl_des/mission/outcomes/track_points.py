@@ -38,14 +38,14 @@ def track_points(world: World) -> Iterator[Rows]:
     for asv in range(len(asvs)):
         points["vehicle"], points["path_error_m"] = len(auvs) + asv, off_station[asv]
         points["swept_m2"] = nan
-        _note_truth(points, *asvs.ways.of(asv, times)[:2])
+        _note_truth(points, *asvs.ways.of(asv, times))
         yield points
 
 
 @entry
 def _note(
-    points: Rows, times: Floats, lines: Floats, courses: Floats, reckoned: Floats,
-    estimate: Floats, sure: Floats, depth_error: Floats,
+    points: Rows, times: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats,
+    depth_error: Floats,
 ) -> None:  # fmt: skip
     """Write where an AUV was on its way (:class:`.ways.Way`), and what it made of it.
 
@@ -59,7 +59,7 @@ def _note(
         point.imu_x_m, point.imu_y_m = reckoned[k, 0], reckoned[k, 1]
         x, y = estimate[k, 0] - lines[k, 0], estimate[k, 1] - lines[k, 1]
         point.position_error_m = hypot(x, y)
-        point.cross_track_error_m = courses[k, 0] * y - courses[k, 1] * x
+        point.cross_track_error_m = lines[k, 6] * y - lines[k, 7] * x
         point.estimate_sd_x_m = sqrt(max(sure[k, 0], 0.0))
         point.estimate_sd_y_m = sqrt(max(sure[k, 1], 0.0))
         point.estimate_cov_xy_m2 = sure[k, 2]

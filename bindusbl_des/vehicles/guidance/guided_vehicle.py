@@ -1,6 +1,5 @@
 """One vehicle of a fleet under way, as the rest of the mission sees it."""
 
-from collections import deque
 from math import cos, sin
 from typing import Protocol
 
@@ -36,7 +35,6 @@ class GuidedVehicle:
 
     def __init__(self, fleet: UnderWay, number: int) -> None:
         self._fleet, self._number = fleet, number
-        self._beside: deque[tuple[Floats, Floats]] = deque(maxlen=2)
 
     def _known(self, times: Floats) -> Floats:
         """Return instants (s) up to which the fleet has been moved by now, (n,)."""
@@ -81,15 +79,16 @@ class GuidedVehicle:
         fleet, place = self._fleet, self.at(time)
         if len(fleet.stations):
             return None
-        first, _, again = fleet.tracks.bounds[self._number].tolist()
+        _, end, again = fleet.tracks.bounds[self._number].item()
         flown = fleet.active[self._number, : max(departure.begun(time, fleet.control_s), 1)]
         row = fleet.tracks.rows[flown[-1]]
-        into = (place.x - row["x"]) * cos(row["yaw"]) + (place.y - row["y"]) * sin(row["yaw"])
-        into = min(max(into, 0.0), row["length"]) if row["curvature"] == 0.0 else 0.0
-        rows = fleet.tracks.rows[first : fleet.tracks.bounds[self._number]["end"]]
-        lap = rows["begin"][-1] + rows["length"][-1] - fleet.tracks.rows[again]["begin"]
-        laps = int((np.diff(flown) < 0).sum())
-        return float(row["begin"] + into + laps * lap)
+        x, y, yaw, curvature, begin, length, *_ = row.item()
+        into = (place.x - x) * cos(yaw) + (place.y - y) * sin(yaw)
+        into = min(max(into, 0.0), length) if curvature == 0.0 else 0.0
+        laps = int(np.count_nonzero(flown[1:] < flown[:-1]))
+        last = fleet.tracks.rows[end - 1]
+        lap = last["begin"] + last["length"] - fleet.tracks.rows[again]["begin"]
+        return float(begin + into + laps * lap)
 
     def saturated(self, time: float) -> float:
         """Return the share of its control instants before an instant (s) at an actuator's limit."""
@@ -99,15 +98,6 @@ class GuidedVehicle:
 
     def path_error(self, times: Floats) -> Floats:
         """Return the distance (m) of the true place from the path flown, or from the station."""
-        for known, errors in self._beside:
-            if known is times:
-                return errors
-        errors = self._path_error(times)
-        if not times.flags.writeable:  # neither do logs change: seeds that share them ask again
-            self._beside.append((times, errors))
-        return errors
-
-    def _path_error(self, times: Floats) -> Floats:
         fleet = self._fleet
         if len(fleet.stations):
             off = self._table(times)[:, :2] - fleet.stations[self._number]
