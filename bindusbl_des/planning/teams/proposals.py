@@ -5,7 +5,7 @@ then tried with the best of them.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
@@ -24,7 +24,8 @@ COUNTS = range(1, 7)
 SCHEDULES = ("spatial_reuse", "one_per_slot")
 DOWNLINKS = ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
 
-# Of all pairs of these so many are flown beside the scenario's own: those predicted to be best.
+# Of all pairs of these so many at most are flown beside the scenario's own: those predicted to be
+# best.
 MOST_PROTOCOLS = 3
 
 # Regular formations of one number of ASVs that are predicted: radii up to the survey's corner, and
@@ -71,7 +72,8 @@ def _about(
         others = [
             candidate(question, {**best.keys, **it}) for it in _protocols(base.scenario, point)
         ]
-        yield from sorted(filter(None, others), key=foresight.rank)[:MOST_PROTOCOLS]
+        ranked = sorted(filter(None, others), key=foresight.rank)[:MOST_PROTOCOLS]
+        yield from _unlike([best, *ranked], foresight)
 
 
 def _counts(scenario: Scenario, point: Keys) -> Iterator[dict[str, Any]]:
@@ -103,6 +105,23 @@ def _placed(
         yield from sorted(rings, key=foresight.rank)[:1]
     free = place_keys(question, free_places(team.scenario, team.asvs, "coverage", inputs))
     yield from _those(placed(question, team.keys, free))
+
+
+def _unlike(teams: Sequence[Candidate], foresight: Foresight) -> Iterator[Candidate]:
+    """Yield all but the first of teams that differ in their protocols alone, without those whose
+    schedule is predicted to change nothing: where no two AUVs ever ping together, it has nothing
+    to choose.
+    """
+    known = set[tuple[str, bytes]]()
+    for number, team in enumerate(teams):
+        prediction = foresight.prediction(team)
+        if prediction is not None:
+            told = str(team.scenario.protocol.downlink), b"".join(it.tobytes() for it in prediction)
+            if told in known:
+                continue
+            known.add(told)
+        if number:
+            yield team
 
 
 def _those(*found: Candidate | None) -> list[Candidate]:

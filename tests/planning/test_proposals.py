@@ -1,0 +1,43 @@
+"""Which schedules and downlinks are proposed for a team."""
+
+from bindusbl_des import load_scenario
+from bindusbl_des.campaigns.experiments.options import Asked
+from bindusbl_des.planning.questions.asking import Asking, goals_of_arguments
+from bindusbl_des.planning.questions.plan_file import read_plan
+from bindusbl_des.planning.teams.candidates import DOWNLINK, SCHEDULE
+from bindusbl_des.planning.teams.foresight import Foresight
+from bindusbl_des.planning.teams.proposals import proposed
+
+# Two ASVs side by side in the midst
+TEAM = {"asvs.count": [2], "asvs.formation.radius_m": [5]}
+
+
+def pairs(side_m: float, schedules: list[str] | None = None) -> list[tuple[str, str]]:
+    """Return the schedules and downlinks proposed for a team over a square (m)."""
+    scenario = load_scenario("recovery_140m", overrides=[f"survey.side_m={side_m}"])
+    goals = goals_of_arguments({"position_error_m": 1.0}, None, None)
+    vary = TEAM if schedules is None else {**TEAM, SCHEDULE: schedules}
+    question = read_plan(scenario, Asking(goals, options=Asked(vary)))
+    found = proposed(question, Foresight(goals))
+    return [
+        (it.keys.get(SCHEDULE, "spatial_reuse"), it.keys.get(DOWNLINK, "sequential"))
+        for it in found
+    ]
+
+
+def test_what_a_schedule_does_not_change_is_flown_once() -> None:
+    """Over 60 m the ASVs hear all AUVs always, so nobody ever pings together with another; over
+    140 m some do.
+    """
+    near, far = pairs(60.0), pairs(140.0)
+    assert {schedule for schedule, _ in near} == {"spatial_reuse"}
+    assert len({downlink for _, downlink in near}) == len(near)
+    assert "one_per_slot" in {schedule for schedule, _ in far}
+    assert len(far) == 4
+
+
+def test_schedules_that_are_asked_for_are_all_flown() -> None:
+    both = ["spatial_reuse", "one_per_slot"]
+    found = pairs(60.0, both)
+    assert [found.count((it, "sequential")) for it in both] == [1, 1]
+    assert {schedule for schedule, _ in found} == set(both)
