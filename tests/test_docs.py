@@ -20,6 +20,7 @@ from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.campaigns import running
 from bindusbl_des.cli import main
 from bindusbl_des.manual import python_page, reference
+from bindusbl_des.planning import flying
 from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import keys
 
@@ -34,6 +35,8 @@ PICTURES = (".png", ".svg")
 # Language, the file that it is if it has a title, and content
 FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
+# Of pages that do not show the advice that `run` takes three seconds for
+SHORTLY_ADVISED = ("--advice-s", "0.1")
 
 
 def blocks(name: str, language: str) -> list[str]:
@@ -87,11 +90,12 @@ def test_manual_does_what_it_says(
     monkeypatch.syspath_prepend(tmp_path)
     printed, names = "", {"__name__": "page"}
     text = (ROOT / "docs" / page).read_text()
+    advice = () if "What would help" in text else SHORTLY_ADVISED
     for language, file, block in re.findall(FENCED, text, re.DOTALL | re.MULTILINE):
         if file:
             Path(file).write_text(block)
         elif language == "console":
-            printed = "".join(map(typed, block.splitlines()))
+            printed = "".join(typed(line, advice) for line in block.splitlines())
         elif language == "python":
             printed = shown_by(block, names)
         elif language == "yaml":
@@ -109,14 +113,17 @@ def workers_if_asked(text: str) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         if "workers" not in text:
             patch.setattr(running, "pool_for", OneThread)
+            patch.setattr(flying, "pool_for", OneThread)
         yield
 
 
-def typed(line: str) -> str:
+def typed(line: str, advice: tuple[str, ...]) -> str:
     """Return what a command line of the manual prints; what is not ours is not run."""
     command = shlex.split(line, comments=True)
     if command[:1] != ["bindusbl-des"]:
         return ""
+    if command[1] == "run" and "--no-advice" not in command:
+        command += advice
     with workers_if_asked(line):
         outcome = CliRunner().invoke(main, command[1:])
     expected = re.search(r"# exits with (\d)", line)

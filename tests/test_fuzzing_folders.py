@@ -3,7 +3,7 @@
 import pytest
 from fuzzing.checking import check
 
-COUNTS = (("run", 15), ("campaign", 4))
+COUNTS = (("run", 7), ("campaign", 2))
 MANY = (("run", 4000), ("campaign", 1000))
 
 

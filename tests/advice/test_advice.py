@@ -193,19 +193,29 @@ def test_verdicts() -> None:
         assert found.mean_m == pytest.approx(size, abs=1e-12)
 
 
-def test_seeds_of_the_mission_of_choice_and_of_measurement_are_apart(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """No mission is flown with the own seed, and what was chosen is flown with fresh ones only."""
-    flown: list[int] = []
+@pytest.fixture(scope="module")
+def watched() -> tuple[Result, list[int]]:
+    """A mission that kept its metrics only, with advice, and the seeds that were flown for it."""
+    result, flown = mission(paper_case(1, duration_s=60.0), seed=7), list[int]()
 
-    def watched(plan: Scenario, seed: int) -> Mission:
+    def fly(plan: Scenario, seed: int) -> Mission:
         assert plan.record.detail == "summary"
         flown.append(seed)
         return Mission(plan, seed)
 
-    monkeypatch.setattr(trials_module, "Mission", watched)
-    advice = advise(mission(paper_case(1, duration_s=60.0), seed=7), AMPLE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trials_module, "Mission", fly)
+        result.advice = advise(result, AMPLE)
+    return result, flown
+
+
+def test_seeds_of_the_mission_of_choice_and_of_measurement_are_apart(
+    watched: tuple[Result, list[int]],
+) -> None:
+    """No mission is flown with the own seed, and what was chosen is flown with fresh ones only."""
+    result, flown = watched
+    advice = result.advice
+    assert advice is not None
     assert advice.missions == len(flown)
     assert set(flown) == {*range(7 + CHOOSING, 7 + CHOOSING + 7), *range(1008, 1028)}
     assert 7 + MEASURING == 1008
@@ -393,11 +403,9 @@ def test_an_interruption_keeps_the_mission(tmp_path: Path, monkeypatch: pytest.M
     assert load_result("o").advice is None
 
 
-def test_a_run_with_metrics_only_is_advised_on(tmp_path: Path) -> None:
+def test_a_run_with_metrics_only_is_advised_on(watched: tuple[Result, list[int]]) -> None:
     """`detail: summary` has no events to explain, but its worst AUV and its advice are told."""
-    result = mission(paper_case(1, duration_s=60.0))
-    result.advice = advise(result, AMPLE)
-    page = run_page(result)
+    page = run_page(watched[0])
     assert "AUV0 navigated worst" in page
     assert "<h3>What would help</h3>" in page
     assert "record.detail=full" in page

@@ -53,11 +53,22 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("base.yaml").write_text(BASE)
 
 
-@pytest.fixture
-def folder() -> Path:
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small campaign that is complete, with all events."""
-    assert call("sweep", "base.yaml", *SWEEP, "--detail", "full", "--out", "c").exit_code == 0
-    return Path("c")
+    home = tmp_path_factory.mktemp("complete")
+    (home / "base.yaml").write_text(BASE)
+    words = ("--detail", "full", "--out", home / "c")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(running, "pool_for", OneThread)
+        assert call("sweep", home / "base.yaml", *SWEEP, *words).exit_code == 0
+    return home / "c"
+
+
+@pytest.fixture
+def folder(complete: Path) -> Path:
+    """A copy of that campaign for a test to damage."""
+    return Path(shutil.copytree(complete, "c"))
 
 
 def a_track(folder: Path, ends_at: float) -> Path:

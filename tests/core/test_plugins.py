@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import schedules_for_tests
+from campaigns_for_tests import OneThread
 from click.testing import CliRunner, Result
 
 from bindusbl_des import (
@@ -21,6 +22,7 @@ from bindusbl_des import (
     simulate,
     sweep,
 )
+from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.running import resume
 from bindusbl_des.cli import main
 from bindusbl_des.commands.ending import ended_in_order
@@ -208,9 +210,11 @@ def test_what_only_reads_never_imports(home: Path) -> None:
     assert not imported(home)
 
 
-def test_a_campaign_is_resumed_with_leave_only(home: Path) -> None:
+def test_a_campaign_is_resumed_with_leave_only(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave is the command's: its workers have it, its folder has not."""
-    sweep(home / "e.yaml", home / "c", workers=2, allow_plugins=True)
+    with monkeypatch.context() as patch:
+        patch.setattr(running, "pool_for", OneThread)
+        sweep(home / "e.yaml", home / "c", allow_plugins=True)
     record = json.loads((home / "c" / "campaign.json").read_text())
     assert "allow" not in json.dumps(record)
     for file in (home / "c" / "missions").iterdir():
@@ -220,7 +224,7 @@ def test_a_campaign_is_resumed_with_leave_only(home: Path) -> None:
     outcome = call("resume", "c")
     assert (outcome.exit_code, "'stranger:fair' is a plug-in" in outcome.stderr) == (2, True)
     assert not imported(home)
-    outcome = call("resume", "c", "--workers", 2, "--allow-plugins")
+    outcome = call("resume", "c", "--workers", 1, "--allow-plugins")
     assert outcome.exit_code == 0, outcome.stderr
     assert imported(home)
     plugins._admitted.clear()
@@ -243,8 +247,11 @@ def test_validate_checks_the_form_and_says_so(home: Path) -> None:
     assert "'a b:c' is no schedule" in call("validate", "m.yaml").stdout
 
 
-def test_a_plug_in_that_the_points_replace_needs_no_leave(home: Path) -> None:
+def test_a_plug_in_that_the_points_replace_needs_no_leave(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """What no point keeps is not loaded."""
+    monkeypatch.setattr(running, "pool_for", OneThread)
     (home / "m2.yaml").write_text("scenario: m.yaml\nvary: {protocol.schedule: [dsatur, random]}\n")
     assert call("sweep", "m2.yaml", "--out", "out", "--workers", 1).exit_code == 0
     assert not imported(home)

@@ -26,6 +26,11 @@ def step(chain: Chain, who: str) -> Step:
     return next(it for it in chain.steps if it.who == who)
 
 
+def delivered(run: Result) -> list[Any]:
+    """Return the rows of the fixes that were delivered."""
+    return list(run.tables["fixes"].query("outcome == 'delivered'").itertuples())
+
+
 def around(*stations: tuple[float, float], auvs: int = 1, at: float = 20.0, **changes: Any) -> Any:
     """Return AUVs that hold still at (at, 0) with ASVs where one wants them, without noise."""
     base: dict[str, Any] = {
@@ -156,10 +161,9 @@ def test_the_parts_of_every_latency_add_up(
     """None is negative, their sum is the recorded latency, and what is printed adds up too."""
     protocol = {"downlink": downlink, "ranging": ranging, "tick_rate_hz": tick_rate_hz}
     run = simulate(scenario(duration_s=8.0, protocol=protocol), 1)
-    fixes = run.tables["fixes"]
-    delivered = fixes[fixes.outcome == "delivered"]
-    assert len(delivered) > 10
-    for fix in delivered.itertuples():
+    fixes = delivered(run)
+    assert len(fixes) > 10
+    for fix in fixes[:: len(fixes) // 5]:
         chain = chain_of_fix(run, fix.fix)
         assert min(part.duration_s for part in chain.parts) > -1e-9
         assert sum(p.duration_s for p in chain.parts) == pytest.approx(fix.latency_s, abs=1e-12)
@@ -212,7 +216,7 @@ def test_errors_differ_by_what_the_estimate_moved() -> None:
     """In a noisy mission no correction changes the error by more than it moved the estimate."""
     run = simulate(scenario(duration_s=15.0, navigation={"filter": "fixed_gain"}), 3)
     known = 0
-    for fix in run.tables["fixes"].query("outcome == 'delivered'").itertuples():
+    for fix in delivered(run)[::3]:
         facts = next(it for it in chain_of_fix(run, fix.fix).steps if "has it" in it.what).facts
         assert facts["moved_m"] == pytest.approx(0.9 * fix.innovation_m)
         if facts["error_before_m"] is not None:
@@ -220,7 +224,7 @@ def test_errors_differ_by_what_the_estimate_moved() -> None:
             change = abs(facts["error_before_m"] - facts["error_after_m"])
             assert change <= facts["moved_m"] + 1e-9
             assert facts["error_after_m"] > 0
-    assert known > 20
+    assert known > 5
 
 
 def test_errors_of_a_filter_that_has_learnt_are_those_of_the_instant() -> None:
@@ -229,11 +233,11 @@ def test_errors_of_a_filter_that_has_learnt_are_those_of_the_instant() -> None:
         simulate(scenario(duration_s=120.0, record={"tracks_hz": rate}), 3) for rate in (2.0, 100.0)
     )
     off = []
-    for fix in coarse.tables["fixes"].query("outcome == 'delivered'").itertuples():
+    for fix in delivered(coarse)[::3]:
         around, true = (errors_around(run, fix) for run in (coarse, fine))
         if None not in (*around, *true):
             off += [abs(a - b) for a, b in zip(around, true, strict=True)]
-    assert len(off) > 200
+    assert len(off) > 60
     assert np.quantile(off, 0.95) < 0.02
     assert "by the covariances it moves the estimate" in chain_of_fix(coarse, 50).text()
 
@@ -262,10 +266,13 @@ class Trusting:
         return np.tile([4.0, 4.0, 0.0], (len(odometry.times), 1))
 
 
-def corrections(run: Result) -> list[tuple[Any, Step, str]]:
-    """Return delivered fixes with the step that tells what they changed, and all its words."""
+def corrections(run: Result, which: slice) -> list[tuple[Any, Step, str]]:
+    """Return some of the delivered fixes with the step that tells what they changed, all its words.
+
+    To tell one takes longer than to fly the mission.
+    """
     found = []
-    for fix in run.tables["fixes"].query("outcome == 'delivered'").itertuples():
+    for fix in delivered(run)[which]:
         has = next(it for it in chain_of_fix(run, fix.fix).steps if "has it" in it.what)
         found.append((fix, has, " ".join(has.text().split())))
     return found
@@ -276,7 +283,7 @@ def test_a_filter_that_weighs_tells_gain_gate_and_what_it_changed() -> None:
     navigation = {"nis_gate": 3.0, "random_walk_m_per_sqrt_s": 0.3}
     run = simulate(scenario(duration_s=40.0, navigation=navigation), 3)
     smaller = refused = 0
-    for fix, has, text in corrections(run):
+    for fix, has, text in corrections(run, slice(0, None, 3)):
         if fix.nis <= 3.0:
             assert f"gate: normalised, its square is {fix.nis:.2f} <= 3 (nis_gate)" in text
             assert f"moves the estimate by {fix.correction_m:.2f} m" in text
@@ -295,13 +302,13 @@ def test_a_filter_that_weighs_tells_gain_gate_and_what_it_changed() -> None:
             verb = "falls" if after < before else "grows"
             assert f"half the length of its 95 % ellipse {verb} from {before:.2f}" in text
     assert refused > 3
-    assert smaller > 20
+    assert smaller > 10
 
 
 def test_after_five_refused_the_next_is_taken_in() -> None:
     """A gate that lets nearly nothing pass lets each sixth fix pass, and says why."""
     run = simulate(scenario(duration_s=20.0, navigation={"nis_gate": 1e-3}))
-    told = [text for _, _, text in corrections(run)]
+    told = [text for _, _, text in corrections(run, slice(21))]
     assert any("> 0.001 (nis_gate), yet 5 in a row had been refused" in text for text in told)
     assert any(text.endswith("refused: the estimate stays") for text in told)
 
@@ -309,7 +316,7 @@ def test_after_five_refused_the_next_is_taken_in() -> None:
 def test_without_a_gate_a_filter_says_so() -> None:
     """`nis_gate: null` takes everything in."""
     run = simulate(scenario(duration_s=20.0, navigation={"nis_gate": None}))
-    for fix, has, text in corrections(run):
+    for fix, has, text in corrections(run, slice(0, None, 6)):
         assert f"normalised, its square is {fix.nis:.2f}; no gate".replace(";", "") in text
         assert has.facts["gate"] is None
 
@@ -317,7 +324,9 @@ def test_without_a_gate_a_filter_says_so() -> None:
 def test_every_navigator_tells_what_it_did_with_a_fix() -> None:
     """A fixed gain has no gate, dead reckoning takes nothing in, one's own is named."""
     fixed, alone, own = (
-        corrections(simulate(scenario(duration_s=12.0, navigation={"filter": name}), 1))
+        corrections(
+            simulate(scenario(duration_s=12.0, navigation={"filter": name}), 1), slice(0, None, 4)
+        )
         for name in ("fixed_gain", "dead_reckoning", "test_explain:Trusting")
     )
     for fix, has, text in fixed:
@@ -333,7 +342,7 @@ def test_every_navigator_tells_what_it_did_with_a_fix() -> None:
         assert has.facts["gain"] == pytest.approx(fix.correction_m / fix.innovation_m)
         around = [has.facts[f"ellipse_{when}_m"] for when in ("before", "after")]
         assert around == [None, None] or around == pytest.approx([2 * np.sqrt(5.991464547)] * 2)
-    assert min(map(len, (fixed, alone, own))) > 10
+    assert min(map(len, (fixed, alone, own))) > 5
 
 
 def test_a_fix_too_late_for_its_place_is_told() -> None:
@@ -341,7 +350,7 @@ def test_a_fix_too_late_for_its_place_is_told() -> None:
     run = simulate(scenario(duration_s=20.0))
     late = run.tables["fixes"].query("outcome == 'delivered'").index[-1]
     run.tables["fixes"].loc[late, ["innovation_m", "nis", "correction_m"]] = None
-    _, has, text = next(it for it in corrections(run) if it[0].Index == late)
+    _, has, text = corrections(run, slice(-1, None))[0]
     assert text.endswith("it comes too late for its place among fixes of later instants, and is "
                          "left out")  # fmt: skip
     assert {has.facts[name] for name in ("innovation_m", "gain", "nis", "moved_m")} == {None}
@@ -427,7 +436,7 @@ def test_every_ping_has_a_chain_of_80_columns(protocol: dict[str, Any]) -> None:
     loss = {"law": "head", "combine": "clamp_first"}
     run = simulate(scenario(duration_s=8.0, protocol=protocol, acoustics={"loss": loss}), 2)
     fixes = run.tables["fixes"].set_index("ping")
-    for number in run.tables["pings"].ping:
+    for number in run.tables["pings"].ping[::2]:
         chain = chain_of_ping(run, number)
         assert max(map(len, chain.text().splitlines())) <= 80
         if number in fixes.index:

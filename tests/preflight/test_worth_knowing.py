@@ -101,7 +101,7 @@ def is_idle(data: dict[str, Any], key: str) -> bool | None:
     return all(columns <= SLIGHT for columns in known) if known else None
 
 
-@pytest.mark.parametrize("share", [0.4, pytest.param(1.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("share", [0.25, pytest.param(1.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: ", ".join(map(str, rule.mode.items())))
 def test_idle_keys_do_nothing(rule: Any, share: float) -> None:
     """A key that a rule calls idle changes no number of a mission in that mode."""

@@ -246,7 +246,7 @@ def test_slots_are_told_where_the_downlink_put_them(home: Path) -> None:
         assert second.start == pytest.approx(first.end + 0.25)
 
 
-@each_but_slow_ones(FAMILIES)
+@each_but_slow_ones(FAMILIES, SCHEDULE)
 def test_a_campaign_varies_a_family_on_two_workers(home: Path, family: Family) -> None:
     """Workers load one's own with the command's leave, and get what this process gets."""
     names = [*SHIPPED[family], OWN_PARTS[family]]

@@ -207,7 +207,7 @@ def test_a_setting_decides_the_mission_and_is_kept(home: Path, family: Family) -
     assert error_m(load_result(home / "s")) == error_m(first)
 
 
-@each_but_slow_ones(SETTINGS)
+@each_but_slow_ones(SETTINGS, NAVIGATOR)
 def test_a_campaign_varies_a_setting_on_two_workers(home: Path, family: Family) -> None:
     """Workers get the settings of their point, of a part that the file names alone."""
     word, one, other, _, _ = SETTINGS[family]

@@ -80,7 +80,7 @@ ADVICE_KEYS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [*TABLES, "run.json", "advice.json"])
 def test_whatever_happens_to_a_file_is_told(folder: Path, name: str, every: int) -> None:
     """Each damage is refused in a line that names the file and a remedy, or does no harm."""
