@@ -1,6 +1,7 @@
 """The rooms of the package: arrows point downwards, and each library has one home."""
 
 import ast
+import re
 from pathlib import Path
 
 import networkx as nx
@@ -158,6 +159,14 @@ def test_every_folder_of_tests_is_that_of_a_room() -> None:
     assert {"fuzzing", "golden", "reference"} | folders >= {
         path.name for path in tests.iterdir() if path.is_dir() and path.name[0] not in "._"
     }
+
+
+def test_files_that_the_design_names_are_there() -> None:
+    repository = PACKAGE.parent
+    named = re.findall(r"`([\w/]+\.py)`", (repository / "docs/design.md").read_text())
+    assert len(named) > 20
+    gone = [it for it in named if not any((at / it).is_file() for at in (PACKAGE, repository))]
+    assert gone == []
 
 
 def test_the_picture_of_the_house_shows_its_rooms() -> None:
