@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.drawing.normals import draw
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import Rows
@@ -90,7 +89,7 @@ def _walks(scenario: Scenario, streams: Streams, water: Water, skews: Rows) -> A
         streams, Purpose.INITIAL_POSITION, len(noise), navigation.initial_position_sd_m
     )
     for auv, its_own in enumerate(noise):
-        draw(streams.of(Purpose.DRIFT, auv), its_own[1:].reshape(-1))
+        streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
     lost = random_walk(rate, own_sensors(scenario).random_walk_m_per_sqrt_s, noise)
     if navigation.velocity == "through_water":
         moved = water.carried(np.arange(count + 1) / rate)

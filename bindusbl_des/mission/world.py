@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.drawing.normals import draw
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import Navigator
@@ -56,6 +55,5 @@ class World:
         """Return the pressure sensor's errors (m) at instants (s); equal at equal IMU samples."""
         navigation = self.scenario.navigation
         index = (times * navigation.imu_rate_hz).astype(np.intp)
-        noise = np.empty(int(index[-1]) + 1)
-        draw(self.streams.of(Purpose.DEPTH, auv), noise)
-        return noise[index] * navigation.depth_sd_m
+        stream = self.streams.of(Purpose.DEPTH, auv)
+        return stream.standard_normal(int(index[-1]) + 1)[index] * navigation.depth_sd_m
