@@ -41,14 +41,22 @@ def _numbers(
 
 
 def _strings(values: Sequence[str | None]) -> pa.Array:
-    letters = {value: b"" if value is None else value.encode() for value in set(values)}
-    encoded = [letters[value] for value in values]
-    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
-    missing = np.zeros(len(values), dtype=bool)
-    if None in letters:
-        missing[:] = [value is None for value in values]
-    buffers = [_validity(missing), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded))]
-    return pa.Array.from_buffers(pa.string(), len(missing), buffers)
+    words = dict[str, int]()
+    codes = [-1 if value is None else words.setdefault(value, len(words)) for value in values]
+    return spelt(list(words), np.array(codes, dtype=np.int64))
+
+
+def spelt(words: Sequence[str], codes: NDArray[np.int64]) -> pa.Array:
+    """Return words by their numbers, one in each row; a negative one is null."""
+    encoded = [word.encode() for word in words] or [b""]
+    lengths, missing = np.array([len(word) for word in encoded]), codes < 0
+    own = np.where(missing, 0, lengths[codes])
+    ends = np.concatenate(([0], np.cumsum(own)))
+    begins = (np.cumsum(lengths) - lengths)[codes]
+    letters = np.frombuffer(b"".join(encoded), dtype=np.uint8)
+    each = letters[np.repeat(begins - ends[:-1], own) + np.arange(ends[-1])]
+    buffers = [_validity(missing), pa.py_buffer(ends.astype(np.int32)), pa.py_buffer(each)]
+    return pa.Array.from_buffers(pa.string(), len(codes), buffers)
 
 
 def _validity(missing: NDArray[np.bool_]) -> pa.Buffer | None:

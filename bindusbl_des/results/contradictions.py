@@ -269,7 +269,7 @@ def _tracks(scenario: Scenario, arrow: Tables, texts: Texts) -> Iterator[str]:
     names = [f"AUV{n}" for n in range(scenario.auvs.count)]
     names += [f"ASV{n}" for n in range(scenario.asvs.count)]
     places = np.array([names.index(word) for word in vehicle.words])
-    if (places[vehicle.codes.astype(np.int64)] != np.repeat(np.arange(vehicles), instants)).any():
+    if (places[vehicle.codes] != np.repeat(np.arange(vehicles), instants)).any():
         yield "does not have the vehicles one after the other, AUVs first"
     times = numpy_array(tracks["time_s"].combine_chunks()).reshape(vehicles, -1)
     if (times != times[0]).any() or (np.diff(times[0]) <= 0).any():

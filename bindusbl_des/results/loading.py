@@ -14,7 +14,7 @@ from ..preflight.worth_knowing import Caution
 from ..scenario.scenario import Scenario
 from .contradictions import BEYOND_MEASURE, contradictions, too_many_rows
 from .effects import Advice, from_data
-from .parquet import DamagedFile, check_claims, read_table, read_words
+from .parquet import DamagedFile, check_claims, read_table, written_out
 from .result import Result
 from .result_folder import ADVICE
 from .schemas import EVENT_TABLES
@@ -79,10 +79,10 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
     footers = _each(names, lambda name: check_claims(paths[name], name, origin))
     rows = {name: footer.num_rows for name, footer in footers.items()}
     _passed(paths, too_many_rows(scenario, rows))
-    arrow = _each(names, lambda name: read_table(paths[name], name, footers[name]))
-    words = _each(names, lambda name: read_words(paths[name], name, footers[name]))
+    read = _each(names, lambda name: read_table(paths[name], name, footers[name]))
+    arrow, words = ({name: it[part] for name, it in read.items()} for part in range(2))
     _passed(paths, contradictions(scenario, arrow, words))
-    return arrow
+    return {name: written_out(arrow[name], name, words[name]) for name in names}
 
 
 def _each(names: tuple[str, ...], read: Callable[[str], T]) -> dict[str, T]:

@@ -11,8 +11,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from .arrow import numpy_array
+from .arrow import numpy_array, spelt
+from .pages import lying_chunk
 from .schemas import SCHEMA_VERSION, schema
+
+# Rows that are read, and written out, at a time; a table of fewer is read sooner by one thread.
+ROWS = 100_000
 
 # No file is refused for less, and a row takes no more than so much for each of its columns (bytes).
 LEAST_BYTES, CELL_BYTES = 100_000_000, 256
@@ -31,16 +35,28 @@ class DamagedFile(ValueError):
 
 @dataclass(frozen=True)
 class Words:
-    """A column of text as numbers: the different words, and in each row which one (nan: null)."""
+    """A column of text as numbers: the different words, and in each row which one (-1: null)."""
 
     words: tuple[str, ...]
-    codes: NDArray[np.float64]
+    codes: NDArray[np.int64]
 
     def are(self, word: str) -> NDArray[np.bool_]:
         """Return which rows have a word."""
         places = [place for place, known in enumerate(self.words) if known == word]
         found: NDArray[np.bool_] = np.isin(self.codes, places)
         return found
+
+    @property
+    def most_bytes(self) -> int:
+        """How many bytes all rows take at most, written out."""
+        return len(self.codes) * max([len(word.encode()) for word in self.words], default=0)
+
+    @property
+    def written_out(self) -> pa.ChunkedArray:
+        """The column of text, some rows at a time, lest letters be many more than there are."""
+        parts = range(0, len(self.codes), ROWS)
+        chunks = [spelt(self.words, self.codes[begin : begin + ROWS]) for begin in parts]
+        return pa.chunked_array(chunks, type=pa.string())
 
 
 def read_parquet(
@@ -85,40 +101,44 @@ def check_claims(path: Path, name: str, origin: Mapping[str, str]) -> pq.FileMet
         return file.metadata
 
 
-def read_table(path: Path, name: str, footer: pq.FileMetaData) -> pa.Table:
-    """Return a mission's table whose claims were checked, with the columns that are agreed.
+def read_table(path: Path, name: str, footer: pq.FileMetaData) -> tuple[pa.Table, dict[str, Words]]:
+    """Return a mission's table whose claims were checked, and its columns of text by their words.
 
-    Units and meanings are this package's, whatever the file calls them.
+    In the table these are numbers of words, until somebody knows that they are words to be written
+    out (:func:`written_out`): each of a million rows could have one of a million letters.
 
     Raises:
-        DamagedFile: when its pages are damaged.
+        DamagedFile: when its pages are damaged, or its texts are too long.
     """
     described = schema(name)
-    with _opened(path, footer=footer) as file:
-        read = file.read(described.names)
-        return pa.Table.from_arrays([read[it] for it in described.names], schema=described)
-
-
-def read_words(path: Path, name: str, footer: pq.FileMetaData) -> dict[str, Words]:
-    """Return the columns of text of a mission's table by the words in them.
-
-    Raises:
-        DamagedFile: when its pages are damaged.
-    """
-    texts = [field.name for field in schema(name) if field.type == pa.string()]
-    if not texts:
-        return {}
+    texts = [field.name for field in described if field.type == pa.string()]
     with _opened(path, texts, footer) as file:
-        read = file.read(texts)
-        return {column: _words(read[column]) for column in texts}
+        read = file.read(described.names, use_threads=footer.num_rows > ROWS)
+        words = {column: _words(read[column]) for column in texts}
+    size, most = sum(it.most_bytes for it in words.values()), _most(footer.num_rows, len(described))
+    if size > most:
+        raise _too_large(path, size, footer.num_rows)
+    return read, words
+
+
+def written_out(table: pa.Table, name: str, words: Mapping[str, Words]) -> pa.Table:
+    """Return a table that was read with its texts written out, and the columns that are agreed.
+
+    Units and meanings are this package's, whatever the file calls them.
+    """
+    described = schema(name)
+    columns = [words[it].written_out if it in words else table[it] for it in described.names]
+    return pa.Table.from_arrays(columns, schema=described)
 
 
 def _words(column: pa.ChunkedArray) -> Words:
     """Return the words of a dictionary-encoded column, whose chunks each have their own."""
     words: list[str] = []
-    codes = [np.zeros(0)]
+    codes = [np.zeros(0, dtype=np.int64)]
     for chunk in column.chunks:
-        codes.append(numpy_array(chunk.indices).astype(np.float64) + len(words))
+        indices = numpy_array(chunk.indices)
+        known = ~np.isnan(indices) if chunk.null_count else True
+        codes.append(np.where(known, indices + len(words), -1).astype(np.int64))
         words += chunk.dictionary.to_pylist()
     return Words(tuple(words), np.concatenate(codes))
 
@@ -179,17 +199,36 @@ def _check_columns(path: Path, found: Sequence[str], needed: Sequence[str]) -> N
 
 
 def _check_size(path: Path, footer: pq.FileMetaData, columns: int) -> None:
-    """Refuse a file whose row groups unpack to more than their rows can hold, or than memory."""
+    """Refuse a file whose pages unpack to more than they should, than rows can hold, or memory."""
     groups = [footer.row_group(number) for number in range(footer.num_row_groups)]
-    rows, unpacked = footer.num_rows, sum(group.total_byte_size for group in groups)
+    rows, most = footer.num_rows, _most(footer.num_rows, columns)
+    unpacked = sum(
+        group.column(number).total_uncompressed_size
+        for group in groups
+        for number in range(group.num_columns)
+    )
     if sum(group.num_rows for group in groups) != rows:
         raise DamagedFile(str(path), "is damaged (its row groups do not add up to its rows)")
-    if unpacked > LEAST_BYTES + CELL_BYTES * columns * rows:
+    if unpacked > most:
+        raise _too_large(path, unpacked, rows)
+    lying = lying_chunk(path, footer, LEAST_BYTES)
+    if lying:
         raise DamagedFile(
-            str(path), f"would unpack to {unpacked:,} bytes, more than {rows:,} rows can hold"
+            str(path), f"is damaged (pages of its column {lying} unpack to more than it says)"
         )
     if max(8 * columns * rows, unpacked) > LEAST_BYTES:
         _check_memory(path, rows, max(8 * columns * rows, unpacked))
+
+
+def _most(rows: int, columns: int) -> int:
+    """Return how many bytes the columns of a table may take."""
+    return LEAST_BYTES + CELL_BYTES * columns * rows
+
+
+def _too_large(path: Path, size: int, rows: int) -> DamagedFile:
+    return DamagedFile(
+        str(path), f"would unpack to {size:,} bytes, more than {rows:,} rows can hold"
+    )
 
 
 def _check_memory(path: Path, rows: int, needed: int) -> None:

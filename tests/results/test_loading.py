@@ -17,6 +17,7 @@ from bindusbl_des import Result, load_result, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.core.plain_json import read_json
 from bindusbl_des.core.wording import printable
+from bindusbl_des.results import parquet
 from bindusbl_des.results.effects import GAIN, HELPS, Advice, Effect, Harm
 from bindusbl_des.results.schemas import TABLES, schema
 
@@ -245,6 +246,19 @@ def test_a_long_text_is_not_unpacked(folder: Path) -> None:
     """Two rows do not hold a hundred megabytes."""
     changed("mission", lambda it: column_set(it, "worst_fixes_auv", ["A" * 110_000_000]))(folder)
     with pytest.raises(ValueError, match=r"would unpack to .* bytes, more than 1 rows can hold"):
+        load_result(folder)
+
+
+def test_a_long_word_is_not_written_out_in_each_row(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A dictionary has it once, so that the file is small and its footer tells the truth."""
+    monkeypatch.setattr(parquet, "LEAST_BYTES", 100_000)
+    rows = len(load_result(folder).arrow["tracks"])
+    changed("tracks", lambda it: column_set(it, "vehicle", ["A" * 10_000] * rows))(folder)
+    with pytest.raises(
+        ValueError, match=rf"tracks\.parquet would unpack to {rows * 10_000:,} bytes"
+    ):
         load_result(folder)
 
 
