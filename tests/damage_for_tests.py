@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -42,7 +43,7 @@ def of_a_table(name: str, others: list[str]) -> Iterator[Damage]:
     yield f"{name} last column gone", changed(name, lambda it: it.drop_columns(it.column_names[-1]))
     yield f"{name} twice", changed(name, lambda it: pa.concat_tables([it, it]))
     yield f"{name} no rows", changed(name, lambda it: it.slice(0, 0))
-    yield f"{name} backwards", changed(name, lambda it: it.take(list(range(len(it)))[::-1]))
+    yield f"{name} backwards", changed(name, lambda it: it.take(np.arange(len(it))[::-1]))
     yield f"{name} unsigned", changed(name, lambda it: it.replace_schema_metadata({}))
     for place in (0, -1):
         yield f"{name} as text {place}", changed(name, lambda it, place=place: _as_text(it, place))
