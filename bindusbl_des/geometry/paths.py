@@ -105,12 +105,13 @@ class Path:
         """The bounds of the path (m): at a joint, or where an arc is along an axis."""
         places = list(self._joints)
         for start, (curvature, length) in zip(self._joints, self.segments, strict=False):
+            if curvature == 0.0:
+                continue
             turns = sorted((start.yaw, start.yaw + curvature * length))
             first, last = (turn / QUARTER_TURN for turn in turns)
             for quarter in range(math.ceil(first), math.floor(last) + 1):
-                if curvature != 0.0:
-                    into = (quarter * QUARTER_TURN - start.yaw) / curvature
-                    places.append(_moved(start, curvature, into))
+                into = (quarter * QUARTER_TURN - start.yaw) / curvature
+                places.append(_moved(start, curvature, into))
         return bounds([(place.x, place.y) for place in places])
 
     def at(self, distance: float) -> Pose:

@@ -51,14 +51,17 @@ VESSEL = np.dtype(
 
 
 @compiled
-def _look_out(time: float, off: float, reached: float, speed: float, watch: Row) -> int:
+def _look_out(
+    time: float, north: float, east: float, reached: float, speed: float, watch: Row
+) -> int:
     """Return whether a vehicle has been off its station, or made no headway, for too long.
 
-    `off` is its distance from station (m), `reached` how far along its path it has come (m; not a
-    number for who keeps a station or has arrived), `speed` what it was told to make (m/s).
+    It is so far `north` and `east` of its station (m), and has come so far along its path
+    (`reached`, m; not a number for who keeps a station or has arrived); `speed` is what it was told
+    to make (m/s).
     """
     if not isfinite(reached):
-        if off <= watch.reach:
+        if hypot(north, east) <= watch.reach:
             watch.since = time
         return ADRIFT if time - watch.since > watch.patience else HEALTHY
     spent = time - watch.since
@@ -160,13 +163,14 @@ def fly(
                     aim = tracks.locate(track_rows, bound, way, sensed.off_n, sensed.off_e)
                     active[vehicle, interval] = way.row
                     reached = tracks.travelled(track_rows, way) if aim.left > ARRIVED else nan
-                    turning = _turning(sensed, aim, paths, bound, way)
+                    if model != rk4.BLUEROV2:  # whose turns begin where the path's do
+                        turning = _turning(sensed, aim, paths, bound, way)
                 full = _steer(craft, sensed, aim, turning, p, vessel, wanted, command)
                 saturated[vehicle, interval] = full
                 rk4.tell(command, lane, rows)
-                x, y = rows[logbook.LINE + X, lane], rows[logbook.LINE + Y, lane]
-                off = hypot(x - order.north, y - order.east)
-                status[lane] = _look_out(time, off, reached, order.speed, vessel.watch)
+                north = rows[logbook.LINE + X, lane] - order.north
+                east = rows[logbook.LINE + Y, lane] - order.east
+                status[lane] = _look_out(time, north, east, reached, order.speed, vessel.watch)
             for k in range(1, steps + 1):
                 if not rk4.move(model, size, vehicles, current, p, step):
                     _note_broken(states, i, count, rows, status)
