@@ -179,7 +179,7 @@ def _latency(mission: Recording, limits: Limits) -> Reached:
         )
         late_s = float(fixes["latency_s"][rows].astype(np.float64).mean())
         least_s = least_latency(scenario, slots_of(scenario), up, down)
-    return Reached("Latency, mean", "s", late_s, least_s, meaning, least=True)
+    return Reached("Latency, mean of all fixes", "s", late_s, least_s, meaning, least=True)
 
 
 def possible_told(mission: Recording) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..preflight.round_lengths import rounds_of
 from ..scenario.families import is_random
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from .recording import FATES, Recording
@@ -80,10 +81,14 @@ class Service:
 def patience(mission: Recording) -> Patience:
     """Return after how long without a fix an AUV counts as starved."""
     starts, duration = mission.rounds["started_at_s"], mission.scenario.duration_s
-    length = float(np.median(np.diff(starts))) if len(starts) > 1 else duration
     scenario, turns = mission.scenario, "rounds"
     if is_random(scenario):  # whose rounds begin as MF is free, whoever pings
         length, turns = scenario.protocol.frame_s, "times the mean interval of its pings"
+    elif len(starts) > 1:
+        length = float(np.median(np.diff(starts)))
+    else:  # none shows how long one takes
+        planned = rounds_of(scenario)
+        length = planned.period(planned.most, planned.auvs)
     later = _patience(scenario, length, 0.0)
     first = _patience(scenario, length, scenario.navigation.initial_position_sd_m)
     if _drift(scenario, duration, 0.0) <= TOLERATED_DRIFT_M:

@@ -3,6 +3,7 @@
 A mission is judged by its worst AUV, and by the age of its last fix from beginning to end.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from math import isnan
@@ -12,12 +13,14 @@ import numpy as np
 from ..core.wording import counted
 from ..explain.numbers import out_of_range
 from ..results.effects import harm_told
+from ..scenario.failing import alive
 from ..scenario.families import is_random
 from ..scenario.protocols.telling import tells_slots
+from ..scenario.scenario import Scenario
 from .advised import advised
 from .losses import broadcast_distances, loss_by_listeners
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording
-from .service import Patience, Service, patience, service
+from .service import Gap, Patience, Service, patience, service
 
 # A reader takes in a few paragraphs; the rest is in the table and the plots.
 MOST_AUVS, MOST_GAPS, MOST_OTHERS = 3, 4, 12
@@ -159,7 +162,9 @@ def _why(mission: Recording, auv: Service) -> str:
     if not sent:
         why = "no ASV pinged" if passive else "it sent no ping"
         also = "" if passive else ": no ASV called it, or none was due"
-        if tells_slots(mission.scenario):
+        if _is_abandoned(mission.scenario, auv.gaps):
+            also = ": no ASV worked"
+        elif tells_slots(mission.scenario):
             also = ": it had no slot, or did not know it"
         return f"<b>Why:</b> {why} in those gaps{also}."
     pings = f"{counted(sent, 'ping')} {'of the ASVs' if passive else 'it sent'} in those gaps"
@@ -184,6 +189,15 @@ def _why(mission: Recording, auv: Service) -> str:
             f"then (median, at most {auv.furthest:.0f} m)"
         )
     return text + "."
+
+
+def _is_abandoned(scenario: Scenario, gaps: Sequence[Gap]) -> bool:
+    """Tell whether the last ASV failed in one of some gaps."""
+    return any(
+        gap.start <= it.at_s < gap.end and not any(alive(scenario, it.at_s))
+        for it in scenario.asvs.failures
+        for gap in gaps
+    )
 
 
 def _lost(mission: Recording) -> tuple[str, ...]:

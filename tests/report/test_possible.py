@@ -29,7 +29,7 @@ def test_a_fleet_below_one_asv() -> None:
     assert rows["AUVs in range that share a slot"].share == 1.0
     assert rows["Pings decoded by the busiest ASV"].reached == pytest.approx(3.75, abs=0.05)
     assert rows["Records on the downlink"].possible == pytest.approx(3 / 0.448)
-    latency = rows["Latency, mean"]
+    latency = rows["Latency, mean of all fixes"]
     assert latency.possible == pytest.approx(0.192 + 2 * 22.36 / 1500, abs=1e-3)
     assert latency.share == pytest.approx(latency.possible / latency.reached)
 
@@ -46,7 +46,7 @@ def test_the_page_shows_each_limit_with_a_bar() -> None:
 def test_a_mission_without_any_fix_has_its_limits_too() -> None:
     rows = found(still(2, at=400.0, duration_s=10.0))
     assert rows["Pings in HF range"].share == 0.0
-    assert "Latency, mean" not in rows
+    assert "Latency, mean of all fixes" not in rows
 
 
 def test_a_mission_without_any_round_has_a_page() -> None:

@@ -215,6 +215,17 @@ def test_fixes_beyond_mf_range_are_told() -> None:
     assert "out of HF range" not in text
 
 
+@pytest.mark.parametrize("fails_at", [0.0, 0.5])
+def test_who_is_left_alone_starves(fails_at: float) -> None:
+    """However few rounds have shown how long one takes, or none."""
+    failures = [{"asv": 0, "at_s": fails_at}]
+    result = simulate(still(1, at=20.0, duration_s=60.0, asvs={"count": 1, "failures": failures}))
+    assert len(result.tables["rounds"]) < 2
+    text = told(result)
+    assert "AUV0 starved: 60 of 60 s (" in text
+    assert "it sent no ping in those gaps: no ASV worked." in text
+
+
 def test_collisions_are_told() -> None:
     """AUVs that all ping at once, as far from the ASV, destroy each other's pings."""
     result = simulate(

@@ -192,7 +192,7 @@ function histograms(mission) {
   const latency = Array.from(mission.deliveredOrder, (row) => mission.fixes.latency[row]);
   const waits = mission.landed.flatMap((times) => Array.from(times.slice(1), (time, i) => time - times[i]));
   const told = (values, beyond) => (values.length
-    ? `: mean ${mean(values).toFixed(2)} s, 95 % below ${quantile(values, 0.95).toFixed(2)} s, largest ${quantile(values, 1).toFixed(2)} s${beyond ? ` (the last bar holds the ${beyond} beyond)` : ""}`
+    ? `: mean of all ${mean(values).toFixed(2)} s, 95 % below ${quantile(values, 0.95).toFixed(2)} s, largest ${quantile(values, 1).toFixed(2)} s${beyond ? ` (the last bar holds the ${beyond} beyond)` : ""}`
     : ": none");
   byId("latency-caption").textContent += told(latency, histogram("latency", byId("latency-plot"), latency, "fixes"));
   byId("interval-caption").textContent += told(waits, histogram("interval", byId("interval-plot"), waits, "intervals"));
