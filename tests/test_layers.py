@@ -27,7 +27,7 @@ HOMES = {
     "pyarrow": "acoustics.rays.reading results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands manual",
-    "numba": ("core.compiled core.compiling core.drawing core.handing.opened core.lanes"),
+    "numba": ("core.compiled core.compiling core.handing.opened core.lanes"),
     "pydantic": "scenario campaigns",
     "pydantic_core": "scenario",
     "matplotlib": "figures reproduction replay",
