@@ -59,7 +59,7 @@ PLAIN = Number | Boolean | Array | BaseTuple
 
 
 class _Types(Context):
-    """numba's knowledge of types, which works out once what an operator makes of numbers and arrays."""
+    """numba's knowledge of types, which works out once what operators make of what."""
 
     def __init__(self) -> None:
         vars(self).update(vars(cpu_target.typing_context))
