@@ -17,11 +17,12 @@ from numba.core.target_extension import (
     target_registry,
 )
 from numba.core.typed_passes import IRLegalization
-from numba.core.types import Boolean, Number, unliteral
+from numba.core.types import Array, BaseTuple, Boolean, Number, unliteral
 from numba.core.typing.context import Context
 from numba.extending import overload
 
 from .counting import CountIfNeeded
+from .lifetimes import lifetimes_if_asked_for
 from .linking import Part, Whole, generator_of
 
 # What concerns a function by itself and none that it calls.
@@ -53,8 +54,12 @@ class _Flags(Flags):
 _SAME_FOR_ALL = hash(Flags())  # type: ignore[no-untyped-call]
 
 
+# What an operator makes of these depends on nothing else.
+PLAIN = Number | Boolean | Array | BaseTuple
+
+
 class _Types(Context):
-    """numba's knowledge of types, which works out once what an operator makes of numbers."""
+    """numba's knowledge of types, which works out once what operators make of what."""
 
     def __init__(self) -> None:
         vars(self).update(vars(cpu_target.typing_context))
@@ -63,7 +68,7 @@ class _Types(Context):
     def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
         name = getattr(func, "typing_key", func)
         if getattr(name, "__module__", "") != "_operator" or not all(
-            isinstance(it, Number | Boolean) for it in args
+            isinstance(it, PLAIN) for it in args
         ):
             return super().resolve_function_type(func, args, kws)  # type: ignore[no-untyped-call]
         key = name, tuple(args)
@@ -96,6 +101,12 @@ def _garbage_kept() -> Iterator[None]:
             gc.enable()
 
 
+@cache
+def _size_of() -> Any:
+    """Return how the size of a type is asked for, which LLVM works out by parsing a module."""
+    return cache(cpu_target.target_context.get_abi_sizeof)
+
+
 def _loaded_before() -> None:
     """Load nothing: numba looks again whenever it finds no function of a name."""
 
@@ -113,6 +124,7 @@ class WholeCompiler(Compiler):
             _internal_codegen=generator_of(Part),
             target=_Linked,
             load_additional_registries=_loaded_before,
+            get_abi_sizeof=_size_of(),
         )
         state.targetctx.cached_internal_func = _internal
 
@@ -128,7 +140,8 @@ class WholeCompiler(Compiler):
         self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
         _check_shapes_silently()
-        with _garbage_kept(), target_override(TARGET):  # type: ignore[no-untyped-call]
+        ours: Any = target_override(TARGET)  # type: ignore[no-untyped-call]
+        with _garbage_kept(), lifetimes_if_asked_for(), ours:
             return super().compile_extra(func)  # type: ignore[no-untyped-call]
 
 

@@ -6,7 +6,6 @@ there is to compile, and keeps loops from being optimised.  Nor does the end of 
 anything, which numba marks as it marks an array's.
 """
 
-from functools import partial
 from typing import Any
 
 from numba.core import ir, types
@@ -31,42 +30,41 @@ class CountIfNeeded(AnalysisPass):
 
     def run_pass(self, state: Any) -> bool:
         """Look at a function whose types are known, and in which ends of lives are marked."""
-        counts = _counts(state)
-        if not counts:
+        counted = _counted(state)
+        if not _counts(state, counted):
+            counted = set()
             runtime = state.targetctx.nrt
             state.targetctx = state.targetctx.subtarget(enable_nrt=False)
             state.targetctx.nrt = runtime  # operations may take memory that they free themselves
         for block in state.func_ir.blocks.values():
             block.body = [
-                line
-                for line in block.body
-                if not isinstance(line, ir.Del)
-                or (counts and _is_counted(state, state.typemap[line.value]))
+                line for line in block.body if not isinstance(line, ir.Del) or line.value in counted
             ]
         return False
 
 
-def _is_counted(state: Any, kind: Any) -> bool:
-    return bool(state.targetctx.data_model_manager[kind].contains_nrt_meminfo())
+def _counted(state: Any) -> set[str]:
+    """Return the names that are given arrays, or what holds arrays."""
+    models, kinds = state.targetctx.data_model_manager, state.typemap
+    arrays = {kind for kind in set(kinds.values()) if models[kind].contains_nrt_meminfo()}
+    return {name for name, kind in kinds.items() if kind in arrays}
 
 
-def _counts(state: Any) -> bool:
+def _counts(state: Any, counted: set[str]) -> bool:
     """Tell whether a function returns arrays, or gets any that nobody else holds."""
     kinds = state.typemap
-    counted = partial(_is_counted, state)
 
     def lent(value: ir.Expr) -> bool:
         if value.op == "call":
             called = kinds[value.func.name]
             lends = getattr(called, "typing_key", None) in lenders
             return lends or isinstance(called, types.NamedTupleClass)
-        chosen_by_array = value.op == "getitem" and counted(kinds[value.index.name])
+        chosen_by_array = value.op == "getitem" and value.index.name in counted
         return value.op in LENDING and not chosen_by_array
 
-    return counted(state.return_type) or any(
-        isinstance(line.value, ir.Expr)
-        and counted(kinds[line.target.name])
-        and not lent(line.value)
-        for block in state.func_ir.blocks.values()
-        for line in block.find_insts(ir.Assign)
+    lines = [it for block in state.func_ir.blocks.values() for it in block.body]
+    return any(it.value.name in counted for it in lines if isinstance(it, ir.Return)) or any(
+        it.target.name in counted and isinstance(it.value, ir.Expr) and not lent(it.value)
+        for it in lines
+        if isinstance(it, ir.Assign)
     )
