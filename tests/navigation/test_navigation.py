@@ -230,7 +230,7 @@ def test_each_seed_draws_its_inertial_systems() -> None:
 
     def tracks(seed: int, count: int) -> pd.DataFrame:
         world = scenario(
-            duration_s=100.0,
+            duration_s=60.0,
             auvs={
                 "count": count,
                 "route": {"kind": "hold", "positions_m": [[500.0, 0.0]] * count},
