@@ -46,18 +46,23 @@ def _text(source: Path) -> bytes:
 def _made_of(source: Path) -> frozenset[Path]:
     """Return the files that a file's equations take code or numbers from, itself included.
 
-    Those are the files of equations that it imports, and so on, and the files of numbers: where a
-    name in capitals, or a module as a whole, comes from.
+    Those are the files of equations that it imports, and so on; the files of numbers, where a name
+    in capitals, or a module as a whole, comes from; and what these make them of: files beside them.
     """
     found, due = {source}, [source]
     while due:
-        for imported, names in _imports(due.pop()):
-            compiles = COMPILES.search(_text(imported)) is not None
-            if imported not in found and (compiles or any(map(str.isupper, names)) or not names):
+        file = due.pop()
+        for imported, names in _imports(file):
+            named = any(map(str.isupper, names)) or not names
+            beside = imported.parent == file.parent and not _compiles(file)
+            if imported not in found and (named or beside or _compiles(imported)):
                 found.add(imported)
-                if compiles:
-                    due.append(imported)
+                due.append(imported)
     return frozenset(found)
+
+
+def _compiles(source: Path) -> bool:
+    return COMPILES.search(_text(source)) is not None
 
 
 @cache
