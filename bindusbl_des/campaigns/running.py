@@ -6,7 +6,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from importlib.metadata import version
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
@@ -21,7 +20,7 @@ from ..core.durable import sync
 from ..core.kept_files import keep, portable
 from ..core.plugins import allow
 from ..core.wording import described
-from ..results.result import PACKAGES, scenario_sha256
+from ..results.result import scenario_sha256, versions
 from ..scenario.files.shipped import located
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
@@ -201,7 +200,7 @@ def first_record(plan: Plan, shard: Shard | None) -> dict[str, Any]:
         "shard": shard,
         "plan_sha256": plan.fingerprint(),
         "model_version": plan.model_version,
-        "versions": {package: version(package) for package in PACKAGES},
+        "versions": versions(),
         "scenario_sha256": scenario_sha256(base),
         "own_parts": plan.own_parts,
         "scenario": portable(base.model_dump(mode="json")),

@@ -1,13 +1,12 @@
 """What a plan came to as plain data: `plan.json`, and the scenario that meets the goals."""
 
 import json
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from ..core.kept_files import portable
-from ..results.result import PACKAGES, scenario_sha256
+from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
 from .folder import COMPLETE, CUT
 from .found import Found
@@ -28,7 +27,7 @@ def record(found: Found, run: str) -> dict[str, Any]:
         "name": question.name,
         "scenario": question.source,
         "scenario_sha256": scenario_sha256(question.base),
-        "versions": {package: version(package) for package in PACKAGES},
+        "versions": versions(),
         "seed": question.seed,
         "goal": [goal.record() for goal in goals],
         "confidence": question.confidence,

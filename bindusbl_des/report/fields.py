@@ -19,8 +19,9 @@ CELLS = 48
 # Where one ping in so many makes a fix, or fewer, none is to be expected.
 HARDLY_ANY = 1e-3
 
-# How well a place is fixed is taken from so many fixes of the mission nearest to it, of so many.
-NEAREST, MOST_FIXES = 8, 4000
+# How well a place is fixed is taken from so many fixes of the mission nearest to it, of so many;
+# so many places are looked at at once.
+NEAREST, MOST_FIXES, AT_ONCE = 8, 4000, CELLS
 
 # Packed to steps of these: a probability, an age (s), an error (m).
 QUANTA = {"chance": 1e-3, "age": 1e-2, "error": 1e-3}
@@ -98,9 +99,11 @@ def _noise(mission: Recording, places: Floats) -> Floats | None:
     variance = (sd_x**2 + sd_y**2) / 2.0
     nearest = min(NEAREST, len(x))
     found = np.empty(len(places))
-    for number, (east, north, _) in enumerate(places):
-        away = (x - east) ** 2 + (y - north) ** 2
-        found[number] = variance[np.argpartition(away, nearest - 1)[:nearest]].mean()
+    for first in range(0, len(places), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        away = (x - places[some, :1]) ** 2 + (y - places[some, 1:2]) ** 2
+        near = np.argpartition(away, nearest - 1)[:, :nearest]
+        found[some] = variance[near].mean(axis=1)
     return found
 
 

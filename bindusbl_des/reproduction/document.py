@@ -3,10 +3,9 @@
 import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
 
 from ..campaigns.experiments.plan import model_version
-from ..results.result import PACKAGES
+from ..results.result import versions
 from .captions import CAPTIONS
 from .claims import Claimed
 from .experiments import ablations, downlinks, schedulers
@@ -187,11 +186,11 @@ def origin(runs: Runs, command: str) -> Iterator[str]:
     ]
     yield markdown(("experiment", "points", "seeds", "missions"), rows)
     total = sum(len(run.plan) for run in runs.values())
-    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    packages = ", ".join(f"{name} {number}" for name, number in versions().items())
     day = datetime.now(UTC).date().isoformat()
     yield (
         f"{total} missions, {day}, model {model_version()}, Python {platform.python_version()}, "
-        f"{versions}."
+        f"{packages}."
     )
     yield (
         "To make it again (a call that was cut short continues where it stopped):\n\n"

@@ -5,7 +5,7 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from html import escape
 from importlib.metadata import version
 from pathlib import Path
@@ -133,7 +133,7 @@ class Result:
             "seed": self.seed,
             "warnings": [{"key": it.key, "message": it.message} for it in self.warnings],
             "violations": None if self.violations is None else self.violations.data(),
-            "versions": {"python": platform.python_version(), **{p: version(p) for p in PACKAGES}},
+            "versions": {"python": platform.python_version(), **versions()},
             "wall_time_s": self.wall_time_s,
             "sim_seconds_per_second": self.scenario.duration_s / self.wall_time_s,
         }
@@ -182,6 +182,12 @@ class Result:
             (folder / ADVICE).write_text(advice_text(self.advice), encoding="utf-8")
         (folder / "report.html").write_text(page(self), encoding="utf-8")
         write_json(folder / RECORD, run)
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return which versions are installed of what a mission's numbers depend on."""
+    return {package: version(package) for package in PACKAGES}
 
 
 def scenario_sha256(scenario: Scenario) -> str:

@@ -14,6 +14,9 @@ from .soundness import MISSIONS, TABLES, described, part_path, plan_of
 
 MISSIONS_AT_A_TIME = 500
 
+# At least so many rows are written together: a file describes each group of rows in each column.
+ROWS_IN_GROUP = 4_000
+
 Source = tuple[Path, str]
 
 
@@ -85,10 +88,22 @@ def _join_table(
         whole_file(path) as file,
         pq.ParquetWriter(file, kind, compression="zstd", write_page_checksum=True) as writer,
     ):
-        for rows in _chunks(table, owners, order):
+        for rows in _grouped(_chunks(table, owners, order)):
             writer.write_table(rows.cast(kind))
             count += len(rows)
     return count
+
+
+def _grouped(chunks: Iterable[pa.Table]) -> Iterator[pa.Table]:
+    """Yield chunks, small ones put together."""
+    waiting: list[pa.Table] = []
+    for rows in chunks:
+        waiting.append(rows)
+        if sum(map(len, waiting)) >= ROWS_IN_GROUP:
+            yield pa.concat_tables(waiting)
+            waiting.clear()
+    if waiting:
+        yield pa.concat_tables(waiting)
 
 
 def _chunks(table: str, owners: Mapping[int, Source], order: Sequence[int]) -> Iterator[pa.Table]:

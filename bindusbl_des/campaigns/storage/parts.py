@@ -24,7 +24,7 @@ from ...results.arrow import arrow, numpy_array
 from ...results.parquet import DamagedFile, read_parquet, write_parquet
 from ...results.schemas import schema
 from .folder import CampaignError
-from .soundness import MISSIONS, TABLES, check_part, described, metadata_of, part_path
+from .soundness import MISSIONS, TABLES, check_part, described, footer_of, part_path
 
 OK, FAILED = "ok", "failed"
 
@@ -103,7 +103,7 @@ def part_schema(folder: Path, table: str, part: str) -> pa.Schema:
         CampaignError: when it is damaged.
     """
     try:
-        return metadata_of(part_path(folder, table, part)).schema.to_arrow_schema()
+        return footer_of(part_path(folder, table, part)).schema
     except DamagedFile as error:
         raise damaged(folder, error) from None
 
@@ -199,6 +199,12 @@ def _check(folder: Path, part: str, plan_sha256: str | None = None) -> pq.FileMe
         return check_part(folder, part, plan_sha256)
 
 
+@lru_cache(maxsize=MOST_REMEMBERED)
+def _check_once(folder: Path, part: str, _: Stamps) -> None:
+    """Check a part, which is done again only when a file of it has changed."""
+    _check(folder, part)
+
+
 @contextmanager
 def _told_by(folder: Path) -> Iterator[None]:
     """Say of what is damaged in a folder what to do about it."""
@@ -230,7 +236,7 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
     def read(names: Sequence[str]) -> pa.Table | None:
         parts, seen = [], set[int]()
         for part in names:
-            _check(folder, part)
+            _check_once(folder, part, _stamps(folder, part))
             rows = read_part(folder, table, part, wanted)
             if rows is None or not len(rows):
                 continue

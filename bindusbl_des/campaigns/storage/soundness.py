@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -60,7 +61,17 @@ def _digest(mission_ids: Sequence[str]) -> str:
     return hashlib.sha256("\n".join(mission_ids).encode()).hexdigest()
 
 
-def metadata_of(path: Path) -> pq.FileMetaData:
+class Footer(NamedTuple):
+    """What a Parquet file says of itself, and of its columns.
+
+    pyarrow's own `metadata.schema` would keep both alive until garbage is collected.
+    """
+
+    metadata: pq.FileMetaData
+    schema: pa.Schema
+
+
+def footer_of(path: Path) -> Footer:
     """Return what a Parquet file says of itself.
 
     Raises:
@@ -71,7 +82,8 @@ def metadata_of(path: Path) -> pq.FileMetaData:
     if not path.stat().st_size:
         raise DamagedFile(str(path), "is damaged (it is empty)")
     try:
-        return pq.read_metadata(path)
+        with pq.ParquetFile(path) as file:
+            return Footer(file.metadata, file.schema_arrow)
     except (OSError, pa.ArrowException) as error:
         said = (str(error).splitlines() or [""])[0]
         reason = "cannot be read" if isinstance(error, PermissionError) else "is damaged"
@@ -85,7 +97,7 @@ def plan_of(folder: Path, part: str) -> str:
         DamagedFile: when it is damaged.
     """
     path = part_path(folder, MISSIONS, part)
-    return _batch(path, metadata_of(path))[0]
+    return _batch(path, footer_of(path))[0]
 
 
 def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> pq.FileMetaData:
@@ -97,7 +109,7 @@ def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> pq.Fi
         DamagedFile: saying what is wrong with which file.
     """
     missions = part_path(folder, MISSIONS, part)
-    own = metadata_of(missions)
+    own = footer_of(missions)
     _check_columns(missions, MISSIONS, own)
     plan, name, _ = batch = _batch(missions, own)
     rows = _rows(missions, own)
@@ -111,16 +123,16 @@ def check_part(folder: Path, part: str, plan_sha256: str | None = None) -> pq.Fi
             if path.exists():
                 raise DamagedFile(str(path), "does not belong to the other tables of this part")
             continue
-        fellow = metadata_of(path)
+        fellow = footer_of(path)
         _check_columns(path, table, fellow)
-        if _batch(path, fellow) != batch or fellow.num_rows != rows[table]:
+        if _batch(path, fellow) != batch or fellow.metadata.num_rows != rows[table]:
             raise DamagedFile(str(path), f"does not belong to {missions}")
-    return own
+    return own.metadata
 
 
-def _check_columns(path: Path, table: str, footer: pq.FileMetaData) -> None:
+def _check_columns(path: Path, table: str, footer: Footer) -> None:
     """Refuse a file without columns, or with those of other types, or with a row of no mission."""
-    found = footer.schema.to_arrow_schema()
+    metadata, found = footer
     names, types = set(found.names), _types(table)
     for name in NEEDED.get(table, OF_EVERY_ROW):
         if name not in names:
@@ -130,8 +142,8 @@ def _check_columns(path: Path, table: str, footer: pq.FileMetaData) -> None:
         if field.type != kind:
             raise DamagedFile(str(path), f"has {field.type} in its column {field.name}, not {kind}")
         if field.name in LABELS and field.name not in MAY_BE_MISSING:
-            for group in range(footer.num_row_groups):
-                rows = footer.row_group(group)
+            for group in range(metadata.num_row_groups):
+                rows = metadata.row_group(group)
                 known = rows.column(place).statistics
                 if rows.num_rows and (known is None or known.null_count):
                     raise DamagedFile(str(path), f"lacks values in its column {field.name}")
@@ -144,20 +156,19 @@ def _types(table: str) -> dict[str, pa.DataType]:
     return LABELS | {field.name: field.type for field in described}
 
 
-def _batch(path: Path, metadata: pq.FileMetaData) -> tuple[str, str, str]:
+def _batch(path: Path, footer: Footer) -> tuple[str, str, str]:
     """Return the plan, part and missions that a file says it is of."""
     try:
-        batch = json.loads(metadata.metadata[BATCH])
+        batch = json.loads(footer.schema.metadata[BATCH])
         return str(batch["plan"]), str(batch["part"]), str(batch["missions"])
     except (KeyError, TypeError, ValueError, RecursionError):
         raise DamagedFile(str(path), "is no part of a campaign") from None
 
 
-def _rows(path: Path, metadata: pq.FileMetaData) -> dict[str, int]:
+def _rows(path: Path, footer: Footer) -> dict[str, int]:
     try:
-        return {
-            str(table): int(count) for table, count in json.loads(metadata.metadata[ROWS]).items()
-        }
+        counts = json.loads(footer.schema.metadata[ROWS])
+        return {str(table): int(count) for table, count in counts.items()}
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
         raise DamagedFile(str(path), "is no part of a campaign's missions") from None
 
@@ -201,7 +212,7 @@ def _read_through(folder: Path, part: str) -> None:
         digest = _digest(ids)
     except (KeyError, TypeError, pa.ArrowException):
         raise DamagedFile(str(path), "has no column mission_id") from None
-    if _batch(path, metadata_of(path))[2] != digest:
+    if _batch(path, footer_of(path))[2] != digest:
         raise DamagedFile(str(path), "holds other missions than it says")
 
 
