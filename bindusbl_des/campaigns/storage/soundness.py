@@ -208,8 +208,8 @@ def _read_through(folder: Path, part: str) -> None:
             raise DamagedFile(str(path), f"is damaged ({said})") from None
     path = part_path(folder, MISSIONS, part)
     try:
-        ids = pq.read_table(path, columns=["mission", "mission_id"])["mission_id"].to_pylist()
-        digest = _digest(ids)
+        with pq.ParquetFile(path) as file:
+            digest = _digest(file.read(["mission_id"])["mission_id"].to_pylist())
     except (KeyError, TypeError, pa.ArrowException):
         raise DamagedFile(str(path), "has no column mission_id") from None
     if _batch(path, footer_of(path))[2] != digest:
