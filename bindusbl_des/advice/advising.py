@@ -54,7 +54,7 @@ def advise(
     try:
         race.run(SHARE_TO_CHOOSE * seconds)
     except OutOfTime:
-        short = _short(result.wall_time_s)
+        short = _short(trials.quickest or result.wall_time_s)
         return Advice(seconds, untried=_words(changes), needless=tuple(needless), shortage=short)
     except ValueError as error:
         return Advice(seconds, shortage=f"the plan cannot be flown with another seed: {error}")
@@ -78,7 +78,7 @@ def advise(
         needless=tuple(needless),
         dropped=_words([it for it in race.tried if it not in said]),
         untried=_words(race.untried),
-        shortage=_short(trials.spent / trials.missions) if unknown and not effects else "",
+        shortage=_short(trials.quickest or result.wall_time_s) if unknown and not effects else "",
         fixed_gain=scenario.navigation.filter == "fixed_gain",
     )
 

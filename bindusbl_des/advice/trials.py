@@ -67,6 +67,13 @@ class Trials:
         return self._seconds - self.spent
 
     @property
+    def quickest(self) -> float | None:
+        """How long (s) the quickest took: the first loads or compiles what others find; None where
+        none was flown.
+        """
+        return min((min(it) for it in self._spent.values()), default=None)
+
+    @property
     def setup(self) -> float:
         """How long (s) the first mission of a change takes more than others: routes are kept."""
         extra = [spent[0] - median(spent[1:]) for spent in self._spent.values() if len(spent) > 1]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from .binding import Relief
 from .doubting import Doubted
 from .questions.question import Question
+from .selection.goals import Goal
 from .selection.selection import Selection
 from .teams.candidates import Candidate
 from .teams.foresight import Foresight, excess
@@ -40,18 +41,22 @@ class Found:
     @property
     def ranked(self) -> list[int]:
         """The candidates that were flown by how good they are: met ones by cost, then the rest."""
-        return ranked(self.question, self.candidates, self.selection)
+        return ranked(self.question.goals, self.candidates, self.selection)
 
 
-def ranked(question: Question, candidates: Sequence[Candidate], selection: Selection) -> list[int]:
+def ranked(
+    goals: Sequence[Goal], candidates: Sequence[Candidate], selection: Selection
+) -> list[int]:
     """Return the numbers of candidates that were flown: those that meet the goals by their cost and
     then by their means, and after them those that do not, the nearest first.
     """
 
-    def far(number: int) -> float:
+    def far(number: int) -> tuple[float, float]:
+        """By how much its goals are missed, and by how much where the ratio to one is infinite."""
         means = [it.mean for it in selection.estimates[number]]
-        return max(map(excess, question.goals, means))
+        apart = [abs(it - goal.limit) for goal, it in zip(goals, means, strict=True)]
+        return max(map(excess, goals, means)), max(apart)
 
     flown = [n for n, missions in enumerate(selection.missions) if missions]
-    meets = {n: far(n) < 0 for n in flown}
+    meets = {n: far(n)[0] < 0 for n in flown}
     return sorted(flown, key=lambda n: (not meets[n], meets[n] * candidates[n].cost, far(n)))

@@ -242,7 +242,7 @@ def _looked_at(
     """Return the answer, or else the team that comes nearest to the goals."""
     if selection.answer is not None:
         return candidates[selection.answer]
-    nearest = ranked(question, candidates, selection)[:1]
+    nearest = ranked(question.goals, candidates, selection)[:1]
     return candidates[nearest[0]] if nearest else min(candidates, key=foresight.rank)
 
 

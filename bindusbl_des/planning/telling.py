@@ -59,7 +59,7 @@ def would_told(found: Found) -> str | None:
     if found.team is not None:
         return None
     if not found.ranked:
-        return "Nothing was flown; give it more time with --budget-s."
+        return "No team was flown in that time; give it more with --budget-s."
     nearest = found.ranked[0]
     said_first = (
         f"The nearest is {team_told(found.candidates[nearest])}: {reached(found, nearest)}."
