@@ -59,7 +59,10 @@ PLAIN = Number | Boolean | Array | BaseTuple
 
 
 class _Types(Context):
-    """numba's knowledge of types, which works out once what operators make of what."""
+    """numba's knowledge of types, which works out once what operators make of what.
+
+    It is not numba's own, by which others would find functions that were made parts for us.
+    """
 
     def __init__(self) -> None:
         vars(self).update(vars(cpu_target.typing_context))
@@ -123,6 +126,7 @@ class WholeCompiler(Compiler):
         state.targetctx = state.targetctx.subtarget(
             _internal_codegen=generator_of(Part),
             target=_Linked,
+            typing_context=_types(),
             load_additional_registries=_loaded_before,
             get_abi_sizeof=_size_of(),
         )

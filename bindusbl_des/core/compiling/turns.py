@@ -20,6 +20,8 @@ class Turn:
 
         Where files cannot be locked nobody waits, and each process compiles for itself.
         """
+        if self._file is not None:  # another thread of this process has it
+            return
         try:
             import fcntl  # of POSIX alone
 

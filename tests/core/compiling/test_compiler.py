@@ -4,6 +4,7 @@ import gc
 import operator
 from collections.abc import Callable
 from itertools import product
+from typing import Any
 
 import numba
 import numpy as np
@@ -63,16 +64,31 @@ def test_operators_have_the_types_that_numba_gives_them(by: Callable[..., object
         assert _types().resolve_function_type(by, args, {}) == expected
 
 
-def test_numbas_own_functions_serve_us_and_others_in_any_order() -> None:
+def room(count: int) -> float:
+    return len(np.empty(count)) + min(count, 2.0)
+
+
+def least(count: int) -> float:
+    return np.sort(np.arange(count) + 6.0)[0]  # type: ignore[no-any-return]
+
+
+def norm(count: int) -> float:
+    return np.linalg.norm(np.full((2, 2), count / 4.0)) * 3.0  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("function", [room, least, pytest.param(norm, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ours_first", [True, False])
+def test_numbas_own_functions_serve_us_and_others_in_any_order(
+    function: Callable[[int], float], ours_first: bool
+) -> None:
     """They are parts where ours call them, and whole where others do."""
-
-    def size(count: int) -> float:
-        return len(np.empty(count)) + min(count, 2.0)
-
-    part = compiled(size)
+    part: Any = compiled(function)
 
     def twice(count: int) -> float:
         return 2.0 * part(count)
 
-    before, ours = numba.njit(size), entry(twice)
-    assert (before(4), ours(4), numba.njit(size)(4)) == (6.0, 12.0, 6.0)
+    ours, theirs = entry(twice), numba.njit(function)
+    ours._cache.flush()  # type: ignore[attr-defined]
+    found = [(ours if ours_first else theirs)(4), (theirs if ours_first else ours)(4)]
+    assert sorted(found) == [6.0, 12.0]
+    assert numba.njit(function)(4) == 6.0

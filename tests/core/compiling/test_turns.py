@@ -4,6 +4,7 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
+from time import monotonic
 
 from bindusbl_des.core.compiling.turns import Turn
 
@@ -56,3 +57,15 @@ def test_nobody_waits_where_nothing_can_be_kept(tmp_path: Path) -> None:
     turn = Turn(tmp_path / "no such folder" / "half.lock")
     turn.take()
     turn.give()
+
+
+def test_threads_of_a_process_share_its_turn(tmp_path: Path) -> None:
+    turn, other = Turn(tmp_path / "half.lock"), Turn(tmp_path / "half.lock")
+    turn.take()
+    turn.take()
+    turn.give()
+    turn.give()
+    began = monotonic()
+    other.take()
+    other.give()
+    assert monotonic() - began < 10.0
