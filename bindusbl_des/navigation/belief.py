@@ -128,7 +128,7 @@ def expected(belief: Belief, growth: Growth) -> Drift:
     )  # fmt: skip
 
 
-@inlined
+@compiled
 def carry(belief: Belief, told: Told, growth: Growth) -> None:
     """Carry a belief, in its place, to another instant; to an earlier one it gets no surer."""
     drift = expected(belief, growth)
