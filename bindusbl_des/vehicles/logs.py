@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, inlined
+from ..core.compiled import compiled, entry, inlined
 from ..core.lanes.blocks import block
 from ..core.lanes.numbers import LANES
 from ..core.lanes.sines import sincos
@@ -160,7 +160,7 @@ def headings_at(log: Floats, first: int, end: int, step: float, time: float) -> 
     return headings(log, line, past, yaw, turn)
 
 
-@compiled
+@entry
 def look_up(
     log: Floats, first: int, end: int, step: float, times: Floats, rows: Floats, out: Floats
 ) -> None:

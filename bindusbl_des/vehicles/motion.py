@@ -163,7 +163,6 @@ def _places(table: Floats, first: Ints, step: float, time: float, out: Floats) -
         out[vehicle, 0], out[vehicle, 1], out[vehicle, 2], out[vehicle, 3] = x, y, z, yaw
 
 
-@entry
 def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) -> Floats:
     """Return x, y, z (m), yaw (rad), the integrals of cos(yaw) and sin(yaw) (s), and these two,
     (n, 8), of a vehicle at n instants (s).
@@ -171,7 +170,13 @@ def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) 
     begin, end, out = first[vehicle], first[vehicle + 1], np.empty((times.size, 8))
     if step > 0.0:
         logs.look_up(table, begin, end, step, times, np.zeros((logs.ROWS, LANES)), out)
-        return out
+    else:
+        _lines_of_legs(table, begin, end, times, out)
+    return out
+
+
+@entry
+def _lines_of_legs(table: Floats, begin: int, end: int, times: Floats, out: Floats) -> None:
     known = cosine = sine = nan
     for k in range(times.size):
         leg = _leg_at(table, begin, end, times[k])
@@ -180,4 +185,3 @@ def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) 
             known, cosine, sine = yaw, cos(yaw), sin(yaw)
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
         out[k, 4], out[k, 5], out[k, 6], out[k, 7] = ahead, aside, cosine, sine
-    return out

@@ -232,7 +232,8 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     reckoning = reckoned()
     navigator = navigator_of(reckoning, KALMAN, growth, first)
     navigator.common = Levers(1)
-    of, left = navigator.common.room_for(10)
+    navigator.common.make_room(10)
+    of, left = navigator.common.of, navigator.common.left
     of[:10, 0, 0], of[:10, 1, 0], of[:10, :, 1:] = 1.0, 0.0, 0.0
     left[:10] = 0.25, 0.64, 0.1
     smoother = Smoother(navigator, reckoning, growth, first)
