@@ -215,7 +215,7 @@ def _passive(
         record,
     )
     fixes = OwnFixes(env, auvs, navigator, record, beacons)
-    return PassiveNetwork(env, slots_of(scenario), asvs, record, beacons, fixes)
+    return PassiveNetwork(env, slots_of(scenario), auvs, asvs, record, beacons, fixes)
 
 
 def hf_band(scenario: Scenario) -> Band:

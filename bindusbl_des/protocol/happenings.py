@@ -5,97 +5,33 @@ can tell.  Who waits for an arrival, its outcome or a delivery has an event of i
 instant; what is decided, and every table, stays the same.
 """
 
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from functools import partial
 from math import isnan, nan
-from numbers import Real
-from typing import Any, NamedTuple, get_args, get_type_hints
+from typing import Any
 
 import numpy as np
 import simpy
 
-from ..core.wording import did_you_mean
-from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Broadcast, Fix, Ping, Reception
+from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Fix, Ping, Reception
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Row
 from ..vehicles.motion import Ints
 from .hf.uplink import Uplink
 from .mf.deliveries import Deliveries
 from .passive.beacons import Beacons
-
-# What can be waited for, what its row is, and which column says when it happens.
-KINDS: dict[str, type] = {
-    "ping": Ping,
-    "arrival": Reception,
-    "reception": Reception,
-    "broadcast": Broadcast,
-    "delivery": Fix,
-}
+from .watches import Happening, Watch, refuse_unknown
 
 # What a reception is not known to have before it is over
 LEVELS = ("snr_db", "level_db", "margin_db")
 
 
-class Happening(NamedTuple):
-    """Something that has happened at an instant (s): its kind, and its row as it stands then.
-
-    `ping`: an AUV begins to ping (:class:`.records.events.Ping`), with passive ranging an ASV.
-    `arrival`: its front reaches an ASV in range (Reception), or an AUV.  `reception`: it has ended
-    there, and was `heard`, `lost` or `collided` (Reception).  `broadcast`: an ASV begins a frame or
-    an answer (Broadcast).  `delivery`: an AUV has a fix, and has made of it what it makes of it
-    (Fix).
-
-    A row has the columns of the table of its name; vehicles are numbers, and what there is not is
-    None.
-    """
-
-    kind: str
-    time: float
-    row: Any
-
-
-class Watch:
-    """Happenings that somebody waits for: none is missed, each is had once, in order."""
-
-    def __init__(
-        self,
-        env: simpy.Environment,
-        kinds: Iterable[str],
-        which: dict[str, Any],
-        close: Callable[["Watch"], None],
-    ) -> None:
-        self.kinds, self._which, self._env, self._close = frozenset(kinds), which, env, close
-        self._seen, self._waiting = deque[Happening](), deque[simpy.Event]()
-
-    def next(self) -> simpy.Event:
-        """Return the event of the next happening; its value is that :class:`Happening`."""
-        event = self._env.event()
-        if self._seen:
-            event.succeed(self._seen.popleft())
-        else:
-            self._waiting.append(event)
-        return event
-
-    def tell(self, happening: Happening) -> None:
-        """Take in a happening of one of the kinds, if it is one that is waited for."""
-        if any(getattr(happening.row, name) != value for name, value in self._which.items()):
-            return
-        if self._waiting:
-            self._waiting.popleft().succeed(happening)
-        else:
-            self._seen.append(happening)
-
-    def close(self) -> None:
-        """Wait for nothing any more."""
-        self._close(self)
-
-
 class Happenings:
     """Who waits for what in a mission.
 
-    Where AUVs fix themselves, what one has heard it has (`heard_is_had`).
+    `counts` are how many AUVs and ASVs there are.  Where AUVs fix themselves, what one has heard it
+    has (`heard_is_had`).
     """
 
     def __init__(
@@ -104,11 +40,13 @@ class Happenings:
         record: Recorder,
         uplink: Uplink | Beacons,
         downlink: Deliveries,
+        counts: Mapping[str, int],
         *,
         heard_is_had: bool = False,
     ) -> None:
         self._sounds = {"arrival", "reception"} | ({"delivery"} if heard_is_had else set())
         self._env, self._record, self._uplink, self._downlink = env, record, uplink, downlink
+        self._counts = counts
         self._watches: list[Watch] = []
         self._expected: set[tuple[str, int]] = set()  # kinds and rows that have their event
 
@@ -121,7 +59,7 @@ class Happenings:
             ValueError: for a kind or column that there is not, or a value that it never has.
         """
         watch = Watch(self._env, kinds, which, self._forget)
-        _refuse_unknown(watch.kinds, which)
+        refuse_unknown(watch.kinds, which, self._counts)
         self._downlink.settle(since)
         waited_for = self._kinds
         self._watches.append(watch)
@@ -278,36 +216,3 @@ def _row_of(event: type, row: Row, **told: Any) -> Any:
             label = OUTCOMES[value] if field.name in ("outcome", "call") else value
             told[field.name] = None if missing else label
     return event(**told)
-
-
-def _refuse_unknown(kinds: Iterable[str], which: Mapping[str, Any]) -> None:
-    """Refuse kinds and columns that there are not, and values that a column never has."""
-    if not kinds:
-        raise ValueError(f"nothing is waited for; wait for one or more of {', '.join(KINDS)}")
-    for kind in kinds:
-        if kind not in KINDS:
-            raise ValueError(
-                f"nothing of the kind {kind!r} happens{did_you_mean(kind, KINDS)}; wait for "
-                f"one of {', '.join(KINDS)}"
-            )
-        columns = get_type_hints(KINDS[kind])
-        for name, value in which.items():
-            if name not in columns:
-                raise ValueError(
-                    f"a {kind} has no column {name!r}{did_you_mean(name, columns)}; it has "
-                    f"{', '.join(columns)}"
-                )
-            _refuse_value(kind, name, value, columns[name])
-
-
-def _refuse_value(kind: str, name: str, value: Any, hint: Any) -> None:
-    """Refuse a value that is none of a column with a type hint."""
-    types = get_args(hint) or (hint,)
-    needed = "a number; vehicles are numbers, too"
-    fits = isinstance(value, Real)
-    if str in types:
-        known = () if name == "asvs" else OUTCOMES
-        needed = f"one of {', '.join(known)}" if known else "a text such as 'ASV0 ASV2'"
-        fits = isinstance(value, str) and (not known or value in known)
-    if not (fits or (value is None and type(None) in types)):
-        raise ValueError(f"{name} of a {kind} is never {value!r}; it is {needed}")

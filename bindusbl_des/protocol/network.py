@@ -110,7 +110,8 @@ class Network(Watched):
     _broadcasts: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        self.watching = Happenings(self.env, self.record, self.uplink, self.downlink)
+        counts = {"auv": len(self.auv_fleet), "asv": len(self.asv_fleet)}
+        self.watching = Happenings(self.env, self.record, self.uplink, self.downlink, counts)
         band, ways = self.uplink.band, (self.auv_fleet.motion, self.asv_fleet.motion)
         self._survey = Survey(Surveyed(*ways, band.reach + self.conflict_margin, band.slant))
 

@@ -12,10 +12,10 @@ from test_mission import DURATION_S, MISSIONS, flown, look, same
 from worlds import merged
 
 from bindusbl_des import Mission, Scenario, simulate
-from bindusbl_des.protocol.happenings import KINDS, Happening
 from bindusbl_des.protocol.network import Network, Turn
 from bindusbl_des.protocol.schedules import View
 from bindusbl_des.protocol.tdma import broadcast, downlink_free, until, uplink_slot
+from bindusbl_des.protocol.watches import KINDS, Happening
 
 # Where somebody waits, the band is busy: pings are lost, collide, and come in whatever order.
 BUSY: dict[str, Any] = {
@@ -266,6 +266,8 @@ def test_a_downlink_of_ones_own_waits_for_deliveries() -> None:
         ("reception", {"auv": None}, "auv of a reception is never None"),
         ("delivery", {"auv": np.arange(2)}, "auv of a delivery is never array"),
         (3, {}, "nothing of the kind 3 happens"),
+        ("delivery", {"auv": 9}, "auv of a delivery is never 9; there are 3, of numbers from 0 on"),
+        ("broadcast", {"asv": -1}, "asv of a broadcast is never -1"),
     ],
 )
 def test_what_never_happens_is_told(kind: str, which: dict[str, Any], told: str) -> None:

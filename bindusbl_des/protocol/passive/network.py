@@ -64,14 +64,16 @@ class PassiveNetwork(Watched):
 
     env: simpy.Environment
     slots: Slots
+    auv_fleet: Fleet
     asv_fleet: Fleet
     record: Recorder
     uplink: Beacons
     downlink: OwnFixes
 
     def __post_init__(self) -> None:
+        counts = {"auv": len(self.auv_fleet), "asv": len(self.asv_fleet)}
         self.watching = Happenings(
-            self.env, self.record, self.uplink, self.downlink, heard_is_had=True
+            self.env, self.record, self.uplink, self.downlink, counts, heard_is_had=True
         )
 
     def close(self, time: float) -> None:
