@@ -208,7 +208,7 @@ def test_a_happening_is_the_next_that_was_asked_for() -> None:
 def test_a_mission_that_ends_before_a_happening_ends() -> None:
     """Who advances to what never happens is at the end, and is told nothing."""
     mission = Mission(busy("sequential"), 1)
-    assert mission.advance(mission.happening("ping", auv=77)) is None
+    assert mission.advance(mission.happening("ping", round=10_000)) is None
     assert mission.time == DURATION_S
     assert list(mission.happenings("ping")) == []
     assert same(mission.result(), simulate(busy("sequential"), 1))
@@ -266,7 +266,11 @@ def test_a_downlink_of_ones_own_waits_for_deliveries() -> None:
         ("reception", {"auv": None}, "auv of a reception is never None"),
         ("delivery", {"auv": np.arange(2)}, "auv of a delivery is never array"),
         (3, {}, "nothing of the kind 3 happens"),
-        ("delivery", {"auv": 9}, "auv of a delivery is never 9; there are 3, of numbers from 0 on"),
+        (
+            "delivery",
+            {"auv": 77},
+            "auv of a delivery is never 77; there are [0-9]+, of numbers from 0",
+        ),
         ("broadcast", {"asv": -1}, "asv of a broadcast is never -1"),
     ],
 )
