@@ -86,9 +86,10 @@ def kept(work: Callable[[Scenario], Answer]) -> Callable[[Scenario], Answer]:
     @wraps(work)
     def answered(scenario: Scenario) -> Answer:
         nonlocal last
-        if last is None or last[0] is not scenario:
-            last = scenario, work(scenario)
-        return last[1]
+        found = last  # other threads may ask about others
+        if found is None or found[0] is not scenario:
+            found = last = scenario, work(scenario)
+        return found[1]
 
     return answered
 
