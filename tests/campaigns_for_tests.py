@@ -17,7 +17,7 @@ from bindusbl_des.campaigns.workers import batches
 from bindusbl_des.campaigns.workers.batches import Batch, Row, run_batch
 from bindusbl_des.cli import main
 from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics
-from bindusbl_des.records.events import Utilisation
+from bindusbl_des.records.metrics import Utilisation
 from bindusbl_des.results.tables import from_numbers, from_row
 
 

@@ -14,6 +14,8 @@ from ..protocol.access.named import access_of
 from ..protocol.access.serving import serve_at_random
 from ..protocol.broadcasters import broadcaster_named
 from ..protocol.fix_queue import FixQueue, ReplyQueue
+from ..protocol.hf.measuring import Measuring
+from ..protocol.hf.outcomes import Outcomes
 from ..protocol.hf.uplink import Uplink
 from ..protocol.knowledge.plan import Knowledge
 from ..protocol.knowledge.roll import Roll
@@ -120,9 +122,7 @@ def _network(
         asvs,
         hf_band(scenario),
         hf_channel(scenario) or loss_of(scenario),
-        instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
-        None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
         record,
     )
     downlink = MfDownlink(
@@ -135,16 +135,23 @@ def _network(
         clock=slots.clock,
         streams=streams,
     )
-    if protocol.duplex == "per_node":
-        uplink.deafening = downlink.frames
+    instrument = instrument_named(scenario.usbl.model) or carried(scenario, streams)
+    outcomes = Outcomes(
+        uplink,
+        asvs,
+        Measuring(instrument, streams, len(auvs), len(asvs), record),
+        None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
+        record,
+        downlink.frames if protocol.duplex == "per_node" else None,
+    )
     queue = (
-        ReplyQueue(env, uplink, downlink, record, reply_delay_of(scenario))
+        ReplyQueue(env, outcomes, downlink, record, reply_delay_of(scenario))
         if protocol.downlink == "direct_reply"
-        else FixQueue(uplink, record, None if messages.splits else messages.most)
+        else FixQueue(outcomes, record, None if messages.splits else messages.most)
     )
     answers = None
     if protocol.schedule == "polling":
-        answers = Answers(env, uplink, record, slots.clock)
+        answers = Answers(env, outcomes, record, slots.clock)
     schedule = schedule_named(protocol.schedule)
     framed = is_framed(protocol.schedule)
     network = Network(
@@ -155,6 +162,7 @@ def _network(
         record,
         queue,
         uplink,
+        outcomes,
         downlink,
         ranging_of(scenario, env, uplink, queue, streams, answers),
         policy=downlink_named(protocol.downlink),

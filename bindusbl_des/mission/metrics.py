@@ -9,13 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.energy import Powers, Times, energy, on_hf, on_mf
-from ..records.events import (
-    COLLIDED,
-    DELIVERED,
-    HEARD,
-    AuvMetrics,
-    Utilisation,
-)
+from ..records.events import COLLIDED, DELIVERED, HEARD
+from ..records.metrics import AuvMetrics, Utilisation
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Rows, row_type
 from ..records.worst import worst_of

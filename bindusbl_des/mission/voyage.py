@@ -25,8 +25,8 @@ ARRIVED_M, HALVINGS = 1e-6, 50
 class Voyage(NamedTuple):
     """The ways of n AUVs, looked back on; NaN stands for what somebody does not say or do.
 
-    `metrics` are columns of :class:`.events.AuvMetrics`, (n,).  At the k instants of `tracks`, none
-    where no tracks are kept, each AUV was so far `beside_m` its path (m), and was the first to
+    `metrics` are columns of :class:`.metrics.AuvMetrics`, (n,).  At the k instants of `tracks`,
+    none where no tracks are kept, each AUV was so far `beside_m` its path (m), and was the first to
     sweep so much, `swept_m2`, (n, k).
     All of them have swept `covered_m2` (m2), and the last has flown its lanes by `finished_at_s`.
     """

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..records.events import HEARD, IN_FLIGHT, Broadcast
 from ..records.recorder import Recorder
 from ..records.rows import Rows
-from .hf.uplink import Uplink
+from .hf.outcomes import Outcomes
 from .mf.downlink import MfDownlink
 
 
@@ -55,8 +55,8 @@ class FixQueue:
     A broadcast takes `most` fixes at most (None: any number); the others go on waiting.
     """
 
-    def __init__(self, uplink: Uplink, record: Recorder, most: int | None = None) -> None:
-        self._uplink, self._record, self._most = uplink, record, most
+    def __init__(self, outcomes: Outcomes, record: Recorder, most: int | None = None) -> None:
+        self._outcomes, self._record, self._most = outcomes, record, most
         self._waiting = 0  # fixes before this one have been taken
 
     def expect(self, pings: range) -> None:
@@ -64,11 +64,11 @@ class FixQueue:
 
     def has_fix(self, time: float) -> bool:
         """Tell whether a fix waits, of pings that have been heard by an instant (s)."""
-        return self._uplink.decide_passed(time).stop > self._waiting
+        return self._outcomes.decide_passed(time).stop > self._waiting
 
     def take(self, time: float) -> FixBatch:
         """Return the fixes of pings that have been heard by an instant (s), the oldest first."""
-        first, end = self._waiting, self._uplink.decide_passed(time).stop
+        first, end = self._waiting, self._outcomes.decide_passed(time).stop
         self._waiting = end if self._most is None else min(end, first + self._most)
         return FixBatch(self._record, range(first, self._waiting))
 
@@ -83,12 +83,12 @@ class ReplyQueue:
     def __init__(
         self,
         env: simpy.Environment,
-        uplink: Uplink,
+        outcomes: Outcomes,
         downlink: MfDownlink,
         record: Recorder,
         after: float,
     ) -> None:
-        self._env, self._uplink, self._downlink, self._record = env, uplink, downlink, record
+        self._env, self._outcomes, self._downlink, self._record = env, outcomes, downlink, record
         self._after = after
 
     def expect(self, pings: range) -> None:
@@ -100,17 +100,17 @@ class ReplyQueue:
                     self._hear_at(float(reception["arrived_at_s"]), int(ping["ping"]), row)
 
     def _hear_at(self, arrives: float, ping: int, row: int) -> None:
-        ends = arrives + self._uplink.band.duration
+        ends = arrives + self._outcomes.band.duration
         event = self._env.timeout(max(ends - self._env.now, 0.0))
         event.callbacks.append(partial(self._hear, arrives, ping, row))
 
     def _hear(self, expected: float, ping: int, row: int, _: simpy.Event) -> None:
         """Answer a ping when it has just been heard for the first time."""
-        self._uplink.amend(self._env.now)
+        self._outcomes.amend(self._env.now)
         arrived = float(self._record.receptions.array[row]["arrived_at_s"])
         if arrived > expected:  # the ASV was predicted to be nearer
             self._hear_at(arrived, ping, row)
-        elif self._uplink.decide(ping, row):
+        elif self._outcomes.decide(ping, row):
             fix, reception = self._record.fixes.count - 1, self._record.receptions.array[row]
             asv, time = int(reception["asv"]), float(reception["arrived_at_s"]) + self._after
             number = int(self._record.pings.array[ping]["round"])

@@ -18,6 +18,7 @@ from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Fix, Ping, Reception
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Row
 from ..vehicles.motion import Ints
+from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink
 from .mf.deliveries import Deliveries
 from .passive.beacons import Beacons
@@ -39,14 +40,15 @@ class Happenings:
         env: simpy.Environment,
         record: Recorder,
         uplink: Uplink | Beacons,
+        outcomes: Outcomes | Beacons,
         downlink: Deliveries,
         counts: Mapping[str, int],
         *,
         heard_is_had: bool = False,
     ) -> None:
         self._sounds = {"arrival", "reception"} | ({"delivery"} if heard_is_had else set())
-        self._env, self._record, self._uplink, self._downlink = env, record, uplink, downlink
-        self._counts = counts
+        self._env, self._record, self._downlink, self._counts = env, record, downlink, counts
+        self._uplink, self._outcomes = uplink, outcomes
         self._watches: list[Watch] = []
         self._expected: set[tuple[str, int]] = set()  # kinds and rows that have their event
 
@@ -101,7 +103,7 @@ class Happenings:
 
     def _expect_what_is_under_way(self, kind: str, since: float) -> None:
         if kind in self._sounds:
-            begin, receptions = self._uplink.first_under_way(since), self._record.receptions.rows
+            begin, receptions = self._outcomes.first_under_way(since), self._record.receptions.rows
             for row in range(begin, len(receptions)):
                 self._expect(kind, row, since)
         elif kind == "delivery":
@@ -124,7 +126,7 @@ class Happenings:
 
     def _expect(self, kind: str, row: int, since: float) -> None:
         """Have an event for an arrival, or its end, unless that was before an instant (s)."""
-        reception, lasts = self._record.receptions.array[row], self._uplink.band.duration
+        reception, lasts = self._record.receptions.array[row], self._outcomes.band.duration
         instant = float(reception["arrived_at_s"]) + (lasts if kind != "arrival" else 0.0)
         if reception["outcome"] == IN_FLIGHT and instant > since:
             self._call_at(instant, kind, row, partial(self._heard, kind, row, instant))
@@ -145,9 +147,9 @@ class Happenings:
         """Tell of an arrival or of its end, if it is there by now: who hears it may have been
         predicted.
         """
-        self._uplink.amend(self._env.now)
+        self._outcomes.amend(self._env.now)
         reception = self._record.receptions.array[row]
-        lasts = self._uplink.band.duration if kind != "arrival" else 0.0
+        lasts = self._outcomes.band.duration if kind != "arrival" else 0.0
         instant = float(reception["arrived_at_s"]) + lasts
         if instant > expected:
             self._call_at(instant, kind, row, partial(self._heard, kind, row, instant))
@@ -155,8 +157,8 @@ class Happenings:
         if kind == "delivery":  # which is told of when it has been taken in
             self._downlink.settle(instant)
             return
-        outcome, snr = self._uplink.outcome_of(row) if lasts else (IN_FLIGHT, nan)
-        levels = {} if isnan(snr) else self._uplink.receiver.levels(snr)
+        outcome, snr = self._outcomes.outcome_of(row) if lasts else (IN_FLIGHT, nan)
+        levels = {} if isnan(snr) else self._outcomes.receiver.levels(snr)
         told = dict.fromkeys(LEVELS) | levels | {"outcome": OUTCOMES[outcome]}
         self._tell(kind, instant, _row_of(Reception, reception, **told))
 

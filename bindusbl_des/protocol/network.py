@@ -19,6 +19,7 @@ from .chart import Chart
 from .conflicts import Array, Hearing, Survey, Surveyed, hearing
 from .fix_queue import FixQueue, ReplyQueue
 from .happenings import Happenings, Watched
+from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink
 from .knowledge.telling import Telling
 from .mf.downlink import MfDownlink
@@ -90,6 +91,7 @@ class Network(Watched):
     record: Recorder
     queue: FixQueue | ReplyQueue
     uplink: Uplink
+    outcomes: Outcomes
     downlink: MfDownlink
     ranging: OneWay | TwoWay | OwnRanging
     policy: Downlink
@@ -111,7 +113,9 @@ class Network(Watched):
 
     def __post_init__(self) -> None:
         counts = {"auv": len(self.auv_fleet), "asv": len(self.asv_fleet)}
-        self.watching = Happenings(self.env, self.record, self.uplink, self.downlink, counts)
+        self.watching = Happenings(
+            self.env, self.record, self.uplink, self.outcomes, self.downlink, counts
+        )
         band, ways = self.uplink.band, (self.auv_fleet.motion, self.asv_fleet.motion)
         self._survey = Survey(Surveyed(*ways, band.reach + self.conflict_margin, band.slant))
 
@@ -198,6 +202,6 @@ class Network(Watched):
         """Settle what is under way as the mission ends at an instant (s)."""
         before_the_end = math.nextafter(time, 0.0)
         self.queue.take(before_the_end)  # pings that were heard but not broadcast any more
-        self.uplink.close(time)
+        self.outcomes.close(time)
         self.ranging.close()
         self.downlink.close(before_the_end)

@@ -5,7 +5,7 @@ Rows of tables, as those of :mod:`.events`.
 
 from dataclasses import dataclass
 
-from .events import column
+from .columns import column
 
 
 @dataclass(slots=True)

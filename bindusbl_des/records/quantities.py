@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 
-from .events import AuvMetrics, Utilisation
+from .metrics import AuvMetrics, Utilisation
 
 NAMES = {
     "pings": "pings sent",

@@ -1,7 +1,7 @@
 """The worst AUV of a fleet: a mission is as good as what its worst-served vehicle got.
 
 The worst value of errors, ages, intervals, latencies and losses is the largest, of coverage, fixes
-and rates the smallest (:class:`.events.AuvMetrics` says which).  An AUV that has no value, because
+and rates the smallest (:class:`.metrics.AuvMetrics` says which).  An AUV that has no value, because
 it got no fix, is worse than any that has one.  Of several equally bad the first counts.
 """
 
@@ -10,7 +10,8 @@ from dataclasses import fields
 
 import numpy as np
 
-from .events import LARGEST, AuvMetrics
+from .columns import LARGEST
+from .metrics import AuvMetrics
 from .rows import Rows
 
 # For each metric that can be bad: whether the largest value is the worst.

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..records.events import column
+from ..records.columns import column
 
 
 @dataclass

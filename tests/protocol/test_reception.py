@@ -23,6 +23,8 @@ from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
 from bindusbl_des.protocol.fix_queue import FixBatch, ReplyQueue
 from bindusbl_des.protocol.hf.calling import CALL
 from bindusbl_des.protocol.hf.handed import NO_CALL
+from bindusbl_des.protocol.hf.measuring import Measuring
+from bindusbl_des.protocol.hf.outcomes import Outcomes
 from bindusbl_des.protocol.hf.reception import Air, overlapped
 from bindusbl_des.protocol.hf.uplink import Uplink
 from bindusbl_des.protocol.mf.downlink import FrameBand, MfDownlink
@@ -69,24 +71,23 @@ def fleet(*vehicles: SegmentedTrajectory) -> Fleet:
 
 def uplink(
     auvs: Fleet, asvs: Fleet, record: Recorder | None = None, **changes: Any
-) -> tuple[Uplink, Recorder]:
-    """Return a quiet HF band of 3 km between two fleets, and the record."""
-    record = record or Recorder()
+) -> tuple[Uplink, Outcomes, Recorder]:
+    """Return a quiet HF band of 3 km between two fleets, what becomes of its pings, the record."""
+    record, streams = record or Recorder(), changes.pop("streams", Streams(1))
     reach, slant = changes.pop("hf_range", 3000.0), changes.pop("slant", True)
-    band = Uplink(auvs, asvs, **{
-        "band": Band(slant, reach, PING, SOUND),
-        "channel": QUIET, "instrument": PERFECT, "streams": Streams(1),
-        "strayed": np.zeros(len(auvs)), "record": record, **changes,
-    })  # fmt: skip
-    return band, record
+    instrument = changes.pop("instrument", PERFECT)
+    law = Band(slant, reach, PING, SOUND)
+    band = Uplink(auvs, asvs, law, changes.pop("channel", QUIET), streams, record)
+    measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
+    return band, Outcomes(band, asvs, measuring, np.zeros(len(auvs)), record), record
 
 
 def test_a_ping_is_measured_from_where_the_vessel_is_when_it_arrives() -> None:
     """A vessel that has moved 10 m while the ping was under way finds it where it was sent."""
     # 15 m/s away from a ping sent 990 m behind: caught up with after 2/3 s, 1000 m away
-    band, record = uplink(fleet(at(-990.0, z=0.0)), fleet(moving(0.0, 15.0)))
+    band, outcomes, record = uplink(fleet(at(-990.0, z=0.0)), fleet(moving(0.0, 15.0)))
     band.send(0, 0, [0], 0.0)
-    assert band.decide_passed(1.0) == range(1)
+    assert outcomes.decide_passed(1.0) == range(1)
     [fix] = record.fixes.rows
     found = record.receptions.rows[0]
     found = found["arrived_at_s"], found["slant_range_m"], found["travel_time_s"]
@@ -98,9 +99,9 @@ def test_a_ping_is_measured_from_where_the_vessel_is_when_it_arrives() -> None:
 def test_a_turning_vessel_measures_by_its_heading_at_the_arrival() -> None:
     """A vessel that turns from +x to +y while a ping is under way still finds it."""
     turns = recorded(np.array([0.0, 0.3, 1.0]), np.array([[0, 0, 0], [3, 0, 0], [3, 7, 0.0]]))
-    band, record = uplink(fleet(at(600.0, 300.0, 50.0)), fleet(turns))
+    band, outcomes, record = uplink(fleet(at(600.0, 300.0, 50.0)), fleet(turns))
     band.send(0, 0, [0], 0.0)
-    assert band.decide_passed(1.0) == range(1)
+    assert outcomes.decide_passed(1.0) == range(1)
     assert FixBatch(record, range(1)).positions[0] == pytest.approx([600.0, 300.0, 50.0], abs=0.1)
 
 
@@ -303,12 +304,14 @@ def test_a_frames_fixes_are_as_good_as_events_of_their_own(clock: Clock, compens
 
 def test_pings_of_earlier_slots_collide_with_later_ones() -> None:
     """A ping from afar meets one sent a second later from nearby; those between are over."""
-    band, record = uplink(fleet(at(1500.0), at(0.0, 150.0), at(15.0, 0.0)), fleet(at(0.0)))
+    band, outcomes, record = uplink(
+        fleet(at(1500.0), at(0.0, 150.0), at(15.0, 0.0)), fleet(at(0.0))
+    )
     decided = []
     for auv, time in ((0, 0.0), (1, 0.5), (2, 0.995)):
-        decided += band.decide_passed(time)
+        decided += outcomes.decide_passed(time)
         band.send(0, auv, [auv], time)
-    decided += band.decide_passed(1.5)
+    decided += outcomes.decide_passed(1.5)
     assert record.receptions.rows["arrived_at_s"] == pytest.approx([1.0, 0.6, 1.005])
     assert record.receptions.rows["outcome"].tolist() == [COLLIDED, HEARD, COLLIDED]
     assert decided == [0]
@@ -317,13 +320,13 @@ def test_pings_of_earlier_slots_collide_with_later_ones() -> None:
 
 def test_no_ping_is_decided_before_it_is_over() -> None:
     """A ping that has arrived is not decided while another that is sent now could overlap it."""
-    band, record = uplink(fleet(at(1500.0), at(3.0)), fleet(at(0.0)))
+    band, outcomes, record = uplink(fleet(at(1500.0), at(3.0)), fleet(at(0.0)))
     for auv, time in ((0, 0.0), (1, 1.005), (0, 2.0)):
-        assert band.decide_passed(time) == range(0)
+        assert outcomes.decide_passed(time) == range(0)
         band.send(0, 0, [auv], time)
-    assert band.decide_passed(math.nextafter(3.0 + PING, 0.0)) == range(0)
+    assert outcomes.decide_passed(math.nextafter(3.0 + PING, 0.0)) == range(0)
     assert record.receptions.rows["outcome"].tolist() == [COLLIDED, COLLIDED, IN_FLIGHT]
-    assert band.decide_passed(3.0 + PING) == range(1)
+    assert outcomes.decide_passed(3.0 + PING) == range(1)
     assert record.fixes.rows["pinged_at_s"].tolist() == [2.0]
 
 
@@ -331,9 +334,9 @@ def test_nobody_answers_before_a_ping_is_over() -> None:
     """A ping overlapped by one that is sent after it has begun to arrive gets no answer."""
     env, record = simpy.Environment(), Recorder(rounds=[Round(0, 0.0, 1, 0)])
     auvs, asvs = fleet(at(1500.0), at(3.0)), fleet(at(0.0))
-    band, _ = uplink(auvs, asvs, record)
+    band, outcomes, _ = uplink(auvs, asvs, record)
     near = downlink(env, auvs, asvs, record, band=FrameBand(1.0, SOUND, None))
-    board = ReplyQueue(env, band, near, record, PING)
+    board = ReplyQueue(env, outcomes, near, record, PING)
 
     def pings() -> Any:
         for auv, time in ((0, 0.0), (1, 1.005), (1, 2.0)):
@@ -354,7 +357,7 @@ ANY = (math.inf, 0.0)
 def test_overlaps_are_found_with_pings_sent_later_as_well_as_earlier() -> None:
     """Two pings that meet at an ASV do so for both; what was sent between them meets neither."""
     auvs = fleet(at(1500.0), at(0.0, 150.0), at(15.0), at(0.0, 30.0))
-    band, record = uplink(auvs, fleet(at(0.0)))
+    band, _, record = uplink(auvs, fleet(at(0.0)))
     for auv, time in enumerate((0.0, 0.5, 0.995, 1.0)):
         band.send(0, 0, [auv], time)
     pings, receptions = record.pings.rows, record.receptions.rows
@@ -380,7 +383,7 @@ def test_overlaps_are_those_that_comparing_all_pairs_finds(
     """In steps of half a ping and half its length, pings overlap that are less than two apart."""
     pings.sort()
     length = SOUND * PING / 2
-    band, record = uplink(
+    band, _, record = uplink(
         fleet(*[at(length * place) for _, place in pings]),
         fleet(*[at(length * vessel) for vessel in vessels]),
         Recorder(everything), hf_range=length * (reach + 0.5),
@@ -419,7 +422,7 @@ def heard_by_a_busy_fleet(seed: int, instants: Callable[[float], list[float]]) -
     draw = np.random.default_rng(seed)
     auvs = fleet(*[moving(*draw.uniform((-900, -2, -90, 0), (900, 2, 90, 90))) for _ in range(6)])
     asvs = fleet(*[moving(*draw.uniform((-900, -2), (900, 2))) for _ in range(3)])
-    band, record = uplink(
+    band, outcomes, record = uplink(
         auvs, asvs, hf_range=1200.0, channel=LOSSY, instrument=NOISY, streams=Streams(seed)
     )
     decided, time = [], 0.0
@@ -430,8 +433,8 @@ def heard_by_a_busy_fleet(seed: int, instants: Callable[[float], list[float]]) -
         band.send(slot // 3, slot % 3, group, time, NO_CALL if caller < 0 else call)
         time += float(draw.choice([0.005, 0.05, 0.3, 1.5]))
         for instant in instants(time):
-            decided += band.decide_passed(instant)
-    decided += band.decide_passed(time + 2.0)
+            decided += outcomes.decide_passed(instant)
+    decided += outcomes.decide_passed(time + 2.0)
     assert decided == list(range(record.fixes.count))
     return record
 
@@ -474,25 +477,25 @@ def test_a_frame_tells_whose_measurements_made_its_fixes() -> None:
 
 def test_what_is_out_of_range_drowns_nobody() -> None:
     """Sound from beyond the HF range arrives together with a ping, which is heard all the same."""
-    band, record = uplink(fleet(at(90.0), at(-101.0)), fleet(at(0.0)), hf_range=100.0)
+    band, outcomes, record = uplink(fleet(at(90.0), at(-101.0)), fleet(at(0.0)), hf_range=100.0)
     assert band.send(0, 0, [0, 1], 0.0) == range(2)
-    assert band.decide_passed(1.0) == range(1)
+    assert outcomes.decide_passed(1.0) == range(1)
     assert record.receptions.rows["outcome"].tolist() == [HEARD, OUT_OF_RANGE]
 
 
 def test_at_the_end_what_has_arrived_is_decided_and_the_rest_under_way() -> None:
     """A mission ends between two arrivals: one ASV has heard the ping, but there is no fix yet."""
-    band, record = uplink(fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
+    band, outcomes, record = uplink(fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
     band.send(0, 0, [0], 0.0)
-    assert band.decide_passed(0.5) == range(0)
-    band.close(0.5)
+    assert outcomes.decide_passed(0.5) == range(0)
+    outcomes.close(0.5)
     assert record.receptions.rows["outcome"].tolist() == [IN_FLIGHT, HEARD]
     assert record.pings.rows["heard_by"][0] == 1
     assert record.fixes.count == 0
     # a ping that ends with the mission does not end in it
-    band, record = uplink(fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
+    band, outcomes, record = uplink(fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
     band.send(0, 0, [0], 0.0)
-    band.close(0.1 + PING)
+    outcomes.close(0.1 + PING)
     assert record.receptions.rows["outcome"].tolist() == [IN_FLIGHT] * 2
 
 
@@ -503,7 +506,7 @@ def test_the_edge_of_the_hf_range_is_within(slant: bool, reach: float) -> None:
     """Pings and calls reach 50 m seen from above, or 130 m in all, and not a hair further."""
     for limit, expected in ((reach, IN_FLIGHT), (math.nextafter(reach, 0.0), OUT_OF_RANGE)):
         auvs = fleet(at(30.0, 40.0, 120.0))
-        band, record = uplink(auvs, fleet(at(0.0)), slant=slant, hf_range=limit)
+        band, _, record = uplink(auvs, fleet(at(0.0)), slant=slant, hf_range=limit)
         band.send(0, 0, [0], 0.0)
         assert record.receptions.rows["outcome"][0] == expected
         [call] = band.call([0], np.array([0]), 1.0)
@@ -600,7 +603,7 @@ def test_a_fleet_is_where_its_vehicles_are() -> None:
 
 def test_a_ping_is_fixed_once_and_heard_by_all_that_hear_it() -> None:
     """Decided one ASV after the other, a ping makes one fix, and every ASV that heard it counts."""
-    band, record = uplink(fleet(at(0.0)), fleet(at(150.0), at(300.0), at(450.0)))
+    band, outcomes, record = uplink(fleet(at(0.0)), fleet(at(150.0), at(300.0), at(450.0)))
     [ping] = band.send(0, 0, [0], 0.0)
-    assert [band.decide(ping, row) for row in range(3)] == [True, False, False]
+    assert [outcomes.decide(ping, row) for row in range(3)] == [True, False, False]
     assert (record.pings.rows["heard_by"][0], record.fixes.count) == (3, 1)

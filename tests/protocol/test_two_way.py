@@ -14,7 +14,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 from bindusbl_des import Result, simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
 from bindusbl_des.protocol.fix_queue import FixQueue
-from bindusbl_des.protocol.hf.uplink import Uplink
+from bindusbl_des.protocol.hf.outcomes import Outcomes
 from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
 from bindusbl_des.protocol.schedules import View
 from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
@@ -36,25 +36,25 @@ def view_of(auvs: Fleet, asvs: Fleet) -> View:
 
 def answered(
     auvs: Fleet, asvs: Fleet, turnaround: float = 0.0, **changes: Any
-) -> tuple[Uplink, Recorder]:
-    """Return band and record after all AUVs have been called at 0 s and have answered."""
+) -> tuple[Outcomes, Recorder]:
+    """Return what becomes of pings and the record, when all called at 0 s have answered."""
     env = simpy.Environment()
-    band, record = uplink(auvs, asvs, **changes)
-    ranging = TwoWay(env, band, FixQueue(band, record), turnaround=turnaround)
+    band, outcomes, record = uplink(auvs, asvs, **changes)
+    ranging = TwoWay(env, band, FixQueue(outcomes, record), turnaround=turnaround)
     ranging.ping(0, 0, range(len(auvs)), 0.0, view_of(auvs, asvs))
     env.run()
-    return band, record
+    return outcomes, record
 
 
 def test_who_calls_allows_for_its_own_way() -> None:
     """A caller that moves 45 m between its call and the answer finds the AUV where it answered."""
     # called from x = 0 in 0.4 s, answered at 0.6 s; met at 30 (0.6 + t) = 600 - 1500 t
-    band, record = answered(fleet(at(600.0)), fleet(moving(0.0, 30.0)), 0.19)
+    outcomes, record = answered(fleet(at(600.0)), fleet(moving(0.0, 30.0)), 0.19)
     back = (600 - 18) / 1530
     ping = record.pings.rows[0]
     assert (ping["sent_at_s"], ping["call_time_s"]) == pytest.approx((0.6, 0.4))
     assert record.receptions.rows["travel_time_s"] == pytest.approx(back)
-    assert band.decide_passed(2.0) == range(1)
+    assert outcomes.decide_passed(2.0) == range(1)
     assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=1e-6)
     fix = record.fixes.rows[0]
     assert (fix["pinged_at_s"], fix["valid_at_s"]) == pytest.approx((0.6, 0.6))
@@ -63,21 +63,21 @@ def test_who_calls_allows_for_its_own_way() -> None:
 def test_who_did_not_call_finds_the_auv_on_an_ellipse() -> None:
     """Call and answer took 2000 m: of them 1400 m are those from where the listener hears it."""
     for row, asv in enumerate((at(0.0), at(600.0, 1400.0), at(-400.0, 1400.0))):
-        band, record = answered(fleet(at(600.0)), fleet(at(0.0), at(600.0, 1400.0), asv), 0.3)
-        assert band.decide(0, min(row, 2))  # the first to hear it makes the fix, by itself
+        outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(600.0, 1400.0), asv), 0.3)
+        assert outcomes.decide(0, min(row, 2))  # the first to hear it makes the fix, by itself
         assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=0.02)
         assert record.fixes.rows["error_m"][0] < 0.03
 
 
 def test_between_caller_and_listener_nobody_can_tell() -> None:
     """On the line between them every place makes the same way: a fix says so, and is in between."""
-    band, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
-    assert band.decide(0, 1)
+    outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
+    assert outcomes.decide(0, 1)
     fix = record.fixes.rows[0]
     assert 0.0 <= fix["x_m"] <= 2000.0
     assert 400.0 < fix["sd_x_m"] < 1000.0
-    band, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
-    assert band.decide_passed(5.0) == range(1)  # with the caller's measurement they can
+    outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
+    assert outcomes.decide_passed(5.0) == range(1)  # with the caller's measurement they can
     assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=1e-6)
 
 
@@ -185,7 +185,7 @@ def test_calls_that_meet_at_an_auv_destroy_each_other() -> None:
     """Two calls that reach an AUV less than a ping apart leave it silent; touching ones do not."""
     for gap, outcome in ((14.99, COLLIDED), (15.0, HEARD)):
         auvs, asvs = fleet(at(15.0), at(30.0 + gap - 14.0)), fleet(at(0.0), at(30.0 + gap))
-        band, _ = uplink(auvs, asvs, hf_range=100.0)
+        band, _, _ = uplink(auvs, asvs, hf_range=100.0)
         calls = band.call([0, 1], nearest(view_of(auvs, asvs), [0, 1]), 0.0)
         assert calls["call"][0] == outcome
 
@@ -201,14 +201,14 @@ def test_a_call_that_names_two_auvs_is_one_sound() -> None:
 def test_a_call_drowns_answers_at_other_asvs(turnaround: float, outcome: int) -> None:
     """ASV1's call arrives 50 m away at 33 ms, when the answer from 20 m comes to ASV0 at 37 ms."""
     auvs, asvs = fleet(at(-20.0), at(70.0)), fleet(at(0.0), at(50.0))
-    band, record = answered(auvs, asvs, turnaround, hf_range=50.0)
-    band.decide_passed(1.0)
+    outcomes, record = answered(auvs, asvs, turnaround, hf_range=50.0)
+    outcomes.decide_passed(1.0)
     heard = record.receptions.rows[record.receptions.rows["outcome"] != OUT_OF_RANGE]
     assert heard["arrived_at_s"] == pytest.approx([0.08 / 3 + PING + turnaround] * 2)
     assert heard["outcome"].tolist() == [outcome] * 2
     # from farther away the call is not heard
-    band, record = answered(fleet(at(-20.0), at(71.0)), fleet(at(0.0), at(51.0)), hf_range=50.0)
-    band.decide_passed(1.0)
+    outcomes, record = answered(fleet(at(-20.0), at(71.0)), fleet(at(0.0), at(51.0)), hf_range=50.0)
+    outcomes.decide_passed(1.0)
     assert HEARD in record.receptions.rows["outcome"]
     assert COLLIDED not in record.receptions.rows["outcome"]
 
@@ -216,25 +216,27 @@ def test_a_call_drowns_answers_at_other_asvs(turnaround: float, outcome: int) ->
 @pytest.mark.parametrize(("time", "outcome"), [(0.0899, HEARD), (0.095, COLLIDED), (0.11, HEARD)])
 def test_an_asv_hears_nothing_while_it_calls(time: float, outcome: int) -> None:
     """A ping of 10 ms arrives at 0.1 s; a call of the ASV's own, to somebody else, drowns it."""
-    band, record = uplink(fleet(at(150.0), at(0.0, 900.0)), fleet(at(0.0), at(0.0, 5000.0)))
+    band, outcomes, record = uplink(
+        fleet(at(150.0), at(0.0, 900.0)), fleet(at(0.0), at(0.0, 5000.0))
+    )
     band.send(0, 0, [0], 0.0)
     band.call([1], np.array([0]), time)
     band.call([1], np.array([1]), 0.1)  # far away, out of range of all
-    band.decide_passed(1.0)
+    outcomes.decide_passed(1.0)
     assert record.receptions.rows["outcome"][0] == outcome
 
 
 def test_calls_of_other_slots_are_searched_as_well() -> None:
     """A call from afar, sent long before a ping, is still under way when that arrives."""
     auvs, asvs = fleet(at(15.0), at(2000.0)), fleet(at(0.0), at(2250.0))
-    band, record = uplink(auvs, asvs)
+    band, outcomes, record = uplink(auvs, asvs)
     band.call([1], np.array([1]), 0.0)  # at ASV0 at 1.5 s
     for slot in range(20):
         band.call([0], np.array([0]), 0.5 + 0.02 * slot)
     band.send(0, 0, [0], 1.495)  # at ASV0 at 1.505 s, at ASV1 at 2.985 s
     for slot in range(20):
         band.call([0], np.array([0]), 2.0 + 0.02 * slot)
-    band.decide_passed(5.0)
+    outcomes.decide_passed(5.0)
     assert record.receptions.rows["outcome"].tolist() == [COLLIDED, HEARD]
 
 
@@ -320,12 +322,12 @@ def test_calls_change_no_other_noise() -> None:
     draws = {}
     for loss in (LOSSY, None):
         auvs, asvs = fleet(at(300.0)), fleet(at(0.0))
-        band, record = uplink(auvs, asvs, **({} if loss is None else {"channel": loss}))
+        band, outcomes, record = uplink(auvs, asvs, **({} if loss is None else {"channel": loss}))
         calls = [band.call([0], np.array([0]), float(time)) for time in range(50)]
         lost = [call["call"][0] == LOST for call in calls]
         draws[loss is None] = lost
         band.send(0, 0, [0], 60.0)
-        band.decide_passed(100.0)
+        outcomes.decide_passed(100.0)
         assert record.receptions.rows["outcome"][0] in (HEARD, LOST, IN_FLIGHT)
     assert not any(draws[True])
     assert 10 < sum(draws[False]) < 50

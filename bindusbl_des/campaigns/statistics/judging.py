@@ -3,7 +3,7 @@
 from functools import cache
 from typing import get_args, get_type_hints
 
-from ...records.events import AuvMetrics
+from ...records.metrics import AuvMetrics
 from ...records.quantities import WORST
 from ...records.worst import WORST_IS_LARGEST
 

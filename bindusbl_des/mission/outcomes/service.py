@@ -30,7 +30,7 @@ class Delivered(NamedTuple):
 
 
 def note_service(metrics: Rows, fixes: Rows, duration: float, slot: float) -> None:
-    """Write to each AUV's metrics, (n,) :class:`.events.AuvMetrics`, what became of its fixes.
+    """Write to each AUV's metrics, (n,) :class:`.metrics.AuvMetrics`, what became of its fixes.
 
     `duration` is that of the mission, `slot` that of uplink slots (s), NaN where fixes do not wait
     for their ends.

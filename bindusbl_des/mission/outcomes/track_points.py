@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import entry, inlined
-from ...records.events import TrackPoint
 from ...records.rows import Row, Rows, row_type
+from ...records.tracks import TrackPoint
 from ..samples import instants
 from ..voyage import beside
 from ..world import World

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.wording import described, did_you_mean, plain, refuse
-from ...records.events import AuvMetrics, Utilisation
+from ...records.metrics import AuvMetrics, Utilisation
 from ...records.quantities import WORST
 from ...records.worst import WORST_IS_LARGEST
 

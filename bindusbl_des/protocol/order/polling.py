@@ -9,7 +9,7 @@ from ...core.clock import Clock
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.recorder import Recorder
 from ..colouring import greedy_groups
-from ..hf.uplink import Uplink
+from ..hf.outcomes import Outcomes
 from ..own.steps import moment
 from .view import Groups, View
 
@@ -30,9 +30,9 @@ class Answers:
     """
 
     def __init__(
-        self, env: simpy.Environment, uplink: Uplink, record: Recorder, clock: Clock
+        self, env: simpy.Environment, outcomes: Outcomes, record: Recorder, clock: Clock
     ) -> None:
-        self._env, self._uplink, self._record, self._clock = env, uplink, record, clock
+        self._env, self._outcomes, self._record, self._clock = env, outcomes, record, clock
         self._turn, self._missing, self._last = (-1, -1), 0, 0.0
         self._complete = env.event()
 
@@ -60,15 +60,15 @@ class Answers:
         return over
 
     def _decode_at(self, arrives: float, turn: Turn, row: int) -> None:
-        event = moment(self._env, arrives + self._uplink.band.duration)
+        event = moment(self._env, arrives + self._outcomes.band.duration)
         event.callbacks.append(partial(self._decode, arrives, turn, row))
 
     def _decode(self, expected: float, turn: Turn, row: int, _: simpy.Event) -> None:
-        self._uplink.amend(self._env.now)
+        self._outcomes.amend(self._env.now)
         arrived = float(self._record.receptions.array[row]["arrived_at_s"])
         if arrived > expected:  # the ASV was predicted to be nearer
             self._decode_at(arrived, turn, row)
-        elif turn == self._turn and self._uplink.outcome_of(row)[0] == HEARD:
-            self._missing, self._last = self._missing - 1, arrived + self._uplink.band.duration
+        elif turn == self._turn and self._outcomes.outcome_of(row)[0] == HEARD:
+            self._missing, self._last = self._missing - 1, arrived + self._outcomes.band.duration
             if self._missing == 0:
                 self._complete.succeed()

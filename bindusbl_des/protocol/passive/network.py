@@ -73,7 +73,13 @@ class PassiveNetwork(Watched):
     def __post_init__(self) -> None:
         counts = {"auv": len(self.auv_fleet), "asv": len(self.asv_fleet)}
         self.watching = Happenings(
-            self.env, self.record, self.uplink, self.downlink, counts, heard_is_had=True
+            self.env,
+            self.record,
+            self.uplink,
+            self.uplink,
+            self.downlink,
+            counts,
+            heard_is_had=True,
         )
 
     def close(self, time: float) -> None:

@@ -1,0 +1,162 @@
+"""What becomes of pings at ASVs, and the fixes of them: decided when somebody wants to know."""
+
+import numpy as np
+
+from ...acoustics.prediction import amend
+from ...records.events import HEARD, IN_FLIGHT
+from ...records.recorder import EventBuffer, Recorder
+from ...records.rows import NONE, Row, Rows
+from ...usbl.instrument import NOISE_WIDTH
+from ...usbl.measurement import note
+from ...usbl.own_instrument import OwnInstrument, sounding_of
+from ...vehicles.fleet import Fleet
+from ...vehicles.motion import Floats
+from .handed import decided_by
+from .measuring import Measuring
+from .reception import foretold, settle
+from .uplink import PASSED, Uplink
+
+
+class Outcomes:
+    """What becomes of the pings of a band: overlapping arrivals destroy each other.
+
+    A ping is decided (what becomes of it at each ASV, and the fix of it) not before it has passed,
+    when all sound that could overlap it is on record; it does not matter how long after.
+    """
+
+    def __init__(
+        self,
+        uplink: Uplink,
+        asvs: Fleet,
+        measuring: Measuring,
+        strayed: Floats | None,
+        record: Recorder,
+        deafening: EventBuffer | None = None,
+    ) -> None:
+        """Decide pings at ASVs, and have them measured.
+
+        `strayed` (n,), m2, as of :func:`.reception.settle`.  ASVs hear nothing while they send
+        frames that are `deafening` (:data:`..mf.frames.FRAME`).
+        """
+        self.band, self.receiver = uplink.band, uplink.receiver
+        self._uplink, self._asvs, self._record = uplink, asvs, record
+        self._measuring, self._strayed, self._deafening = measuring, strayed, deafening
+        self._decided_by = decided_by(
+            record, uplink.calls, asvs, measuring, self.band.duration, self.receiver
+        )
+        self._undecided = 0  # pings before this one are decided
+        self._predicted = 0  # pings before this one have arrived everywhere
+
+    @property
+    def _further_sound(self) -> tuple[Rows | None, Rows | None]:
+        """Sound that few bands have: echoes of pings, and frames that deafen ASVs."""
+        echoes, frames = self._uplink.echoes, self._deafening
+        return None if echoes is None else echoes.rows, None if frames is None else frames.rows
+
+    def decide_passed(self, time: float) -> range:
+        """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""
+        fixes = self._record.fixes
+        first = fixes.count
+        self.amend(time)
+        while True:
+            self._undecided, _, dry = self._settle(time, self._undecided)
+            if dry == NONE:
+                return range(first, fixes.count)
+            self._refill_noise()  # of all at once: settling begins anew each time
+
+    def _settle(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
+        """Decide what has passed; return the first ping that has not, and an AUV and an ASV whose
+        noise is used up, or NONE.
+        """
+        pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
+        count, measuring = fixes.count, self._measuring
+        measuring.make_room(pings.count - self._undecided + 1)
+        fixes.count, undecided, auv, asv = settle(
+            self._decided_by.address, time, ping, only, pings.count, receptions.count,
+            self._uplink.calls.count, count, *measuring.made_for, self._strayed,
+            *self._further_sound,
+        )  # fmt: skip
+        if measuring.own is not None:
+            for fix in fixes.array[count : fixes.count]:
+                self._measure(measuring.own, fix)
+        return undecided, auv, asv
+
+    def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
+        """Have a ping measured by an instrument of somebody's own."""
+        met = self._record.receptions.array[fix["first"] : fix["end"]]
+        heard = met[met["outcome"] == HEARD]
+        poses = [self._asvs.vehicles[it["asv"]].at(float(it["arrived_at_s"])) for it in heard]
+        ping, draw = self._record.pings.array[fix["ping"]], self._measuring.draw(int(fix["auv"]))
+        note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
+
+    def _refill_noise(self) -> None:
+        """Draw noise for every pair that a ping is under way between and that has none left."""
+        rows = self._record.receptions.rows[self._record.pings.array[self._undecided]["first"] :]
+        under_way = rows["outcome"] == IN_FLIGHT
+        self._measuring.noise.refill_spent(rows["auv"][under_way], rows["asv"][under_way])
+
+    def decide(self, ping: int, row: int) -> bool:
+        """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
+        count = self._record.fixes.count
+        while (dry := self._settle(0.0, ping, row)[1:])[1] != NONE:
+            self._measuring.noise.refill(*dry)
+        return self._record.fixes.count > count
+
+    def amend(self, time: float) -> None:
+        """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
+        if self._asvs.predicted:
+            self._asvs.advance(time)
+            self._predicted = amend(
+                time, self._predicted, self._record.pings.rows, self._record.receptions.rows,
+                self.band.duration, self.band.sound_speed, *self._asvs.motion,
+            )  # fmt: skip
+
+    def first_under_way(self, time: float) -> int:
+        """Return the first reception that may not be over by an instant (s)."""
+        pings = self._record.pings.rows
+        if not len(pings):
+            return 0
+        lasts = PASSED * float(pings["longest_s"][-1]) + self.band.duration
+        first = int(np.searchsorted(pings["sent_at_s"], time - lasts))
+        return int(pings["first"][first]) if first < len(pings) else self._record.receptions.count
+
+    def _first_undecided(self) -> int:
+        """Return the first reception that is not decided; there must be one."""
+        outcomes = self._record.receptions.rows["outcome"]
+        while True:
+            ping = self._record.pings.array[self._undecided]
+            undecided = np.flatnonzero(outcomes[ping["first"] : ping["end"]] == IN_FLIGHT)
+            if len(undecided):
+                return int(ping["first"] + undecided[0])
+            self._undecided += 1
+
+    def outcome_of(self, row: int) -> tuple[int, float]:
+        """Return what becomes of a ping at an ASV that it has just passed, decided or not; and its
+        SNR (dB) there.
+
+        Its noise is that of the pair's next reception, after those of pings not yet decided.
+        """
+        pings, receptions = self._record.pings.rows, self._record.receptions.rows
+        it = receptions[row]
+        if it["outcome"] != IN_FLIGHT:
+            return int(it["outcome"]), float(it["snr_db"])
+        before = receptions[self._first_undecided() : row]
+        same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
+        ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
+        luck = float(self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
+        duration, receiver = self.band.duration, self.receiver
+        outcome = foretold(
+            row, luck, pings, receptions, self._uplink.calls.rows, *self._further_sound, duration,
+            receiver.capture,
+        )  # fmt: skip
+        return outcome, float(it["snr_db"]) + receiver.shadowing_sd_db * luck
+
+    def close(self, time: float) -> None:
+        """Decide what of pings still under way has arrived by the end of the mission (s)."""
+        self.amend(time)
+        receptions, fixes = self._record.receptions.rows, self._record.fixes
+        arrived = receptions["arrived_at_s"] + self.band.duration < time
+        count = fixes.count
+        for row in np.flatnonzero((receptions["outcome"] == IN_FLIGHT) & arrived).tolist():
+            self.decide(int(receptions["ping"][row]), row)
+        fixes.count = count  # nobody waits for what others hear of them any more

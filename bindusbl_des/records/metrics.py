@@ -1,0 +1,163 @@
+"""What a mission came to, for each AUV and as a whole, in the words of the result tables."""
+
+from dataclasses import dataclass
+
+from .columns import LARGEST, SMALLEST, column
+
+
+@dataclass(slots=True)
+class AuvMetrics:
+    """One AUV over the whole mission; time means are over samples at record.metrics_hz."""
+
+    auv: int = column("", "AUV")
+    pings: int = column(
+        "1", "pings sent, and turns whose call got no answer; passive: pings of all ASVs"
+    )
+    pings_in_range: int = column(
+        "1", "pings within HF range of at least one ASV (passive: of the AUV)", worst=SMALLEST
+    )
+    pings_heard: int = column(
+        "1", "pings decoded by at least one ASV (passive: by the AUV)", worst=SMALLEST
+    )
+    hf_coverage: float | None = column(
+        "1", "pings in range / pings, without those still under way", worst=SMALLEST
+    )
+    fixes: int = column("1", "fixes made", worst=SMALLEST)
+    fixes_delivered: int = column("1", "fixes that reached the AUV", worst=SMALLEST)
+    fixes_out_of_range: int = column("1", "fixes broadcast beyond MF range", worst=LARGEST)
+    fixes_lost: int = column(
+        "1", "fixes broadcast that the AUV could have decoded, but did not", worst=LARGEST
+    )
+    fixes_in_flight: int = column(
+        "1", "fixes not yet delivered when the mission ended", worst=LARGEST
+    )
+    receptions_lost: int = column(
+        "1", "receptions in range lost to the channel, or their call", worst=LARGEST
+    )
+    collisions: int = column(
+        "1", "receptions destroyed by an overlapping ping or call, or their call", worst=LARGEST
+    )
+    fix_rate_hz: float = column("Hz", "fixes delivered / duration", worst=SMALLEST)
+    interval_mean_s: float | None = column("s", "mean time between deliveries", worst=LARGEST)
+    interval_p95_s: float | None = column(
+        "s", "95 % quantile of the time between deliveries", worst=LARGEST
+    )
+    interval_max_s: float | None = column("s", "longest time between deliveries", worst=LARGEST)
+    fix_age_mean_s: float = column(
+        "s",
+        "time mean of the time since the last fix took effect, or since the start",
+        worst=LARGEST,
+    )
+    fix_age_p95_s: float = column("s", "95 % of the time that age is below this", worst=LARGEST)
+    fix_age_max_s: float = column(
+        "s", "largest age, the beginning and the end included", worst=LARGEST
+    )
+    latency_mean_s: float | None = column("s", "mean time from ping to delivery", worst=LARGEST)
+    latency_p95_s: float | None = column("s", "95 % quantile of the latency", worst=LARGEST)
+    latency_max_s: float | None = column("s", "largest latency", worst=LARGEST)
+    latency_from_broadcast_s: float | None = column(
+        "s", "mean time from broadcast to delivery; null where nothing is broadcast", worst=LARGEST
+    )
+    latency_from_slot_s: float | None = column(
+        "s",
+        "mean time from the end of the ping's slot to delivery; null where slots have no T_UL, "
+        "pings do not begin with them (twtt, random access) or fixes do not wait for their end",
+        worst=LARGEST,
+    )
+    fix_error_rms_m: float | None = column(
+        "m", "RMS of the horizontal error of the fixes", worst=LARGEST
+    )
+    position_error_m: float = column(
+        "m", "time mean of horizontal |estimate - truth|", worst=LARGEST
+    )
+    position_error_rms_m: float = column(
+        "m", "time RMS of horizontal |estimate - truth|", worst=LARGEST
+    )
+    position_error_p95_m: float = column(
+        "m", "95 % of the time the error is below this", worst=LARGEST
+    )
+    position_error_max_m: float = column(
+        "m", "largest horizontal |estimate - truth|", worst=LARGEST
+    )
+    cross_track_error_m: float = column(
+        "m", "time mean of |estimate - truth| across the heading", worst=LARGEST
+    )
+    path_error_m: float | None = column(
+        "m", "time mean distance of the truth from the path", worst=LARGEST
+    )
+    imu_error_m: float = column(
+        "m", "time mean error of dead reckoning without any fix", worst=LARGEST
+    )
+    fix_benefit_m: float = column(
+        "m",
+        "imu_error_m - position_error_m: what fixes are worth; negative: they do harm",
+        worst=SMALLEST,
+    )
+    nees: float | None = column(
+        "1",
+        "time mean of the normalised estimation error squared, while the estimate is uncertain; 2 "
+        "where covariances are right",
+    )
+    nis: float | None = column(
+        "1", "mean normalised innovation squared of the fixes; 2 where covariances are right"
+    )
+    fixes_refused: int = column(
+        "1", "fixes delivered that the navigator's gate refused", worst=LARGEST
+    )
+    energy_j: float | None = column(
+        "J", "electrical energy of its modems (acoustics.hf and .mf powers); null without any"
+    )
+    energy_per_fix_j: float | None = column(
+        "J", "that energy for each fix delivered; null without any"
+    )
+    distance_m: float = column("m", "distance travelled")
+    speed_m_per_s: float = column("m/s", "mean speed over ground")
+    saturated_share: float | None = column(
+        "1",
+        "share of control instants with an actuator at its limit (vehicles with dynamics)",
+        worst=LARGEST,
+    )
+    lanes_flown_share: float | None = column(
+        "1", "length of its lanes that the AUV has flown / their whole length", None
+    )
+    swept_m2: float | None = column(
+        "m2", "area of the survey that the AUV was the first to sweep", None
+    )
+    slots_missed: int = column(
+        "1",
+        "slots of its own that it did not know as they began (knowledge: broadcast)",
+        0,
+        worst=LARGEST,
+    )
+
+
+@dataclass(slots=True)
+class Utilisation:
+    """What only the mission as a whole has.
+
+    Its other columns are the fleet means of AuvMetrics and, for each metric that can be bad, the
+    worst AUV's value, `worst_<metric>`, with that AUV's name, `worst_<metric>_auv`.
+    """
+
+    rounds: int = column("1", "rounds begun")
+    collisions: int = column(
+        "1", "receptions destroyed by an overlapping ping or call, or their call, all AUVs"
+    )
+    hf_utilisation: float = column(
+        "1", "share of the time in which some ping or call is being sent"
+    )
+    mf_utilisation: float = column("1", "share of the time in which a broadcast is on the air")
+    energy_j: float | None = column(
+        "J", "electrical energy of the modems of all AUVs and ASVs; null without powers"
+    )
+    energy_per_fix_j: float | None = column(
+        "J", "that energy for each fix delivered to an AUV; null without any"
+    )
+    duration_s: float = column("s", "length of the mission")
+    area_covered_m2: float | None = column(
+        "m2", "area of the survey within half a swath of the way of some AUV", None
+    )
+    area_covered_share: float | None = column("1", "that area / the area of the survey", None)
+    survey_finished_at_s: float | None = column(
+        "s", "instant at which the last AUV had flown all its lanes; null if one has not", None
+    )
