@@ -170,19 +170,17 @@ def test_fixed_gain_reaches_its_closed_form(case: str, period: float) -> None:
         navigator = fixed_gain(reckoning, gain, compensation, np.zeros((auvs, 2)))
         for k in range(1, fixes + 1):
             pinged, now = k * period - latency, k * period
-            before[fleet] = [
-                believed(navigator, reckoning, auv, now)[0] - speed * now for auv in range(auvs)
-            ]
+            if k == fixes:
+                before[fleet] = [believed(navigator, reckoning, it, now)[0] for it in range(auvs)]
             made = fixes_of(auvs, pinged, now)
             made["x_m"] = speed * pinged + fix_sd * rng.standard_normal(auvs)
             navigator.correct(made, np.arange(auvs))
-            after[fleet] = [
-                believed(navigator, reckoning, auv, now)[0] - speed * now for auv in range(auvs)
-            ]
+        after[fleet] = [believed(navigator, reckoning, it, now)[0] for it in range(auvs)]
     expected = {m: CHECKS[f"fixed_gain T={period:g} {case} {m}"]["value"] for m in
                 ("m_minus", "m_plus", "V_minus", "V_plus")}  # fmt: skip
-    for errors, side in ((before, "minus"), (after, "plus")):
+    for places, side in ((before, "minus"), (after, "plus")):
         spread = math.sqrt(expected[f"V_{side}"])
+        errors = places - speed * fixes * period
         assert errors.mean() == pytest.approx(expected[f"m_{side}"], abs=4 * spread / runs**0.5)
         assert errors.var() == pytest.approx(expected[f"V_{side}"], rel=4 * math.sqrt(2 / runs))
 
@@ -247,10 +245,10 @@ def test_each_seed_draws_its_inertial_systems() -> None:
         own = simulate(world, seed).tables["tracks"]
         return own[own.vehicle.str.startswith("AUV")]
 
-    two = pd.concat([tracks(seed, 2) for seed in range(200)])
+    drawn = pd.concat([tracks(seed, 20) for seed in range(20)])
     alone = tracks(7, 1)
     assert alone.imu_x_m.tolist() == tracks(7, 2).query("vehicle == 'AUV0'").imu_x_m.tolist()
-    begin, later = two[two.time_s == 0.0], two[two.time_s == 50.0]
+    begin, later = drawn[drawn.time_s == 0.0], drawn[drawn.time_s == 50.0]
     off = np.stack([begin.imu_x_m - begin.x_m, begin.imu_y_m - begin.y_m])
     moved = np.stack([later.imu_x_m - later.x_m, later.imu_y_m - later.y_m]) - off
     bound = 4.0 / math.sqrt(2 * 400)  # four standard errors of a standard deviation

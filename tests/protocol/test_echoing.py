@@ -97,8 +97,15 @@ def test_there_are_outliers_where_echoes_cancel_pings() -> None:
     assert np.isnan(channel.heard(near)[1]["lowered"]).all()  # echoes come apart
 
 
-@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
-@pytest.mark.parametrize("lasting", [0.0, 1.0])
+@pytest.mark.parametrize(
+    ("ranging", "lasting"),
+    [
+        ("owtt_sync", 0.0),
+        ("twtt", 1.0),
+        pytest.param("owtt_sync", 1.0, marks=pytest.mark.slow),
+        pytest.param("twtt", 0.0, marks=pytest.mark.slow),
+    ],
+)
 def test_fixes_go_astray_by_echoes_however_they_are_ranged(ranging: str, lasting: float) -> None:
     """Each setting of the echoes changes them; passive ranging knows none, and is told so."""
     errors = {}
