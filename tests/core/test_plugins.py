@@ -1,8 +1,6 @@
 """A scenario file runs no code: plug-ins need leave, and answer for what they do."""
 
 import json
-import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from functools import partial
@@ -113,6 +111,13 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setattr(plugins, "_admitted", set())
     monkeypatch.setattr(plugins, "_loaded", {})
     yield tmp_path
+    forgotten()
+
+
+def forgotten() -> None:
+    """Leave this process as one that has loaded none of it and has leave for nothing."""
+    plugins._admitted.clear()
+    plugins._loaded.clear()
     for name in ("stranger", "leaving", "unwell"):
         sys.modules.pop(name, None)
 
@@ -174,16 +179,16 @@ def test_with_leave_a_plug_in_is_loaded(home: Path, monkeypatch: pytest.MonkeyPa
     assert call("run", "m.yaml", "--no-advice", "--out", "b").exit_code == 0
 
 
-def test_what_only_reads_never_imports(home: Path) -> None:
-    """A fresh process with leave makes folders; another, without, reads them: nothing is run."""
-    environment = {**os.environ, "PYTHONPATH": f"{home}:{Path(__file__).parents[2]}"}
+def test_what_only_reads_never_imports(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Folders are made with leave; who reads them has none, and runs nothing of a stranger's."""
+    monkeypatch.setattr(running, "pool_for", OneThread)
     for words in (
         ("run", "m.yaml", "--no-advice", "--out", "r"),
         ("sweep", "e.yaml", "--workers", "1", "--out", "c"),
     ):
-        command = [sys.executable, "-m", "bindusbl_des.cli", *words, "--allow-plugins"]
-        ran = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert ran.returncode == 0, ran.stderr
+        ran = call(*words, "--allow-plugins")
+        assert ran.exit_code == 0, ran.output
+    forgotten()
     (home / "imported").unlink()
     for words in (
         ("validate", "m.yaml"),
