@@ -23,6 +23,7 @@ from bindusbl_des.vehicles.vehicle import Place, moored
 Array = np.ndarray
 SOUND = 1500.0
 STATIONS = np.array([[40.0, 5.0, 0.0], [-25.0, 30.0, 0.0], [-10.0, -35.0, 0.0]])
+FLEET = together([moored(Place(*place, 0.7 * k)).legs for k, place in enumerate(STATIONS)])
 SOURCE = np.array([3.0, -6.0, 12.0])
 PINGED = 200.0  # s
 # columns of J: three misalignments, three GNSS errors along x and y, sound speed, clock and drift
@@ -57,7 +58,6 @@ class Sea:
         receptions["asv"], receptions["travel_time_s"] = np.arange(3), travel
         receptions["arrived_at_s"] = PINGED + travel
         heard = Heard(ping[0], receptions, np.array(self.heard), self.noise)
-        vessels = [moored(Place(*place, 0.7 * k)) for k, place in enumerate(STATIONS)]
         usbl = Usbl(
             ARRAYS[self.array], *((0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0) if self.quiet else
             (2.6e-7, 6.7e-6, 0.0, (0.003, 0.003, 0.015), 0.02)),
@@ -75,8 +75,7 @@ class Sea:
         )  # fmt: skip
         instrument = Instrument(usbl.array, usbl.metric, usbl.levels[0], None)
         strayed = None if self.called_by == NONE else np.zeros(1)
-        fleet = together([vessel.legs for vessel in vessels])
-        return measured_astray(heard, fleet, instrument, strayed, lasting)
+        return measured_astray(heard, FLEET, instrument, strayed, lasting)
 
 
 WAYS = [
