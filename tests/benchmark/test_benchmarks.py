@@ -116,11 +116,18 @@ def test_the_largest_missions_are_measured_by_name(monkeypatch: pytest.MonkeyPat
     assert [largest in names for names in measured] == [False, False, True]
 
 
-def test_bench_prints_every_number_as_json() -> None:
+WORDS = ["-q", "bench", "--quick", "--only", "(3,1) kinematic"]
+
+
+@pytest.fixture(scope="module")
+def printed() -> str:
+    """What `bench --json` has measured and printed."""
+    return CliRunner().invoke(main, [*WORDS, "--json"], catch_exceptions=False).stdout
+
+
+def test_bench_prints_every_number_as_json(printed: str) -> None:
     """`bench --json` has each mission's times, rates, memory, and shares that add up to 1."""
-    words = ["-q", "bench", "--quick", "--only", "(3,1) kinematic", "--json"]
-    outcome = CliRunner().invoke(main, words, catch_exceptions=False)
-    found = json.loads(outcome.stdout)
+    found = json.loads(printed)
     assert list(found["missions"]) == ["(3,1) kinematic"]
     row = found["missions"]["(3,1) kinematic"]
     assert set(row) == MEASURED
@@ -135,18 +142,19 @@ def test_bench_prints_every_number_as_json() -> None:
     assert found["machine"]["cores"] >= 1
 
 
-def test_bench_prints_a_table() -> None:
+def test_bench_prints_a_table(printed: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without --json the same numbers come as a table, with the shares below."""
-    outcome = CliRunner().invoke(main, ["-q", "bench", "--quick", "--only", "(3,1) kinematic"])
+    monkeypatch.setattr("bindusbl_des.benchmark.bench.bench", lambda *_, **__: json.loads(printed))
+    outcome = CliRunner().invoke(main, WORDS)
     assert outcome.exit_code == 0
     assert re.search(r"^\(3,1\) kinematic +[0-9.]+ ", outcome.stdout, re.MULTILINE)
     assert "share of time, %" in outcome.stdout
 
 
-def test_who_made_a_mission_dearer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_made_a_mission_dearer_is_told(
+    printed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The last record of the same kind of machine is compared with, not that of another."""
-    words = ["-q", "bench", "--quick", "--only", "(3,1) kinematic"]
-    printed = CliRunner().invoke(main, [*words, "--json"], catch_exceptions=False).stdout
     now = json.loads(printed)
 
     def times(factor: float, **machine: Any) -> dict[str, Any]:
@@ -166,16 +174,16 @@ def test_who_made_a_mission_dearer_is_told(tmp_path: Path, monkeypatch: pytest.M
         ("new configuration", 1.0, False),
     ]
     monkeypatch.setattr("bindusbl_des.benchmark.bench.bench", lambda *_, **__: now)
-    told = CliRunner().invoke(main, [*words, "--against", str(tmp_path / "history.json")]).stdout
+    told = CliRunner().invoke(main, [*WORDS, "--against", str(tmp_path / "history.json")]).stdout
     assert re.search(r"^\(3,1\) kinematic +mission +1\.25 .*SLOWER$", told, re.MULTILINE)
     (tmp_path / "one.json").write_text(printed)
-    told = CliRunner().invoke(main, [*words, "--against", str(tmp_path / "one.json")]).stdout
+    told = CliRunner().invoke(main, [*WORDS, "--against", str(tmp_path / "one.json")]).stdout
     assert re.search(r"^\(3,1\) kinematic +mission +1\.00 .*was [0-9.]+\)$", told, re.MULTILINE)
     (tmp_path / "one.json").write_text(json.dumps(times(1.0, processor="abacus")))
-    told = CliRunner().invoke(main, [*words, "--against", str(tmp_path / "one.json")]).stdout
+    told = CliRunner().invoke(main, [*WORDS, "--against", str(tmp_path / "one.json")]).stdout
     assert "no earlier record of such a machine" in told
     monkeypatch.setattr("bindusbl_des.benchmark.earlier.HISTORY", tmp_path / "none.json")
-    assert "no earlier record here" in CliRunner().invoke(main, words).stdout
+    assert "no earlier record here" in CliRunner().invoke(main, WORDS).stdout
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{}x", '{"a": {"missions": {"m": {}}}}', '{"a": 1}'])
