@@ -19,6 +19,7 @@ from ..preflight.worth_knowing import Caution, cautions
 from ..scenario.scenario import Scenario
 from .effects import Advice
 from .faces import FIGURE, face, page
+from .pandas_tables import PandasTables
 from .parquet import write_parquet
 from .result_folder import ADVICE, RECORD, advice_text, result_draft, write_json
 from .schemas import data_dictionary
@@ -66,9 +67,9 @@ class Result:
         return tuple(cautions(self.scenario) if self._told is None else self._told)
 
     @cached_property
-    def tables(self) -> "dict[str, pd.DataFrame]":
-        """All tables as pandas frames, by name."""
-        return {name: table.to_pandas() for name, table in self.arrow.items()}
+    def tables(self) -> "Mapping[str, pd.DataFrame]":
+        """All tables as pandas frames, by name; each is made when it is first asked for."""
+        return PandasTables(self.arrow)
 
     @property
     def auvs(self) -> "pd.DataFrame":

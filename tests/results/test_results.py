@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -44,6 +45,19 @@ def test_a_result_folder_reads_back(result: Result, tmp_path: Path) -> None:
     files = {path.name for path in folder.iterdir()}
     assert {"run.json", "scenario.yaml", "data_dictionary.json", "report.html"} <= files
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_only_tables_that_are_asked_for_become_frames(result: Result) -> None:
+    """All of them are there by name; one is made once, and stays."""
+    never: Any = None  # becomes none
+    one = Result(result.scenario, 7, {**result.arrow, "pings": never}, 1.0)
+    assert one.tables["auvs"] is one.auvs
+    assert len(one.auvs) == 3
+    with pytest.raises(AttributeError):
+        one.tables["pings"]
+    assert one.tables.get("assignment") is None
+    rows = {name: len(it) for name, it in result.tables.items()}
+    assert rows == {name: it.num_rows for name, it in result.arrow.items()}
 
 
 def test_every_column_says_what_it_is(result: Result, tmp_path: Path) -> None:

@@ -35,6 +35,14 @@ def fixes(
     return np.array([fix for fix, _ in found]), np.mean([it for _, it in found], axis=0)
 
 
+def ranged(daily: str, *others: str) -> pytest.MarkDecorator:
+    """Return a mark that runs a test with each way of ranging, every day with one: each of them,
+    with errors that last and without, has equations of its own to be compiled.
+    """
+    slow = [pytest.param(it, marks=pytest.mark.slow) for it in others]
+    return pytest.mark.parametrize("ranging", [daily, *slow])
+
+
 def polar(reach: float, elevation_deg: float) -> Array:
     level, turn = math.radians(elevation_deg), 0.3
     return reach * np.array(
@@ -113,7 +121,7 @@ LASTING = {
 }
 
 
-@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
+@ranged("owtt_sync", "twtt")
 @pytest.mark.parametrize("usbl", [ANGLES, PLACE], ids=["angles", "place"])
 def test_fused_fixes_are_as_good_as_they_say(usbl: dict[str, Any], ranging: str) -> None:
     """Whoever ranges how: mean e' P^-1 e (2) of a mission's fixes, which err independently."""
@@ -136,7 +144,7 @@ def squares(tested: Scenario, seed: int) -> Array:
     return ((yy * x**2 - 2 * xy * x * y + xx * y**2) / (xx * yy - xy**2)).to_numpy()
 
 
-@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt", "passive"])
+@ranged("twtt", "owtt_sync", "passive")
 @pytest.mark.parametrize("usbl", [ANGLES, PLACE], ids=["angles", "place"])
 def test_navigators_know_of_what_lasts_beside_a_sheet(usbl: dict[str, Any], ranging: str) -> None:
     """NEES of three AUVs at the end of 20 missions, taken for 20 errors of two axes."""

@@ -155,8 +155,8 @@ def test_fixes_know_of_what_lasts(name: str) -> None:
     world = still(4, **merged({"duration_s": 2.0, **PASSIVE}, changes))
     squares = []
     for seed in range(60):
-        fixes = simulate(world, seed).tables["fixes"].groupby("auv").last()
-        for it in fixes.itertuples():
+        fixes = simulate(world, seed).tables["fixes"]
+        for it in fixes.drop_duplicates("auv", keep="last").itertuples():
             error = np.array([it.x_m - 20.0, it.y_m])
             covariance = [[it.sd_x_m**2, it.cov_xy_m2], [it.cov_xy_m2, it.sd_y_m**2]]
             squares.append(error @ np.linalg.solve(covariance, error))
