@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -139,17 +140,24 @@ class Mission:
         ended before.
 
         Raises:
+            TypeError: when it is neither an instant nor an event.
             ValueError: when that is in the past or beyond the mission's end, or of another mission.
             RuntimeError: when the mission has ended with an error before.
         """
         if isinstance(until, simpy.Event):
             return self._advance_to_event(until)
+        if not isinstance(until, Real):
+            raise TypeError(f"advance to an instant (s) or a SimPy event; got {until!r}")
         until, end = float(until), self.scenario.duration_s
-        if not self._time <= until <= end:
+        if until < self._time:
             raise ValueError(
-                f"the mission is at {plain(self._time)} s and can be advanced from there to its "
-                f"end at {plain(end)} s, not to {plain(until)} s; for an earlier instant begin a "
-                "new Mission"
+                f"the mission is at {plain(self._time)} s and does not go back to {plain(until)} s; "
+                "begin a new Mission"
+            )
+        if not until <= end:
+            raise ValueError(
+                f"the mission ends at {plain(end)} s and cannot be advanced to {plain(until)} s; "
+                "give an earlier instant, or lengthen duration_s"
             )
         self._refuse_failed()
         if until > self._time:

@@ -156,7 +156,7 @@ def _worst_beside(metric: str, missions: Sequence[Row], digits: int, factor: flo
     """Return the worst AUV's values of a metric, each with the AUV and its difference."""
     values = [row[f"worst_{metric}"] for row in missions]
     auvs = [row[f"worst_{metric}_auv"] for row in missions]
-    told = ("none" if it == "-" else it for it in _beside(values, digits, factor))
+    told = ("none" if it == "-" else it for it in _with_differences(values, digits, factor))
     return [f"{it}, {auv}" if auv else "-" for it, auv in zip(told, auvs, strict=True)]
 
 
@@ -170,10 +170,10 @@ def _means_beside(metric: str, missions: Sequence[Row], digits: int, factor: flo
     if any(lost):
         shown = [number(value, digits, factor) for value in values]
         return [f"{it}, without {auv}" if auv else it for it, auv in zip(shown, lost, strict=True)]
-    return list(_beside(values, digits, factor))
+    return list(_with_differences(values, digits, factor))
 
 
-def _beside(values: Sequence[float | None], digits: int, factor: float) -> Iterator[str]:
+def _with_differences(values: Sequence[float | None], digits: int, factor: float) -> Iterator[str]:
     """Yield values of one metric as text, those after the first with their difference from it."""
     first = values[0]
     for place, value in enumerate(values):

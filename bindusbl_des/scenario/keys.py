@@ -35,7 +35,7 @@ WORDS = {family.key: family.word for family in FAMILIES if family.word}
 class Key:
     """One key of the scenario file; `only` names the route or placements it belongs to, "" for all.
 
-    Of a setting, `only` names the part whose setting it is.
+    Of a setting, `only` names the parts whose setting it is.
     `kind` is its type in words, `choices` its allowed words if it has such (`module:object` stands
     for a part of one's own), `default` and `range` are written as in a file.
     """
@@ -79,13 +79,16 @@ def keys() -> tuple[Key, ...]:
 
 @cache
 def settings() -> tuple[Key, ...]:
-    """Return every setting of the parts that ship, one row each; they are given in a mapping."""
-    return tuple(
-        row
-        for family in FAMILIES
-        for model, part in family.settings.items()
-        for row in _rows(part, f"{family.key}.", model)
-    )
+    """Return every setting of the parts that ship, one row each; they are given in a mapping.
+
+    What several parts of a family have alike is one row, `only` of them all.
+    """
+    found: dict[Key, list[str]] = {}
+    for family in FAMILIES:
+        for model, part in family.settings.items():
+            for row in _rows(part, f"{family.key}.", ""):
+                found.setdefault(row, []).append(model)
+    return tuple(replace(row, only=", ".join(models)) for row, models in found.items())
 
 
 @cache

@@ -220,19 +220,28 @@ def test_result_runs_to_the_end_once() -> None:
     seen = look(mission)
     assert same(result, simulate(flown("twtt"), 3))
     assert np.isfinite(seen[1]).all()
-    with pytest.raises(ValueError, match=r"at 20 s .* to its end at 20 s, not to 19 s"):
+    with pytest.raises(ValueError, match="at 20 s and does not go back to 19 s"):
         mission.advance(19.0)
 
 
-@pytest.mark.parametrize("until", [4.0, -1.0, 20.5, float("nan"), float("inf")])
-def test_instants_that_cannot_be_reached_are_told(until: float) -> None:
+@pytest.mark.parametrize(
+    ("until", "told"),
+    [
+        (4.0, "the mission is at 5 s and does not go back to 4 s; begin a new Mission"),
+        (-1.0, "the mission is at 5 s and does not go back to -1 s"),
+        (20.5, "the mission ends at 20 s and cannot be advanced to 20.5 s; give an earlier"),
+        (float("nan"), "the mission ends at 20 s and cannot be advanced to nan s"),
+        (float("inf"), "the mission ends at 20 s and cannot be advanced to inf s"),
+        ("6", "advance to an instant (s) or a SimPy event; got '6'"),
+        (None, "advance to an instant (s) or a SimPy event; got None"),
+    ],
+)
+def test_instants_that_cannot_be_reached_are_told(until: Any, told: str) -> None:
     """Neither the past nor what is beyond the end can be reached; the mission stays as it was."""
     mission = Mission(flown("sequential"), 1)
     mission.advance(5.0)
-    with pytest.raises(ValueError, match="advanced from there to its end at 20 s") as told:
+    with pytest.raises((ValueError, TypeError), match=re.escape(told)):
         mission.advance(until)
-    assert "the mission is at 5 s" in str(told.value)
-    assert re.search(rf"not to {until:g} s", str(told.value))
     assert mission.time == 5.0
     assert same(mission.result(), simulate(flown("sequential"), 1))
 

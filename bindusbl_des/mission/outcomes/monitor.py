@@ -43,14 +43,14 @@ def _ping(world: World, rows: np.ndarray) -> Iterator[Violation]:
     sender, receiver = f"AUV{ping['auv']}", f"ASV{it['asv']}"
     if passive:
         sender, receiver = f"ASV{ping['asv']}", f"AUV{it['auv']}"
-    others = tuple(_beside(world, row, it))
+    others = tuple(_overlapping(world, row, it))
     yield Violation(
         "ping", float(it["arrived_at_s"]), sender, receiver, int(ping["round"]),
         int(ping["slot"]), others,
     )  # fmt: skip
 
 
-def _beside(world: World, row: int, it: Row) -> Iterator[str]:
+def _overlapping(world: World, row: int, it: Row) -> Iterator[str]:
     """Yield who sent what overlaps a reception at its receiver: other pings, and calls."""
     lasts = world.scenario.acoustics.hf.ping_s - TOUCH
     receptions, pings = world.record.receptions.rows, world.record.pings.rows

@@ -4,13 +4,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
+from ...scenario.families import FILTERS
 from ...scenario.planned import asv_stations
 from ...scenario.scenario import Scenario
 from ...scenario.survey_area import area_of
 from ..prediction.inputs import Inputs, inputs_of
-
-# Filters among which one may choose on a chart.
-FILTERS = ("kalman", "fixed_gain", "smoother", "dead_reckoning")
 
 
 def chart_of(

@@ -73,20 +73,20 @@ def overlapped(row: int, air: Air, echoes: Rows | None) -> bool:
         sent_at = pings[receptions[other].ping].sent_at_s
         if sent_at + longest + air.duration < it.arrived_at_s:
             break
-        others += _beside(it, receptions[other], air.duration)
+        others += _interference_of(it, receptions[other], air.duration)
         if echoes is not None:
             others += _echoed(it, receptions[other], echoes[other], air.duration)
     for other in range(row + 1, len(receptions)):
         if pings[receptions[other].ping].sent_at_s > it.arrived_at_s + air.duration:
             break
-        others += _beside(it, receptions[other], air.duration)
+        others += _interference_of(it, receptions[other], air.duration)
         if echoes is not None:
             others += _echoed(it, receptions[other], echoes[other], air.duration)
     return drowns(it.sound, others, air.capture)
 
 
 @compiled
-def _beside(it: Row, other: Row, duration: float) -> float:
+def _interference_of(it: Row, other: Row, duration: float) -> float:
     """Return how strong another ping is at the same ASV while this one lasts; 0 if it is not there,
     or was not sent.
     """

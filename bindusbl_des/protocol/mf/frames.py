@@ -203,7 +203,7 @@ def _outcome(number: int, auv: int, begins: float, ends: float, medium: Medium) 
         return outcome if outcome == OUT_OF_RANGE else IN_FLIGHT
     if outcome == LOST or frame.on_air_s < frame.airtime_s:  # it is cut
         return LOST
-    others = _others(number, auv, begins, ends, medium)
+    others = _interference(number, auv, begins, ends, medium)
     if drowns(strength, others, medium.capture) or _pings(auv, begins, ends, medium):
         return COLLIDED
     return HEARD
@@ -244,7 +244,7 @@ def sends(asv: int, begins: float, ends: float, frames: Rows) -> bool:
 
 
 @compiled
-def _others(number: int, auv: int, begins: float, ends: float, medium: Medium) -> float:
+def _interference(number: int, auv: int, begins: float, ends: float, medium: Medium) -> float:
     """Return how strong the frames that overlap one at an AUV are together.
 
     The search ends at a frame by which all before it had passed, or one that was sent later.
@@ -253,16 +253,16 @@ def _others(number: int, auv: int, begins: float, ends: float, medium: Medium) -
     for other in range(number - 1, -1, -1):
         if frames[other].passed_at_s <= begins:
             break
-        others += _beside(other, auv, begins, ends, medium)
+        others += _interference_of(other, auv, begins, ends, medium)
     for other in range(number + 1, len(frames)):
         if frames[other].sent_at_s >= ends:
             break
-        others += _beside(other, auv, begins, ends, medium)
+        others += _interference_of(other, auv, begins, ends, medium)
     return others
 
 
 @compiled
-def _beside(other: int, auv: int, begins: float, ends: float, medium: Medium) -> float:
+def _interference_of(other: int, auv: int, begins: float, ends: float, medium: Medium) -> float:
     """Return how strong another frame is at an AUV, if it is there between two instants (s)."""
     _, strength = _promise(other, auv, medium)
     if medium.frames[other].on_air_s == 0.0:  # its ASV had failed

@@ -119,13 +119,13 @@ def _outcome(
     row: int, luck: float, pings: Rows, receptions: Rows, duration: float, capture: float
 ) -> int:
     """Return what becomes of a ping at an AUV, where it is lost by `luck`, a standard normal."""
-    if drowns(receptions[row].sound, _beside(row, pings, receptions, duration), capture):
+    if drowns(receptions[row].sound, _interference(row, pings, receptions, duration), capture):
         return COLLIDED
     return by_luck(receptions[row], luck)
 
 
 @compiled
-def _beside(row: int, pings: Rows, receptions: Rows, duration: float) -> float:
+def _interference(row: int, pings: Rows, receptions: Rows, duration: float) -> float:
     """Return how strong the pings are that overlap this one at its AUV, together; touching is no
     overlap.
 
@@ -137,16 +137,18 @@ def _beside(row: int, pings: Rows, receptions: Rows, duration: float) -> float:
     for number in range(it.ping - 1, -1, -1):
         if pings[number].sent_at_s + lasts < it.arrived_at_s:
             break
-        others += _met(it, receptions[pings[number].first : pings[number].end], duration)
+        its = receptions[pings[number].first : pings[number].end]
+        others += _interference_of(it, its, duration)
     for number in range(it.ping + 1, len(pings)):
         if pings[number].sent_at_s > it.arrived_at_s + duration:
             break
-        others += _met(it, receptions[pings[number].first : pings[number].end], duration)
+        its = receptions[pings[number].first : pings[number].end]
+        others += _interference_of(it, its, duration)
     return others
 
 
 @compiled
-def _met(it: Row, others: Rows, duration: float) -> float:
+def _interference_of(it: Row, others: Rows, duration: float) -> float:
     """Return how strong another ping, of these receptions, is at the same AUV while this lasts."""
     for other in others:
         if other.auv == it.auv and overlap(it.arrived_at_s, other.arrived_at_s, duration):
