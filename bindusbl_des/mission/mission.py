@@ -151,8 +151,8 @@ class Mission:
         until, end = float(until), self.scenario.duration_s
         if until < self._time:
             raise ValueError(
-                f"the mission is at {plain(self._time)} s and does not go back to {plain(until)} s; "
-                "begin a new Mission"
+                f"the mission is at {plain(self._time)} s and does not go back to "
+                f"{plain(until)} s; begin a new Mission"
             )
         if not until <= end:
             raise ValueError(
