@@ -103,6 +103,14 @@ def inlined(function: Function) -> Function:
     return compiled(function, forceinline=True)
 
 
+def written_out(function: Function) -> Function:
+    """Return a compiled equation whose lines take the place of each call of it.
+
+    For those that return views of arrays: who calls one of another kind counts who holds these.
+    """
+    return compiled(function, inline="always")
+
+
 def compiled(function: Function, **options: Any) -> Function:
     """Return an equation for compiled code to call; its type stays what it was.
 

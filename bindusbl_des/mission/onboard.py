@@ -4,10 +4,10 @@ import numpy as np
 
 from ..core.plugins import is_plugin
 from ..navigation.dead_reckoning import DeadReckoning
-from ..navigation.navigators import LinearNavigator, Navigator, Rule
+from ..navigation.navigators import LinearNavigator, Navigator
 from ..navigation.own_navigator import OwnNavigator
 from ..navigation.smoother import Smoother
-from ..navigation.weighing import WEIGHED
+from ..navigation.weighing import WEIGHED, Rule
 from ..records.recorder import Levers
 from ..records.rows import LEARNT
 from ..scenario.families import NAVIGATOR
@@ -40,8 +40,7 @@ def equip_auvs(
         make = own_part(NAVIGATOR, navigation.filter)
         return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
     first, growth = told_to(scenario)
-    navigator = LinearNavigator(reckoning, _rule(scenario), growth, first, *steering)
-    navigator.common = levers
+    navigator = LinearNavigator(reckoning, _rule(scenario), growth, first, *steering, levers)
     if navigation.filter != "smoother":
         return reckoning, navigator
     lag = navigation.filter.settings.get("lag_s")

@@ -23,11 +23,11 @@ Random Signals and Applied Kalman Filtering, 4th ed., 2012, sec. 4.2.
 
 from collections.abc import Sequence
 from math import exp, expm1, floor, inf
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ..core.compiled import compiled, inlined
+from ..core.compiled import compiled, inlined, written_out
 from ..records.rows import Rows
 from ..vehicles.expected_drift import Drift, Told, expected_error, way_since
 from ..vehicles.motion import Floats
@@ -46,14 +46,21 @@ NONE = np.zeros(0)
 
 
 class Belief(NamedTuple):
-    """A belief: what it is about (1,), MOMENT, its k states (k,) and their covariance (k, k).
+    """A belief: what it is about (1,), MOMENT, its k states (k,) and their covariance (k, k)."""
 
-    Or many: moments (n,), states (n, k) and covariances (n, k, k).
+    moment: Annotated[Rows, MOMENT]
+    state: Floats
+    covariance: Annotated[Floats, 2]
+
+
+class Beliefs(NamedTuple):
+    """Many beliefs: what they are about (n,), MOMENT, their states (n, k) and covariances
+    (n, k, k).
     """
 
-    moment: Rows
-    state: Floats
-    covariance: Floats
+    moments: Annotated[Rows, MOMENT]
+    states: Annotated[Floats, 2]
+    covariances: Annotated[Floats, 3]
 
 
 class Growth(NamedTuple):
@@ -95,20 +102,28 @@ def begun_at(first: Belief, place: tuple[float, float]) -> Belief:
     return first._replace(moment=moment)
 
 
-@inlined
-def one(many: Belief, k: int) -> Belief:
+def copies(belief: Belief, count: int) -> Beliefs:
+    """Return so many copies of a belief."""
+    moment, state, covariance = belief
+    return Beliefs(
+        np.tile(moment, count), np.tile(state, (count, 1)), np.tile(covariance, (count, 1, 1))
+    )
+
+
+@written_out
+def one(many: Beliefs, k: int) -> Belief:
     """Return one belief of many, in its place."""
-    return Belief(many.moment[k : k + 1], many.state[k], many.covariance[k])
+    return Belief(many.moments[k : k + 1], many.states[k], many.covariances[k])
 
 
-@inlined
-def note(many: Belief, k: int, belief: Belief) -> None:
-    """Write a belief to its place among many."""
-    many.moment[k] = belief.moment[0]
+@compiled
+def write(belief: Belief, place: Belief) -> None:
+    """Write a belief to the place of another."""
+    place.moment[0] = belief.moment[0]
     for i in range(belief.state.size):
-        many.state[k, i] = belief.state[i]
+        place.state[i] = belief.state[i]
         for j in range(belief.state.size):
-            many.covariance[k, i, j] = belief.covariance[i, j]
+            place.covariance[i, j] = belief.covariance[i, j]
 
 
 @inlined

@@ -19,14 +19,13 @@ Noise = tuple[float, float, float]
 
 
 class Said(NamedTuple):
-    """What a fix says: the true position (m), but for `noise` (covariance xx, yy, xy, m2) and for
-    `common` (2, n), m per unit, times the last n states.
+    """What a fix says: the true position (m), but for `noise` (covariance xx, yy, xy, m2), and for
+    errors in common.
     """
 
     x: float
     y: float
     noise: Noise
-    common: Floats
 
 
 class Expected(NamedTuple):
@@ -42,22 +41,23 @@ class Expected(NamedTuple):
 
 
 @compiled
-def said_of(x: float, y: float, noise: Noise, levers: Floats, own: Expected) -> Said:
-    """Return what a fix at (x, y), m, says to who expects something.
+def said_of(fix: Said, levers: Floats, own: Expected, common: Floats) -> Said:
+    """Return what a fix says to who expects something; write by what the last n states add to it,
+    `common` (2, n), m per unit.
 
-    `noise` is its own; `levers` (2, 4 n) are J there, its derivatives along x and along y, and B.
+    `levers` (2, 4 n) are J at the fix, its derivatives along x and along y, and B.
     """
     n = own.errors.size
-    place, fix = np.array((own.x, own.y)), np.array((x, y))
+    place, at, (xx, yy, xy) = np.array((own.x, own.y)), np.array((fix.x, fix.y)), fix.noise
     first, second, slope = place.copy(), np.zeros(2), np.eye(2)
-    left = np.array(((noise[0], noise[2]), (noise[2], noise[1])))
+    left = np.array(((xx, xy), (xy, yy)))
     for k in range(n):
         error, variance = own.errors[k], own.variances[k]
         for i in range(2):
             bend, moved = levers[i, 3 * n + k], 0.0
             for j in range(2):
                 change = levers[i, (1 + j) * n + k]
-                moved += change * (place[j] - fix[j])
+                moved += change * (place[j] - at[j])
                 slope[i, j] += change * error
                 second[i] += change * own.together[j, k]
             first[i] += (levers[i, k] + moved) * error + bend * error**2 / 2
@@ -66,20 +66,20 @@ def said_of(x: float, y: float, noise: Noise, levers: Floats, own: Expected) -> 
                 left[i, j] += bend * levers[j, 3 * n + k] * variance**2 / 2
     determinant = slope[0, 0] * slope[1, 1] - slope[0, 1] * slope[1, 0]
     back = np.array(((slope[1, 1], -slope[0, 1]), (-slope[1, 0], slope[0, 0]))) / determinant
-    common, told = np.zeros((2, n)), place.copy()
+    told = place.copy()
+    common[:] = 0.0
     for i in range(2):
         for j in range(2):
-            told[i] += back[i, j] * (fix[j] - first[j] - second[j])
+            told[i] += back[i, j] * (at[j] - first[j] - second[j])
             for k in range(n):  # J where the fix is expected
                 lever = levers[j, k]
                 for m in range(2):
-                    lever += levers[j, (1 + m) * n + k] * (first[m] - fix[m])
+                    lever += levers[j, (1 + m) * n + k] * (first[m] - at[m])
                 common[i, k] += back[i, j] * lever
     for k in range(n):
         for i in range(2):
             told[i] += common[i, k] * own.errors[k]
-    xx, yy, xy = _turned(left, back)
-    return Said(told[0], told[1], (xx, yy, xy), common)
+    return Said(told[0], told[1], _turned(left, back))
 
 
 @compiled
@@ -107,9 +107,8 @@ def said_of_all(
     common, together = np.empty((count, 2, errors.size)), np.zeros((2, errors.size))
     for k in range(count):
         own = Expected(believed[k, 0], believed[k, 1], errors, variances, together)
-        its = noise[k, 0], noise[k, 1], noise[k, 2]
-        said = said_of(places[k, 0], places[k, 1], its, levers[k], own)
+        fix = Said(places[k, 0], places[k, 1], (noise[k, 0], noise[k, 1], noise[k, 2]))
+        said = said_of(fix, levers[k], own, common[k])
         told[k, 0], told[k, 1] = said.x, said.y
         left[k, 0], left[k, 1], left[k, 2] = said.noise
-        common[k] = said.common
     return told, left, common

@@ -1,15 +1,16 @@
 """How dead reckoning drifts, and what AUVs know by it."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry, inlined
-from ..records.rows import Rows
+from ..core.handing.handed import Handed
+from ..core.handing.opened import opened
 from ..vehicles.expected_drift import Told
-from ..vehicles.motion import Ints, Motion, headed, places
+from ..vehicles.motion import Motion, headed, places
 from ..vehicles.reckoning import Wrong, by_compass, error, follow
 from ..vehicles.ways import Way, Ways
 
@@ -86,16 +87,15 @@ class DeadReckoning:
         """
         wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
-        self._motion = motion
-        # as compiled equations take them
-        self._wrong: tuple[Any, ...] = wrong
-        self.flat: tuple[Any, ...] = (*motion, *wrong)
+        #: What compiled equations take it for.
+        self.known = Reckoned(motion, wrong)
+        self._handed = Handed(self.known)
 
     def follow(self, time: float) -> None:
         """Sum up what biases that wander have done by an instant (s), when the motion is known."""
         end = min(int(time / self._held_s) + 1, self._steps)
         if end > self._followed:
-            _follow(self._followed, end, *self.flat)
+            _follow(self._handed.address, self._followed, end)
             self._followed = end
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
@@ -105,14 +105,14 @@ class DeadReckoning:
 
     def sample(self, auv: int, times: Array) -> tuple[Array, Odometry]:
         """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
-        way = Ways(self._motion, foreseen=False).of(auv, times)
+        way = Ways(self.known.motion, foreseen=False).of(auv, times)
         return way.truth, self.told(auv, way)
 
     def told(self, auv: int, way: Way) -> Odometry:
         """Return what an AUV's own sensors have told it of its way."""
         n = len(way.times)
         position, headings = np.empty((n, 2)), np.empty((n, 2))
-        _reckoned_all(auv, way.times, way.lines, position, headings, *self._wrong)
+        _reckoned_all(self._handed.address, auv, way.times, way.lines, position, headings)
         return Odometry(way.times, position, headings)
 
 
@@ -138,12 +138,13 @@ def reckoned(auv: int, time: float, known: Reckoned) -> Told:
 
 @entry
 def _reckoned_all(
-    auv: int, times: Array, lines: Array, position: Array, headings: Array,
-    walks: Array, rate: float, biases: Array, offsets: Array, held_s: float, in_body: bool,
-    skews: Rows,
-) -> None:  # fmt: skip
-    """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`.ways.Way`)."""
-    wrong = Wrong(walks, rate, biases, offsets, held_s, in_body, skews)
+    handed: int, auv: int, times: Array, lines: Array, position: Array, headings: Array
+) -> None:
+    """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`.ways.Way`).
+
+    `handed` is the address of a :class:`Reckoned`.
+    """
+    wrong = opened(handed, Reckoned).wrong
     for k in range(times.size):
         place, turned = (lines[k, 0], lines[k, 1]), (lines[k, 4], lines[k, 5])
         told = _reckon(auv, times[k], place, turned, wrong)
@@ -152,15 +153,13 @@ def _reckoned_all(
 
 
 @entry
-def _follow(
-    begin: int, end: int,
-    table: Array, first: Ints, step: float, walks: Array, rate: float, biases: Array,
-    offsets: Array, held_s: float, in_body: bool, skews: Rows,
-) -> None:  # fmt: skip
-    """Write the offsets of the biases that are held in the steps begin..end."""
-    wrong = Wrong(walks, rate, biases, offsets, held_s, in_body, skews)
-    for auv in range(biases.shape[0]):
+def _follow(handed: int, begin: int, end: int) -> None:
+    """Write the offsets of the biases that are held in the steps begin..end; `handed` is the
+    address of a :class:`Reckoned`.
+    """
+    motion, wrong = opened(handed, Reckoned)
+    for auv in range(len(wrong.biases)):
         for k in range(begin, end):
-            _, _, _, _, cosine, sine = headed(Motion(table, first, step), auv, k * held_s)
+            _, _, _, _, cosine, sine = headed(motion, auv, k * wrong.held_s)
             cosine, sine = by_compass(cosine, sine, wrong, auv)
             follow(wrong, auv, k, cosine, sine)

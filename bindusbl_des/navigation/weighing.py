@@ -1,8 +1,7 @@
 """How a fix changes a belief: what it says of the error, and how much of that is taken in."""
 
 from math import hypot, nan
-
-import numpy as np
+from typing import NamedTuple
 
 from ..core.compiled import compiled
 from ..vehicles.expected_drift import Told
@@ -18,6 +17,19 @@ MOST_REFUSED = 5
 
 # An AUV is sure in a direction when det P is below this share of the square of tr P.
 SURE = 1e-12
+
+
+class Rule(NamedTuple):
+    """How a fix changes a belief.
+
+    `gain` is the share of the innovation that goes to the position, or WEIGHED; a fix is compared
+    with what is believed of the instant at which it holds (`at_ping`), or of its delivery, as the
+    paper does.  A fix whose normalised innovation squared exceeds the `gate` is refused; 0: none.
+    """
+
+    gain: float
+    at_ping: bool
+    gate: float
 
 
 @compiled
@@ -57,19 +69,19 @@ def weigh(belief: Belief, gain: Floats, x: float, y: float, noise: Noise, common
 
 @compiled
 def take(
-    belief: Belief, said: Said, told: Told, gain: float, gate: float
+    belief: Belief, said: Said, common: Floats, told: Told, rule: Rule, share: Floats
 ) -> tuple[float, float, bool]:
     """Correct a belief by what a fix says, in its place; `told` is dead reckoning of its instant.
 
-    Return the length of the innovation (m), its normalised square (NaN where nothing is unsure),
-    and whether the gate let it pass.
+    `common` as of :func:`weigh`; `share` (k, 2) is written over.  Return the length of the
+    innovation (m), its normalised square (NaN where nothing is unsure), and whether the gate let
+    it pass.
     """
-    moment, state = belief.moment[0], belief.state
-    noise, common = said.noise, said.common
+    moment, state, noise = belief.moment[0], belief.state, said.noise
     begin = state.size - common.shape[1]
     ahead = said.x - (told.x - state[0])
     aside = said.y - (told.y - state[1])
-    share = _told(belief.covariance, common)
+    _tell(share, belief.covariance, common)
     xx, yy, xy = share[0, 0], share[1, 1], share[0, 1]
     for c in range(common.shape[1]):
         ahead -= common[0, c] * state[begin + c]
@@ -83,16 +95,16 @@ def take(
     weight = nan
     if unsure:
         weight = (yy * ahead * ahead - 2.0 * xy * ahead * aside + xx * aside * aside) / determinant
-    if gate > 0.0 and weight > gate and moment.refused < MOST_REFUSED:
+    if rule.gate > 0.0 and weight > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
         return hypot(ahead, aside), weight, False
     moment.refused = 0
     for k in range(state.size):
         first, second = share[k, 0], share[k, 1]
         share[k, 0] = share[k, 1] = 0.0
-        if gain != WEIGHED:
+        if rule.gain != WEIGHED:
             if k < 2:
-                share[k, k] = gain
+                share[k, k] = rule.gain
         elif unsure:
             share[k, 0] = (first * yy - second * xy) / determinant
             share[k, 1] = (second * xx - first * xy) / determinant
@@ -102,13 +114,11 @@ def take(
 
 
 @compiled
-def _told(spread: Floats, common: Floats) -> Floats:
-    """Return the covariances (k, 2) of all states with what a fix says of the error."""
+def _tell(share: Floats, spread: Floats, common: Floats) -> None:
+    """Write the covariances (k, 2) of all states with what a fix says of the error."""
     begin = spread.shape[0] - common.shape[1]
-    out = np.empty((spread.shape[0], 2))
     for k in range(spread.shape[0]):
         for axis in range(2):
-            out[k, axis] = spread[k, axis]
+            share[k, axis] = spread[k, axis]
             for c in range(common.shape[1]):
-                out[k, axis] -= common[axis, c] * spread[k, begin + c]
-    return out
+                share[k, axis] -= common[axis, c] * spread[k, begin + c]

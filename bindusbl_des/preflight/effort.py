@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ..navigation.belief import STATES
-from ..navigation.navigators import REMEMBERED
+from ..navigation.memory import REMEMBERED
 from ..scenario.families import is_random
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.planned import horizontal_reach, known_route, known_stations

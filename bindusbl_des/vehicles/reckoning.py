@@ -10,7 +10,7 @@ makes that continuous: at each step's end o grows by H (b - b'), b' being the bi
 """
 
 from math import inf
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,19 +40,20 @@ class Wrong(NamedTuple):
     `skews` (n,), SKEW.
     """
 
-    walks: Floats
+    walks: Annotated[Floats, 3]
     rate: float
-    biases: Floats
-    offsets: Floats
+    biases: Annotated[Floats, 3]
+    offsets: Annotated[Floats, 3]
     held_s: float
     in_body: bool
-    skews: Rows
+    skews: Annotated[Rows, SKEW]
 
 
 def steady(walks: Floats, rate: float, bias: ArrayLike, in_body: bool) -> Wrong:
     """Return how wrong dead reckoning is whose bias, (2,) or (n, 2), m/s, never changes."""
     skews = skews_of(np.zeros(len(walks)), np.zeros(len(walks)))
-    biases = np.array(np.broadcast_to(bias, (len(walks), 2)), dtype=np.float64)[:, np.newaxis]
+    biases = np.empty((len(walks), 1, 2))
+    biases[:, 0] = bias
     return Wrong(walks, rate, biases, np.zeros(biases.shape), inf, in_body, skews)
 
 

@@ -11,8 +11,10 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, paper_case, scenario
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
-from bindusbl_des.navigation.navigators import REMEMBERED, LinearNavigator, Rule
-from bindusbl_des.navigation.weighing import MOST_REFUSED, WEIGHED, weigh
+from bindusbl_des.navigation.memory import REMEMBERED
+from bindusbl_des.navigation.navigators import NOTHING, LinearNavigator
+from bindusbl_des.navigation.weighing import MOST_REFUSED, WEIGHED, Rule, weigh
+from bindusbl_des.records.recorder import Levers
 from bindusbl_des.records.rows import FIX, LEARNT
 from bindusbl_des.vehicles.expected_drift import Told
 from bindusbl_des.vehicles.motion import together
@@ -45,11 +47,11 @@ def fixes_at(
 
 
 def navigator_of(
-    reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief
+    reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief, common: Levers = NOTHING
 ) -> LinearNavigator:
     """Return the navigator of one AUV, by which nobody steers."""
     steering = np.zeros((1, 2)), np.zeros(1, dtype=LEARNT)
-    return LinearNavigator(reckoning, rule, growth, first, *steering)
+    return LinearNavigator(reckoning, rule, growth, first, *steering, common)
 
 
 def estimate(

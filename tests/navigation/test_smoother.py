@@ -230,10 +230,10 @@ def test_errors_that_fixes_have_in_common_are_smoothed_too() -> None:
     growth = Growth(0.03**2, 0.0, True, 0, 0, *lasting)
     first = first_belief(0.5, (0.0, 0.0), 0.0, (offset_sd,))
     reckoning = reckoned()
-    navigator = navigator_of(reckoning, KALMAN, growth, first)
-    navigator.common = Levers(1)
-    navigator.common.make_room(10)
-    of, left = navigator.common.of, navigator.common.left
+    levers = Levers(1)
+    levers.make_room(10)
+    of, left = levers.of, levers.left
+    navigator = navigator_of(reckoning, KALMAN, growth, first, levers)
     of[:10, 0, 0], of[:10, 1, 0], of[:10, :, 1:] = 1.0, 0.0, 0.0
     left[:10] = 0.25, 0.64, 0.1
     smoother = Smoother(navigator, reckoning, growth, first)

@@ -65,11 +65,12 @@ def _kind(hint: Any) -> Kind:
 
 @cache
 def _layout(whole: Any) -> np.dtype[np.void]:
-    """Return the record of a tuple."""
+    """Return the record of a tuple, in which arrays stand as numba's compiled code has them."""
 
     def field(hint: Any) -> Any:
         if isinstance(hint, Kind):
-            return [("address", "i8"), ("shape", "i8", (hint.axes,))]
+            words = [(name, "i8") for name in ("holder", "parent", "size", "item", "address")]
+            return [*words, ("shape", "i8", (hint.axes,)), ("strides", "i8", (hint.axes,))]
         return NUMBERS[hint] if hint in NUMBERS else _layout(hint)
 
     return np.dtype([(name, field(hint)) for name, hint in fields_of(whole).items()])
@@ -93,4 +94,4 @@ def _field(name: str, hint: Any, value: Any) -> Any:
         return _written(hint, value)
     if (value.dtype, value.ndim) != hint or not value.flags.c_contiguous:
         raise TypeError(f"{name} is an array of {value.dtype} {value.shape}, not {hint}")
-    return value.ctypes.data, value.shape
+    return 0, 0, value.size, value.itemsize, value.ctypes.data, value.shape, value.strides

@@ -1,0 +1,133 @@
+"""How fixes correct what AUVs believe, each in its place among those before and after it."""
+
+from math import hypot, nan
+
+import numpy as np
+
+from ..core.compiled import compiled, entry
+from ..core.handing.opened import opened
+from ..records.rows import Rows
+from ..vehicles.expected_drift import Told, expected_error, learn, way_since
+from ..vehicles.motion import Floats, Ints
+from .belief import Belief, carry, expected, next_stop, one, step_on, write
+from .common_errors import Expected, Said, said_of
+from .dead_reckoning import reckoned
+from .memory import REMEMBERED, Known
+from .weighing import WEIGHED, take
+
+
+@entry
+def correct(
+    handed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None
+) -> None:
+    """Take in the fixes `due`; note what is believed then in the rows from `count` on of what has
+    been held, and for autopilots.  `handed` is the address of a :class:`.memory.Known`.
+
+    Each fix contains of the m last states, errors that fixes have in common, beside the true
+    position `common` (n or more, 2, 4 m), as of :class:`.recorder.Levers`; its noise is what is
+    `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are none.
+    """
+    by = opened(handed, Known)
+    holders, since, beliefs = by.held
+    for number in range(due.size):
+        fix = fixes[due[number]]
+        auv, now = fix.auv, fix.delivered_at_s
+        latest, told = one(by.memory.latest, auv), reckoned(auv, now, by.reckoning)
+        was_x, was_y = _error_at(told, auv, latest, handed)
+        taken = _take_in(fixes, common, left, due[number], handed)
+        now_x, now_y = _error_at(told, auv, latest, handed)
+        moved = hypot(now_x - was_x, now_y - was_y)
+        fix.correction_m = moved if taken else nan
+        by.corrections[auv, 0], by.corrections[auv, 1] = -latest.state[0], -latest.state[1]
+        learn(by.learnt[auv], expected(latest, by.growth))
+        holders[count + number], since[count + number] = auv, now
+        write(latest, one(beliefs, count + number))
+
+
+@compiled
+def _error_at(told: Told, auv: int, belief: Belief, handed: int) -> tuple[float, float]:
+    """Return the error (m) that a belief expects at an instant."""
+    by = opened(handed, Known)
+    if next_stop(belief, by.growth) < told.time:
+        write(belief, by.desk.belief)
+        belief = by.desk.belief
+        step_on(belief, auv, told.time, by.growth, by.reckoning)
+    drift = expected(belief, by.growth)
+    return expected_error(drift, way_since(drift, told, by.growth.in_body))
+
+
+@compiled
+def _take_in(
+    fixes: Rows, common: Floats | None, left: Floats | None, row: int, handed: int
+) -> bool:
+    """Put a fix in its place among those of its AUV, and weigh anew those that come after it.
+
+    Note its innovation and normalised square; tell whether the gate let it pass.
+    """
+    by = opened(handed, Known)
+    auv, memory, growth = fixes[row].auv, by.memory, by.growth
+    latest, past = one(memory.latest, auv), memory.past[auv]
+    begin, end = _place(fixes, row, past, memory.known[auv], by.rule.gain == WEIGHED)
+    if begin < end - 1:
+        write(one(memory.before, past[begin].before), latest)
+    memory.known[auv] = end
+    fixes[row].innovation_m = fixes[row].nis = nan
+    taken = False
+    for k in range(begin, end):
+        write(latest, one(memory.before, past[k].before))
+        number = past[k].fix
+        fix = fixes[number]
+        time = fix.valid_at_s if by.rule.at_ping else fixes[row].delivered_at_s
+        step_on(latest, auv, time, growth, by.reckoning)
+        told = reckoned(auv, time, by.reckoning)
+        carry(latest, told, growth)
+        said = Said(fix.x_m, fix.y_m, (fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2))
+        if common is not None and left is not None:
+            said = _without(said, common[number], left[number], latest, told, by.desk.common)
+        off, weight, is_taken = take(latest, said, by.desk.common, told, by.rule, by.desk.shares)
+        if number == row:
+            fix.innovation_m, fix.nis, taken = off, weight, is_taken
+    return taken
+
+
+@compiled
+def _without(
+    fix: Said, levers: Floats, left: Floats, belief: Belief, told: Told, common: Floats
+) -> Said:
+    """Return what a fix says to an AUV that believes in a position already, without errors that
+    fixes have in common; write what these add to it to `common` (2, m).
+    """
+    state, spread, count = belief.state, belief.covariance, common.shape[1]
+    begin = state.size - count
+    variances, together = np.empty(count), np.empty((2, count))
+    for k in range(count):
+        variances[k] = spread[begin + k, begin + k]
+        for axis in range(2):  # of the place, which is less what dead reckoning errs by
+            together[axis, k] = -spread[axis, begin + k]
+    own = Expected(told.x - state[0], told.y - state[1], state[begin:], variances, together)
+    return said_of(Said(fix.x, fix.y, (left[0], left[1], left[2])), levers, own, common)
+
+
+@compiled
+def _place(fixes: Rows, row: int, past: Rows, known: int, by_ping: bool) -> tuple[int, int]:
+    """Put a fix in its place among those of an AUV; return that, and how many there are then.
+
+    That is the last one, or `by_ping` where its ping belongs; a fix older than all remembered comes
+    too late for any place.
+    """
+    was_full = known == REMEMBERED
+    if was_full:
+        known -= 1
+        free = past[0].before
+        for k in range(known):
+            past[k].fix, past[k].before = past[k + 1].fix, past[k + 1].before
+        past[known].before = free
+    begin = known
+    while by_ping and begin > 0 and fixes[past[begin - 1].fix].valid_at_s > fixes[row].valid_at_s:
+        begin -= 1
+    if was_full and begin == 0:
+        return known, known
+    for k in range(known, begin, -1):
+        past[k].fix = past[k - 1].fix
+    past[begin].fix = row
+    return begin, known + 1
