@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
@@ -53,11 +54,17 @@ def name_of(path: Path) -> str:
 NAMES = {name_of(path): path for path in modules()}
 
 
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+@cache
 def imports(path: Path) -> tuple[set[str], set[str]]:
     """Return the package's own modules and the libraries that a file imports, for types as well."""
     own, others = set(), set()
     folder = path.relative_to(PACKAGE).parent.parts
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
             others |= {alias.name.split(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
@@ -113,7 +120,7 @@ def test_arguments_that_travel_together_have_a_name() -> None:
     """A function of more than eight arguments is a missing noun."""
     long = set()
     for name, path in NAMES.items():
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(tree(path)):
             if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 continue
             if MANY & {ast.unparse(it).split("(")[0] for it in node.decorator_list}:
@@ -142,7 +149,7 @@ def test_rows_have_fields_and_no_numbered_columns() -> None:
     numbered = {
         name
         for name, path in NAMES.items()
-        for node in ast.parse(path.read_text()).body
+        for node in tree(path).body
         if isinstance(node, ast.Assign)
         and isinstance(node.targets[0], ast.Tuple)
         and isinstance(node.value, ast.Call)

@@ -6,6 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.presets.airtimes import table_file
 from bindusbl_des.scenario.families import FAMILIES
@@ -215,22 +217,29 @@ def value_of(data: Data, key: str) -> Any:
 
 def columns_that_differ(one: Data, other: Data) -> set[str] | None:
     """Return the columns in which two missions differ; None where one of them is refused."""
-    tables = _tables(json.dumps(one)), _tables(json.dumps(other))
-    if tables[0] is None or tables[1] is None:
+    columns = _columns(json.dumps(one)), _columns(json.dumps(other))
+    if columns[0] is None or columns[1] is None:
         return None
-    names = {**tables[0], **tables[1]}
-    return {name for name in names if tables[0].get(name) != tables[1].get(name)}
+    names = {**columns[0], **columns[1]}
+    return {name for name in names if not _same(*(it.get(name) for it in columns))}
+
+
+def _same(one: pa.ChunkedArray | None, other: pa.ChunkedArray | None) -> bool:
+    """Tell whether columns hold the same; to Arrow no two are that hold what is no number."""
+    if one is None or other is None:
+        return False
+    return one.equals(other) or repr(one.to_pylist()) == repr(other.to_pylist())
 
 
 @cache
-def _tables(text: str) -> dict[str, str] | None:
+def _columns(text: str) -> dict[str, pa.ChunkedArray] | None:
     try:
         scenario = Scenario.model_validate({"name": "m", **json.loads(text)})
         result = simulate(scenario, 3)
     except ValueError:
         return None
     return {
-        f"{table}.{column}": repr(rows[column].to_pylist())
+        f"{table}.{column}": rows[column]
         for table, rows in result.arrow.items()
         for column in rows.column_names
     }

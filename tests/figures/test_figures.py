@@ -399,7 +399,7 @@ def test_plot_of_a_mission_without_rounds_draws_the_rest(tmp_path: Path) -> None
     assert "no timeline: the mission had no round" in refused.stderr
     with pytest.raises(ValueError, match="no round: the mission had no round"):
         run.plot("round")
-    done = call("plot", folder)
+    done = call("plot", folder, "--format", "svg")
     assert done.exit_code == 0, done.stderr
     assert len(done.stdout.splitlines()) == len(KINDS) - 2
 
