@@ -219,7 +219,7 @@ class Network(Watched):
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
         before_the_end = math.nextafter(time, 0.0)
-        self.uplink.answered_by = None  # nobody is answered any more
+        self.uplink.answered_by = self.telling = None  # nobody is answered or told any more
         if self.replies is None:
             self.outcomes.decide_passed(before_the_end)  # heard, but not broadcast any more
         self.outcomes.close(time)
