@@ -13,7 +13,6 @@ from ..navigation.navigators import Navigator
 from ..protocol.access.named import access_of
 from ..protocol.access.serving import serve_at_random
 from ..protocol.broadcasters import broadcaster_named
-from ..protocol.fix_queue import FixQueue, ReplyQueue
 from ..protocol.hf.measuring import Measuring
 from ..protocol.hf.outcomes import Outcomes
 from ..protocol.hf.uplink import Uplink
@@ -26,6 +25,7 @@ from ..protocol.order.polling import Answers
 from ..protocol.passive.beacons import Beacons
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.ranging import ranging_of, strayed
+from ..protocol.replies import Replies
 from ..protocol.schedules import is_framed, schedule_named
 from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
@@ -116,7 +116,6 @@ def _network(
 ) -> Network:
     """Return both bands, and the surface fleet that works with them."""
     slots, protocol = slots_of(scenario), scenario.protocol
-    messages = slots.messages
     uplink = Uplink(
         auvs,
         asvs,
@@ -144,12 +143,9 @@ def _network(
         record,
         downlink.frames if protocol.duplex == "per_node" else None,
     )
-    queue = (
-        ReplyQueue(env, outcomes, downlink, record, reply_delay_of(scenario))
-        if protocol.downlink == "direct_reply"
-        else FixQueue(outcomes, record, None if messages.splits else messages.most)
-    )
-    answers = None
+    replies = answers = None
+    if protocol.downlink == "direct_reply":
+        replies = Replies(env, outcomes, downlink, record, reply_delay_of(scenario))
     if protocol.schedule == "polling":
         answers = Answers(env, outcomes, record, slots.clock)
     schedule = schedule_named(protocol.schedule)
@@ -160,11 +156,10 @@ def _network(
         auvs,
         asvs,
         record,
-        queue,
         uplink,
         outcomes,
         downlink,
-        ranging_of(scenario, env, uplink, queue, streams, answers),
+        ranging_of(scenario, env, uplink, streams, answers),
         policy=downlink_named(protocol.downlink),
         frame=protocol.frame_s if framed else 0.0,
         schedule=schedule,
@@ -176,6 +171,7 @@ def _network(
         estimates=known_of(scenario, auvs, record),
         answers=answers,
         conflict_margin=protocol.conflict_margin_m,
+        replies=replies,
     )
     if tells_slots(scenario):
         network.telling = telling_of(scenario, network, streams)

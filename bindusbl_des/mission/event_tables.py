@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow as pa
 
 from ..acoustics.channel import Receiver
-from ..protocol.fix_queue import FixBatch
+from ..protocol.fix_batch import FixBatch
 from ..records.events import OUTCOMES
 from ..records.recorder import Recorder
 from ..results.tables import begun, from_numbers, from_rows

@@ -18,7 +18,7 @@ from ..scenario.part_settings import own_part, shipped_part
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from .colouring import greedy_groups
-from .fix_queue import FixBatch
+from .fix_batch import FixBatch
 
 Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]

@@ -17,7 +17,7 @@ from ..vehicles.motion import Ints, places
 from .broadcasters import Broadcaster, BroadcastView
 from .chart import Chart
 from .conflicts import Array, Hearing, Survey, Surveyed, hearing
-from .fix_queue import FixQueue, ReplyQueue
+from .fix_batch import FixBatch
 from .happenings import Happenings, Watched
 from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink
@@ -28,6 +28,7 @@ from .order.polling import Answers
 from .order.view import Groups, TimedGroups, View
 from .own.ranging import OwnRanging
 from .ranging import OneWay, TwoWay
+from .replies import Replies
 from .schedules import Schedule
 from .slots import Slots
 
@@ -82,6 +83,7 @@ class Network(Watched):
     expects of their `estimates` schedules may ask; slots that end with `answers` wait for these.
     Who is within HF range and a `conflict_margin` (m) of an ASV counts as heard by it.
     `telling` is who knows which slots; without it everybody knows all of them at once.
+    Fixes wait for a broadcast, unless `replies` answer each ping by itself.
     """
 
     env: simpy.Environment
@@ -89,7 +91,6 @@ class Network(Watched):
     auv_fleet: Fleet
     asv_fleet: Fleet
     record: Recorder
-    queue: FixQueue | ReplyQueue
     uplink: Uplink
     outcomes: Outcomes
     downlink: MfDownlink
@@ -106,16 +107,20 @@ class Network(Watched):
     answers: Answers | None = None
     conflict_margin: float = 0.0
     telling: Telling | None = None
+    replies: Replies | None = None
     downlink_free_at: float = 0.0
     paused: float = 0.0
     _fixes_plotted: int = field(default=0, init=False)
     _broadcasts: int = field(default=0, init=False)
+    _fixes_taken: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
         counts = {"auv": len(self.auv_fleet), "asv": len(self.asv_fleet)}
         self.watching = Happenings(
             self.env, self.record, self.uplink, self.outcomes, self.downlink, counts
         )
+        if self.replies is not None:
+            self.uplink.answered_by = self.replies.expect
         band, ways = self.uplink.band, (self.auv_fleet.motion, self.asv_fleet.motion)
         self._survey = Survey(Surveyed(*ways, band.reach + self.conflict_margin, band.slant))
 
@@ -179,11 +184,24 @@ class Network(Watched):
             auvs = places(self.auv_fleet.motion, time)[:, :3]
         return hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), self.mf_range, False)
 
+    def has_fix(self, time: float) -> bool:
+        """Tell whether a fix waits, of pings that have been heard by an instant (s)."""
+        return self.outcomes.decide_passed(time).stop > self._fixes_taken
+
+    def _taken(self, time: float) -> FixBatch:
+        """Return the fixes that wait, the oldest first, as many as one broadcast carries."""
+        first, end = self._fixes_taken, self.outcomes.decide_passed(time).stop
+        messages = self.slots.messages
+        if messages.most is not None and not messages.splits:
+            end = min(end, first + messages.most)
+        self._fixes_taken = end
+        return FixBatch(self.record, range(first, end))
+
     def shared(self, turn: Turn, time: float) -> list[list[Carried]]:
         """Return which ASVs send what of the next broadcast, which begins at an instant (s): those
         of a list at once, one list after the other.
         """
-        batch, number = self.queue.take(time), self._broadcasts
+        batch, number = self._taken(time), self._broadcasts
         self._broadcasts += 1
         draw, fleet = self.broadcaster_draw, self.asv_fleet
         rows = np.arange(batch.rows.start, batch.rows.stop)
@@ -201,7 +219,9 @@ class Network(Watched):
     def close(self, time: float) -> None:
         """Settle what is under way as the mission ends at an instant (s)."""
         before_the_end = math.nextafter(time, 0.0)
-        self.queue.take(before_the_end)  # pings that were heard but not broadcast any more
+        self.uplink.answered_by = self.telling = None  # nobody is answered or told any more
+        if self.replies is None:
+            self.outcomes.decide_passed(before_the_end)  # heard, but not broadcast any more
         self.outcomes.close(time)
         self.ranging.close()
         self.downlink.close(before_the_end)

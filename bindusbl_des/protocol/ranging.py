@@ -16,7 +16,6 @@ from ..scenario.planned import route_of
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, Ints
-from .fix_queue import FixQueue, ReplyQueue
 from .hf.uplink import Uplink
 from .order.polling import Answers
 from .order.view import View
@@ -33,17 +32,16 @@ class OneWay:
         self,
         env: simpy.Environment,
         uplink: Uplink,
-        queue: FixQueue | ReplyQueue,
         late: Sequence[float] | None = None,
     ) -> None:
-        self._env, self._uplink, self._queue, self._late = env, uplink, queue, late
+        self._env, self._uplink, self._late = env, uplink, late
 
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
         """Let a group of AUVs ping at the start of its slot, wherever the fleet believes them."""
         if self._late is None:
-            self._queue.expect(self._uplink.send(round_number, slot, group, time))
+            self._uplink.send(round_number, slot, group, time)
             return
         for auv in group:
             pings_at = time + self._late[auv]
@@ -52,7 +50,7 @@ class OneWay:
 
     def _ping(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
         """Let one AUV ping in its turn (round, slot, AUV) at an instant (s)."""
-        self._queue.expect(self._uplink.send(turn[0], turn[1], [turn[2]], time))
+        self._uplink.send(turn[0], turn[1], [turn[2]], time)
 
     def close(self) -> None:
         """End the mission; nobody waits for anything."""
@@ -71,7 +69,6 @@ class TwoWay:
         self,
         env: simpy.Environment,
         uplink: Uplink,
-        queue: FixQueue | ReplyQueue,
         *,
         turnaround: float,
         one_way: bool = False,
@@ -82,7 +79,7 @@ class TwoWay:
         `answers` are told of calls and pings, where somebody waits for them.
         """
         self._one_way, self._answers = one_way, answers
-        self._env, self._uplink, self._queue = env, uplink, queue
+        self._env, self._uplink = env, uplink
         self._answer_delay = uplink.band.duration + turnaround
         self._waiting: dict[tuple[int, int, int], Rows] = {}  # calls not yet answered
 
@@ -126,7 +123,6 @@ class TwoWay:
         if self._one_way:
             call["call_time_s"] = nan
         pings = self._uplink.send(turn[0], turn[1], [turn[2]], time, call)
-        self._queue.expect(pings)
         if self._answers is not None:
             self._answers.expect(turn[:2], pings.start, int(call["called_by"][0]))
 
@@ -141,7 +137,6 @@ def ranging_of(
     scenario: Scenario,
     env: simpy.Environment,
     uplink: Uplink,
-    queue: FixQueue | ReplyQueue,
     streams: Streams,
     answers: Answers | None = None,
 ) -> OneWay | TwoWay | OwnRanging:
@@ -153,11 +148,11 @@ def ranging_of(
     name = scenario.protocol.ranging
     if scenario.protocol.calls:
         delay, one_way = scenario.protocol.turnaround_s, name == "owtt_sync"
-        return TwoWay(env, uplink, queue, turnaround=delay, one_way=one_way, answers=answers)
+        return TwoWay(env, uplink, turnaround=delay, one_way=one_way, answers=answers)
     if name == "owtt_sync":
-        return OneWay(env, uplink, queue, scenario.auvs.ping_late_s)
+        return OneWay(env, uplink, scenario.auvs.ping_late_s)
     draw = streams.of(Purpose.RANGING)
-    return OwnRanging(name, own_part(RANGING, name), env, uplink, queue, draw)
+    return OwnRanging(name, own_part(RANGING, name), env, uplink, draw)
 
 
 def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Ints:

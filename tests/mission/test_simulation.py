@@ -365,7 +365,13 @@ def test_fused_fixes_are_as_good_as_they_say(asvs: int) -> None:
     assert found.mean() == pytest.approx(3.0, abs=4 * np.sqrt(6 / len(found)) + 0.06)
 
 
-@pytest.mark.parametrize("keys", [{}, {"downlink": "direct_reply"}, {"schedule": "aloha"}])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        *({}, {"downlink": "direct_reply"}, {"schedule": "aloha"}, {"ranging": "passive"}),
+        *({"knowledge": "broadcast"}, {"schedule": "polling", "ranging": "twtt"}),
+    ],
+)
 def test_a_mission_leaves_its_memory_as_it_ends(
     monkeypatch: pytest.MonkeyPatch, keys: dict[str, str]
 ) -> None:

@@ -20,7 +20,7 @@ from bindusbl_des.acoustics.travel_time import light_time, travel_time
 from bindusbl_des.core.clock import Clock, ExactClock, TickClock
 from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
-from bindusbl_des.protocol.fix_queue import FixBatch, ReplyQueue
+from bindusbl_des.protocol.fix_batch import FixBatch
 from bindusbl_des.protocol.hf.calling import CALL
 from bindusbl_des.protocol.hf.handed import NO_CALL
 from bindusbl_des.protocol.hf.measuring import Measuring
@@ -28,6 +28,7 @@ from bindusbl_des.protocol.hf.outcomes import Outcomes
 from bindusbl_des.protocol.hf.reception import Air, overlapped
 from bindusbl_des.protocol.hf.uplink import Uplink
 from bindusbl_des.protocol.mf.downlink import FrameBand, MfDownlink
+from bindusbl_des.protocol.replies import Replies
 from bindusbl_des.records.events import (
     COLLIDED,
     DELIVERED,
@@ -336,12 +337,12 @@ def test_nobody_answers_before_a_ping_is_over() -> None:
     auvs, asvs = fleet(at(1500.0), at(3.0)), fleet(at(0.0))
     band, outcomes, _ = uplink(auvs, asvs, record)
     near = downlink(env, auvs, asvs, record, band=FrameBand(1.0, SOUND, None))
-    board = ReplyQueue(env, outcomes, near, record, PING)
+    band.answered_by = Replies(env, outcomes, near, record, PING).expect
 
     def pings() -> Any:
         for auv, time in ((0, 0.0), (1, 1.005), (1, 2.0)):
             yield env.timeout(time - env.now)
-            board.expect(band.send(0, 0, [auv], time))
+            band.send(0, 0, [auv], time)
 
     env.process(pings())
     env.run()

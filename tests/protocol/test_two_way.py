@@ -13,7 +13,6 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
-from bindusbl_des.protocol.fix_queue import FixQueue
 from bindusbl_des.protocol.hf.outcomes import Outcomes
 from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
 from bindusbl_des.protocol.schedules import View
@@ -40,7 +39,7 @@ def answered(
     """Return what becomes of pings and the record, when all called at 0 s have answered."""
     env = simpy.Environment()
     band, outcomes, record = uplink(auvs, asvs, **changes)
-    ranging = TwoWay(env, band, FixQueue(outcomes, record), turnaround=turnaround)
+    ranging = TwoWay(env, band, turnaround=turnaround)
     ranging.ping(0, 0, range(len(auvs)), 0.0, view_of(auvs, asvs))
     env.run()
     return outcomes, record

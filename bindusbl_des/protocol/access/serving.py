@@ -13,7 +13,6 @@ import simpy
 
 from ...records.events import Round
 from ..colouring import conflict_count
-from ..fix_queue import FixQueue
 from ..network import Network, Turn
 from ..own.steps import moment
 from ..tdma import broadcast
@@ -32,7 +31,6 @@ def serve_at_random(network: Network, access: Access) -> Generator[simpy.Event, 
         auvs, waited = access.due()
         if len(auvs):
             pings = network.uplink.send(cycles.number, 0, auvs, time, waited=waited)
-            network.queue.expect(pings)
             cycles.expect(pings)
 
 
@@ -45,7 +43,7 @@ class Cycles:
         self._passing: list[tuple[float, int]] = []  # when (s) pings will have passed, a heap
         self._is_sending, self._resumes_at = False, inf  # when an ASV works again, if none does
         self._turn = self._begun(0, 0.0)
-        if not isinstance(network.queue, FixQueue):
+        if network.replies is not None:
             self._turn.row.downlink_s = 0.0
 
     @property
@@ -69,7 +67,7 @@ class Cycles:
 
     def expect(self, pings: range) -> None:
         """Wait until pings have passed every ASV in range."""
-        if not isinstance(self._network.queue, FixQueue):
+        if self._network.replies is not None:
             return
         for ping in pings:
             passed = float(self._network.record.pings.array[ping]["passed_at_s"])
@@ -78,12 +76,11 @@ class Cycles:
 
     def go_on(self, time: float) -> None:
         """Do what is to be done at an instant (s): end a cycle, broadcast the fixes that wait."""
-        network, queue = self._network, self._network.queue
-        assert isinstance(queue, FixQueue)
+        network = self._network
         if self._is_sending:
             self._is_sending = False
             self._turn = self._begun(self.number + 1, time)
-        has_fix = queue.has_fix(time)
+        has_fix = network.has_fix(time)
         while self._passing and self._passing[0][0] <= time:
             ping = heappop(self._passing)[1]
             if network.record.pings.array[ping]["passed_at_s"] > time:  # ASVs were predicted nearer

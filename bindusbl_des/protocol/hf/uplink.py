@@ -62,7 +62,9 @@ class Uplink:
         #: by row of receptions, :data:`.echoing.ECHO`.
         self.calls = EventBuffer(CALL)
         self.echoes = EventBuffer(ECHO) if isinstance(channel, EchoingSonar) else None
-        #: Whom to tell of pings that have just been sent; nobody unless somebody waits for them.
+        #: Whom to tell of pings that have just been sent: who answers each of them, if anybody
+        #: does, and who waits for them.
+        self.answered_by: Callable[[range], None] | None = None
         self.on_sent: Callable[[range], None] | None = None
 
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
@@ -164,9 +166,12 @@ class Uplink:
             self._bend(self._bending, group, first, row)
         if self._asvs.failures is not None:
             deafen(self._asvs.failures, pings.rows[first:], receptions.rows[row:], self.band)
+        sent = range(first, pings.count)
         if self.on_sent is not None:
-            self.on_sent(range(first, pings.count))
-        return range(first, pings.count)
+            self.on_sent(sent)
+        if self.answered_by is not None:
+            self.answered_by(sent)
+        return sent
 
     def _echo(self, group: Sequence[int], first: int, row: int, echoes: EventBuffer) -> None:
         """Note the echoes of pings from `first` on, whose receptions begin with a row."""

@@ -23,7 +23,7 @@ from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from ...vehicles.vehicle import Place
 from .deliveries import Deliveries
-from .frames import FRAME, PROMISE, Sent, begin, receive
+from .frames import FRAME, PROMISE, Sent, begin, receive, way_s
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98
@@ -239,9 +239,12 @@ class MfDownlink(Deliveries):
 
     def _travel(self, asv: int, fix: int, time: float) -> float:
         """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix."""
-        vessel = self._asvs.vehicles[asv].at(time)
-        auv = self._auvs.vehicles[self._fixes.array[fix]["auv"]]
-        return travel_time(vessel, auv.at, time, self._sound_speed)
+        auv = int(self._fixes.array[fix]["auv"])
+        if self._auvs.foreseen:
+            self._asvs.advance(time)
+            return way_s(self._sent_in.address, asv, auv, time)
+        vessel = self._asvs.vehicles[asv].at(time)  # the AUV's way is made known as it is asked for
+        return travel_time(vessel, self._auvs.vehicles[auv].at, time, self._sound_speed)
 
     def reply(self, fix: int, asv: int, time: float) -> None:
         """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""

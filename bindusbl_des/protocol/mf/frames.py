@@ -121,6 +121,16 @@ def begin(
     return last, frame.passed_at_s
 
 
+@entry
+def way_s(handed: int, asv: int, auv: int, time: float) -> float:
+    """Return how long (s) the sound of an ASV at an instant (s) travels to an AUV that it meets.
+
+    `handed` is the address of a :class:`Sent`.
+    """
+    of = opened(handed, Sent)
+    return light_time(where(of.asvs, asv, time), of.auvs, auv, time, of.sound_speed)
+
+
 @compiled
 def _passed(
     frame: Row, foreseen: bool, auvs: Motion, asvs: Motion, reach: float, sound_speed: float

@@ -11,7 +11,6 @@ import simpy
 from ...core.plugins import asked
 from ...records.rows import CALLED, Rows
 from ...scenario.families import RANGING
-from ..fix_queue import FixQueue, ReplyQueue
 from ..hf.handed import NO_CALL
 from ..hf.uplink import Uplink
 from ..schedules import View
@@ -45,8 +44,7 @@ class Slot:
         self._check(auvs, time)
         if called is not NO_CALL:
             self._check_call(auvs, called)
-        uplink, queue = self._ranging.uplink, self._ranging.queue
-        queue.expect(uplink.send(self.round, self.number, list(auvs), time, called))
+        self._ranging.uplink.send(self.round, self.number, list(auvs), time, called)
 
     def call(self, auvs: Sequence[int], asvs: Sequence[int], time: float) -> Any:
         """Let ASVs call AUVs now, at an instant (s), one for each.
@@ -99,7 +97,6 @@ class OwnRanging:
     way: Way
     env: simpy.Environment
     uplink: Uplink
-    queue: FixQueue | ReplyQueue
     random: np.random.Generator
 
     def ping(

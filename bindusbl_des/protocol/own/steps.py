@@ -7,6 +7,7 @@ from collections.abc import Callable, Generator
 from typing import Any
 
 import simpy
+from simpy.events import Condition
 
 from ...core.clock import Clock
 from ...core.plugins import PluginError, asked, shown
@@ -39,6 +40,10 @@ class Environment(simpy.Environment):
         memory of a mission that nobody has any more until Python looks for circles.
         """
         for *_, event in self._queue:
+            for callback in event.callbacks:
+                waited_for = getattr(callback, "__self__", None)
+                if isinstance(waited_for, Condition):  # this event or others, `a | b`
+                    waited_for.callbacks.clear()
             event.callbacks.clear()
 
 
