@@ -1,11 +1,11 @@
 """Compiled code opens what it was handed once (:mod:`.handed`): nothing is copied but addresses."""
 
+from collections.abc import Callable
 from typing import Any, Protocol, TypeVar, cast
 
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
-from numba.np import arrayobj
 from numba.np.numpy_support import from_dtype
 
 from ..compiling.counting import lenders
@@ -17,8 +17,6 @@ TYPES = dict(zip(NUMBERS, (types.float64, types.int64, types.boolean), strict=Tr
 
 # What numba does not tell the type checker the types of
 made_of: Any = types.BaseTuple.from_types
-make_array: Any = arrayobj.make_array
-populate_array: Any = arrayobj.populate_array
 is_not_null: Any = cgutils.is_not_null
 
 
@@ -68,15 +66,23 @@ def _loaded(context: Any, builder: Any, words: Any, made: Any) -> tuple[Any, Any
             parts.append(value)
         return context.make_tuple(builder, made, parts), words
     if isinstance(made, types.Array):
-        array = make_array(made)(context, builder)
-        kind = context.get_data_type(made.dtype)
-        size = context.get_abi_sizeof(kind)
-        shape, strides = [word(1 + axis) for axis in range(made.ndim)], [WORD(size)]
-        for length in reversed(shape[1:]):
-            strides.insert(0, builder.mul(length, strides[0]))
-        data = builder.inttoptr(word(0), kind.as_pointer())
-        populate_array(array, data, shape, strides, WORD(size), None)
-        return array._getvalue(), behind(1 + made.ndim)
+        return _array(context, builder, word, made), behind(1 + made.ndim)
     if made == types.boolean:
         return is_not_null(builder, word(0)), behind(1)
     return builder.bitcast(word(0), context.get_value_type(made)), behind(1)
+
+
+def _array(context: Any, builder: Any, word: Callable[[int], Any], made: Any) -> Any:
+    """Return an array whose address and lengths are words of a record."""
+    from numba.np import arrayobj  # which only who compiles has to load
+
+    arrays: Any = arrayobj
+    array = arrays.make_array(made)(context, builder)
+    kind = context.get_data_type(made.dtype)
+    size = context.get_abi_sizeof(kind)
+    shape, strides = [word(1 + axis) for axis in range(made.ndim)], [WORD(size)]
+    for length in reversed(shape[1:]):
+        strides.insert(0, builder.mul(length, strides[0]))
+    data = builder.inttoptr(word(0), kind.as_pointer())
+    arrays.populate_array(array, data, shape, strides, WORD(size), None)
+    return array._getvalue()
