@@ -26,7 +26,7 @@ from .commands.reports import report
 from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
 from .commands.verifying import verify
-from .core.garbage import collect_seldom, hand_back
+from .core.garbage import collect_seldom, hand_back, leave_the_rest
 from .core.wording import printable, shortened
 
 INTERRUPTED = 130
@@ -62,6 +62,7 @@ class Commands(click.Group):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         collect_seldom()
+        leave_the_rest()
         hand_back()
         if isinstance(sys.stdout, io.TextIOWrapper):  # names of files need not be of any encoding
             sys.stdout.reconfigure(errors="backslashreplace")

@@ -61,6 +61,7 @@ def _made_of(source: Path) -> frozenset[Path]:
     return frozenset(found)
 
 
+@cache
 def _compiles(source: Path) -> bool:
     return COMPILES.search(_text(source)) is not None
 

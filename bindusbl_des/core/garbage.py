@@ -1,5 +1,6 @@
 """What becomes of memory that a process of ours no longer needs."""
 
+import atexit
 import gc
 import os
 
@@ -14,6 +15,15 @@ def collect_seldom() -> None:
     them 260 times meanwhile, which takes a sixth of the time.
     """
     gc.set_threshold(YOUNG)
+
+
+def leave_the_rest() -> None:
+    """Have Python look for no garbage when it ends, in a process that is ours.
+
+    All memory goes with the process; looking through what a mission loaded took 0.25 s of the 1.4 s
+    of a `run`.
+    """
+    atexit.register(gc.freeze)
 
 
 def hand_back() -> None:
