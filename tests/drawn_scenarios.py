@@ -17,7 +17,7 @@ from bindusbl_des.campaigns.statistics.contents import DRIFTS
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.presets.airtimes import table_file
-from bindusbl_des.scenario.instruments.agreement import REPLACED_BY_DRIFT
+from bindusbl_des.scenario.agreement.instruments import REPLACED_BY_DRIFT
 from bindusbl_des.scenario.instruments.datasheet import OF_ACCURACY, OF_ANGLES
 from bindusbl_des.scenario.keys import json_schema
 from bindusbl_des.scenario.sections.acoustics import Downlink, modem_values

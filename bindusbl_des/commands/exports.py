@@ -85,7 +85,7 @@ def _write_chart(result: "Result", path: Path, kind: str, force: bool) -> Mappin
 
 
 def _write_mcap(result: "Result", path: Path, _: str, force: bool) -> Mapping[str, int]:
-    from ..scenario.places.on_earth import origin_of
+    from ..scenario.on_earth import origin_of
 
     try:
         from ..export.mcap_file import write_mcap

@@ -146,3 +146,16 @@ def counted(count: int, noun: str) -> str:
 def refuse(name: str, value: object, rule: str, remedy: str) -> NoReturn:
     """Raise the ValueError of a value that breaks a rule, and say what to do."""
     raise ValueError(f"{name} must {rule}; met {value}; {remedy}")
+
+
+def spoken(seconds: float) -> str:
+    """Return a time as one says it.
+
+    >>> spoken(40.0), spoken(7200.0), spoken(1e9)
+    ('40 s', '2 h', '32 years')
+    """
+    for unit, length, upto in (("s", 1.0, 120), ("min", 60.0, 120), ("h", 3600.0, 48)):
+        if seconds < upto * length:
+            return f"{seconds / length:.0f} {unit}"
+    days = seconds / 86_400
+    return f"{days:.0f} days" if days < 730 else f"{days / 365.25:.2g} years"

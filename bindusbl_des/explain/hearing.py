@@ -13,7 +13,7 @@ from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
 from ..scenario.families import is_random
-from ..scenario.protocols.telling import tells_slots
+from ..scenario.telling import tells_slots
 from ..scenario.water import sound_speed_of
 from .at_random import sending_at_random
 from .by_channel import audible, decided_by_channel, levels, loss_by_channel

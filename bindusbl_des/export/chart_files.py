@@ -9,7 +9,7 @@ from xml.sax.saxutils import escape
 from ..core.durable import write_text
 from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
-from ..scenario.places.on_earth import origin_of
+from ..scenario.on_earth import origin_of
 from ..scenario.survey_area import area_of
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 from foxglove.messages import LocationFix, LocationFixPositionCovarianceType
 
 from ..geometry.geodesy import Floats, enu_covariance, geodetic_from_ned
-from ..scenario.places.on_earth import origin_of
+from ..scenario.on_earth import origin_of
 from .frames import FRAMES
 from .messages import Message, Messages, timestamp
 

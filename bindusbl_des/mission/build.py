@@ -33,8 +33,8 @@ from ..records.recorder import Levers, Recorder
 from ..scenario.failing import failures_of
 from ..scenario.families import is_random
 from ..scenario.instruments.lasting_kinds import told_of
-from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario, kept
+from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS
 from ..usbl.instrument import Usbl

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..core.streams import Purpose, Streams
 from ..geometry.paths import Path
 from ..protocol.anchors.placing import Room
-from ..scenario.places.on_earth import vessel_tracks
+from ..scenario.on_earth import vessel_tracks
 from ..scenario.planned import NoStations, asv_stations, route_of, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import AsvTrack

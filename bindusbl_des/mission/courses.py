@@ -7,9 +7,9 @@ from ..records.recorder import Recorder
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from ..scenario.planned import route_of, tracks_of
 from ..scenario.plans import planned_tours
-from ..scenario.protocols.telling import positions_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import Placed
+from ..scenario.telling import positions_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.vehicle import Place, moored, recorded
 

@@ -12,9 +12,9 @@ from ..core.streams import Streams
 from ..protocol.anchors.placing import Anchors, anchors_of
 from ..protocol.chart import CarriedForward
 from ..scenario.families import ASV, AUV
+from ..scenario.on_earth import vessel_tracks
 from ..scenario.own_plans import WayView, own_motion
 from ..scenario.part_choice import PartChoice
-from ..scenario.places.on_earth import vessel_tracks
 from ..scenario.planned import are_told, asv_stations, route_of, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from ..scenario.consistency import Problem
+from ..scenario.agreement.problem import Problem
 from ..scenario.failing import alive
 from ..scenario.scenario import Scenario
 

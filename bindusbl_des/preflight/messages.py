@@ -7,10 +7,10 @@ from typing import Any
 
 from ..core.wording import plain
 from ..presets.airtimes import airtime_table
-from ..scenario.consistency import Problem
-from ..scenario.protocols.telling import tells_slots
+from ..scenario.agreement.problem import Problem
 from ..scenario.scenario import Scenario
 from ..scenario.sections.acoustics import modem_values
+from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of
 
 

@@ -7,8 +7,8 @@ from ..protocol.schedules import is_framed
 from ..protocol.slots import Slots, slots_of
 from ..scenario.families import SCHEDULE, Polling, SuperTdma, WorstFirst, is_random
 from ..scenario.part_settings import settings_of
-from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
+from ..scenario.telling import tells_slots
 
 
 def sequential(slots: Slots, groups: int, fixes: int, named: int = 0) -> float:

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from ..scenario.consistency import Problem
-from ..scenario.places.on_earth import positioned, positioned_stations, recorded_track
+from ..scenario.agreement.problem import Problem
+from ..scenario.on_earth import positioned, positioned_stations, recorded_track
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import Placed
 from ..scenario.sections.routes import Hold, Waypoints

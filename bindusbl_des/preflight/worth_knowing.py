@@ -6,13 +6,14 @@ Nothing here is wrong: the mission runs as it is described, but perhaps not as i
 import math
 from collections.abc import Iterator
 
-from ..scenario.consistency import FRAMED_SCHEDULES, Problem
+from ..scenario.agreement.problem import Problem
+from ..scenario.families import FRAMED_SCHEDULES
 from ..scenario.instruments.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.scenario import Scenario
 from .failing import failing
-from .idle_keys import idle_keys
-from .idle_settings import cast, levels, sheet, sonar
+from .idle.keys import idle_keys
+from .idle.settings import cast, levels, sheet, sonar
 from .messages import believed, guards, messages, modems
 from .whereabouts import anchors, formation, routes, shapes, tracks
 

@@ -14,8 +14,7 @@ from typing import Any
 
 from ..core.plugins import PluginError, asked, is_whole, loaded, shown
 from ..core.wording import shortened
-from ..scenario.consistency import FRAMED_SCHEDULES
-from ..scenario.families import RANDOM_ACCESS, SCHEDULE
+from ..scenario.families import FRAMED_SCHEDULES, RANDOM_ACCESS, SCHEDULE
 from ..scenario.part_settings import own_part, shipped_part
 from .colouring import dsatur_groups, greedy_groups
 from .order.polling import polling

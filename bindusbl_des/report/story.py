@@ -15,8 +15,8 @@ from ..explain.numbers import out_of_range
 from ..results.effects import harm_told
 from ..scenario.failing import alive
 from ..scenario.families import is_random
-from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
+from ..scenario.telling import tells_slots
 from .advised import advised
 from .losses import broadcast_distances, loss_by_listeners
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording

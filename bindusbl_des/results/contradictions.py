@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ..records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, OUTCOMES
 from ..records.worst import WORST_IS_LARGEST
 from ..scenario.families import is_random
-from ..scenario.protocols.telling import tells_slots
 from ..scenario.scenario import Scenario
+from ..scenario.telling import tells_slots
 from .arrow import numpy_array
 from .parquet import Words
 from .schemas import VEHICLES, never_null, schema

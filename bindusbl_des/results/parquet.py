@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from ..preflight.machine import machine_memory
 from .arrow import numpy_array, spelt
 from .pages import lying_chunk
 from .schemas import SCHEMA_VERSION, schema
@@ -232,8 +233,6 @@ def _too_large(path: Path, size: int, rows: int) -> DamagedFile:
 
 
 def _check_memory(path: Path, rows: int, needed: int) -> None:
-    from ..preflight.effort import machine_memory  # which loads half of the package
-
     if needed > machine_memory():
         raise DamagedFile(
             str(path), f"claims {rows:,} rows, more than this machine's memory can hold"

@@ -15,10 +15,12 @@ from .key_types import Real, Whole, key
 from .part_choice import PartChoice
 from .part_settings import Settings, own_mistakes
 from .scenario_keys import ScenarioKeys
-from .vehicle_choice import AsvVehicle, AuvVehicle
+from .sections.vehicle_choice import AsvVehicle, AuvVehicle
 
 # AUVs ping as they like, in no slots that the fleet gives them.
 RANDOM_ACCESS = ("aloha", "slotted_aloha", "csma")
+# Each frame belongs to one AUV.
+FRAMED_SCHEDULES = ("round_robin", "random")
 # Slots are not all of the uplink slot T_UL.
 UNEQUAL_SLOTS = ("polling", "super_tdma")
 SCHEDULES = (

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..charts.samples import HIGHEST
 from ..core.plugins import Family, PluginError, asked, shown
 from ..vehicles.tracks import FARTHEST, FASTEST, Track
+from .agreement.survey import SHORTEST_WAY
 from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice
 from .part_settings import own_part
 from .scenario_keys import ScenarioKeys
-from .survey.agreement import SHORTEST_WAY
 
 Array = NDArray[np.float64]
 

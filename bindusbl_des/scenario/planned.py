@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from ..core.plugins import PluginError, load
 from ..geometry.formation import formation, formation_radius
 from .families import PLACEMENT, ROUTE
+from .on_earth import positioned, positioned_stations, recorded_tracks
 from .part_choice import PartChoice
-from .places.on_earth import positioned, positioned_stations, recorded_tracks
 from .scenario_keys import ScenarioKeys
 from .sections.anchors import Moving, Placed
 from .sections.own import OwnPlacement, OwnRoute

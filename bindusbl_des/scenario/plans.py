@@ -11,11 +11,11 @@ from ..geometry.lanes import Ruling, Share, equal_lengths, strips
 from ..geometry.paths import Path, through
 from ..geometry.routes import FlightPlan, Turning, lawnmower, waypoint_poses
 from ..geometry.turns import there_and_back
+from .agreement.survey import SHORTEST_WAY
 from .planned import route_of, turning_radius
 from .scenario_keys import ScenarioKeys
 from .sections.duration import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 from .sections.routes import Lawnmower
-from .survey.agreement import SHORTEST_WAY
 from .survey_area import area_of, lanes_heading
 
 # What vehicles with dynamics take longer than their plan says: starting from rest (s), and a share

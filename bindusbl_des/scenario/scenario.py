@@ -9,7 +9,8 @@ from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from ..core.wording import plain, shortened
-from .consistency import Problem, problems
+from .agreement.consistency import problems
+from .agreement.problem import Problem
 from .scenario_keys import ScenarioKeys
 from .sections.duration import SURVEY, SurveyEnd
 from .survey_area import area_of

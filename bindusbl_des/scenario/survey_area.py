@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from ..geometry.area import Area, polygon, rectangle
 from .key_types import Position
-from .places.on_earth import in_metres, origin_of
+from .on_earth import in_metres, origin_of
 from .scenario_keys import ScenarioKeys
 from .sections.survey import Survey
 

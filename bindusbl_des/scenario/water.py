@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from .places.on_earth import origin_of
+from .on_earth import origin_of
 from .scenario_keys import ScenarioKeys
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scenario.places.on_earth import vessel_tracks
+from ..scenario.on_earth import vessel_tracks
 from ..scenario.planned import route_of, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import AsvTrack, Placed

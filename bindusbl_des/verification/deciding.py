@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 from ..core.plugins import is_plugin
 from ..scenario.families import is_random
-from ..scenario.protocols.telling import tells_slots
+from ..scenario.telling import tells_slots
 from .case import Case
 from .frames import beacons, broadcasts, rounds_in_frames
 from .pair import Pair, undecided

@@ -13,7 +13,7 @@ from bindusbl_des.charts.geojson import read_geojson
 from bindusbl_des.charts.kml import read_kml
 from bindusbl_des.cli import main
 from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.scenario.places.on_earth import origin_of
+from bindusbl_des.scenario.on_earth import origin_of
 from bindusbl_des.scenario.planned import tracks_of
 from bindusbl_des.scenario.survey_area import area_of
 

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from bindusbl_des import Scenario
 from bindusbl_des.cli import main
-from bindusbl_des.preflight import effort
+from bindusbl_des.preflight import effort, machine
 from bindusbl_des.preflight.effort import Effort
 
 # Peak resident memory (MB) of `run --no-advice`, files included, measured on Linux, x86-64, Python
@@ -102,10 +102,10 @@ def test_a_sweep_counts_the_missions_at_once(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_container_has_its_own_memory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A limit of a container counts, "max" is none."""
-    whole = effort.machine_memory()
+    whole = machine.machine_memory()
     limit = tmp_path / "memory.max"
-    monkeypatch.setattr(effort, "CONTAINER_LIMITS", (str(limit), str(tmp_path / "none")))
+    monkeypatch.setattr(machine, "CONTAINER_LIMITS", (str(limit), str(tmp_path / "none")))
     limit.write_text("1000000\n")
-    assert effort.machine_memory() == 1e6
+    assert machine.machine_memory() == 1e6
     limit.write_text("max\n")
-    assert effort.machine_memory() >= whole
+    assert machine.machine_memory() >= whole

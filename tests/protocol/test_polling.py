@@ -10,7 +10,7 @@ from worlds import merged, scenario, still
 
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.core.plugins import allow
-from bindusbl_des.preflight.idle_keys import idle_keys
+from bindusbl_des.preflight.idle.keys import idle_keys
 from bindusbl_des.preflight.round_lengths import rounds_of
 from bindusbl_des.results.round_timeline import uplink_slots
 

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ..consistency import Problem
-from ..places.on_earth import recorded_track, vessel_track
+from ..agreement.problem import Problem
+from ..on_earth import recorded_track, vessel_track
 from ..scenario import Scenario
 from ..sections.anchors import AsvTrack
 from ..sections.routes import Track

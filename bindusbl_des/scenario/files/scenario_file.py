@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from ...core.wording import described, printable
-from ..consistency import Problem
+from ..agreement.problem import Problem
 from ..families import load_plugins
 from ..scenario import Scenario
 from ..water import sound_speed_of

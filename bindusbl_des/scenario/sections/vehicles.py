@@ -6,11 +6,11 @@ from pydantic import Discriminator, Field, Tag
 
 from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
 from ..part_choice import PartChoice
-from ..vehicle_choice import AsvVehicle, AuvVehicle
 from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
 from .failures import Failure
 from .own import OwnPlacement, is_own
 from .routes import Lawnmower, Route
+from .vehicle_choice import AsvVehicle, AuvVehicle
 
 Speed = Annotated[Real, Field(ge=0.001, le=20)]
 Late = Annotated[Real, Field(ge=0, le=10)]

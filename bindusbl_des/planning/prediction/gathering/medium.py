@@ -9,8 +9,8 @@ from ....protocol.schedules import is_framed
 from ....protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
 from ....protocol.slots import Slots as ProtocolSlots
 from ....protocol.slots import slots_of as protocol_slots
-from ....scenario.protocols.telling import tells_slots
 from ....scenario.scenario import Scenario
+from ....scenario.telling import tells_slots
 from ....scenario.water import assumed_sound_speed_of
 from ..parts import Access, Slots
 

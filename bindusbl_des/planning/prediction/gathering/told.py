@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from ....core.plugins import is_plugin
 from ....scenario.families import plugins_of
-from ....scenario.protocols.telling import tells_slots
 from ....scenario.scenario import Scenario
+from ....scenario.telling import tells_slots
 
 # What is said of schedules that are predicted as another.
 SCHEDULES = {

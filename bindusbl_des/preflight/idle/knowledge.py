@@ -1,7 +1,7 @@
-"""Keys of what AUVs are told that do nothing: rules as those of :mod:`.idle_keys`."""
+"""Keys of what AUVs are told that do nothing: rules as those of :mod:`.keys`."""
 
-from ..scenario.families import RANDOM_ACCESS
-from .idle import Idle
+from ...scenario.families import RANDOM_ACCESS
+from .rule import Idle
 
 TOLD = tuple(
     f"protocol.{name}"

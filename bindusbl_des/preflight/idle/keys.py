@@ -7,16 +7,17 @@ tables: it fails where a key does nothing and no rule here says so, and where a 
 from collections.abc import Iterator
 from typing import Any
 
-from ..core.wording import plain
-from ..scenario.consistency import FRAMED_SCHEDULES, Problem
-from ..scenario.key_types import Part
-from ..scenario.places.on_earth import lacks_depths
-from ..scenario.scenario import Scenario
-from ..scenario.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
-from .idle import GIVEN, OWN, Idle
-from .idle_instruments import INSTRUMENTS
-from .idle_knowledge import KNOWLEDGE
-from .idle_protocol import PROTOCOL, calls, times_by_place
+from ...core.wording import plain
+from ...scenario.agreement.problem import Problem
+from ...scenario.families import FRAMED_SCHEDULES
+from ...scenario.key_types import Part
+from ...scenario.on_earth import lacks_depths
+from ...scenario.scenario import Scenario
+from ...scenario.sections.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
+from .instruments import INSTRUMENTS
+from .knowledge import KNOWLEDGE
+from .protocol import PROTOCOL, calls, times_by_place
+from .rule import GIVEN, OWN, Idle
 
 WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
 STEERING = tuple(

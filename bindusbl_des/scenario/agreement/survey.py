@@ -1,13 +1,13 @@
 """What the keys of a survey must agree on: one shape, lanes that fit it, an item for each AUV."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from ...geometry.lanes import lane_count
 from ..scenario_keys import ScenarioKeys
 from ..sections.routes import Lawnmower
 from ..sections.survey import SHAPES
 from ..survey_area import area_of, lanes_heading
+from .problem import Problem
 
 MOST_LANES = 100_000
 
@@ -15,15 +15,7 @@ MOST_LANES = 100_000
 SHORTEST_WAY = 0.001
 
 
-class Contradiction(NamedTuple):
-    """As :class:`..consistency.Problem`, which the scenario makes of it."""
-
-    key: str
-    message: str
-    others: tuple[str, ...] = ()
-
-
-def unsurveyable(scenario: ScenarioKeys) -> Iterator[Contradiction]:
+def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield why a survey cannot be flown as asked for."""
     shape = list(_shape(scenario))
     yield from shape
@@ -32,12 +24,12 @@ def unsurveyable(scenario: ScenarioKeys) -> Iterator[Contradiction]:
         yield from _lanes(scenario)
 
 
-def _shape(scenario: ScenarioKeys) -> Iterator[Contradiction]:
+def _shape(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield what is wrong with the shape of the survey."""
     survey, shapes = scenario.survey, scenario.survey.shapes
     if len(shapes) != 1:
         first = shapes[0] if shapes else "side_m"
-        yield Contradiction(
+        yield Problem(
             f"survey.{shapes[1] if shapes else first}",
             f"excludes {first}: either says what the survey is; keep one, and set the other to "
             "null where it comes from elsewhere"
@@ -47,7 +39,7 @@ def _shape(scenario: ScenarioKeys) -> Iterator[Contradiction]:
         )
         return
     if shapes[0] in ("polygon_m", "area") and survey.rotation_deg:
-        yield Contradiction(
+        yield Problem(
             "survey.rotation_deg",
             "turns squares and rectangles; turn the corners of a polygon, and remove it",
             (f"survey.{shapes[0]}",),
@@ -55,10 +47,10 @@ def _shape(scenario: ScenarioKeys) -> Iterator[Contradiction]:
     try:
         area_of(scenario)
     except ValueError as error:
-        yield Contradiction(f"survey.{shapes[0]}", str(error))
+        yield Problem(f"survey.{shapes[0]}", str(error))
 
 
-def _fleet(scenario: ScenarioKeys) -> Iterator[Contradiction]:
+def _fleet(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield lists of what each AUV has that do not fit the number of AUVs."""
     auvs, survey = scenario.auvs, scenario.survey
     for name, given, what in (
@@ -70,7 +62,7 @@ def _fleet(scenario: ScenarioKeys) -> Iterator[Contradiction]:
     ):
         alone = what == "[x, y]" and given is not None and len(given) == 1
         if given is not None and len(given) != auvs.count and not alone:
-            yield Contradiction(
+            yield Problem(
                 name,
                 f"needs one {what} per AUV{', or one for all' if what == '[x, y]' else ''}: "
                 f"{auvs.count} expected, {len(given)} given",
@@ -78,7 +70,7 @@ def _fleet(scenario: ScenarioKeys) -> Iterator[Contradiction]:
             )
 
 
-def _lanes(scenario: ScenarioKeys) -> Iterator[Contradiction]:
+def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield why the survey cannot be swept in lanes as asked for."""
     auvs, route = scenario.auvs, scenario.auvs.route
     if not isinstance(route, Lawnmower):
@@ -87,13 +79,13 @@ def _lanes(scenario: ScenarioKeys) -> Iterator[Contradiction]:
     box = area.along(lanes_heading(scenario)).box
     spacing, across = route.lane_spacing_m, box.y_max - box.y_min
     if across / spacing > MOST_LANES:
-        yield Contradiction(
+        yield Problem(
             "auvs.route.lane_spacing_m",
             f"makes {across / spacing:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
             (shape, "auvs.route.kind"),
         )
     elif route.division == "equal_length" and lane_count(across, spacing) < auvs.count:
-        yield Contradiction(
+        yield Problem(
             "auvs.route.division",
             f"shares {lane_count(across, spacing)} lanes out among {auvs.count} AUVs, of which "
             f"each needs one; use a spacing of {across / auvs.count:.4g} m or less, fewer AUVs, or "
@@ -103,14 +95,14 @@ def _lanes(scenario: ScenarioKeys) -> Iterator[Contradiction]:
     margin = spacing / 2 if route.end_margin_m is None else route.end_margin_m
     along = box.x_max - box.x_min
     if along - 2 * margin < SHORTEST_WAY:
-        yield Contradiction(
+        yield Problem(
             f"auvs.route.{'lane_spacing_m' if route.end_margin_m is None else 'end_margin_m'}",
             f"leaves no lane: margins of 2 x {margin:g} m fill the "
             f"{'side' if area.side else 'length'} of {along:g} m; use a smaller one",
             (shape, "auvs.route.kind"),
         )
     if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > area.across:
-        yield Contradiction(
+        yield Problem(
             "auvs.turning_radius_m",
             f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.told}; "
             f"use at most {area.across / 2:g}",

@@ -3,14 +3,14 @@
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
-from ...geometry.area import polygon
-from ..key_types import Point, Position
-from ..scenario_keys import ScenarioKeys
-from ..sections.anchors import AsvTrack
-from ..sections.routes import Hold, Planned, Track, Waypoints
+from ..geometry.area import polygon
+from .key_types import Point, Position
+from .scenario_keys import ScenarioKeys
+from .sections.anchors import AsvTrack
+from .sections.routes import Hold, Planned, Track, Waypoints
 
 if TYPE_CHECKING:
-    from ...vehicles.tracks import Track as RecordedTrack
+    from ..vehicles.tracks import Track as RecordedTrack
 
 
 def origin_of(scenario: ScenarioKeys) -> Position | None:
@@ -25,7 +25,7 @@ def origin_of(scenario: ScenarioKeys) -> Position | None:
 @lru_cache(maxsize=16)
 def _centroid(corners: tuple[Position, ...]) -> Position:
     """Return the centroid of a polygon, latitude and longitude (deg)."""
-    from ...geometry.geodesy import geodetic_from_ned
+    from ..geometry.geodesy import geodetic_from_ned
 
     middle = polygon(in_metres(corners, corners[0])).centroid
     lat, lon, _ = geodetic_from_ned((*middle, 0.0), *corners[0])
@@ -71,7 +71,7 @@ def recorded_track(scenario: ScenarioKeys, route: Track, auv: int) -> "RecordedT
     Raises:
         ValueError: naming file and remedy, when it is none.
     """
-    from ...vehicles.tracks import read_track  # brings numpy, which other routes do not need
+    from ..vehicles.tracks import read_track  # brings numpy, which other routes do not need
 
     file, which = _recordings(route)[auv]
     return read_track(
@@ -89,7 +89,7 @@ def recorded_tracks(scenario: ScenarioKeys, route: Track) -> "list[RecordedTrack
     Raises:
         ValueError: naming key and remedy, when one cannot be read or none of it is in the mission.
     """
-    from ...vehicles.tracks import misplaced
+    from ..vehicles.tracks import misplaced
 
     tracks = [recorded_track(scenario, route, auv) for auv in range(len(route.files))]
     for number, problem in misplaced(tracks, route.time_offset_s, scenario.duration_s):
@@ -104,7 +104,7 @@ def vessel_track(scenario: ScenarioKeys, placement: AsvTrack, asv: int) -> "Reco
     Raises:
         ValueError: naming file and remedy, when it is none.
     """
-    from ...vehicles.tracks import read_track
+    from ..vehicles.tracks import read_track
 
     file, which = _recordings(placement)[asv]
     times, places = read_track(
@@ -119,7 +119,7 @@ def vessel_tracks(scenario: ScenarioKeys, placement: AsvTrack) -> "list[Recorded
     Raises:
         ValueError: naming key and remedy, when one cannot be read or none of it is in the mission.
     """
-    from ...vehicles.tracks import misplaced
+    from ..vehicles.tracks import misplaced
 
     tracks = [vessel_track(scenario, placement, asv) for asv in range(len(placement.files))]
     told = misplaced(tracks, placement.time_offset_s, scenario.duration_s, "asvs.formation")
@@ -133,7 +133,7 @@ def lacks_depths(scenario: ScenarioKeys) -> bool:
     route = scenario.auvs.route
     if not isinstance(route, Track):
         return False
-    from ...charts.recordings import read_recording
+    from ..charts.recordings import read_recording
 
     try:
         found = [read_recording(*it) for it in _recordings(route)]
@@ -166,7 +166,7 @@ def in_metres(positions: tuple[Position, ...], origin: Position) -> tuple[Point,
     """
     import numpy as np  # which scenarios in metres do not need
 
-    from ...geometry.geodesy import ned_at_depth
+    from ..geometry.geodesy import ned_at_depth
 
     lat, lon = np.array(positions, dtype=np.float64).reshape(-1, 2).T
     places = ned_at_depth(lat, lon, np.zeros(len(lat)), origin)

@@ -3,17 +3,15 @@
 from collections.abc import Iterator, Sequence
 
 from ..key_types import Position
+from ..on_earth import origin_of
 from ..scenario_keys import ScenarioKeys
 from ..sections.routes import Hold, Waypoints
-from .on_earth import origin_of
-
-# A problem: the key it is told at, what is wrong, and the other keys that lead to it.
-Told = tuple[str, str, tuple[str, ...]]
+from .problem import Problem
 
 ORIGIN = ("environment.origin.lat_deg", "environment.origin.lon_deg")
 
 
-def misplaced(scenario: ScenarioKeys) -> Iterator[Told]:
+def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield what is wrong with the places of a scenario that are given in degrees."""
     given, corners = list(_in_degrees(scenario)), scenario.survey.corners_deg
     origin = origin_of(scenario)
@@ -22,10 +20,10 @@ def misplaced(scenario: ScenarioKeys) -> Iterator[Told]:
     for key, other, is_double, positions in given:
         section = key.rpartition(".")[0]
         if is_double:
-            yield key, f"excludes {other}; keep one of them", (f"{section}.{other}",)
+            yield Problem(key, f"excludes {other}; keep one of them", (f"{section}.{other}",))
         if origin is None:
             message = "needs environment.origin.lat_deg and lon_deg, where the survey's centre lies"
-            yield key, f"{message}; add them", ORIGIN
+            yield Problem(key, f"{message}; add them", ORIGIN)
         else:
             yield from _far(key, positions, origin)
 
@@ -55,7 +53,7 @@ def _keyed(key: str, positions: Sequence[Position]) -> list[tuple[str, Position]
     return [(f"{key}.{number}", position) for number, position in enumerate(positions)]
 
 
-def _far(key: str, positions: list[tuple[str, Position]], origin: Position) -> Iterator[Told]:
+def _far(key: str, positions: list[tuple[str, Position]], origin: Position) -> Iterator[Problem]:
     """Yield the first position that is too far away, if there is one."""
     from ...geometry.geodesy import far_apart_m
     from ...vehicles.tracks import FARTHEST, too_far
@@ -66,4 +64,4 @@ def _far(key: str, positions: list[tuple[str, Position]], origin: Position) -> I
     is_far = far_apart_m(lat, lon, origin) > FARTHEST
     if is_far.any():
         place, position = positions[int(is_far.argmax())]
-        yield place, too_far(position, origin), ORIGIN
+        yield Problem(place, too_far(position, origin), ORIGIN)

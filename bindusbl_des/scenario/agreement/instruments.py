@@ -1,12 +1,12 @@
 """What the keys of instruments must agree on: one statement of each, and arrays that can tell."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from ...core.wording import plain
 from ..part_choice import PartChoice
 from ..scenario_keys import ScenarioKeys
 from ..sections.usbl import usbl_values
+from .problem import Problem
 
 # The greatest distance (m) between two hydrophones of each of hydrophones.ARRAYS
 ARRAY_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
@@ -20,24 +20,16 @@ REPLACED_BY_DRIFT = {
 }
 
 
-class Contradiction(NamedTuple):
-    """As :class:`..consistency.Problem`, which the scenario makes of it."""
-
-    key: str
-    message: str
-    others: tuple[str, ...] = ()
-
-
-def contradictions(scenario: ScenarioKeys) -> Iterator[Contradiction]:
+def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield what instruments' keys contradict each other in."""
     yield from _usbl(scenario)
     yield from _drift(scenario)
 
 
-def _usbl(scenario: ScenarioKeys) -> Iterator[Contradiction]:
+def _usbl(scenario: ScenarioKeys) -> Iterator[Problem]:
     name, model = scenario.usbl.preset, scenario.usbl.model
     if name is not None and model != PartChoice.read(usbl_values(name)["model"], str):
-        yield Contradiction(
+        yield Problem(
             "usbl.model",
             f"is not that of the preset {name}, which says what an arrival measures; keep one of "
             f"them; got {model.told}",
@@ -47,7 +39,7 @@ def _usbl(scenario: ScenarioKeys) -> Iterator[Contradiction]:
     for name, meant in (("tdoa_sd_s", "noise"), ("quantum_s", "a quantum")):
         time = getattr(scenario.usbl, name)
         if time * speed > size:
-            yield Contradiction(
+            yield Problem(
                 f"usbl.{name}",
                 f"{meant} of {time:g} s is {time * speed:.3g} m of sound, more than the "
                 f"{1e3 * size:.0f} mm of the array {scenario.usbl.array}: no direction could be "
@@ -56,26 +48,26 @@ def _usbl(scenario: ScenarioKeys) -> Iterator[Contradiction]:
             )
 
 
-def _drift(scenario: ScenarioKeys) -> Iterator[Contradiction]:
+def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:
     navigation, drift = scenario.navigation, scenario.navigation.drift
     if not drift.is_stated:
         return
     stated = "percent_of_distance" if drift.m_per_hour is None else "m_per_hour"
     if drift.percent_of_distance is not None and drift.m_per_hour is not None:
-        yield Contradiction(
+        yield Problem(
             "navigation.drift.m_per_hour",
             "is another statement of the same as percent_of_distance; keep one of them",
             ("navigation.drift.percent_of_distance",),
         )
     if drift.line_m is not None and len(set(scenario.auvs.speeds)) > 1:
-        yield Contradiction(
+        yield Problem(
             "navigation.drift.line_m",
             "is met at one speed, but the AUVs have several; remove it, or give them one",
             ("auvs.speeds_m_per_s",),
         )
     for name, none in REPLACED_BY_DRIFT.items():
         if (value := getattr(navigation, name)) != none:
-            yield Contradiction(
+            yield Problem(
                 f"navigation.{name}",
                 f"is replaced by navigation.drift, which says how far dead reckoning goes astray "
                 f"in all; remove it or set it to {plain(none)}; got {plain(value)}",

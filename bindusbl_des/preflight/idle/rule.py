@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from ..core.plugins import is_plugin
-from ..scenario.scenario import Scenario
+from ...core.plugins import is_plugin
+from ...scenario.scenario import Scenario
 
 
 class _Own(tuple[str, ...]):

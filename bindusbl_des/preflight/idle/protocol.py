@@ -1,9 +1,14 @@
 """Keys that do nothing with a ranging, a downlink or a schedule."""
 
-from ..scenario.consistency import FRAMED_SCHEDULES
-from ..scenario.families import RANDOM_ACCESS, SCHEDULES, UNEQUAL_SLOTS, is_random
-from ..scenario.scenario import Scenario
-from .idle import Idle
+from ...scenario.families import (
+    FRAMED_SCHEDULES,
+    RANDOM_ACCESS,
+    SCHEDULES,
+    UNEQUAL_SLOTS,
+    is_random,
+)
+from ...scenario.scenario import Scenario
+from .rule import Idle
 
 UNFRAMED = tuple(name for name in SCHEDULES if name not in (*FRAMED_SCHEDULES, *RANDOM_ACCESS))
 BROADCASTS = (

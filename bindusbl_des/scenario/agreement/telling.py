@@ -1,10 +1,11 @@
-"""Whether AUVs have to be told their slots, and what keeps frames from telling them."""
+"""What keeps the frames of a downlink from telling AUVs their slots."""
 
 from collections.abc import Iterator
 
 from ...presets.airtimes import airtime_table
-from ..families import is_random
 from ..scenario_keys import ScenarioKeys
+from ..telling import tells_slots
+from .problem import Problem
 
 # Rounds of these downlinks begin when a frame a round ahead can say that they do.
 FORESEEN_DOWNLINKS = ("sequential", "pipelined_round")
@@ -12,28 +13,8 @@ FORESEEN_DOWNLINKS = ("sequential", "pipelined_round")
 # Rounds of these schedules have no slots for some AUVs, though they are not lost.
 CHOOSING = ("round_robin", "random", "worst_first")
 
-# A key, what is wrong with it, and the other keys that lead to it (:class:`.consistency.Problem`)
-Found = tuple[str, str, tuple[str, ...]]
 
-
-def tells_slots(scenario: ScenarioKeys) -> bool:
-    """Tell whether AUVs are told their slots: where they have some, nobody calls them, and not all
-    know at once.
-    """
-    protocol = scenario.protocol
-    is_called = protocol.is_passive or protocol.calls
-    return protocol.knowledge == "broadcast" and not is_called and not is_random(scenario)
-
-
-def positions_of(scenario: ScenarioKeys) -> str:
-    """Return by what the fleet knows where its AUVs are: never by the truth if it is told of them
-    by fixes alone.
-    """
-    positions = str(scenario.protocol.positions)
-    return "carried_forward" if positions == "truth" and tells_slots(scenario) else positions
-
-
-def untellable(scenario: ScenarioKeys) -> Iterator[Found]:
+def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield why AUVs cannot be told their slots, where they have to be."""
     if not tells_slots(scenario):
         return
@@ -44,7 +25,7 @@ def untellable(scenario: ScenarioKeys) -> Iterator[Found]:
             if downlink == "direct_reply"
             else "begins its rounds at instants that no frame can tell beforehand"
         )
-        yield (
+        yield Problem(
             "protocol.knowledge",
             f"broadcast needs frames that tell AUVs the slots of a round to come; {downlink} {why};"
             f" use {' or '.join(FORESEEN_DOWNLINKS)}, or knowledge shared",
@@ -52,7 +33,7 @@ def untellable(scenario: ScenarioKeys) -> Iterator[Found]:
         )
     schedule = scenario.protocol.schedule
     if scenario.protocol.missed == "contention" and schedule in CHOOSING:
-        yield (
+        yield Problem(
             "protocol.missed",
             f"contention needs rounds that name all AUVs but those that are lost; {schedule} names "
             "some, and the others cannot tell; use silent or last_slot, or another schedule",
@@ -74,19 +55,19 @@ def _room(scenario: ScenarioKeys) -> int | None:
     return min(sizes) - mf.header_bytes if sizes else None
 
 
-def _overfull(scenario: ScenarioKeys, room: int) -> Iterator[Found]:
+def _overfull(scenario: ScenarioKeys, room: int) -> Iterator[Problem]:
     """Yield why messages with room for so many bytes cannot tell AUVs their slots."""
     each, count, mf = scenario.protocol.assignment_bytes, scenario.auvs.count, scenario.acoustics.mf
     key, others = "protocol.assignment_bytes", ("acoustics.mf.payload_bytes", "acoustics.mf.modem")
     if each > room:
-        yield (
+        yield Problem(
             key,
             f"a message has room for {room} B beside its header, and one slot is told in {each} B; "
             "make it smaller, or use a modem with larger messages",
             others,
         )
     elif mf.overfull != "split" and each * count + mf.fix_bytes > room:
-        yield (
+        yield Problem(
             key,
             f"a broadcast of one message (overfull {mf.overfull}) has room for {room} B beside its "
             f"header, and tells {count} AUVs their slots in {each * count} B, which leaves no fix "

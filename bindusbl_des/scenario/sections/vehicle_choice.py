@@ -7,9 +7,9 @@ from typing import Any, ClassVar, Self
 
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from ..core.plugins import is_plugin
-from ..core.wording import described, did_you_mean
-from .part_choice import PartChoice
+from ...core.plugins import is_plugin
+from ...core.wording import described, did_you_mean
+from ..part_choice import PartChoice
 
 # Vehicles without equations of motion have no coefficients.
 WITHOUT_DYNAMICS = ("kinematic", "moored")
@@ -76,7 +76,7 @@ class VehicleChoice:
         if changes and model in WITHOUT_DYNAMICS:
             raise _mistake(f"{model} has no coefficients; remove {', '.join(changes)}")
         if changes:
-            from ..vehicles.hulls import parameters
+            from ...vehicles.hulls import parameters
 
             try:
                 parameters(model, changes)

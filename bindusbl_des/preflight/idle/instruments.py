@@ -1,7 +1,7 @@
-"""Keys of instruments and navigation that do nothing in a mode; see :mod:`.idle_keys`."""
+"""Keys of instruments and navigation that do nothing in a mode; see :mod:`.keys`."""
 
-from ..scenario.sections.usbl import Usbl
-from .idle import OWN, Idle
+from ...scenario.sections.usbl import Usbl
+from .rule import OWN, Idle
 
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"

@@ -1,0 +1,1 @@
+"""Keys that have no effect in a scenario, and why."""

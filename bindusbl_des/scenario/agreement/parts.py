@@ -1,0 +1,24 @@
+"""Parts of the mission that are named: they are there, and have the settings given."""
+
+from collections.abc import Iterator
+
+from ...core.plugins import is_plugin
+from ...core.wording import did_you_mean
+from ..families import parts_of
+from ..part_settings import shipped_mistakes
+from ..scenario_keys import ScenarioKeys
+from .problem import Problem
+
+
+def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield names of parts that there are not, and wrong settings of those that ship."""
+    for family, name in parts_of(scenario):
+        if name in family.siblings:
+            for setting, message in shipped_mistakes(family, name):
+                yield Problem(f"{family.key}.{setting}", message)
+        elif not is_plugin(name):
+            yield Problem(
+                family.key,
+                f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
+                f"{', '.join(family.siblings)}, or your own as module:object)",
+            )

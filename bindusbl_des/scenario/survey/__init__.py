@@ -1,1 +1,0 @@
-"""What a survey is made of, and whether it can be swept as a scenario asks for."""
