@@ -170,9 +170,9 @@ OWN = {
     "part", [pytest.param(it, marks=() if it == "channel" else pytest.mark.slow) for it in OWN]
 )
 def test_workers_and_explain_know_parts_of_ones_own(part: str, tmp_path: Path) -> None:
-    """In two worker processes they do what they do here; explaining says that they decided."""
+    """In a worker process they do what they do here; explaining says that they decided."""
     world = small(**{**OWN[part], "duration_s": 10.0})
-    campaign = sweep(world, vary={"auvs.count": [2, 3]}, seeds=2, workers=2, out=tmp_path / "s")
+    campaign = sweep(world, vary={"auvs.count": [2, 3]}, seeds=2, workers=1, out=tmp_path / "s")
     table = campaign.missions
     alone = simulate(Scenario.model_validate({**world.model_dump(), "auvs": {"count": 3}}), 1)
     errors = table.position_error_m.round(12).tolist()

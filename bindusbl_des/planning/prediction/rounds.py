@@ -157,7 +157,7 @@ def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:
     rows = np.arange(auvs)[:, np.newaxis]
     found, c = located(inputs, sights), inputs.slots.sound_speed_m_per_s
     if access.ranging == "passive":
-        kind = np.broadcast_to(number % asvs, pinged.shape)
+        kind = np.tile(number % asvs, (auvs, 1))
         chance = found[rows, late, kind]
         told = pinged + sights.slant_m[rows, late, kind] / c + inputs.slots.ping_s
         return Turns(pinged, told, chance, late, kind, many)

@@ -68,7 +68,7 @@ def _decoded(
     level = np.sqrt(np.maximum(slants**2 - depth**2, 0.0))
     auvs = np.column_stack((level, np.zeros(len(level)), np.full(len(level), depth)))
     told = channel.prospects(between(0.0, auvs, np.zeros((1, 3)), reach, calling))[:, 0]
-    return {"chance": 1.0 - told["loss"], "snr": told["snr_db"]}
+    return {"chance": 1.0 - told["loss"], "snr": np.ascontiguousarray(told["snr_db"])}
 
 
 @entry
