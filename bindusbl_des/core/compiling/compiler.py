@@ -21,7 +21,7 @@ from numba.core.types import Array, BaseTuple, Boolean, Number, unliteral
 from numba.core.typing.context import Context
 from numba.extending import overload
 
-from .counting import CountIfNeeded
+from .counting import CountIfNeeded, Holders
 from .lifetimes import lifetimes_if_asked_for
 from .linking import Part, Whole, generator_of
 
@@ -94,13 +94,19 @@ _internal: dict[Any, Any] = {}
 
 @contextmanager
 def _garbage_kept() -> Iterator[None]:
-    """Leave garbage until the end: a compiler makes much that lasts and little that does not."""
+    """Leave garbage until Python looks through everything: a compiler makes much that lasts.
+
+    What was made is handed to the oldest generation, unseen, or else Python would look through it
+    as soon as it may.
+    """
     collects = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if collects:
+            gc.freeze()
+            gc.unfreeze()
             gc.enable()
 
 
@@ -108,6 +114,14 @@ def _garbage_kept() -> Iterator[None]:
 def _size_of() -> Any:
     """Return how the size of a type is asked for, which LLVM works out by parsing a module."""
     return cache(cpu_target.target_context.get_abi_sizeof)
+
+
+@cache
+def _functions() -> Any:
+    """Return what is known of making functions into code."""
+    from .elements import with_elements  # loads what compiled code on the disk does without
+
+    return with_elements(cpu_target.target_context._defns)
 
 
 def _loaded_before() -> None:
@@ -129,8 +143,11 @@ class WholeCompiler(Compiler):
             typing_context=_types(),
             load_additional_registries=_loaded_before,
             get_abi_sizeof=_size_of(),
+            _defns=_functions(),
         )
         state.targetctx.cached_internal_func = _internal
+        holders: Any = Holders
+        state.targetctx.nrt = holders(state.targetctx, state.targetctx.enable_nrt)
 
     def define_pipelines(self) -> Any:
         """Return numba's passes, and one more."""

@@ -10,6 +10,7 @@ from typing import Any
 
 from numba.core import ir, types
 from numba.core.compiler_machinery import AnalysisPass, register_pass
+from numba.core.runtime.context import NRTContext
 
 # What hands on arrays that somebody holds already, or views of them.
 LENDING = {"cast", "exhaust_iter", "getattr", "getitem", "pair_first", "static_getitem"}
@@ -17,6 +18,19 @@ LENDING |= {"build_tuple", "getiter", "iternext", "null", "undef"}
 
 # Functions whose arrays are held by whoever handed over where they are.
 lenders: set[object] = set()
+
+
+class Holders(NRTContext):
+    """Has holders counted, and looks for what they hold only where there may be something."""
+
+    def get_meminfos(self, builder: Any, ty: Any, val: Any) -> list[tuple[Any, Any]]:
+        models = self._context.data_model_manager
+        model = models[ty]
+        held = [(ty, model.get_nrt_meminfo(builder, val))] if model.has_nrt_meminfo() else []
+        for kind, part_of in model.traverse(builder):
+            if models[kind].contains_nrt_meminfo():
+                held += self.get_meminfos(builder, kind, part_of(val))
+        return held
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)  # type: ignore[no-untyped-call]

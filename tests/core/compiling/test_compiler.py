@@ -30,6 +30,7 @@ def test_garbage_is_collected_after_compiling_as_before(collects: bool) -> None:
         compiled = entry(third)
         compiled.compile("float64(float64)")  # type: ignore[attr-defined]
         assert gc.isenabled() is collects
+        assert gc.get_freeze_count() == 0
     finally:
         (gc.enable if before else gc.disable)()
 
