@@ -19,6 +19,7 @@ from ..protocol.hf.uplink import Uplink
 from ..protocol.knowledge.plan import Knowledge
 from ..protocol.knowledge.roll import Roll
 from ..protocol.knowledge.telling import Manner, Telling
+from ..protocol.lookout import Lookout
 from ..protocol.mf.downlink import FrameBand, MfDownlink
 from ..protocol.network import Network
 from ..protocol.order.polling import Answers
@@ -167,10 +168,16 @@ def _network(
         broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         mf_range=scenario.acoustics.mf.range_m,
-        chart=chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
+        lookout=Lookout(
+            auvs,
+            asvs,
+            uplink.band,
+            protocol.conflict_margin_m,
+            chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
+            record.fixes,
+        ),
         estimates=known_of(scenario, auvs, record),
         answers=answers,
-        conflict_margin=protocol.conflict_margin_m,
         replies=replies,
     )
     if tells_slots(scenario):

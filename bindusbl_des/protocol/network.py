@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,15 +14,14 @@ from ..acoustics.modem import Message
 from ..records.events import Round
 from ..records.recorder import Recorder
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import Ints, places
+from ..vehicles.motion import Ints
 from .broadcasters import Broadcaster, BroadcastView
-from .chart import Chart
-from .conflicts import Array, Hearing, Survey, Surveyed, hearing
 from .fix_batch import FixBatch
 from .happenings import Happenings, Watched
 from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink
 from .knowledge.telling import Telling
+from .lookout import Lookout
 from .mf.downlink import MfDownlink
 from .order.known import Known
 from .order.polling import Answers
@@ -79,9 +79,8 @@ class Network(Watched):
 
     `policy` is the downlink; rounds start every `frame` (s), or as soon as they can if it is 0;
     all later by what they have `paused` (s), while no ASV worked.
-    A `chart` tells where the fleet believes the AUVs to be; without one it knows.  What it
-    expects of their `estimates` schedules may ask; slots that end with `answers` wait for these.
-    Who is within HF range and a `conflict_margin` (m) of an ASV counts as heard by it.
+    The `lookout` says where the fleet believes AUVs to be.  What it expects of their `estimates`
+    schedules may ask; slots that end with `answers` wait for these.
     `telling` is who knows which slots; without it everybody knows all of them at once.
     Fixes wait for a broadcast, unless `replies` answer each ping by itself.
     """
@@ -102,15 +101,13 @@ class Network(Watched):
     broadcaster: Broadcaster
     broadcaster_draw: RandomStream
     mf_range: float
-    chart: Chart | None
+    lookout: Lookout
     estimates: Known
     answers: Answers | None = None
-    conflict_margin: float = 0.0
     telling: Telling | None = None
     replies: Replies | None = None
     downlink_free_at: float = 0.0
     paused: float = 0.0
-    _fixes_plotted: int = field(default=0, init=False)
     _broadcasts: int = field(default=0, init=False)
     _fixes_taken: int = field(default=0, init=False)
 
@@ -121,8 +118,7 @@ class Network(Watched):
         )
         if self.replies is not None:
             self.uplink.answered_by = self.replies.expect
-        band, ways = self.uplink.band, (self.auv_fleet.motion, self.asv_fleet.motion)
-        self._survey = Survey(Surveyed(*ways, band.reach + self.conflict_margin, band.slant))
+        self._reached = partial(self.lookout.within, self.mf_range)
 
     def planned(self, round_number: int, time: float) -> tuple[View, Groups]:
         """Return what the fleet knew when it scheduled a round that begins now, and its groups."""
@@ -154,35 +150,12 @@ class Network(Watched):
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
-        slant, hf_range = self.uplink.band.slant, self.uplink.band.reach
-        self.asv_fleet.advance(time)
-        if self.chart is None:
-            self.auv_fleet.advance(time)
-            seen = self._survey.at(time)
-        else:
-            plot, own = self._plotted(self.chart, time), places(self.asv_fleet.motion, time)[:, :3]
-            seen = plot, own, hearing(plot, own, hf_range + self.conflict_margin, slant)
-        metric, failed = "slant" if slant else "horizontal", self.asv_fleet.failed(time)
-        if failed:
-            seen[2][:, failed] = False
+        seen, band = self.lookout.seen(time), self.uplink.band
+        metric, failed = "slant" if band.slant else "horizontal", self.asv_fleet.failed(time)
         known = self.slots, self.estimates
-        return View(round_number, time, *seen, hf_range, metric, self.schedule_draw, failed, *known)
-
-    def _plotted(self, chart: Chart, time: float) -> Array:
-        """Return where the fleet believes the AUVs to be, by all fixes made so far."""
-        chart.note(self.record.fixes.rows[self._fixes_plotted :])
-        self._fixes_plotted = self.record.fixes.count
-        return chart.at(time)
-
-    def _reached(self, time: float) -> Hearing:
-        """Return which AUVs the fleet believes within MF range of each ASV, shape (n, m)."""
-        asvs = places(self.asv_fleet.motion, time)[:, :3]
-        if self.chart is not None:
-            auvs = self._plotted(self.chart, time)
-        else:
-            self.auv_fleet.advance(time)
-            auvs = places(self.auv_fleet.motion, time)[:, :3]
-        return hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), self.mf_range, False)
+        return View(
+            round_number, time, *seen, band.reach, metric, self.schedule_draw, failed, *known
+        )
 
     def has_fix(self, time: float) -> bool:
         """Tell whether a fix waits, of pings that have been heard by an instant (s)."""

@@ -16,6 +16,8 @@ from ..scenario.planned import route_of
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import SPEED, Floats, Ints
+from .hf.calling import choose_callers
+from .hf.handed import members
 from .hf.uplink import Uplink
 from .order.polling import Answers
 from .order.view import View
@@ -94,12 +96,13 @@ class TwoWay:
             return  # nobody calls
         callers = nearest(view, group, failed)
         calls = self._uplink.call(group, callers, time)
-        for number, auv in enumerate(group):
+        outcomes, lasting = calls["call"].tolist(), calls["call_time_s"].tolist()
+        for number, (auv, outcome, lasts) in enumerate(zip(group, outcomes, lasting, strict=True)):
             call = calls[number : number + 1]
-            if call["call"][0] != HEARD:
+            if outcome != HEARD:
                 self._uplink.send(round_number, slot, [auv], time, call)
                 continue
-            turn, lasts = (round_number, slot, auv), float(call["call_time_s"][0])
+            turn = round_number, slot, auv
             self._waiting[turn] = call
             if self._uplink.foresees_calls:
                 self._answer_at(time + lasts + self._answer_delay, turn)
@@ -159,10 +162,10 @@ def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Int
     """Return for each AUV of a group the ASV nearest to where the fleet believes it, shape (n,), of
     those that have not failed.
     """
-    away = view.auvs[list(group), None, :2] - view.asvs[None, :, :2]
-    squares = (away**2).sum(axis=2)
-    squares[:, list(failed)] = np.inf
-    return np.asarray(squares.argmin(axis=1), dtype=np.int64)
+    callers = np.empty(len(group), dtype=np.int64)
+    auvs, asvs = np.ascontiguousarray(view.auvs), np.ascontiguousarray(view.asvs)
+    choose_callers(auvs, asvs, members(tuple(group)), members(tuple(failed)), callers)
+    return callers
 
 
 def strayed(scenario: Scenario, auvs: Fleet) -> Floats:

@@ -4,7 +4,7 @@ Compiled, as :mod:`.propagation`.
 """
 
 from dataclasses import dataclass
-from math import nan
+from math import inf, nan
 
 import numpy as np
 
@@ -40,6 +40,25 @@ class Call:
 
 
 CALL = row_type(Call)
+
+
+@entry
+def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, callers: Ints) -> None:
+    """Write who calls each AUV of a group (n,), of ASVs that have not `failed`: the nearest one.
+
+    `auvs` (k, 3) and `asvs` (m, 3) are where they are believed to be (m), seen from above here.
+    """
+    works = np.ones(len(asvs), dtype=np.bool_)
+    for asv in failed:
+        works[asv] = False
+    for k in range(len(group)):
+        callers[k], least = 0, inf
+        for asv in range(len(asvs)):
+            ahead = auvs[group[k], 0] - asvs[asv, 0]
+            aside = auvs[group[k], 1] - asvs[asv, 1]
+            square = ahead * ahead + aside * aside
+            if works[asv] and square < least:
+                callers[k], least = asv, square
 
 
 @entry

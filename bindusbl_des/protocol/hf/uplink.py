@@ -6,14 +6,7 @@ from math import hypot
 
 import numpy as np
 
-from ...acoustics.channel import (
-    NO_LOSS,
-    AskedChannel,
-    Bending,
-    Signals,
-    between,
-    deciding,
-)
+from ...acoustics.channel import NO_LOSS, AskedChannel, Bending, Signals, between, deciding
 from ...acoustics.deafness import deafen
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import DISC, Band, Way, spread
@@ -52,10 +45,10 @@ class Uplink:
         self.receiver, air = deciding(channel, band)
         self._auvs, self._asvs, self._record, self._vessels = auvs, asvs, record, len(asvs)
         self._channel = None if isinstance(channel, LossTerms) else channel
-        self._loss = channel if isinstance(channel, LossTerms) else NO_LOSS
+        loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._bending = channel if isinstance(channel, Bending) else None
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
-        self._way = Way(air, self._loss, DISC)
+        self._way = Way(air, loss, DISC)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._spread_in = spread_in(record, self._way, auvs, asvs)
         #: The sound of calls, :data:`.calling.CALL`, and of echoes, where the channel has any, row
