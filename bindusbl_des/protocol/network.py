@@ -182,7 +182,7 @@ class Network(Watched):
         else:
             self.auv_fleet.advance(time)
             auvs = places(self.auv_fleet.motion, time)[:, :3]
-        return hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), self.mf_range, False)
+        return hearing(auvs, asvs, self.mf_range, False)
 
     def has_fix(self, time: float) -> bool:
         """Tell whether a fix waits, of pings that have been heard by an instant (s)."""
