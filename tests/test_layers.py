@@ -176,6 +176,43 @@ def test_files_that_the_design_names_are_there() -> None:
     assert gone == []
 
 
+def test_a_ping_is_followed_through_twelve_files() -> None:
+    """From its slot to the estimate that it corrects, as the design tells; each holds what it says
+    (and imports nothing from above, as no file does).
+    """
+    told = (PACKAGE.parent / "docs/design.md").read_text().partition("One ping, from its slot")[2]
+    rows = re.findall(r"^\|[^|]*\| `([\w/]+\.py)` \|([^|]*)\|$", told, re.MULTILINE)
+    files = [file for file, _ in rows]
+    assert files[0] == "protocol/tdma.py"
+    assert files[-1].startswith("navigation/")
+    assert len(files) == len(set(files)) <= 12
+    for file, words in rows:
+        named = {it.rpartition(".")[2] for it in re.findall(r"`([\w.]+)`", words)}
+        defined = set(re.findall(r"(?:def|class) (\w+)", (PACKAGE / file).read_text()))
+        assert named <= defined, file
+
+
+# What is told of other places than those of a mission: where AUVs might be, or ASVs might go, where
+# a map shows the chance of a fix; and how long modems are busy, once all is over.
+OTHER_PLACES = {
+    *("protocol.order.view", "protocol.anchors.follow"),
+    *("acoustics.fix_chance", "acoustics.energy"),
+}
+
+
+def test_within_range_is_decided_in_one_function() -> None:
+    """Who is within range of whom in a mission is what `acoustics.propagation.within` says."""
+    rooms, deciding = ("acoustics", "usbl", "navigation", "protocol", "mission"), set()
+    for name, path in NAMES.items():
+        for it in ast.walk(ast.parse(path.read_text())):
+            if isinstance(it, ast.Compare) and name.startswith(rooms):
+                sides = [it.left, *it.comparators]
+                is_range = re.search(r"\b(reach|[hm]f_range|range_m)\b", ast.unparse(it))
+                if is_range and not any(isinstance(side, ast.Constant) for side in sides):
+                    deciding.add(name)
+    assert deciding - OTHER_PLACES == {"acoustics.propagation"}
+
+
 def test_the_picture_of_the_house_shows_its_rooms() -> None:
     """docs/figures/house.svg was drawn from the imports; a new room must be drawn as well."""
     drawn = (PACKAGE.parent / "docs" / "figures" / "house.svg").read_text()

@@ -34,7 +34,7 @@ def hearing(auvs: Array, asvs: Array, reach: float, slant: bool) -> Hearing:
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
     """
     heard = np.empty((len(auvs), len(asvs)), dtype=np.bool_)
-    _hearing(auvs, asvs, reach, slant, heard)
+    _hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), reach, slant, heard)
     return heard
 
 

@@ -12,8 +12,7 @@ from worlds import scenario, still
 from bindusbl_des import simulate
 from bindusbl_des.mission import metrics
 from bindusbl_des.mission.mission import Mission
-from bindusbl_des.mission.outcomes.accuracy import quantile_of
-from bindusbl_des.mission.outcomes.means import mean, quantile, sort
+from bindusbl_des.mission.outcomes.means import mean, quantile, quantile_of, sort
 from bindusbl_des.mission.outcomes.service import fix_ages
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import LinearNavigator

@@ -11,7 +11,7 @@ from ...navigation.dead_reckoning import Odometry
 from ...navigation.weighing import SURE
 from ...records.rows import Rows
 from ..world import World
-from .means import mean
+from .means import mean, quantile_of
 from .service import MOST
 
 Floats = NDArray[np.float64]
@@ -42,14 +42,6 @@ def refuse(auv: int, trouble: str) -> NoReturn:
         f"AUV{auv}'s {trouble}; this is a mistake of the program, not of the scenario: please "
         "report it with scenario and seed"
     )
-
-
-def quantile_of(values: Floats, share: float) -> float:
-    """Return a quantile of many numbers in any order, as :func:`.means.quantile`."""
-    place = share * (len(values) - 1)
-    low = int(place)
-    pair = np.partition(values, (low, min(low + 1, len(values) - 1)))[low : low + 2]
-    return float(pair[0] + (place - low) * (pair[-1] - pair[0]))
 
 
 @entry

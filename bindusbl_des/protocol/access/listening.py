@@ -13,6 +13,7 @@ from ...acoustics.travel_time import travel_time
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
 from ...vehicles.vehicle import Place
+from ..conflicts import hearing
 
 
 class Sounding(NamedTuple):
@@ -48,10 +49,8 @@ class Listening:
         signals = between(time, here, all_places, self._band.reach, calling=False)
         if self._channel is not None:
             audible = self._channel.prospects(signals)["sound"][0] > 0.0
-        elif self._band.slant:
-            audible = signals.ranges[0] <= self._band.reach
         else:
-            audible = np.hypot(*(all_places - here).T[:2]) <= self._band.reach
+            audible = hearing(here, all_places, self._band.reach, self._band.slant)[0]
         audible[auv] = False
         farthest = float(signals.ranges[0][audible].max(initial=0.0))
         place = self._auvs.vehicles[auv].at(time)
