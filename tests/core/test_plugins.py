@@ -363,8 +363,11 @@ class Believing:
         return np.ones((len(odometry.times), 3)) * (1.0, 1.0, 0.0)
 
 
-def test_an_object_given_in_python_is_its_own_leave(home: Path) -> None:
+def test_an_object_given_in_python_is_its_own_leave(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It is written down by its name, which reads back to the same scenario."""
+    monkeypatch.setattr(running, "pool_for", OneThread)
     scenario = Scenario(
         name="own",
         duration_s=2.0,

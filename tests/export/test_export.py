@@ -22,6 +22,8 @@ from bindusbl_des.cli import main
 from bindusbl_des.export import scenery
 from bindusbl_des.geometry.geodesy import ned_from_geodetic
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
 TABLES = (
     *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),

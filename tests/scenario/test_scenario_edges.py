@@ -18,6 +18,8 @@ from bindusbl_des.results.result import Result, scenario_sha256
 from bindusbl_des.scenario.files.scenario_file import parse_scenario
 from bindusbl_des.scenario.keys import json_schema
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 MISSION: dict[str, Any] = {
     "name": "edge",
     "duration_s": 1.0,

@@ -21,6 +21,8 @@ from bindusbl_des.geometry.geodesy import geodetic_from_ned
 from bindusbl_des.scenario.on_earth import origin_of
 from bindusbl_des.scenario.survey_area import area_of
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 ORIGIN = (54.33, 10.18)
 # Two sides of 60 and 40 m, and a corner cut off: its centroid is not the origin.
 CORNERS = [[-30.0, -20.0], [30.0, -20.0], [30.0, 10.0], [20.0, 20.0], [-30.0, 20.0]]
