@@ -31,7 +31,10 @@ def load_result(folder: str | Path) -> Result:
     folder = Path(folder)
     path = folder / "run.json"
     if not path.is_file() and (folder / "campaign.json").is_file():
-        raise FileNotFoundError(f"{folder} holds a campaign, which load_campaign reads")
+        raise FileNotFoundError(
+            f"{folder} holds a campaign; give the folder of one run (in Python, load_campaign "
+            "reads campaigns)"
+        )
     if not path.is_file() and (folder / "missions").is_dir():
         raise FileNotFoundError(f"{folder} is a campaign's, or was: its campaign.json is missing")
     if not path.is_file():

@@ -246,7 +246,7 @@ def _type(annotation: Any) -> str:
         return f"{_type(next(arm for arm in arms if arm is not type(None)))}, or null"
     if origin is tuple:
         if arms[-1] is Ellipsis:
-            return f"list of {_type(arms[0])}"
+            return f"list of {' | '.join(_choices(arms[0])) or _type(arms[0])}"
         return "[lat, lon]" if annotation == Position else "[x, y]"
     if parts := _parts(annotation):
         return f"{{{', '.join(parts[0].model_fields)}}}"

@@ -223,6 +223,9 @@ def test_keys_tell_what_the_models_hold() -> None:
     assert rows["auvs.route.kind"].choices[:4] == ("lawnmower", "hold", "waypoints", "track")
     assert rows["auvs.route.points_m"].kind == "list of list of [x, y]"
     assert rows["auvs.route.points_m"].only == "waypoints"
+    told = {row.key: row for row in settings()}["navigation.filter.untold"]
+    assert told.kind.startswith("list of misalignment | gnss | ")
+    assert told.only == "kalman, smoother"
     assert rows["protocol.tick_rate_hz"].kind == "number, or null"
     assert rows["usbl.array"].source.startswith("Nitsch 2024")
     assert (rows["name"].default, rows["name"].range) == ("(required)", "1 to 100 characters")

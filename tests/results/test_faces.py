@@ -173,7 +173,7 @@ def test_a_campaign_draws_reports_and_keeps_itself(tmp_path: Path) -> None:
     del campaign
     assert not temporary.exists()
     assert len(load_campaign(tmp_path / "kept").missions) == 8
-    with pytest.raises(FileNotFoundError, match="holds a campaign, which load_campaign reads"):
+    with pytest.raises(FileNotFoundError, match="holds a campaign; give the folder of one run"):
         load_result(tmp_path / "kept")
 
 
