@@ -238,22 +238,23 @@ def test_hf_range_alone_gives_no_fix_where_mf_is_forgotten() -> None:
 
 @pytest.fixture(scope="module")
 def recovery() -> Result:
-    """The paper's recovery mission, with advice that had all the time it could use."""
-    result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml"), seed=0)
+    """Two minutes of the paper's recovery, with advice that had all the time it could use."""
+    two = load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=["duration_s=120"])
+    result = simulate(two, seed=0)
     result.advice = advise(result, AMPLE)
     return result
 
 
 def test_a_better_gain_and_delay_compensation_are_named(recovery: Result) -> None:
-    """Both are worth 0.1 m of 0.78 m in recovery_140m, a filter 0.6 m; a fourth ASV nothing."""
+    """Both are worth over 0.1 m of 0.66 m in that mission, a filter 0.5 m; a fourth ASV nothing."""
     advice = recovery.advice
     assert advice is not None
     helps = {it.settings[0]: it for it in advice.of(HELPS)}
-    assert helps["navigation.filter=kalman"].mean_m == pytest.approx(-0.58, abs=0.06)
+    assert helps["navigation.filter=kalman"].mean_m == pytest.approx(-0.49, abs=0.06)
     assert "navigation.delay_compensation=shift" in helps
     assert any(name.startswith("navigation.gain=") for name in helps)
     assert not any(name.startswith("asvs.count") for name in helps)
-    assert advice.error_m == pytest.approx(0.78, abs=0.05)
+    assert advice.error_m == pytest.approx(0.66, abs=0.05)
     assert [it.mean_m for it in advice.effects] == sorted(it.mean_m for it in advice.effects)
     assert advice.effects[0].kind == PAIR
     assert (advice.untried, advice.shortage, advice.harms) == ((), "", ())

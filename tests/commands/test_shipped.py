@@ -43,7 +43,7 @@ def test_what_ships_can_be_copied_and_is_right(name: str) -> None:
     result = call("init", name, "--out", "mine.yaml")
     assert result.stderr == "Now try: bindusbl-des sweep mine.yaml\n"
     assert Path("mine.yaml").read_text() == (ROOT / "experiments" / f"{name}.yaml").read_text()
-    checked = call("validate", "mine.yaml", name)
+    checked = call("validate", "mine.yaml")
     assert (checked.exit_code, "mistake" in checked.stderr) == (0, False)
 
 
@@ -60,7 +60,8 @@ def test_a_shipped_scenario_is_read_and_copied() -> None:
 def test_a_file_of_that_name_wins_and_a_folder_does_not() -> None:
     """What lies in the working folder is meant."""
     Path("quickstart").mkdir()
-    assert call("validate", "quickstart").stdout == "quickstart: ok\n"
+    for name in ("quickstart", "table_1"):
+        assert call("validate", name).stdout == f"{name}: ok\n"
     Path("quickstart").rmdir()
     Path("quickstart").write_text("name: mine\nduration: 5\n")
     assert call("validate", "quickstart").stdout.startswith("quickstart:2:1: duration: unknown key")

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -60,8 +61,9 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@cache
 def drawn(kind: str, result: Result) -> Figure:
-    """Return a figure of its usual width, laid out."""
+    """Return a figure of its usual width, laid out, which no test changes."""
     with styled():
         figure = KINDS[kind](result, RUN_KINDS[kind])
         figure.draw_without_rendering()

