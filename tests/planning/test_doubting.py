@@ -72,7 +72,7 @@ def test_verdicts_at_the_limit_are_wrong_as_seldom_as_was_asked(shape: float | N
     """Over all looks one in twenty verdicts at most is given to a mean that is at its limit, half
     of them that it is met; values are normal, or skewed as errors are (gamma, skewness 0.5).
     """
-    count, rng = 4000, np.random.default_rng(7)
+    count, rng = 2000, np.random.default_rng(7)
     noise = (
         rng.standard_normal((count, SEEDS, 1))
         if shape is None
