@@ -47,8 +47,11 @@ def fuse_pair(
     estimate: Vector, covariance: Vector, fix: Vector, other: Vector
 ) -> tuple[Vector, Vector]:
     """Fuse two independent estimates (n,) and their covariances (n, n); see :func:`fuse`."""
-    size = estimate.size
-    gain = product(covariance, _pseudo_inverse(covariance + other))
+    size, total = estimate.size, covariance.copy()
+    for i in range(size):
+        for j in range(size):
+            total[i, j] += other[i, j]
+    gain = product(covariance, _pseudo_inverse(total))
     left = product(gain, covariance)
     fused, spread = estimate.copy(), np.empty((size, size))
     for i in range(size):

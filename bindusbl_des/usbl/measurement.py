@@ -5,6 +5,7 @@ from math import hypot, isnan, sqrt
 import numpy as np
 
 from ..core.compiled import compiled
+from ..records.events import HEARD
 from ..records.rows import Row
 from ..vehicles.motion import Floats, Motion, where
 from .fusion import fuse_pair
@@ -24,17 +25,19 @@ def measured(
     if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
         if not isnan(ping.call_time_s):
             return two_way(heard, asvs, instrument, strayed[ping.auv])
-    estimate, covariance = np.zeros(3), np.zeros((3, 3))
-    for row in heard.rows:
+    estimate, covariance, first = np.zeros(3), np.zeros((3, 3)), True
+    for row in range(len(heard.receptions)):
         it = heard.receptions[row]
+        if it.outcome != HEARD:
+            continue
         x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
         vessel = x, y, z
         fix, spread = locate(
             seeming(ping, vessel, it), vessel, yaw, travelled(it), it.snr_db, heard.noise[row],
             instrument,
         )  # fmt: skip
-        if row == heard.rows[0]:
-            estimate, covariance = fix, spread
+        if first:
+            estimate, covariance, first = fix, spread, False
         else:
             estimate, covariance = fuse_pair(estimate, covariance, fix, spread)
     return estimate, covariance

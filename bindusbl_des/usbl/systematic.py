@@ -14,6 +14,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ..core.compiled import compiled
+from ..records.events import HEARD
 from ..records.rows import NONE, Row, Rows
 from ..vehicles.currents import CONTROL_S
 from ..vehicles.motion import Floats, Motion
@@ -136,8 +137,10 @@ def measured_astray(
     known = _columns(begun, heard, first, lasting)
     levers = np.zeros((UNKNOWNS, known.shape[1]))
     levers[:3] = known[:3]
-    for row in heard.rows:
-        if row != first:
+    others = 0
+    for row in range(len(heard.receptions)):
+        if heard.receptions[row].outcome == HEARD and row != first:
+            others += 1
             part = _by_other(heard, row, begun.call_way, asvs, instrument, lasting)
             fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
             add_own(own, part.effects, part.bend, sds)
@@ -154,7 +157,7 @@ def measured_astray(
                 for j in range(3):
                     levers[i] += fused.gain[i, j] * off[j]
             state, spread, squares = fused.estimate, fused.covariance, squares + fused.square
-    doubt = _doubt(squares, 3.0 * (heard.rows.size - 1), lasting.levels)
+    doubt = _doubt(squares, 3.0 * others, lasting.levels)
     count, covariance = lasting.variances.size, doubt * spread[:3, :3]
     left = noise_of(covariance, levers[:3, 3 * count :], lasting.variances)
     move(levers, state)

@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiled import compiled
-from ..records.rows import Row, Rows
-from ..vehicles.motion import Floats, Ints, Motion, where
+from ..records.events import HEARD
+from ..records.rows import NONE, Row, Rows
+from ..vehicles.motion import Floats, Motion, where
 from .covariance import SHORTEST_RANGE
 from .fusion import fuse_shared
 from .instrument import Instrument, clocked, gnss_noise, placed, sighted
@@ -22,13 +23,12 @@ from .vectors import NOTHING, Vector, dot, minus, plus, scaled
 
 
 class Heard(NamedTuple):
-    """A ping and its receptions (n,), of which those in `rows` (k,) were decoded; the `noise` of
-    each, standard normal numbers (n, NOISE_WIDTH or more).
+    """A ping and its receptions (n,), of which one or more were decoded; the `noise` of each,
+    standard normal numbers (n or more, NOISE_WIDTH or more).
     """
 
     ping: Row
     receptions: Rows
-    rows: Ints
     noise: Floats
 
 
@@ -70,8 +70,8 @@ def two_way(
     state, spread, lever = np.zeros(4), alone.covariance, np.empty((3, 1))
     state[:3] = alone.fix
     call_way = seen.path - alone.own.reach
-    for row in heard.rows:
-        if row != reference:
+    for row in range(len(heard.receptions)):
+        if heard.receptions[row].outcome == HEARD and row != reference:
             seen = answered(heard, row, asvs, instrument)
             fix, other = placed(
                 seen.vessel, seen.unit, seen.believed, max(seen.path - call_way, 0.0),
@@ -86,10 +86,12 @@ def two_way(
 @compiled
 def first_to_locate(heard: Heard) -> int:
     """Return the reception that locates an AUV first: the caller's if it has heard the answer."""
-    for row in heard.rows:
-        if heard.receptions[row].asv == heard.ping.called_by:
-            return int(row)
-    return int(heard.rows[0])
+    first = NONE
+    for row in range(len(heard.receptions)):
+        it = heard.receptions[row]
+        if it.outcome == HEARD and (first == NONE or it.asv == heard.ping.called_by):
+            first = row
+    return first
 
 
 @compiled

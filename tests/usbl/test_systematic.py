@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from worlds import blank
 
+from bindusbl_des.records.events import HEARD, LOST
 from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.fusion import fuse_shared
@@ -57,7 +58,9 @@ class Sea:
             ping["called_at_s"] = PINGED - travel[self.called_by]
         receptions["asv"], receptions["travel_time_s"] = np.arange(3), travel
         receptions["arrived_at_s"] = PINGED + travel
-        heard = Heard(ping[0], receptions, np.array(self.heard), self.noise)
+        receptions["outcome"] = LOST
+        receptions["outcome"][list(self.heard)] = HEARD
+        heard = Heard(ping[0], receptions, self.noise)
         usbl = Usbl(
             ARRAYS[self.array], *((0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0) if self.quiet else
             (2.6e-7, 6.7e-6, 0.0, (0.003, 0.003, 0.015), 0.02)),

@@ -5,13 +5,14 @@ with a dozen of them.  So their addresses are written to one record, and its own
 """
 
 from functools import cache
+from itertools import takewhile
+from struct import Struct
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
 # Each number stands in a word of eight bytes.
-NUMBERS: dict[Any, str] = {float: "f8", int: "i8", bool: "i8"}
+NUMBERS: dict[Any, str] = {float: "d", int: "q", bool: "q"}
 
 
 class Kind(NamedTuple):
@@ -34,16 +35,23 @@ class Handed:
     def __init__(self, whole: Any) -> None:
         """Take the tuple; its arrays live as long as this does."""
         kind: Any = type(whole)
-        self._fields, self._held = fields_of(kind), whole._asdict()
-        self._row: NDArray[np.void] = np.zeros(1, _layout(kind))
-        self._row[0] = _written(kind, whole)
+        self._kind, self._held = kind, whole._asdict()
+        self._record = np.empty(_record(kind).size, dtype=np.uint8)
+        self._put(0, "", kind, whole)
         #: What compiled code is handed: where the record is.
-        self.address: int = self._row.ctypes.data
+        self.address: int = self._record.ctypes.data
 
     def renew(self, name: str, value: Any) -> None:
         """Take another array, or tuple, in the place of one of its fields."""
+        fields = fields_of(self._kind)
+        before = takewhile(lambda field: field != name, fields)
         self._held[name] = value
-        self._row[name] = _field(name, self._fields[name], value)
+        self._put(sum(_record(fields[it]).size for it in before), name, fields[name], value)
+
+    def _put(self, place: int, name: str, hint: Any, value: Any) -> None:
+        words: list[Any] = []
+        _write(name, hint, value, words)
+        _record(hint).pack_into(self._record.data, place, *words)
 
 
 @cache
@@ -64,34 +72,31 @@ def _kind(hint: Any) -> Kind:
 
 
 @cache
-def _layout(whole: Any) -> np.dtype[np.void]:
-    """Return the record of a tuple, in which arrays stand as numba's compiled code has them."""
-
-    def field(hint: Any) -> Any:
-        if isinstance(hint, Kind):
-            words = [(name, "i8") for name in ("holder", "parent", "size", "item", "address")]
-            return [*words, ("shape", "i8", (hint.axes,)), ("strides", "i8", (hint.axes,))]
-        return NUMBERS[hint] if hint in NUMBERS else _layout(hint)
-
-    return np.dtype([(name, field(hint)) for name, hint in fields_of(whole).items()])
+def _record(hint: Any) -> Struct:
+    """Return the record of a field, in which arrays stand as numba's compiled code has them."""
+    return Struct(_words(hint))
 
 
-def _written(kind: Any, whole: Any) -> tuple[Any, ...]:
-    """Return what stands in the record of a tuple of a class."""
-    fields = zip(fields_of(kind).items(), whole, strict=True)
-    return tuple([_field(name, hint, value) for (name, hint), value in fields])
+def _words(hint: Any) -> str:
+    if isinstance(hint, Kind):
+        return "q" * (5 + 2 * hint.axes)
+    return NUMBERS[hint] if hint in NUMBERS else "".join(map(_words, fields_of(hint).values()))
 
 
-def _field(name: str, hint: Any, value: Any) -> Any:
-    """Return what stands in a record for one field of a tuple.
+def _write(name: str, hint: Any, value: Any, words: list[Any]) -> None:
+    """Add what stands in a record for one field of a tuple.
 
     Raises:
         TypeError: for an array that is not what the tuple's class says, or not in one piece.
     """
     if hint in NUMBERS:
-        return value
-    if not isinstance(hint, Kind):
-        return _written(hint, value)
-    if (value.dtype, value.ndim) != hint or not value.flags.c_contiguous:
-        raise TypeError(f"{name} is an array of {value.dtype} {value.shape}, not {hint}")
-    return 0, 0, value.size, value.itemsize, value.ctypes.data, value.shape, value.strides
+        words.append(value)
+    elif isinstance(hint, Kind):
+        same = value.dtype is hint.of or value.dtype == hint.of  # to compare fields takes long
+        if not same or value.ndim != hint.axes or not value.flags.c_contiguous:
+            raise TypeError(f"{name} is an array of {value.dtype} {value.shape}, not {hint}")
+        words += (0, 0, value.size, value.itemsize, value.ctypes.data)
+        words += (*value.shape, *value.strides)
+    else:
+        for (part, of), its_own in zip(fields_of(hint).items(), value, strict=True):
+            _write(part, of, its_own, words)

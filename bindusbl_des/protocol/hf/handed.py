@@ -49,6 +49,7 @@ def decided_by(
             record.receptions.array,
             calls.array,
             record.fixes.array,
+            np.empty(1, dtype=np.int64),
             noise_of(measuring.noise),
             asvs.motion,
             measuring.instrument,

@@ -2,6 +2,8 @@
 
 from functools import cache, partial
 
+import numpy as np
+
 from ...core.handing.handed import Handed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.recorder import Recorder
@@ -56,4 +58,5 @@ class Measuring:
 
 def noise_of(store: NoiseStore) -> Noise:
     """Return noise as compiled code takes it."""
-    return Noise(store.shelf, store.taken, store.blocks)
+    asvs, width = store.shelf.shape[1], store.blocks.shape[2]
+    return Noise(store.shelf, store.taken, store.blocks, np.zeros((asvs, width)))

@@ -44,6 +44,7 @@ class Outcomes:
         self._decided_by = decided_by(
             record, uplink.calls, asvs, measuring, self.band.duration, self.receiver
         )
+        self._room = 1  # for numbers of pings that are due
         self._undecided = 0  # pings before this one are decided
         self._predicted = 0  # pings before this one have arrived everywhere
 
@@ -70,7 +71,11 @@ class Outcomes:
         """
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         count, measuring = fixes.count, self._measuring
-        measuring.make_room(pings.count - self._undecided + 1)
+        most = pings.count - self._undecided + 1
+        measuring.make_room(most)
+        if most > self._room:
+            self._room = 2 * most
+            self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
         fixes.count, undecided, auv, asv = settle(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
             self._uplink.calls.count, count, *measuring.made_for, self._strayed,

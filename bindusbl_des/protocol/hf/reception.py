@@ -3,8 +3,6 @@
 from math import erfc, inf, nan, sqrt
 from typing import Annotated, NamedTuple
 
-import numpy as np
-
 from ...acoustics.propagation import drowns, overlap
 from ...core.compiled import compiled, entry
 from ...core.handing.opened import opened
@@ -33,23 +31,27 @@ class Air(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Numbers drawn for each pair of an AUV and an ASV (:class:`.streams.NoiseStore`)."""
+    """Numbers drawn for each pair of an AUV and an ASV (:class:`.streams.NoiseStore`), and those
+    that a ping has `taken_now` (m or more, columns), one row for each of its receptions.
+    """
 
     shelf: Annotated[Ints, 2]
     taken: Annotated[Ints, 2]
     blocks: Annotated[Floats, 3]
+    taken_now: Annotated[Floats, 2]
 
 
 class Decided(NamedTuple):
     """What pings are decided by, handed over once: all sound on record and the fixes made, with
-    room for more, the noise, where ASVs are, what they measure with, and what they make of what
-    they hear (:class:`Air`).
+    room for more, room for the numbers of pings that are `due`, the noise, where ASVs are, what
+    they measure with, and what they make of what they hear (:class:`Air`).
     """
 
     pings: Annotated[Rows, PING]
     receptions: Annotated[Rows, RECEPTION]
     calls: Annotated[Rows, CALL]
     fixes: Annotated[Rows, FIX]
+    due: Ints
     noise: Noise
     asvs: Motion
     instrument: HandedInstrument
@@ -125,36 +127,19 @@ def settle(
     as of :data:`.echoing.ECHO`; and `frames`, of ASVs that hear no ping while they send them.
     """
     by = opened(handed, Decided)
-    fixes, noise, asvs, parts = by.fixes, by.noise, by.asvs, by.instrument
     air = Air(
         by.pings[:pings], by.receptions[:receptions], by.calls[:calls],
         by.duration, by.capture, by.shadowing_sd_db,
     )  # fmt: skip
-    due = np.array([first]) if only != NONE else _due(air.pings, first, time)
-    for ping in due:
-        dry, hearers, measuring = _decide(ping, only, air, echoes, frames, noise)
+    count, by.due[0] = 1, first
+    if only == NONE:
+        count = _write_due(by.due, air.pings, first, time)
+    for ping in by.due[:count]:
+        dry, makes_fix = _decide(ping, only, air, echoes, frames, by.noise)
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
-        if hearers.size > 0:
-            row = fixes[fix]
-            row.fix = fix
-            sent = air.pings[ping]
-            begin(row, sent, only)
-            heard = Heard(sent, air.receptions[row.first : row.end], hearers, measuring)
-            if parts.array.size > 0:  # else one of somebody's own measures later
-                instrument = Instrument(parts.array, parts.metric, parts.levels[0], has_sheet)
-                if errors is not None:
-                    told = opened(errors, HandedErrors)
-                    lasting = Systematic(
-                        told.levels[0], told.variances, told.misalignments, told.gnss, told.clocks
-                    )
-                    place, covariance, lever, told.left[fix] = measured_astray(
-                        heard, asvs, instrument, strayed, lasting
-                    )
-                    told.levers[fix] = lever[:2]
-                else:
-                    place, covariance = measured(heard, asvs, instrument, strayed)
-                note(row, sent, place, covariance)
+        if makes_fix:
+            _make(fix, air.pings[ping], only, handed, has_sheet, errors, strayed)
             fix += 1
         if only == NONE:
             air.pings[ping].passed_at_s = inf
@@ -164,9 +149,41 @@ def settle(
 
 
 @compiled
-def _due(pings: Rows, first: int, time: float) -> Ints:
-    """Return the pings from `first` on that have passed by an instant (s), as they did."""
-    due = np.empty(len(pings) - first, dtype=np.int64)
+def _make(
+    fix: int, ping: Row, only: int, handed: int, has_sheet: bool | None, errors: int | None,
+    strayed: Floats | None,
+) -> None:  # fmt: skip
+    """Write the row of a fix: the receptions that it is made of, and what is measured of the ping.
+
+    Arguments as of :func:`settle`.
+    """
+    by = opened(handed, Decided)
+    row, parts = by.fixes[fix], by.instrument
+    row.fix = fix
+    begin(row, ping, only)
+    if parts.array.size == 0:  # one of somebody's own measures later
+        return
+    instrument = Instrument(parts.array, parts.metric, parts.levels[0], has_sheet)
+    heard = Heard(ping, by.receptions[row.first : row.end], by.noise.taken_now)
+    if errors is not None:
+        told = opened(errors, HandedErrors)
+        lasting = Systematic(
+            told.levels[0], told.variances, told.misalignments, told.gnss, told.clocks
+        )
+        place, covariance, lever, told.left[fix] = measured_astray(
+            heard, by.asvs, instrument, strayed, lasting
+        )
+        told.levers[fix] = lever[:2]
+    else:
+        place, covariance = measured(heard, by.asvs, instrument, strayed)
+    note(row, ping, place, covariance)
+
+
+@compiled
+def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
+    """Write which pings from `first` on have passed by an instant (s), as they did; return how
+    many.
+    """
     size = 0
     for ping in range(first, len(pings)):
         if pings[ping].passed_at_s <= time:
@@ -176,46 +193,43 @@ def _due(pings: Rows, first: int, time: float) -> Ints:
                 place -= 1
             due[place] = ping
             size += 1
-    return due[:size]
+    return size
 
 
 @compiled
 def _decide(
     ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: Noise
-) -> tuple[int, Ints, Floats]:
-    """Decide the receptions of a ping, or `only` one.
+) -> tuple[int, bool]:
+    """Decide the receptions of a ping, or `only` one, each by a row of the noise.
 
-    Return NONE; of these receptions (n,) those to make a fix of, which were heard if nobody heard
-    the ping yet; and the noise of all.  Where an ASV's noise is used up, nothing is done and its
-    number returned first.
+    Return NONE, and whether a fix is to be made: somebody has heard the ping, and nobody had yet.
+    Where an ASV's noise is used up, nothing is done and its number returned first.
     """
     line = air.pings[ping]
     first, end = line.first, line.end
     if only != NONE:
         first, end = only, only + 1
-    auv, receptions = line.auv, air.receptions[first:end]
-    heard = np.empty(len(receptions), dtype=np.int64)
-    measuring = np.zeros((len(receptions), noise.blocks.shape[2]))
-    for it in receptions:
+    auv, width = line.auv, noise.blocks.shape[2]
+    for it in air.receptions[first:end]:
         if it.outcome == IN_FLIGHT and noise.taken[auv, it.asv] == noise.blocks.shape[1]:
-            return int(it.asv), heard[:0], measuring
+            return int(it.asv), False
     hearers = 0
-    for k in range(len(receptions)):
-        it = receptions[k]
+    for row in range(first, end):
+        it, taken_now = air.receptions[row], noise.taken_now[row - first]
         if it.outcome != IN_FLIGHT:
+            for n in range(width):
+                taken_now[n] = 0.0
             continue
         drawn = noise.blocks[noise.shelf[auv, it.asv], noise.taken[auv, it.asv]]
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
-        for n in range(len(drawn)):
-            measuring[k, n] = drawn[n]
-        it.outcome = _outcome(first + k, drawn[NOISE_WIDTH], air, echoes, frames)
+        for n in range(width):
+            taken_now[n] = drawn[n]
+        it.outcome = _outcome(row, drawn[NOISE_WIDTH], air, echoes, frames)
         it.snr_db += air.shadowing_sd_db * drawn[NOISE_WIDTH]
-        if it.outcome == HEARD:
-            heard[hearers] = k
-            hearers += 1
-    makes = hearers if line.heard_by == 0 else 0
+        hearers += it.outcome == HEARD
+    makes_fix = hearers > 0 and line.heard_by == 0
     line.heard_by += hearers
-    return NONE, heard[:makes], measuring
+    return NONE, makes_fix
 
 
 @compiled
