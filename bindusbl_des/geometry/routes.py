@@ -74,10 +74,8 @@ def lawnmower(
     """
     skip = max(1, math.ceil(2 * turning.radius / spacing - LANE_TOLERANCE))
     skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turning.order]
-    candidates = [
-        _over([share.lanes[lane] for lane in lane_order(len(share.lanes), s)], turning.radius)
-        for s in skips
-    ]
+    orders = dict.fromkeys(tuple(lane_order(len(share.lanes), skip)) for skip in skips)
+    candidates = [_over([share.lanes[lane] for lane in order], turning.radius) for order in orders]
     path, lanes = min(candidates, key=lambda it: it[0].length)
     if begin is not None:
         path, lanes = _entered(path, lanes, begin, turning, box)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..core.compiled import compiled, entry, inlined
 from ..core.lanes.blocks import block
 from ..core.lanes.numbers import LANES
+from ..core.lanes.places import columns, enter
 from ..core.lanes.sines import sincos
 
 Floats = NDArray[np.float64]
@@ -23,11 +24,6 @@ Velocity = tuple[float, float, float]
 # A line: place (m) and yaw (rad), their rates (m/s, rad/s), integrals of cos(yaw) and sin(yaw) (s),
 # horizontal distance travelled (m)
 X, Y, Z, YAW, RATES, COS, SIN, DISTANCE, COLUMNS = 0, 1, 2, 3, 4, 8, 9, 10, 11
-
-
-# Rows of what four instants need: the lines before and after each, where between them it lies, and
-# what is found there
-NEXT, SHARE, PAST, FOUND, ROWS = DISTANCE, 2 * DISTANCE, 2 * DISTANCE + 1, 2 * DISTANCE + 2, 30
 
 
 class Bearing(NamedTuple):
@@ -166,28 +162,30 @@ def look_up(
 ) -> None:
     """Write what :func:`.motion.lines` returns, (n, 8), of four instants at a time.
 
-    `rows` (ROWS, LANES) is room to work in.
+    `rows` (2, LANES) is room to work in.
     """
-    was, now, found = block(rows, 0), block(rows, NEXT), block(rows, FOUND)
+    shares, places, numbers = block(rows, 0), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     for k in range(0, times.size, LANES):
-        count = min(LANES, times.size - k)
-        for lane in range(count):
-            line, rows[SHARE, lane], rows[PAST, lane] = before(first, end, step, times[k + lane])
-            for column in range(DISTANCE):
-                rows[column, lane] = log[line, column]
-                rows[NEXT + column, lane] = log[line + 1, column]
-        share, past = was[SHARE], was[PAST]
-        for axis in range(RATES):
-            rates = was[RATES + axis], now[RATES + axis]
-            found[axis], found[RATES + axis] = between(was[axis], now[axis], *rates, share, step)
-        sine, cosine = sincos(was[YAW])
-        began = Bearing(cosine, sine, was[RATES + YAW])
-        sine, cosine = sincos(found[YAW])
-        ahead, aside = turned_over(began, Bearing(cosine, sine, found[RATES + YAW]), past)
-        found[4], found[5], found[6], found[7] = was[COS] + ahead, was[SIN] + aside, cosine, sine
-        for lane in range(count):
-            for column in range(8):
-                out[k + lane, column] = rows[FOUND + column, lane]
+        for lane in range(LANES):  # of the last four some may be the same
+            numbers[lane] = min(k + lane, times.size - 1)
+            found = before(first, end, step, times[numbers[lane]])
+            places[lane], rows[0, lane], rows[1, lane] = found
+        share, past = shares[0], shares[1]
+        x, y, z, yaw = columns(log, places, X)
+        u, v, w, turn = columns(log, places, RATES)
+        _, ahead, aside, _ = columns(log, places, COS - 1)
+        next_x, next_y, next_z, next_yaw = columns(log, places, COLUMNS + X)
+        next_u, next_v, next_w, next_turn = columns(log, places, COLUMNS + RATES)
+        sine, cosine = sincos(yaw)
+        began = Bearing(cosine, sine, turn)
+        x, _ = between(x, next_x, u, next_u, share, step)
+        y, _ = between(y, next_y, v, next_v, share, step)
+        z, _ = between(z, next_z, w, next_w, share, step)
+        yaw, turn = between(yaw, next_yaw, turn, next_turn, share, step)
+        sine, cosine = sincos(yaw)
+        more_ahead, more_aside = turned_over(began, Bearing(cosine, sine, turn), past)
+        enter(out, numbers, 0, (x, y, z, yaw))
+        enter(out, numbers, 4, (ahead + more_ahead, aside + more_aside, cosine, sine))
 
 
 @inlined

@@ -169,7 +169,7 @@ def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) 
     """
     begin, end, out = first[vehicle], first[vehicle + 1], np.empty((times.size, 8))
     if step > 0.0:
-        logs.look_up(table, begin, end, step, times, np.zeros((logs.ROWS, LANES)), out)
+        logs.look_up(table, begin, end, step, times, np.zeros((2, LANES)), out)
     else:
         _lines_of_legs(table, begin, end, times, out)
     return out

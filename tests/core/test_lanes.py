@@ -2,7 +2,7 @@
 
 import math
 import platform
-from math import atan2, exp, hypot, sqrt
+from math import hypot, sqrt
 
 import numpy as np
 import pytest
@@ -10,7 +10,9 @@ from numba.core.errors import TypingError
 from numpy.typing import NDArray
 
 from bindusbl_des.core.compiled import entry, inlined
+from bindusbl_des.core.lanes.arctangent import SLENDER, atan2
 from bindusbl_des.core.lanes.blocks import block
+from bindusbl_des.core.lanes.exponential import LARGEST, exp
 from bindusbl_des.core.lanes.numbers import LANES, all_at_least, if_positive
 from bindusbl_des.core.lanes.sines import sincos
 
@@ -55,6 +57,13 @@ def turn(rows: Floats) -> None:
 
 
 @entry
+def grow_and_point(rows: Floats) -> None:
+    """Write exponentials of row 0 and angles of rows 0 and 1 to rows 2 and 3."""
+    four = block(rows, 0)
+    four[2], four[3] = exp(four[0]), atan2(four[0], four[1])
+
+
+@entry
 def level(rows: Floats, first: int, bound: float) -> bool:
     """Return whether no lane of a row is below a bound."""
     return all_at_least(block(rows, first)[0], bound)
@@ -83,6 +92,26 @@ def test_sines_have_the_bits_of_the_library(within: float) -> None:
         turn(rows)
         expected = [(math.sin(angle), math.cos(angle)) for angle in rows[0].tolist()]
         assert rows[1:].tobytes() == np.array(expected).T.tobytes()
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other libraries round otherwise")
+@pytest.mark.parametrize("within", [1e-250, 1e-20, 0.003, 1.0, 20.0, LARGEST, 700.0])
+@pytest.mark.parametrize("slender", [0.0, 0.8 * SLENDER, SLENDER, 100.0 * SLENDER])
+def test_exponentials_and_angles_have_the_bits_of_the_library(
+    within: float, slender: float
+) -> None:
+    """Of numbers on either side of where other formulas begin, and of zeros of either sign."""
+    random, rows = np.random.default_rng(7), np.zeros((4, LANES))
+    for numbers in random.uniform(-1.0, 1.0, (500, LANES)):
+        rows[0] = within * numbers
+        rows[1] = slender * np.abs(rows[0]) * random.uniform(1.0, 2.0, LANES)
+        rows[0, random.integers(LANES)] = random.choice([0.0, -0.0])
+        rows[1, 0] *= random.choice([1.0, 0.0, -1.0, -0.0])
+        grow_and_point(rows)
+        pairs = rows[:2].T.tolist()
+        assert rows[2].tolist() == [math.exp(power) for power, _ in pairs]
+        expected = np.array([math.atan2(*pair) for pair in pairs])
+        assert rows[3].tobytes() == expected.tobytes()
 
 
 def test_angles_that_are_none_have_no_sine() -> None:

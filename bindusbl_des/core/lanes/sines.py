@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from ..compiled import inlined
 from ..compiling.compiler import TARGET
-from .numbers import DOUBLE, LANES, PLACE, VECTOR, all_at_least, fma, if_positive, lanes
+from .numbers import DOUBLE, all_at_least, fma, if_positive, lanes
+from .places import PLACES, row_at
 
 Floats = NDArray[np.float64]
 
@@ -54,8 +55,6 @@ T3, T5, T7, T9, T11 = map(
      "0x1.71de27b9a7ed9p-19", "-0x1.addffc2fcdf59p-26"),
 )  # fmt: skip
 
-PLACES = 128  # in a radian; the table has as many rows, so that no bits lead beyond it
-
 
 def _table() -> Floats:
     """Return sine and cosine of each place, and what rounding took off them, (PLACES, 4)."""
@@ -75,34 +74,6 @@ def _table() -> Floats:
 
 
 TABLE = _table()
-
-
-def _look_up(_: Any, table: Any, placed: Any) -> Any:
-    """Read the row of each lane, whose number are the last bits of `placed`, as four columns."""
-
-    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
-        whole = ir.VectorType(ir.IntType(64), LANES)
-        numbers = builder.and_(
-            builder.bitcast(args[1], whole), ir.Constant(whole, [PLACES - 1] * LANES)
-        )
-        rows = []
-        for lane in range(LANES):
-            number = builder.extract_element(numbers, PLACE(lane))
-            begin = builder.gep(data, [builder.mul(number, ir.Constant(whole.element, LANES))])
-            rows.append(builder.load(builder.bitcast(begin, VECTOR.as_pointer()), align=8))
-        for picked in ([0, 4, 2, 6], [1, 5, 3, 7]), ([0, 1, 4, 5], [2, 3, 6, 7]):
-            rows = [
-                builder.shuffle_vector(*pair, ir.Constant(ir.VectorType(PLACE, LANES), order))
-                for order in picked
-                for pair in (rows[:2], rows[2:])
-            ]
-        return context.make_tuple(builder, sig.return_type, rows)
-
-    return types.UniTuple(lanes, 4)(table, lanes), build
-
-
-_rows_of = cast(Callable[[Floats, float], tuple[float, ...]], intrinsic(_look_up))
 
 
 @inlined
@@ -133,7 +104,7 @@ def _of_acute(angle: float, rest: float) -> tuple[float, float]:
     cos p c), with s = sin x and c = 1 - cos x.
     """
     placed = angle + PLACED
-    sine, sine_rest, cosine, cosine_rest = _rows_of(TABLE, placed)
+    sine, sine_rest, cosine, cosine_rest = row_at(TABLE, placed)
     x = angle - (placed - PLACED)
     square = x * x
     s = x + fma(x * square, fma(S5, square, S3), rest)

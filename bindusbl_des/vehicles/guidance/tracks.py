@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled
+from ...core.compiled import compiled, inlined
 from ...core.lanes.sines import sincos
 from ...geometry.paths import PATH_ROW, Path, path_rows
 from ...records.rows import Row, Rows
@@ -31,10 +31,10 @@ SURELY = 1e-6  # m: what is farther by this is farther, however distances were r
 
 
 # A row of a path, cosine and sine of the heading at its beginning, and where that lies as seen from
-# the centre of its circle (m)
-TRACK_ROW = np.dtype(
-    [*PATH_ROW.descr, *((name, "f8") for name in ("cosine", "sine", "centred_x", "centred_y"))]
-)
+# the centre of its circle (m); that centre and its radius (m), of a straight row those of a circle
+# about it
+_NUMBERS = ("cosine", "sine", "centred_x", "centred_y", "centre_x", "centre_y", "radius")
+TRACK_ROW = np.dtype([*PATH_ROW.descr, *((name, "f8") for name in _NUMBERS)])
 
 
 class Tracks(NamedTuple):
@@ -83,6 +83,12 @@ def pack(paths: Sequence[Path]) -> Tracks:
     bends = joined["curvature"] != 0.0
     for name, side in (("centred_x", prepared["sine"]), ("centred_y", -prepared["cosine"])):
         prepared[name][bends] = side[bends] / joined["curvature"][bends]
+    half = joined["length"] / 2.0
+    for axis, along in (("x", "cosine"), ("y", "sine")):
+        middle = np.where(bends, -prepared[f"centred_{axis}"], half * prepared[along])
+        prepared[f"centre_{axis}"] = joined[axis] + middle
+    prepared["radius"] = half
+    prepared["radius"][bends] = 1.0 / np.abs(joined["curvature"][bends])
     return Tracks(prepared, bounds)
 
 
@@ -176,36 +182,40 @@ def travelled(rows: Rows, progress: Row) -> float:
 
 
 @compiled
-def _beside(row: Row, north: float, east: float, nearest: float) -> float:
-    """Return the distance (m) of a place from one row of a path; infinity if not the `nearest`."""
+def _distance_to(row: Row, north: float, east: float) -> float:
+    """Return the distance (m) of a place from one row of a path."""
     length, bend = row.length, row.curvature
     if bend == 0.0:
         into = min(max(_into(row, north, east, 0.0), 0.0), length)
         x, y = row.x + into * row.cosine, row.y + into * row.sine
         return hypot(north - x, east - y)
-    ahead = north - row.x + row.centred_x
-    aside = east - row.y + row.centred_y
-    reach = 1.0 / abs(bend) + nearest + SURELY
-    if ahead * ahead + aside * aside > reach * reach:  # of the whole circle nothing is so near
-        return inf
     if 0.0 <= _into(row, north, east, 0.5 * length) <= length:
-        beside: float = abs(hypot(ahead, aside) - 1.0 / abs(bend))
-        return beside
+        ahead = north - row.x + row.centred_x
+        aside = east - row.y + row.centred_y
+        distance: float = abs(hypot(ahead, aside) - row.radius)
+        return distance
     sine, cosine = sincos(row.yaw + bend * length)
     x = row.x + (sine - row.sine) / bend
     y = row.y - (cosine - row.cosine) / bend
     return min(hypot(north - row.x, east - row.y), hypot(north - x, east - y))
 
 
+@inlined
+def _may_be_within(distance: float, row: Row, north: float, east: float) -> bool:
+    """Return whether a row of a path may be so near to a place (m): the disc is, in which it is."""
+    ahead, aside = north - row.centre_x, east - row.centre_y
+    reach = row.radius + distance + SURELY
+    within: bool = ahead * ahead + aside * aside <= reach * reach
+    return within
+
+
 @compiled
 def distance_from(rows: Rows, bounds: Row, row: int, north: float, east: float) -> float:
     """Return the distance (m) of a place from the row that is flown and the two beside it."""
-    nearest = _beside(rows[row], north, east, inf)
-    following, before = _next(row, bounds), row - 1
-    if following >= 0:
-        nearest = min(nearest, _beside(rows[following], north, east, nearest))
-    if row == bounds.again:
-        nearest = min(nearest, _beside(rows[bounds.end - 1], north, east, nearest))
-    if before >= bounds.first:
-        nearest = min(nearest, _beside(rows[before], north, east, nearest))
+    nearest = _distance_to(rows[row], north, east)
+    last_of_lap = bounds.end - 1 if row == bounds.again else -1
+    before = row - 1 if row > bounds.first else -1
+    for other in (_next(row, bounds), last_of_lap, before):
+        if other >= 0 and _may_be_within(nearest, rows[other], north, east):
+            nearest = min(nearest, _distance_to(rows[other], north, east))
     return nearest

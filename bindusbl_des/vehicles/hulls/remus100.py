@@ -7,9 +7,11 @@ Source: force model of PythonVehicleSimulator (Fossen, remus100.py @c717e073), w
 entering consistently; `derivative_pvs` keeps that program's own way with currents.
 """
 
-from math import atan2, exp, sqrt
+from math import sqrt
 
 from ...core.compiled import compiled, inlined
+from ...core.lanes.arctangent import atan2
+from ...core.lanes.exponential import exp
 from ...core.lanes.numbers import if_positive
 from . import remus100_parameters as at
 from .frames import (
