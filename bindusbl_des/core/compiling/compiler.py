@@ -150,10 +150,11 @@ class WholeCompiler(Compiler):
         state.targetctx.nrt = holders(state.targetctx, state.targetctx.enable_nrt)
 
     def define_pipelines(self) -> Any:
-        """Return numba's passes, and one more."""
+        """Return numba's passes, one of which is ours: it marks ends of lives where they matter."""
         pipelines = super().define_pipelines()  # type: ignore[no-untyped-call]
         for passes in pipelines:
             passes.add_pass_after(CountIfNeeded, IRLegalization)
+            passes.passes = [it for it in passes.passes if it[0] is not IRLegalization]
             passes.finalize()
         return pipelines
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from numba.core import ir, types
 from numba.core.compiler_machinery import AnalysisPass, register_pass
+from numba.core.postproc import PostProcessor
 from numba.core.runtime.context import NRTContext
 
 # What hands on arrays that somebody holds already, or views of them.
@@ -43,13 +44,15 @@ class CountIfNeeded(AnalysisPass):
         AnalysisPass.__init__(self)  # type: ignore[no-untyped-call]
 
     def run_pass(self, state: Any) -> bool:
-        """Look at a function whose types are known, and in which ends of lives are marked."""
+        """Look at a function whose types are known, and mark the ends of lives if need be."""
         counted = _counted(state)
-        if not _counts(state, counted):
-            counted = set()
+        counts = _counts(state, counted)
+        PostProcessor(state.func_ir).run(counts, state.flags.dbg_extend_lifetimes)  # type: ignore[no-untyped-call]
+        if not counts:
             runtime = state.targetctx.nrt
             state.targetctx = state.targetctx.subtarget(enable_nrt=False)
             state.targetctx.nrt = runtime  # operations may take memory that they free themselves
+            return False
         for block in state.func_ir.blocks.values():
             block.body = [
                 line for line in block.body if not isinstance(line, ir.Del) or line.value in counted

@@ -40,13 +40,15 @@ class Whole(_Code):
                 raise AssertionError(f"{function.name} is missing in {self.name}")
 
     def _optimize_final_module(self) -> None:
-        """Optimise, but do not look for numbers that could be worked out side by side.
+        """Optimise (-O2), but do not look for numbers that could be worked out side by side.
 
         Where that pays, four vehicles are vectors already (:mod:`..lanes`), and to look takes an
-        eighth of what optimising and machine code take.
+        eighth of what optimising and machine code take. With -O3 missions are no faster.
         """
         codegen: Any = self._codegen
-        passes, builder = codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
+        passes, builder = codegen._module_pass_manager(
+            opt=2, loop_vectorize=False, slp_vectorize=False
+        )
         passes.run(self._final_module, builder)
 
     def _get_module_for_linking(self) -> NoReturn:
