@@ -247,9 +247,6 @@ def _supervise(campaign: Campaign, settings: Settings) -> str:
     """Run what is missing; return `complete` or `interrupted`."""
     folder, missing = campaign.folder, campaign.missing()
     if len(missing):
-        if settings.backend == "local":
-            with answered(_wait_or_end):
-                compile_kernels(campaign.plan, folder)
         missing = _run_missing(campaign, missing, settings)
         if len(missing):
             return "interrupted"
@@ -282,6 +279,10 @@ def _run_missing(
 
     ended = False
     try:
+        pool.begin()
+        if settings.backend == "local":
+            with answered(_wait_or_end):
+                compile_kernels(campaign.plan, campaign.folder)
         with interruptible(stop):
             while len(missing) and not supervisor.stopping:
                 progress.total += len(missing)

@@ -6,10 +6,9 @@ a struct of Thrift's compact protocol; its first fields are kind, size unpacked 
 Source: Apache Parquet format 2.10, parquet.thrift (PageHeader); Apache Thrift, compact protocol.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
-
-import pyarrow.parquet as pq
 
 # How our files are packed; it makes no less of bytes: four of them stand for a block of 128 KiB.
 CODEC, SMALLEST_SHARE = "ZSTD", 1 << 15
@@ -80,23 +79,21 @@ class Thrift:
         return 0
 
 
-def lying_chunk(path: Path, footer: pq.FileMetaData, harmless: int) -> str:
-    """Return which column has pages that unpack to more than the footer says; empty if none has.
+def lying_chunk(path: Path, chunks: Sequence[Any], harmless: int) -> str:
+    """Return which column has pages that unpack to more than its chunk says; empty if none has.
 
-    Those that cannot be more than `harmless` (bytes) are not looked at.
+    `chunks` are those of the file's footer.  Those that cannot be more than `harmless` (bytes) are
+    not looked at.
 
     Raises:
         OSError: when the file cannot be read.
     """
     with open(path, "rb") as file:
-        for group in range(footer.num_row_groups):
-            chunks = footer.row_group(group)
-            for number in range(chunks.num_columns):
-                chunk = chunks.column(number)
-                most = chunk.total_compressed_size * SMALLEST_SHARE
-                is_small = chunk.compression == CODEC and most <= harmless
-                if not is_small and _unpacked(file, chunk) > chunk.total_uncompressed_size:
-                    return str(chunk.path_in_schema)
+        for chunk in chunks:
+            most = chunk.total_compressed_size * SMALLEST_SHARE
+            is_small = most <= harmless and chunk.compression == CODEC
+            if not is_small and _unpacked(file, chunk) > chunk.total_uncompressed_size:
+                return str(chunk.path_in_schema)
     return ""
 
 

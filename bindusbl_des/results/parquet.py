@@ -77,7 +77,8 @@ def read_parquet(
         known = file.schema_arrow.names
         _check_columns(path, known, needed)
         _check_size(path, file.metadata, len(known))
-        return file.read(columns and [name for name in columns if name in known])
+        wanted = columns and [name for name in columns if name in known]
+        return file.read(wanted, use_threads=file.metadata.num_rows > ROWS)
 
 
 def check_claims(path: Path, name: str, origin: Mapping[str, str]) -> pq.FileMetaData:
@@ -203,16 +204,13 @@ def _check_size(path: Path, footer: pq.FileMetaData, columns: int) -> None:
     """Refuse a file whose pages unpack to more than they should, than rows can hold, or memory."""
     groups = [footer.row_group(number) for number in range(footer.num_row_groups)]
     rows, most = footer.num_rows, _most(footer.num_rows, columns)
-    unpacked = sum(
-        group.column(number).total_uncompressed_size
-        for group in groups
-        for number in range(group.num_columns)
-    )
+    chunks = [group.column(number) for group in groups for number in range(group.num_columns)]
+    unpacked = sum(chunk.total_uncompressed_size for chunk in chunks)
     if sum(group.num_rows for group in groups) != rows:
         raise DamagedFile(str(path), "is damaged (its row groups do not add up to its rows)")
     if unpacked > most:
         raise _too_large(path, unpacked, rows)
-    lying = lying_chunk(path, footer, LEAST_BYTES)
+    lying = lying_chunk(path, chunks, LEAST_BYTES)
     if lying:
         raise DamagedFile(
             str(path), f"is damaged (pages of its column {lying} unpack to more than it says)"

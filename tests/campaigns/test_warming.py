@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import pytest
+from campaigns_for_tests import OneThread, hand_made
 
-from bindusbl_des import Scenario
+from bindusbl_des import Scenario, sweep
+from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.workers import warming
 
 
@@ -26,3 +28,20 @@ def test_missions_of_one_kind_are_begun_once(
         warming.warm(scenario, tmp_path)
     assert [it.environment.assumed_sound_speed_m_per_s for it in begun] == [None, 1500.0]
     assert {it.duration_s for it in begun} == {warming.WARMING_S}
+
+
+def test_workers_start_while_equations_are_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They import for as long as their parent needs to find compiled code, and wait for batches."""
+    begun: list[str] = []
+
+    class Pool(OneThread):
+        def begin(self) -> None:
+            begun.append("workers")
+
+    hand_made(monkeypatch, lambda *_: [{}])
+    monkeypatch.setattr(running, "pool_for", Pool)
+    monkeypatch.setattr(running, "compile_kernels", lambda *_: begun.append("equations"))
+    sweep(Scenario(name="bay", duration_s=5.0), tmp_path / "bay", quiet=True)
+    assert begun == ["workers", "equations"]

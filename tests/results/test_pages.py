@@ -1,5 +1,6 @@
 """Pages of Parquet files: what they unpack to is read from their headers, not from the footer."""
 
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -28,8 +29,8 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "x.parquet"
 
 
-def claiming(footer: pq.FileMetaData, claims: Claims) -> Any:
-    """Return a footer that claims other sizes of some chunks, by row group and column."""
+def chunks(footer: pq.FileMetaData, claims: Claims | None = None) -> list[Any]:
+    """Return the chunks of a footer, some of other sizes, by row group and column."""
 
     def chunk(group: int, number: int) -> Any:
         real = footer.row_group(group).column(number)
@@ -37,32 +38,31 @@ def claiming(footer: pq.FileMetaData, claims: Claims) -> Any:
             path_in_schema=real.path_in_schema,
             compression=real.compression,
             total_compressed_size=real.total_compressed_size,
-            total_uncompressed_size=claims.get((group, number), real.total_uncompressed_size),
+            total_uncompressed_size=(claims or {}).get(
+                (group, number), real.total_uncompressed_size
+            ),
             dictionary_page_offset=real.dictionary_page_offset,
             data_page_offset=real.data_page_offset,
         )
 
-    def row_group(group: int) -> Any:
-        columns = footer.num_columns
-        return SimpleNamespace(num_columns=columns, column=lambda number: chunk(group, number))
-
-    return SimpleNamespace(num_row_groups=footer.num_row_groups, row_group=row_group)
+    places = product(range(footer.num_row_groups), range(footer.num_columns))
+    return [chunk(group, number) for group, number in places]
 
 
 def test_sizes_of_all_pages_add_up_to_what_a_true_footer_says(file: Path) -> None:
     """To the byte: one less of any chunk is a lie, one more is none."""
     footer = pq.read_metadata(file)
-    assert lying_chunk(file, footer, 0) == ""
+    assert lying_chunk(file, chunks(footer), 0) == ""
     for group in range(2):
         for number, name in enumerate(("words", "numbers", "gaps")):
             true = footer.row_group(group).column(number).total_uncompressed_size
-            assert lying_chunk(file, claiming(footer, {(group, number): true - 1}), 0) == name
-            assert lying_chunk(file, claiming(footer, {(group, number): true + 1}), 0) == ""
+            assert lying_chunk(file, chunks(footer, {(group, number): true - 1}), 0) == name
+            assert lying_chunk(file, chunks(footer, {(group, number): true + 1}), 0) == ""
 
 
 def test_what_cannot_be_large_is_not_looked_at(file: Path) -> None:
     """A chunk of a few kilobytes unpacks to no more than some hundred megabytes, whoever lies."""
-    lie = claiming(pq.read_metadata(file), {(0, 1): 0})
+    lie = chunks(pq.read_metadata(file), {(0, 1): 0})
     assert lying_chunk(file, lie, 10**10) == ""
     assert lying_chunk(file, lie, 10**6) == "numbers"
 
@@ -73,4 +73,4 @@ def test_headers_that_are_none_are_no_pages(file: Path, garbage: bytes) -> None:
     footer, text = pq.read_metadata(file), file.read_bytes()
     begin = footer.row_group(0).column(1).data_page_offset
     file.write_bytes(text[:begin] + garbage + text[begin + len(garbage) :] * bool(garbage))
-    assert lying_chunk(file, footer, 0) == "numbers"
+    assert lying_chunk(file, chunks(footer), 0) == "numbers"

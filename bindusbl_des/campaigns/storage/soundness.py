@@ -45,7 +45,7 @@ NEEDED = {MISSIONS: tuple(LABELS), "auvs": (*OF_EVERY_ROW, "point", "auv")}
 
 def part_path(folder: Path, table: str, part: str) -> Path:
     """Return where a part of a table lies."""
-    return folder / table / f"part-{part}.parquet"
+    return folder.joinpath(table, f"part-{part}.parquet")
 
 
 def described(
