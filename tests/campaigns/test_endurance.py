@@ -18,7 +18,7 @@ from bindusbl_des.core.plugins import PERMISSION
 
 # A schedule that never works for seed 450, and meets each other accident once where asked to.
 ACCIDENTS = """
-import os, subprocess, sys
+import os, subprocess, sys, time
 
 def _first(name):
     if "ACCIDENTS" not in os.environ:
@@ -41,6 +41,8 @@ def schedule(view):
         with open(os.path.join(os.environ["ACCIDENTS"], "second"), "w") as file:
             file.write(f"{told.returncode} {told.stderr}")
     if seed == 300 and _first("parent"):
+        while not os.path.getsize(os.path.join(os.environ["ACCIDENTS"], "second")):
+            time.sleep(0.1)  # another worker's `resume` has not been answered yet
         os.kill(os.getppid(), 9)
     return [[auv] for auv in range(len(view.auvs))]
 """
