@@ -523,6 +523,22 @@ def test_coverage_of_a_slant_range_is_smaller() -> None:
     assert "50.00 m slant, 40.00 m seen from above" in call("coverage", "f.yaml").stdout
 
 
+def test_coverage_says_that_it_leaves_failures_out() -> None:
+    """It is of all ASVs, also of one that fails: who is lost for good is told to hear."""
+    given = "name: m\nasvs: {count: 3}\n"
+    Path("all.yaml").write_text(given)
+    Path("lost.yaml").write_text(given.replace("3", "3, failures: [{asv: 1, at_s: 0}]"))
+    whole, lost = (call("coverage", path).stdout for path in ("all.yaml", "lost.yaml"))
+    said = f"{'asvs.failures':<26}left out: ASVs that fail are taken to hear all the time\n"
+    assert said in lost
+    assert lost.replace(said, "") == whole
+    left_out = [
+        json.loads(call("coverage", path, "--json").stdout)["left_out"]
+        for path in ("all.yaml", "lost.yaml")
+    ]
+    assert left_out == [[], ["asvs.failures"]]
+
+
 def test_doctor_finds_this_environment_sound() -> None:
     """Where the tests run, everything that a mission needs is there."""
     result = call("doctor", "--json")

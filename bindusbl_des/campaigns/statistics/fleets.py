@@ -26,11 +26,12 @@ class Fleets:
 
     def by_seed(self, metric: str) -> tuple[list[tuple[int, int]], Floats]:
         """Return point and number of every AUV, and their metric (AUVs, seeds), nan for none."""
-        who, row = np.unique(np.stack((self.point, self.auv)), axis=1, return_inverse=True)
+        auvs = int(self.auv.max(initial=0)) + 1
+        who, row = np.unique(self.point * auvs + self.auv, return_inverse=True)
         seeds, column = np.unique(self.seed, return_inverse=True)
-        table = np.full((who.shape[1], len(seeds)), np.nan)
-        table[row.ravel(), column] = self.metrics[metric]
-        return list(zip(*who.tolist(), strict=True)), table
+        table = np.full((len(who), len(seeds)), np.nan)
+        table[row, column] = self.metrics[metric]
+        return [divmod(it, auvs) for it in who.tolist()], table
 
     def without(self, point: int, metric: str, seeds: Whole) -> dict[str, int]:
         """Return in how many of some missions of a point each AUV has no value, most first."""
@@ -70,8 +71,7 @@ def fleets(folder: Path, metrics: Sequence[str]) -> Fleets:
 def starved(found: Fleets) -> list[Starved]:
     """Return the points at which some AUV got no fix in some mission, those with most first."""
     none = found.metrics["fixes_delivered"] == 0
-    missions = np.unique(np.stack((found.point, found.seed)), axis=1)[0]
-    well = np.bincount(missions)
+    well = np.bincount(found.point[found.auv == 0])  # every mission has that AUV
     order = np.argsort(found.point[none], kind="stable")
     points, starts = np.unique(found.point[none][order], return_index=True)
     auvs = np.split(found.auv[none][order], starts)[1:]

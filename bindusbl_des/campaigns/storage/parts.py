@@ -240,10 +240,11 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
             rows = read_part(folder, table, part, wanted)
             if rows is None or not len(rows):
                 continue
-            numbers = _numbers(rows).tolist()
-            if not seen.isdisjoint(numbers):
-                rows = rows.filter(arrow([n not in seen for n in numbers], pa.bool_()))
-            seen.update(numbers)
+            numbers = _numbers(rows)
+            missions = np.unique(numbers).tolist()
+            if not seen.isdisjoint(missions):
+                rows = rows.filter(arrow([n not in seen for n in numbers.tolist()], pa.bool_()))
+            seen.update(missions)
             parts.append(rows)
         return in_order(_together(folder, parts)) if parts else None
 

@@ -80,7 +80,10 @@ def coverage(
 
 
 def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[str, Any]:
-    """Return where the ASVs are and what they hear, distances in m; what has no value is None."""
+    """Return where the ASVs are and what they hear, distances in m; what has no value is None.
+
+    `left_out` names the scenario's keys that change what is heard and are not counted here.
+    """
     from ...geometry.coverage import covered_area, covering_radius
     from ...geometry.formation import corner_distance, formation_radius_bound
     from ...scenario.survey_area import area_of
@@ -104,6 +107,7 @@ def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[st
         "covering_radius_m": covering_radius(area, stations) if few else None,
         "covered_area": covered_area(area, stations, reach),
         **_chances(scenario, stations),
+        "left_out": ["asvs.failures"] if scenario.asvs.failures else [],
     }
 
 
@@ -146,3 +150,5 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     if (mean := found["fix_chance_mean"]) is not None:
         least = 100 * found["fix_chance_least"]
         yield f"{'chance of a fix':<26}{100 * mean:>9.2f} % of pings, {least:.1f} % at worst"
+    if found["left_out"]:
+        yield f"{'asvs.failures':<26}left out: ASVs that fail are taken to hear all the time"
