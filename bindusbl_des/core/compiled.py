@@ -107,7 +107,8 @@ def inlined(function: Function) -> Function:
 def written_out(function: Function) -> Function:
     """Return a compiled equation whose lines take the place of each call of it.
 
-    For those that return views of arrays: who calls one of another kind counts who holds these.
+    For those that return views of arrays: whoever calls one of another kind has to count who holds
+    them (:mod:`.compiling.counting`).
     """
     return compiled(function, inline="always")
 
@@ -132,7 +133,8 @@ def entry(function: Function) -> Function:
     home), the code is compiled anew by each process.
 
     numba takes a tuple of arrays apart ten times slower than the arrays by themselves, so here, and
-    only here, arguments stand flat however many they are; inside they are put together again.
+    only here, arguments stand flat however many they are.  What an equation is given again and
+    again is handed over once instead, and opened inside (:mod:`.handing.handed`).
     """
     dispatcher: Any = numba.njit(pipeline_class=WholeCompiler, **OPTIONS)(function)
     source = _file(function)

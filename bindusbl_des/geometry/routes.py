@@ -120,11 +120,6 @@ def ended(path: Path, place: Point, radius: float) -> Path:
     return Path(path.start, (*path.segments, *way))
 
 
-def waypoint_path(points: Sequence[Point], radius: float) -> Path:
-    """Return the Dubins path through waypoints (m), each left towards the next."""
-    return through(waypoint_poses(points), radius)[0]
-
-
 def waypoint_poses(points: Sequence[Point]) -> list[Pose]:
     """Return waypoints (m) with the heading at each: towards the next, at the last one onwards."""
     poses = []

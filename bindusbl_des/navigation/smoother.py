@@ -36,7 +36,7 @@ class Believed(NamedTuple):
 
 class Known(NamedTuple):
     """Fixes (n,), what they have of m common errors (n, 2, 4 m), and what is left of their
-    covariances without those (n, 3), m2, as :class:`.navigators.Fixes` has them.
+    covariances without those (n, 3), m2, as :class:`.recorder.Levers` has them.
     """
 
     rows: Rows

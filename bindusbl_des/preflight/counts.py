@@ -84,9 +84,9 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     downlink = scenario.protocol.downlink
     pinging = 1 if rounds.frame else rounds.auvs
     fixed = min(float(heard.sum()), pinging)
-    number = math.ceil(scenario.duration_s / _period(rounds, groups, round(fixed)))
-    lasts = scenario.duration_s / _period(rounds, groups, round(fixed))
-    pings = pinging * (lasts if groups > FEW_GROUPS else number)  # of a long round only a part
+    periods = scenario.duration_s / _period(rounds, groups, round(fixed))
+    number = math.ceil(periods)
+    pings = pinging * (periods if groups > FEW_GROUPS else number)  # of a long round only a part
     share = min(float(heard.sum()) / auvs, asvs)
     edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2)
     whole, schedule = scenario.record.detail == "full", scenario.protocol.schedule

@@ -1,4 +1,4 @@
-"""The fixes that one broadcast carries."""
+"""The fixes of a broadcast: where their pings came from, and who heard these."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from ..records.rows import Rows
 
 
 class FixBatch:
-    """Rows of the record, `rows` by number."""
+    """The fixes that one broadcast carries: `rows` of the record, by number."""
 
     def __init__(self, record: Recorder, rows: range) -> None:
         self.rows, self._record = rows, record

@@ -12,8 +12,8 @@ from worlds import lanes_over_square, scenario
 from bindusbl_des import simulate
 from bindusbl_des.geometry.area import Box, rectangle
 from bindusbl_des.geometry.lanes import Ruling, lane_ordinates, strips
-from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.geometry.routes import lane_order, waypoint_path
+from bindusbl_des.geometry.paths import Path, Pose, Segment, through
+from bindusbl_des.geometry.routes import lane_order, waypoint_poses
 from bindusbl_des.geometry.turns import there_and_back, turn_about
 from bindusbl_des.vehicles.tracks import read_track
 from bindusbl_des.vehicles.vehicle import Place, kinematic, moored, recorded
@@ -108,7 +108,7 @@ def test_turning_about_ends_on_the_line(
 def test_waypoints_are_passed() -> None:
     """A waypoint route passes through its points."""
     points = [(0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (-10.0, 30.0)]
-    path = waypoint_path(points, 4.0)
+    path, _ = through(waypoint_poses(points), 4.0)
     track = path.sample(np.linspace(0, path.length, 20_000))[:, :2]
     for point in points:
         assert np.hypot(*(track - point).T).min() < 0.01

@@ -78,6 +78,9 @@ def _record(hint: Any) -> Struct:
 
 
 def _words(hint: Any) -> str:
+    """Return the words of a field; of an array who counts its holders, who it is to Python (nobody,
+    both), number and size of its elements, where they are, shape and strides.
+    """
     if isinstance(hint, Kind):
         return "q" * (5 + 2 * hint.axes)
     return NUMBERS[hint] if hint in NUMBERS else "".join(map(_words, fields_of(hint).values()))

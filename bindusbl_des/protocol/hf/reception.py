@@ -246,7 +246,7 @@ def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows 
 
 @compiled
 def by_luck(it: Row, luck: float) -> int:
-    """Return whether a reception that nothing overlaps is lost, by `luck`, a standard normal."""
+    """Tell whether a reception that nothing overlaps is lost, by `luck`, a standard normal."""
     chance = 0.5 * erfc(-luck / sqrt(2.0))  # uniform
     return LOST if chance < it.loss else HEARD
 

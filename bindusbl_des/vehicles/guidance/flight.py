@@ -54,7 +54,7 @@ VESSEL = np.dtype(
 def _look_out(
     time: float, north: float, east: float, reached: float, speed: float, watch: Row
 ) -> int:
-    """Return whether a vehicle has been off its station, or made no headway, for too long.
+    """Tell whether a vehicle has been off its station, or made no headway, for too long.
 
     It is so far `north` and `east` of its station (m), and has come so far along its path
     (`reached`, m; not a number for who keeps a station or has arrived); `speed` is what it was told

@@ -202,7 +202,7 @@ def _distance_to(row: Row, north: float, east: float) -> float:
 
 @inlined
 def _may_be_within(distance: float, row: Row, north: float, east: float) -> bool:
-    """Return whether a row of a path may be so near to a place (m): the disc is, in which it is."""
+    """Tell whether a row of a path may be so near to a place (m): the disc is, in which it is."""
     ahead, aside = north - row.centre_x, east - row.centre_y
     reach = row.radius + distance + SURELY
     within: bool = ahead * ahead + aside * aside <= reach * reach

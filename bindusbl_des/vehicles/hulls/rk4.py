@@ -143,7 +143,7 @@ def _levelness(size: int, state: Floats, angles: Floats) -> float:
 
 @compiled
 def is_sound(size: int, rows: Floats, lane: int) -> bool:
-    """Return whether the vehicle in a lane is still where it can be."""
+    """Tell whether the vehicle in a lane is still where it can be."""
     cosine = rows[ANGLE + C_THETA, lane]
     for k in range(size):
         cosine += rows[STATE + k, lane] - rows[STATE + k, lane]
