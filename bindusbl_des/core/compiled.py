@@ -68,12 +68,15 @@ def _compiles(source: Path) -> bool:
 
 @cache
 def _imports(source: Path) -> list[tuple[Path, list[str]]]:
-    """Return the files that a file imports relatively, and the names that it takes of each."""
+    """Return the files of its folders, or of ours, that a file imports, and the names that it takes
+    of each.
+    """
     found: list[tuple[Path, list[str]]] = []
     for dots, module, listed in IMPORT.findall(_text(source)):
-        if not dots:
+        parts = module.decode().split(".")
+        if not dots and parts[0] != PACKAGE.name:
             continue
-        folder = source.parents[len(dots) - 1].joinpath(*module.decode().split("."))
+        folder = (source.parents[len(dots) - 1] if dots else PACKAGE.parent).joinpath(*parts)
         names = re.findall(r"\w+", re.sub(r"#.*| as \w+", "", listed.decode()))
         if folder.with_suffix(".py").is_file():
             found.append((folder.with_suffix(".py"), names))

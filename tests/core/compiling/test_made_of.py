@@ -31,3 +31,11 @@ def test_numbers_are_made_of_what_is_beside_them(tmp_path: Path) -> None:
         (tmp_path / name).write_text(text)
     made = {it.relative_to(tmp_path).as_posix() for it in _made_of(tmp_path / "sea/travel.py")}
     assert made == {"sea/travel.py", "sea/rows.py", "sea/events.py"}
+
+
+def test_equations_of_ones_own_are_made_of_ours_that_they_call(tmp_path: Path) -> None:
+    """What was kept of them is that of the version that they were compiled with."""
+    source = tmp_path / "own.py"
+    source.write_text("from bindusbl_des.vehicles.guidance.tracks import distance_from\n")
+    ours = {PACKAGE / f"{name}.py" for name in ("vehicles/guidance/tracks", "core/lanes/sines")}
+    assert {source, *ours} <= _made_of(source)
