@@ -59,7 +59,20 @@ def test_readme_commands_print_what_it_says(
     ]
     assert len(commands) == len(shown) == 4
     for command, expected in zip(commands, shown, strict=True):
-        assert expected.strip() in typed(command)
+        printed = typed(command)
+        for part in expected.split("\n...\n"):
+            assert part.strip() in printed, part
+
+
+def test_readme_names_what_ships() -> None:
+    """Each part and each command: the front page is the first to go stale."""
+    page = (ROOT / "README.md").read_text()
+    rows = dict(re.findall(r"^\| (`[^|]+`) \| (.+) \|$", page, re.MULTILINE))
+    for family in FAMILIES:
+        (told,) = [row for key, row in rows.items() if f"`{family.key}`" in key]
+        assert set(family.siblings) <= set(re.findall(r"`(\w+)`", told)), family.key
+    named = re.findall(r"`(?:bindusbl-des )?([a-z]+)[ `]", page)
+    assert set(main.commands) <= set(named)
 
 
 def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,6 +207,14 @@ def test_the_code_that_the_model_names_exists() -> None:
     assert len(named) > 25
     for module, name in named:
         assert hasattr(importlib.import_module(f"bindusbl_des.{module}"), name), (module, name)
+
+
+def test_files_that_pages_name_are_there() -> None:
+    """A path in a page is one of the repository, of its tests or of the package."""
+    for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+        for path in re.findall(r"`(\w+/[\w/]+\.(?:py|yaml))`", page.read_text()):
+            at = (ROOT, ROOT / "tests", ROOT / "bindusbl_des")
+            assert any((folder / path).is_file() for folder in at), f"{page.name}: {path}"
 
 
 def test_readme_first_commands_exist() -> None:

@@ -176,6 +176,15 @@ def test_files_that_the_design_names_are_there() -> None:
     assert gone == []
 
 
+def test_the_design_lists_the_rooms_from_the_ground_up() -> None:
+    """A room leans on those above it in the table, as `ROOMS` has them."""
+    told = (PACKAGE.parent / "docs/design.md").read_text().partition("| room |")[2]
+    cells = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", told, re.MULTILINE)
+    listed = re.findall(r"\w+", " ".join(cells))
+    assert sorted(set(ROOMS) - set(listed)) == ["dynamics"]
+    assert [room for room in ROOMS if room in listed] == listed
+
+
 def test_a_ping_is_followed_through_twelve_files() -> None:
     """From its slot to the estimate that it corrects, as the design tells; each holds what it says
     (and imports nothing from above, as no file does).
