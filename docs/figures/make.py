@@ -82,7 +82,7 @@ def photograph(report: Path) -> None:
         slider = "byId('slider')"
         page.evaluate(f"{slider}.value = {SHOWN_AT}; {slider}.dispatchEvent(new Event('input'))")
         page.wait_for_timeout(200)
-        cut(page, "#playback", "#legend", FOLDER / "playback.png")
+        cut(page, "#playback", "#legend", FOLDER / "playback.png", below=0)
 
 
 def photograph_plan(path: Path) -> None:
@@ -113,11 +113,13 @@ def opened(path: Path) -> Iterator[Any]:
         browser.close()
 
 
-def cut(page: Any, first: str, last: str, path: Path) -> None:
-    """Take a picture of a page from the top of one element to the bottom of another."""
+def cut(page: Any, first: str, last: str, path: Path, below: int = MARGIN) -> None:
+    """Take a picture of a page from the top of one element to the bottom of another, and so much
+    below it (CSS px).
+    """
     top, bottom = (page.locator(it).first.bounding_box() for it in (first, last))
     y = max(0.0, top["y"] - MARGIN)
-    height = bottom["y"] + bottom["height"] + MARGIN - y
+    height = bottom["y"] + bottom["height"] + below - y
     page.screenshot(
         path=path, full_page=True, clip={"x": 0, "y": y, "width": WIDTH, "height": height}
     )
