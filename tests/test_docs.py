@@ -197,6 +197,8 @@ def test_the_page_on_python_is_that_of_this_program() -> None:
         assert re.search(r"^[A-Z][^|\n]+\.$", part, re.MULTILINE), name
     prose = re.sub(r"^```.*?^```", "", page, flags=re.DOTALL | re.MULTILINE)
     assert not re.search(r":\w+:`|``|^ ", prose, re.MULTILINE)
+    equations = re.findall(r"^### (\w+)", page.partition("\n## Equations\n")[2], re.MULTILINE)
+    assert [name for name in equations if name[0].isupper()] == []
 
 
 def test_the_code_that_the_model_names_exists() -> None:
@@ -215,6 +217,17 @@ def test_files_that_pages_name_are_there() -> None:
         for path in re.findall(r"`(\w+/[\w/]+\.(?:py|yaml))`", page.read_text()):
             at = (ROOT, ROOT / "tests", ROOT / "bindusbl_des")
             assert any((folder / path).is_file() for folder in at), f"{page.name}: {path}"
+
+
+def test_commands_that_pages_name_are_there() -> None:
+    """Each `bindusbl-des COMMAND --option` of a page is one, also where it is not run."""
+    pages = [ROOT / "README.md", ROOT / "scripts" / "demo", *(ROOT / "docs").glob("*.md")]
+    for page in [*pages, *SCENARIOS, *(ROOT / "experiments").rglob("*.yaml")]:
+        for name, rest in re.findall(r"bindusbl-des ([a-z]+)([^`\n]*)", page.read_text()):
+            assert name in main.commands, f"{page.name}: {name}"
+            offered = {it for option in main.commands[name].params for it in option.opts}
+            asked = set(re.findall(r"(?<= )--[a-z-]+", rest))
+            assert asked <= offered | {"--help"}, f"{page.name}: {name} {asked - offered}"
 
 
 def test_readme_first_commands_exist() -> None:

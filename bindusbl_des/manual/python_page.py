@@ -44,11 +44,19 @@ class Section(NamedTuple):
 
 RUNNING = Section(
     "Running", "",
-    ("simulate", "sweep", "resume", "load_scenario", "load_result", "load_campaign", "compare",
-     "advise", "cautions"),
+    ("simulate", "sweep", "resume", "plan", "load_scenario", "load_result", "load_campaign",
+     "compare", "advise", "cautions", "limits", "verify"),
 )  # fmt: skip
-HELD = Section("What one holds", "", ("Scenario", "ScenarioError", "Result", "Campaign", "Mission"))
-VIEWS = Section("What parts of one's own see", "", ("View", "BroadcastView"))
+HELD = Section(
+    "What one holds", "",
+    ("Scenario", "ScenarioError", "Result", "Campaign", "Plan", "Verdict", "Mission"),
+)  # fmt: skip
+
+# What parts of one's own are called with, or answer
+VIEWS = (
+    "View", "TimedGroups", "BroadcastView", "Slot", "Signals", "Sounding", "PlanView", "AnchorView",
+    "WayView",
+)  # fmt: skip
 
 # What a mission shows of itself, and what navigators and downlinks offer and are handed
 SHOWN = ("mission.looking:AuvStates", "mission.looking:PingUnderWay")
@@ -70,7 +78,7 @@ MADE = (PUBLIC.Scenario, PUBLIC.Mission, DYNAMICS.Fleet)
 
 def python_page() -> str:
     """Return the page: what runs, what one holds, parts of one's own, vehicles, equations."""
-    known = {name for section in (RUNNING, HELD, VIEWS) for name in section.names}
+    known = {*RUNNING.names, *HELD.names, *VIEWS}
     rest = tuple(name for name in PUBLIC.__all__ if name not in known)
     lines = [
         *_section(RUNNING),
@@ -104,7 +112,7 @@ def _families() -> Iterator[str]:
         ships = ", ".join(f"`{name}`" for name in family.siblings)
         yield f"| `{family.key}` | `({', '.join(family.arguments)})` | {ships} |"
     yield ""
-    for name in VIEWS.names:
+    for name in VIEWS:
         yield from _entry(getattr(PUBLIC, name))
     for home in INTERFACES:
         yield from _entry(_at(home))
