@@ -73,12 +73,6 @@ def part_of_file(file: str) -> str | None:
     return PART_OF.get(home, OTHER)
 
 
-def unassigned(stats: Stats) -> set[str]:
-    """Return the modules of ours that ran but belong to no part."""
-    files = {function[0] for function in stats}
-    return {str(Path(f).relative_to(PACKAGE)) for f in files if part_of_file(f) == OTHER}
-
-
 def _blamed(
     stats: Stats,
     libraries: list[Function],

@@ -45,7 +45,7 @@ from .storage.parts import clean_parts, done
 from .storage.soundness import set_aside
 from .workers.batches import NotWritten
 from .workers.interruption import interruptible
-from .workers.pools import pool_for
+from .workers.pools import at_work, pool_for
 from .workers.progress import Progress
 from .workers.supervisor import Supervisor
 from .workers.warming import compile_kernels
@@ -125,7 +125,7 @@ def _removed(folder: Path, owner: int) -> None:
 def _swept(plan: Plan, folder: Path, shard: Shard | None, settings: Settings) -> Campaign:
     """Run a campaign in a new folder."""
     check_new(folder, plan)
-    crew_for_check(settings)
+    check_backend(settings)
     folder.mkdir(parents=True, exist_ok=True)
     sync(folder.parent)
     with locked(folder):
@@ -137,7 +137,7 @@ def _swept(plan: Plan, folder: Path, shard: Shard | None, settings: Settings) ->
         return _run(Campaign(folder, plan, record), settings)
 
 
-def crew_for_check(settings: Settings) -> None:
+def check_backend(settings: Settings) -> None:
     """Refuse a backend that does not exist before anything is written."""
     pool_for(settings.backend, 1).close(now=True)
 
@@ -277,20 +277,17 @@ def _run_missing(
         if not settings.quiet:
             say("stopping: the missions under way are finished; Ctrl-C again ends at once")
 
-    ended = False
     try:
-        pool.begin()
-        if settings.backend == "local":
-            with answered(_wait_or_end):
-                compile_kernels(campaign.plan, campaign.folder)
-        with interruptible(stop):
-            while len(missing) and not supervisor.stopping:
-                progress.total += len(missing)
-                supervisor.run(missing)
-                missing = campaign.missing()
-        ended = True
+        with at_work(pool):
+            if settings.backend == "local":
+                with answered(_wait_or_end):
+                    compile_kernels(campaign.plan, campaign.folder)
+            with interruptible(stop):
+                while len(missing) and not supervisor.stopping:
+                    progress.total += len(missing)
+                    supervisor.run(missing)
+                    missing = campaign.missing()
     finally:
-        pool.close(now=not ended)
         progress.end()
     if supervisor.trouble:
         raise supervisor.trouble

@@ -1,5 +1,6 @@
 """What the rules compare: distances and limits, in words that show the comparison."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from ..core.plugins import is_plugin
 if TYPE_CHECKING:
     from ..results.result import Result
     from ..scenario.sections.acoustics import Uplink
+
+    Place = NDArray[np.float64] | tuple[float, float, float]
 
 # A distance this near to a limit (m) is told with all its digits.
 MOST_DIGITS = 6
@@ -35,6 +38,12 @@ def out_of_range(hf: "Uplink") -> str:
     if hf.channel != "disc":
         return f"where the channel {hf.channel} lets nothing be decoded"
     return f"out of HF range ({hf.range_m:g} m {hf.range_metric})"
+
+
+def apart(hf: "Uplink", here: "Place", there: "Place") -> float:
+    """Return the distance (m) of two places (x, y, z in m) that is compared with the HF range."""
+    axes = 3 if hf.range_metric == "slant" else 2
+    return math.dist(here[:axes], there[:axes])
 
 
 def rows_where(table: Any, **values: Any) -> Any:

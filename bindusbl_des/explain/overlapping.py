@@ -1,13 +1,54 @@
-"""Frames: which of them overlapped where a fix was lost, and who heard nothing for what it sent."""
+"""What overlapped: pings, calls and frames where one was lost, and who was deaf as it sent."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from ..acoustics.propagation import TOUCH
 from ..results.round_timeline import pings_sent
-from .numbers import rows_where
+from ..scenario.water import sound_speed_of
+from .by_channel import audible
+from .numbers import apart, place, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result
+
+
+def sounds_beside(result: "Result", reception: Any) -> list[str]:
+    """Name the pings and calls that overlap a ping where it is heard, and by how much."""
+    duration, protocol = result.scenario.acoustics.hf.ping_s, result.scenario.protocol
+    here = protocol.listening
+    met = rows_where(result.tables["receptions"], **{here: getattr(reception, here)})
+    gap = (met.arrived_at_s - reception.arrived_at_s).abs()
+    beside = (met.ping != reception.ping) & (gap < duration)
+    others = met[beside & audible(result, met)]
+    sounds = [
+        (f"ping {it.ping} of {getattr(it, protocol.pinging)}", it.arrived_at_s)
+        for it in others.itertuples()
+    ]
+    sounds += _calls_beside(result, reception)
+    return [
+        f"{what} at {time:.4f} s (overlap "
+        f"{1e3 * (duration - abs(time - reception.arrived_at_s)):.1f} of {1e3 * duration:.1f} ms)"
+        for what, time in sounds
+    ]
+
+
+def _calls_beside(result: "Result", reception: Any) -> list[tuple[str, float]]:
+    """Return the calls that overlap a ping at its ASV, and when they began to be heard there."""
+    pings, speed = result.tables["pings"], sound_speed_of(result.scenario)
+    if "called_by" not in pings:
+        return []
+    hf = result.scenario.acoustics.hf
+    near = (pings.called_at_s - reception.arrived_at_s).abs() < hf.ping_s + hf.range_m / speed
+    found = []
+    for call in pings[near].drop_duplicates(["called_at_s", "called_by"]).itertuples():
+        here = place(result, call.called_by, call.called_at_s)
+        there = place(result, reception.asv, call.called_at_s)
+        heard_at = call.called_at_s + math.dist(here, there) / speed
+        overlaps = abs(heard_at - reception.arrived_at_s) < hf.ping_s
+        if overlaps and apart(hf, here, there) <= hf.range_m:
+            found.append((f"the call of {call.called_by}", heard_at))
+    return found
 
 
 def overlapped(result: "Result", fix: Any) -> str:

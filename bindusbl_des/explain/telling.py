@@ -6,10 +6,11 @@ from .chain import Chain, Part, Step
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, undecoded
 from .failing import failed, frame_cut
-from .hearing import is_passive, is_sent, receptions, sending, why_unanswered
+from .hearing import is_passive, receptions
 from .itself import own_chain, shared_chain
 from .numbers import out_of_range, row_of, rows_where
 from .overlapping import overlapped
+from .sending import is_sent, sending, why_unanswered
 
 if TYPE_CHECKING:
     from ..results.result import Result

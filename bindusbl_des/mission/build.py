@@ -25,6 +25,7 @@ from ..protocol.network import Network
 from ..protocol.order.polling import Answers
 from ..protocol.passive.beacons import Beacons
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
+from ..protocol.passive.outcomes import PassiveOutcomes
 from ..protocol.ranging import ranging_of, strayed
 from ..protocol.replies import Replies
 from ..protocol.schedules import is_framed, schedule_named
@@ -38,10 +39,10 @@ from ..scenario.scenario import Scenario, kept
 from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS
-from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
 from ..usbl.stated import sheet_of
-from ..usbl.systematic import Astray
+from ..usbl.systematic.errors import Astray
+from ..usbl.usbl import Usbl
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
 from ..vehicles.pose_source import PoseSource
@@ -216,17 +217,19 @@ def _passive(
     streams: Streams,
 ) -> PassiveNetwork:
     """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
+    instrument = instrument_named(scenario.usbl.model) or carried(scenario, streams)
     beacons = Beacons(
         auvs,
         asvs,
         hf_band(scenario),
         hf_channel(scenario) or loss_of(scenario),
-        instrument_named(scenario.usbl.model) or carried(scenario, streams),
         streams,
         record,
     )
-    fixes = OwnFixes(env, auvs, navigator, record, beacons)
-    return PassiveNetwork(env, slots_of(scenario), auvs, asvs, record, beacons, fixes)
+    measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
+    outcomes = PassiveOutcomes(beacons, auvs, measuring, record)
+    fixes = OwnFixes(env, auvs, navigator, record, outcomes)
+    return PassiveNetwork(env, slots_of(scenario), auvs, asvs, record, beacons, outcomes, fixes)
 
 
 def hf_band(scenario: Scenario) -> Band:

@@ -10,7 +10,7 @@ from ..core.streams import Purpose, Streams
 from ..records.rows import NONE
 from ..scenario.instruments.lasting_kinds import kinds, told_of
 from ..scenario.scenario import Scenario
-from ..usbl.systematic import SYSTEMATIC, Systematic
+from ..usbl.systematic.errors import SYSTEMATIC, Systematic
 from .closed_loop import Array, slow_gnss
 from .own_errors import headings
 

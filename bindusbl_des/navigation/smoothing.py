@@ -8,13 +8,12 @@ discrete measurements, International Journal of Control 18(1), 1973 ("modified B
 """
 
 from math import exp
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry, inlined
-from ..records.rows import Rows
 from ..vehicles.expected_drift import Told, way_since
 from ..vehicles.motion import Floats, Ints
 from .belief import STATES, Belief, Growth, carry, expected
@@ -50,18 +49,21 @@ def smooth(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) ->
 
     `first` is what is believed at or before the first of them.
     """
-    own = (np.ascontiguousarray(column, dtype=np.float64) for column in odometry)
-    flat: tuple[Any, ...] = (*first, *own, *sights, *growth)
-    return Smoothed(*_smooth(*flat))
+    return Smoothed(*_smooth(first, odometry, sights, growth))
 
 
 def filtered(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> Belief:
     """Return the belief at the last instant of an odometry from the sights up to there."""
-    own = (np.ascontiguousarray(column, dtype=np.float64) for column in odometry)
     last = Belief(first.moment.copy(), first.state.copy(), first.covariance.copy())
-    flat: tuple[Any, ...] = (*last, *own, *sights, *growth)
-    _filter(*flat)
+    _filter(last, odometry, sights, growth)
     return last
+
+
+@inlined
+def told_at(odometry: Odometry, n: int) -> Told:
+    """Return what an odometry tells at its n-th instant."""
+    position, headings = odometry.position, odometry.headings
+    return Told(odometry.times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
 
 
 @compiled
@@ -143,51 +145,42 @@ def _seen(belief: Belief, row: Floats, value: float) -> float:
 
 
 @entry
-def _filter(
-    moment: Rows, state: Floats, covariance: Floats, times: Floats, position: Floats,
-    headings: Floats, nodes: Ints, rows: Floats, values: Floats, variances: Floats,
-    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
-    time_constants: Floats, step: float,
-) -> None:  # fmt: skip
+def _filter(own: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> None:
     """Take sights into a belief, in its place, and carry it to the last instant."""
-    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, step)
-    own, gain, sight = Belief(moment, state, covariance), np.empty(state.size), 0
-    for n in range(times.size):
-        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        carry(own, told, growth)
-        while sight < nodes.size and nodes[sight] == n:
-            off = _seen(own, rows[sight], values[sight])
-            absorb(own, rows[sight], off, variances[sight], gain)
+    gain, sight = np.empty(own.state.size), 0
+    for n in range(odometry.times.size):
+        carry(own, told_at(odometry, n), growth)
+        while sight < sights.nodes.size and sights.nodes[sight] == n:
+            row = sights.rows[sight]
+            absorb(own, row, _seen(own, row, sights.values[sight]), sights.variances[sight], gain)
             sight += 1
 
 
 @entry
 def _smooth(
-    moment: Rows, state: Floats, covariance: Floats, times: Floats, position: Floats,
-    headings: Floats, nodes: Ints, rows: Floats, values: Floats, variances: Floats,
-    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
-    time_constants: Floats, step: float,
-) -> tuple[Floats, Floats]:  # fmt: skip
+    first: Belief, odometry: Odometry, sights: Sights, growth: Growth
+) -> tuple[Floats, Floats]:
     """Return states (n, k) and covariances (n, k, k) at n instants from m sights."""
-    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, step)
-    count, known = times.size, state.size
+    count, known, rows = odometry.times.size, first.state.size, sights.rows
     states, spreads = np.empty((count, known)), np.empty((count, known, known))
     moves = np.empty((count, known, known))
-    gains, offs, totals = np.empty_like(rows), np.empty(nodes.size), np.empty(nodes.size)
-    own, sight = Belief(moment.copy(), state.copy(), covariance.copy()), 0
+    gains, offs, totals = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows))
+    own, sight = Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()), 0
     for n in range(count):
-        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+        told = told_at(odometry, n)
         transition(own, told, growth, moves[n])
         carry(own, told, growth)
-        while sight < nodes.size and nodes[sight] == n:
-            offs[sight] = _seen(own, rows[sight], values[sight])
-            totals[sight] = absorb(own, rows[sight], offs[sight], variances[sight], gains[sight])
+        while sight < len(rows) and sights.nodes[sight] == n:
+            offs[sight] = _seen(own, rows[sight], sights.values[sight])
+            totals[sight] = absorb(
+                own, rows[sight], offs[sight], sights.variances[sight], gains[sight]
+            )
             sight += 1
         states[n], spreads[n] = own.state, own.covariance
     later, sure = np.zeros(known), np.zeros((known, known))
     for n in range(count - 1, -1, -1):
         _tell(states[n], spreads[n], later, sure)
-        while sight > 0 and nodes[sight - 1] == n:
+        while sight > 0 and sights.nodes[sight - 1] == n:
             sight -= 1
             if totals[sight] > 0.0:
                 _unsee(later, sure, rows[sight], gains[sight], offs[sight], totals[sight])

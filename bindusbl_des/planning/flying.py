@@ -5,7 +5,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from ..campaigns.storage.parts import OK, clean_parts, committed, read_part
 from ..campaigns.storage.soundness import MISSIONS, set_aside
 from ..campaigns.workers.batches import NotWritten, Row
 from ..campaigns.workers.interruption import interruptible
-from ..campaigns.workers.pools import WorkerPool, pool_for
+from ..campaigns.workers.pools import WorkerPool, at_work, pool_for
 from ..campaigns.workers.supervisor import Supervisor
 from ..campaigns.workers.warming import compile_kernels
 from ..core.ctrl_c import answered, end_now
@@ -173,17 +173,9 @@ def flights(
             _settle(campaign, status)
 
 
-@contextmanager
-def crew(workers: int | None) -> Iterator[WorkerPool]:
-    """Yield workers, one for each CPU unless told; whoever leaves in haste ends their missions."""
-    pool = pool_for("local", workers or os.cpu_count() or 1)
-    ended = False
-    try:
-        pool.begin()
-        yield pool
-        ended = True
-    finally:
-        pool.close(now=not ended)
+def local_workers(count: int | None) -> AbstractContextManager[WorkerPool]:
+    """Return workers of this machine while they are needed, one for each CPU unless told."""
+    return at_work(pool_for("local", count or os.cpu_count() or 1))
 
 
 def _campaign(plan: Plan, folder: Path) -> Campaign:

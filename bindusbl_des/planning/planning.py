@@ -46,7 +46,7 @@ from .binding import binding
 from .clock import Clock
 from .dearer import with_dearer
 from .doubting import SEEDS, Doubted, doubted, doubts
-from .flying import Flights, Pair, crew, flights
+from .flying import Flights, Pair, flights, local_workers
 from .folder import DOUBTS, MISSIONS, begin
 from .found import Found, ranked
 from .measuring import values, wanted
@@ -166,7 +166,7 @@ def planned(question: Question, folder: Path, clock: Clock, workers: int | None 
     """
     goals = question.goals
     foresight = Foresight(goals)
-    with crew(workers) as pool, clock.told():
+    with local_workers(workers) as pool, clock.told():
         candidates, left_out = narrowed(proposed(question, foresight), foresight, goals)
         seeds = question.seeds()
         fly = partial(flights, asked=wanted(goals), pool=pool, note=clock.note)

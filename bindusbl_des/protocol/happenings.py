@@ -22,6 +22,7 @@ from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink
 from .mf.deliveries import Deliveries
 from .passive.beacons import Beacons
+from .passive.outcomes import PassiveOutcomes
 from .watches import Happening, Watch, refuse_unknown
 
 # What a reception is not known to have before it is over
@@ -40,7 +41,7 @@ class Happenings:
         env: simpy.Environment,
         record: Recorder,
         uplink: Uplink | Beacons,
-        outcomes: Outcomes | Beacons,
+        outcomes: Outcomes | PassiveOutcomes,
         downlink: Deliveries,
         counts: Mapping[str, int],
         *,

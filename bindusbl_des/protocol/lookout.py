@@ -1,7 +1,5 @@
 """Where the surface fleet believes all vehicles to be, and so who is within reach of whom."""
 
-import numpy as np
-
 from ..acoustics.propagation import Band
 from ..records.recorder import EventBuffer
 from ..vehicles.fleet import Fleet
@@ -40,7 +38,7 @@ class Lookout:
             self._chart.note(self._fixes.rows[self._plotted :])
             self._plotted = self._fixes.count
             auvs = self._chart.at(time)
-            asvs = np.ascontiguousarray(places(self._asvs.motion, time)[:, :3])
+            asvs = places(self._asvs.motion, time)[:, :3]
             heard = hearing(auvs, asvs, self._reach, self._slant)
         if failed := self._asvs.failed(time):
             heard[:, failed] = False

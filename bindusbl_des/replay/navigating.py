@@ -77,11 +77,7 @@ def filter_log(log: Prepared, noise: Noise) -> Track:
     count, own = len(log.odometry.times), log.first(noise)
     seen = np.zeros(len(log.sights), dtype=SEEN).view(np.recarray)
     places, covariances = np.empty((count, 2)), np.empty((count, 3))
-    flat: tuple[Any, ...] = (
-        *own, *log.odometry, log.sights, *noise.mixture, *noise.growth(),
-        seen, places, covariances,
-    )  # fmt: skip
-    follow(*flat)
+    follow(own, log.odometry, log.sights, noise.mixture, noise.growth(), seen, places, covariances)
     return Track(log.odometry.times, places, covariances, seen)
 
 
@@ -107,11 +103,9 @@ def smooth_log(log: Prepared, noise: Noise, begin: Track) -> tuple[Track, Smooth
 def _looked_at(log: Prepared, noise: Noise, places: Array) -> tuple[Sights, Rows]:
     """Return sights made linear at places (n, 2), m, and what is thought of each there."""
     most, states = 2 * len(log.sights), len(noise.first().state)
-    nodes, rows = np.zeros(most, dtype=np.int64), np.zeros((most, states))
-    values, variances = np.zeros(most), np.zeros(most)
+    linear = Sights(
+        np.zeros(most, dtype=np.int64), np.zeros((most, states)), np.zeros(most), np.zeros(most)
+    )
     seen = np.zeros(len(log.sights), dtype=SEEN).view(np.recarray)
-    count = look(
-        log.sights, places, log.odometry.position, *noise.mixture,
-        nodes, rows, values, variances, seen,
-    )  # fmt: skip
-    return Sights(nodes[:count], rows[:count], values[:count], variances[:count]), seen
+    count = look(log.sights, places, log.odometry.position, noise.mixture, linear, seen)
+    return Sights(*(part[:count] for part in linear)), seen

@@ -9,8 +9,9 @@ from ..navigation.belief import STATES, Belief, Growth, first_belief
 from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of
-from ..usbl.instrument import range_sd
 from ..usbl.stated import sheet_of, stated_range_sd
+from ..usbl.usbl import range_sd
+from .sighting import Mixture
 
 # How far off a start that was found may be, per axis (m), and its heading (rad): it was found from
 # the very ranges that navigate, so they must be free to move it.
@@ -45,10 +46,9 @@ class Noise:
         return replace(self, start_sd=start_sd, heading_sd=heading_sd)
 
     @property
-    def mixture(self) -> tuple[float, float, float, float]:
-        """The noise of sights, as :class:`.sighting.Mixture` has it."""
-        parts = map(float, (self.range_sd, self.outlier_share, self.outlier_sd, self.gate))
-        return tuple(parts)  # type: ignore[return-value]
+    def mixture(self) -> Mixture:
+        """The noise of sights."""
+        return Mixture(*map(float, (self.range_sd, self.outlier_share, self.outlier_sd, self.gate)))
 
     def first(self) -> Belief:
         """Return what is believed at the start."""

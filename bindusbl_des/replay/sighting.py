@@ -16,11 +16,12 @@ import numpy as np
 
 from ..core.compiled import compiled, entry, inlined
 from ..navigation.belief import Belief, Growth, carry
-from ..navigation.smoothing import absorb
+from ..navigation.dead_reckoning import Odometry
+from ..navigation.smoothing import Sights, absorb, told_at
 from ..navigation.weighing import MOST_REFUSED
 from ..records.rows import Row, Rows
 from ..vehicles.expected_drift import Told
-from ..vehicles.motion import Floats, Ints
+from ..vehicles.motion import Floats
 
 # A sight: at which instant, its number; the beacon, m, and the measured range (m), or where a fix
 # lies and NaN; how far beacon and vehicle are apart in depth (m); along two axes at right angles
@@ -137,22 +138,18 @@ def _between(one: Aim, other: Aim, spread: Floats) -> float:
 
 @entry
 def follow(
-    moment: Rows, state: Floats, covariance: Floats, times: Floats, position: Floats,
-    headings: Floats, sights: Rows, sd: float, share: float, outlier_sd: float, gate: float,
-    walk: float, wander: float, in_body: bool, stretched: int, wandering: int, sds: Floats,
-    time_constants: Floats, step: float, seen: Rows, places: Floats, spreads: Floats,
+    own: Belief, odometry: Odometry, sights: Rows, noise: Mixture, growth: Growth, seen: Rows,
+    places: Floats, spreads: Floats,
 ) -> None:  # fmt: skip
     """Take sights into a belief, in its place, in the order of their instants.
 
     Write what became of each into `seen` (m,), SEEN; the places believed into `places` (n, 2), m,
     and their covariances xx, yy, xy into `spreads` (n, 3), m2, each with the sights of its instant.
     """
-    growth = Growth(walk, wander, in_body, stretched, wandering, sds, time_constants, step)
-    noise = Mixture(sd, share, outlier_sd, gate)
-    own, row, gain = Belief(moment, state, covariance), np.zeros(state.size), np.empty(state.size)
-    sight = 0
-    for n in range(times.size):
-        told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
+    state, covariance, sight = own.state, own.covariance, 0
+    row, gain = np.zeros(state.size), np.empty(state.size)
+    for n in range(odometry.times.size):
+        told = told_at(odometry, n)
         carry(own, told, growth)
         while sight < sights.size and sights[sight].node == n:
             _take(own, sights[sight], told, noise, seen[sight], row, gain)
@@ -190,15 +187,14 @@ def _take(
 
 @entry
 def look(
-    sights: Rows, places: Floats, position: Floats, sd: float, share: float, outlier_sd: float,
-    gate: float, nodes: Ints, rows: Floats, values: Floats, variances: Floats, seen: Rows,
-) -> int:  # fmt: skip
+    sights: Rows, places: Floats, position: Floats, noise: Mixture, linear: Sights, seen: Rows
+) -> int:
     """Write sights (m,) made linear at places (n, 2), m, where dead reckoning is at `position`.
 
-    What is written are those of :class:`..navigation.smoothing.Sights`, (2 m,) or fewer, whose
-    number is returned, and what is thought of each sight if the places are right, SEEN.
+    What is written are `linear` ones (2 m,) or fewer, whose number is returned, and what is thought
+    of each sight if the places are right, SEEN.
     """
-    noise, surely, count = Mixture(sd, share, outlier_sd, gate), np.zeros((2, 2)), 0
+    surely, count = np.zeros((2, 2)), 0
     for k in range(sights.size):
         sight, node = sights[k], sights[k].node
         x, y = places[node, 0], places[node, 1]
@@ -211,9 +207,10 @@ def look(
             continue
         for number in range(2 if is_fix else 1):
             own = aim if number == 0 else other
-            rows[count, 0], rows[count, 1] = own.x, own.y
             error_x, error_y = position[node, 0] - x, position[node, 1] - y
-            nodes[count], values[count] = node, own.off + own.x * error_x + own.y * error_y
-            variances[count] = mixed(own.variance, inlier, noise)
+            linear.nodes[count] = node
+            linear.rows[count, 0], linear.rows[count, 1] = own.x, own.y
+            linear.values[count] = own.off + own.x * error_x + own.y * error_y
+            linear.variances[count] = mixed(own.variance, inlier, noise)
             count += 1
     return count

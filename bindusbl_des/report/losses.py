@@ -1,14 +1,131 @@
-"""What pings and fixes were lost to: the numbers behind the sentences of a report."""
+"""Pings and fixes that were lost, and to what: sentences, and the numbers behind them."""
+
+from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .recording import LOST, Recording
+from ..core.wording import counted
+from ..scenario.families import is_random
+from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording
 
 Floats = NDArray[np.float64]
 
+# A reader takes in a few names; the rest is in the table.
+MOST_OTHERS = 12
 
-def broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
+
+def lost(mission: Recording) -> tuple[str, ...]:
+    """Return paragraphs of HTML about what was lost; none where nothing was."""
+    broken = mission.metrics.broken
+    told = [f"<b>Schedule:</b> {escape(broken)}"] if broken else []
+    return (
+        *_losses(mission), *_collisions(mission), *told, *_beyond_reach(mission),
+        *_untold(mission.metrics),
+    )  # fmt: skip
+
+
+def _untold(metrics: Metrics) -> list[str]:
+    """Return who did not know its slots (protocol.knowledge broadcast)."""
+    missed = {it["auv"]: it["slots_missed"] for it in metrics.auvs if it["slots_missed"]}
+    if not missed:
+        return []
+    most = sorted(missed, key=lambda auv: -missed[auv])[:MOST_OTHERS]
+    named = ", ".join(f"{auv} ({missed[auv]})" for auv in most)
+    slots = counted(sum(missed.values()), "slot")
+    return [
+        f"<b>Slots:</b> {slots} began before their AUV had decoded a frame that names it: {named}."
+    ]
+
+
+def _losses(mission: Recording) -> list[str]:
+    lost = int(np.sum(mission.fate == LOST))
+    heard_of = int(np.sum(mission.pings["in_range_of"] > 0))
+    if not heard_of or lost < 0.02 * heard_of:
+        return []
+    loss, passive = mission.scenario.acoustics.loss, mission.scenario.protocol.is_passive
+    contention = ""
+    if passive:
+        share = 100 * lost / heard_of
+        return [
+            f"<b>Losses:</b> {lost} of {heard_of} receptions in range ({share:.0f} %) were not "
+            "decoded by their AUV."
+        ]
+    shares = ", ".join(
+        f"{100 * missed / sent:.0f} % with {counted(listeners, 'ASV')} in range"
+        for listeners, (missed, sent) in _loss_by_listeners(mission).items()
+    )
+    if loss.combine != "off" and mission.auvs > 1:
+        share = min(loss.contention_per_auv * (mission.auvs - 1), loss.cap)
+        contention = (
+            f" The scenario's contention term alone (acoustics.loss.contention_per_auv, "
+            f"{mission.auvs} AUVs) is a loss of {100 * share:.3g} %."
+        )
+    return [
+        f"<b>Losses:</b> {lost} of {heard_of} pings in range were decoded by no ASV: {shares}."
+        f"{contention}"
+    ]
+
+
+def _collisions(mission: Recording) -> list[str]:
+    collided = int(np.sum(mission.fate == COLLIDED))
+    if not collided:
+        return []
+    schedule = mission.scenario.protocol.schedule
+    if mission.scenario.protocol.is_passive:
+        return [
+            f"<b>Collisions:</b> {counted(collided, 'reception')} overlapped another at an AUV."
+        ]
+    if is_random(mission.scenario):
+        return [
+            f"<b>Collisions:</b> {counted(collided, 'ping')} of {len(mission.fate)} overlapped "
+            f"another at an ASV and were decoded by none: AUVs ping as they like "
+            f"({escape(schedule)})."
+        ]
+    return [
+        f"<b>Collisions:</b> {counted(collided, 'ping')} overlapped another at an ASV and were "
+        f"decoded by none, under the schedule {escape(schedule)}."
+    ]
+
+
+def _beyond_reach(mission: Recording) -> list[str]:
+    missed = int(np.sum(mission.fate == OUT_OF_MF))
+    made = missed + int(np.sum(mission.fate == DELIVERED))
+    if not missed:
+        return []
+    met, told = int(np.sum(mission.fixes["outcome"] == "collided")), []
+    if met:
+        other = "frame" if mission.scenario.protocol.duplex == "per_band" else "frame, or its ping,"
+        told.append(
+            f"<b>Frames that met:</b> {met} of {made} fixes ({100 * met / made:.0f} %) were in "
+            f"frames that another {other} overlapped at their AUV."
+        )
+    missed -= met
+    if not missed:
+        return told
+    if mission.scenario.acoustics.mf.channel != "disc":
+        return [
+            *told,
+            f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were in "
+            f"frames that their AUV did not decode (acoustics.mf.channel: "
+            f"{escape(mission.scenario.acoustics.mf.channel)}).",
+        ]
+    away, nearest = _broadcast_distances(mission)
+    reach, cut = mission.scenario.acoustics.mf.range_m, missed - len(away)
+    if cut:  # of the disc, only a failure loses frames that nothing met
+        told.append(f"<b>Downlink:</b> {cut} of {made} fixes were on the air as their ASV failed.")
+    if not len(away):
+        return told
+    missed = len(away)
+    return [
+        *told,
+        f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were broadcast "
+        f"beyond MF range ({reach:g} m) of their AUV, up to {away.max():.0f} m away; "
+        f"{int(np.sum(nearest <= reach))} of them were within range of another ASV.",
+    ]
+
+
+def _broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
     """Return of fixes beyond MF range how far (m) their broadcaster and the nearest ASV were."""
     fixes = mission.fixes
     rows = np.flatnonzero(fixes["outcome"] == "out_of_range")
@@ -20,7 +137,7 @@ def broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
     return away[fixes["broadcast_by"][rows], every], away.min(axis=0)
 
 
-def loss_by_listeners(mission: Recording) -> dict[int, tuple[int, int]]:
+def _loss_by_listeners(mission: Recording) -> dict[int, tuple[int, int]]:
     """Return, by how many ASVs were in range of a ping, how many were lost, of how many."""
     pings = mission.pings
     return {

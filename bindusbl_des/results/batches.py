@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from ..core.compiled import compiled, entry
 from ..records.rows import Row, Rows
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Ends = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
@@ -35,6 +34,9 @@ LENGTH, NODES, BUFFERS = 0, 1, 2
 # How numbers become a column: as they are, NaN null; whole, a negative one null or not; words that
 # they count in; one word followed by the number.
 FLOATS, WHOLES, WHOLES_OR_NULL, WORDS, NUMBERED = range(5)
+
+# The bits of a float but for its sign, and those of infinity: what is beyond is not a number.
+UNSIGNED, INFINITE = 0x7FFFFFFFFFFFFFFF, 0x7FF0000000000000
 
 # Longest number of a vehicle in a name, in digits
 DIGITS = 19
@@ -76,13 +78,6 @@ class Body(NamedTuple):
     words: Ints
     ends: Ends
     letters: Bytes
-
-
-class Numbers(NamedTuple):
-    """The numbers of one column in n rows, as floats and as whole numbers."""
-
-    floats: Floats
-    wholes: Ints
 
 
 def message_of(schema: pa.Schema) -> Message:
@@ -140,8 +135,8 @@ class Batch:
         """Write the next rows: one array of records, or two side by side."""
         first, second = parts[0], parts[-1]
         _write(
-            *self._body, self._places, self._columns, *self._words, self._written, len(first),
-            *_numbers(first), *_numbers(second),
+            *self._body, self._places, self._columns, *self._words, self._written,
+            _numbers(first), _numbers(second),
         )  # fmt: skip
         self._written += len(first)
 
@@ -155,10 +150,10 @@ class Batch:
         return pa.Table.from_batches([found], schema=self._schema)
 
 
-def _numbers(rows: Rows) -> tuple[Any, ...]:
-    """Return records, row by row, as floats and as whole numbers, and how many each row has."""
-    flat: Any = np.ascontiguousarray(rows)
-    return flat.view(np.float64), flat.view(np.int64), rows.dtype.itemsize // WORD
+def _numbers(rows: Rows) -> Ints:
+    """Return records as whole numbers, whatever they are, a row for each."""
+    flat: Any = np.ascontiguousarray(rows).view(np.int64)
+    return np.asarray(flat.reshape(len(rows), rows.dtype.itemsize // WORD))
 
 
 @entry
@@ -210,36 +205,30 @@ def _tell(message: Ints, node: int, buffer: int, places: Rows, columns: Rows, ro
 @entry
 def _write(
     words: Ints, ends: Ends, letters: Bytes, places: Rows, columns: Rows,
-    spelt: Bytes, lengths: Ints, begin: int, rows: int,
-    first_floats: Floats, first_wholes: Ints, first_step: int,
-    second_floats: Floats, second_wholes: Ints, second_step: int,
+    spelt: Bytes, lengths: Ints, begin: int, first: Ints, second: Ints,
 ) -> None:  # fmt: skip
-    """Write rows from the row `begin` on."""
+    """Write rows from the row `begin` on: those of one array (rows, words) or of two."""
     body, known = Body(words, ends, letters), Words(spelt, lengths)
-    for done in range(0, rows, BLOCK):
-        count = min(BLOCK, rows - done)
+    for done in range(0, len(first), BLOCK):
+        end = min(done + BLOCK, len(first))
         for k in range(len(columns)):
             column, place = columns[k], places[k]
-            floats, wholes, step = first_floats, first_wholes, first_step
-            if column.part > 0:
-                floats, wholes, step = second_floats, second_wholes, second_step
-            at = done * step + column.place
-            own = Numbers(floats[at::step], wholes[at::step])
+            part = first if column.part == 0 else second
+            wholes = part[done:end, column.place]
             if column.kind < WORDS:
-                _write_numbers(body, place, column.kind, begin + done, count, own)
+                _write_numbers(body, place, column.kind, begin + done, wholes)
             else:
-                _write_texts(body, place, column, known, begin + done, count, own.wholes)
+                _write_texts(body, place, column, known, begin + done, wholes)
 
 
 @compiled
-def _write_numbers(
-    body: Body, place: Row, kind: int, begin: int, count: int, numbers: Numbers
-) -> None:
+def _write_numbers(body: Body, place: Row, kind: int, begin: int, wholes: Ints) -> None:
     """Write numbers bit for bit, 0 for those that are missing."""
     out, known, missing = place.numbers + begin, 8 * place.known, 0
-    for k in range(count):
-        number, whole = numbers.floats[k], numbers.wholes[k]
-        is_missing = number != number if kind == FLOATS else kind == WHOLES_OR_NULL and whole < 0
+    for k in range(len(wholes)):
+        whole = wholes[k]
+        is_nan = kind == FLOATS and whole & UNSIGNED > INFINITE
+        is_missing = is_nan or (kind == WHOLES_OR_NULL and whole < 0)
         body.words[out + k] = 0 if is_missing else whole
         if is_missing:
             body.letters[known + (begin + k) // 8] &= ~(1 << (begin + k) % 8)
@@ -249,11 +238,11 @@ def _write_numbers(
 
 @compiled
 def _write_texts(
-    body: Body, place: Row, column: Row, known: Words, begin: int, count: int, wholes: Ints
+    body: Body, place: Row, column: Row, known: Words, begin: int, wholes: Ints
 ) -> None:
     """Write what numbers are called, and where each ends; a negative one is missing."""
     letters, length, ends = body.letters, place.written, 2 * place.numbers
-    for k in range(count):
+    for k in range(len(wholes)):
         number = wholes[k]
         if number < 0:
             letters[8 * place.known + (begin + k) // 8] &= ~(1 << (begin + k) % 8)

@@ -16,7 +16,10 @@ from ..core.compiled import compiled
 from ..records.rows import NONE, Row
 from ..vehicles.motion import Floats
 from .array import rotation
-from .effects import (
+from .fusion import product
+from .instrument import Instrument, clocked, locate, offset_of, placed, sighted
+from .sheet import path_sd
+from .systematic.effects import (
     CLOCK,
     EFFECTS,
     GNSS,
@@ -28,11 +31,8 @@ from .effects import (
     kept,
     lengthen,
 )
-from .fusion import product
-from .instrument import Instrument, clocked, locate, offset_of, placed, sighted
-from .levers import add, add_own, noise_of
-from .sheet import path_sd
-from .systematic import Systematic, astray, jump
+from .systematic.errors import Systematic, astray, jump
+from .systematic.levers import add, add_own, noise_of
 from .two_way import Sighting
 from .vectors import Vector, minus, negative, turned
 
@@ -70,7 +70,7 @@ def located_astray(
     own: Hearing, instrument: Instrument, lasting: Systematic
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes (3, 4 k),
-    and what is left, as of :func:`.systematic.measured_astray`: the array is turned in the AUV by
+    and what is left, as of :func:`.fused.measured_astray`: the array is turned in the AUV by
     its misalignment, its clock is late, the ASV is slowly astray.
     """
     ping, it, levels = own.ping, own.reception, instrument.levels

@@ -151,13 +151,8 @@ def test_absorption_laws_of_a_sonar() -> None:
         assert (lake == pytest.approx(taken, abs=1e-8)) == (law == "thorp")
 
 
-def test_interference() -> None:
-    """Without others the ratio is the SNR; one as loud as the signal leaves 0 dB."""
-    level, noise = USUAL.level_db(100.0), USUAL.noise_db
-    assert USUAL.sinr_db(level, np.empty((0,))) == pytest.approx(USUAL.snr_db(100.0))
-    assert USUAL.sinr_db(level, [level]) == pytest.approx(0.0, abs=1e-5)
-    assert USUAL.sinr_db(level, [noise]) == pytest.approx(level - noise - 10 * math.log10(2.0))
-    # 6 dB of capture are a ratio of ranges of 1.995, 2.512, 3.981 by spreading, absorption apart
+def test_capture_as_a_ratio_of_ranges() -> None:
+    """6 dB of capture are a ratio of 1.995, 2.512, 3.981 by spreading, absorption apart."""
     for k, away in ((2.0, 1.995262), (1.5, 2.511886), (1.0, 3.981072)):
         louder = transmission_loss_db(10.0 * away, 0.0, k) - transmission_loss_db(10.0, 0.0, k)
         assert louder == pytest.approx(6.0, abs=1e-5)

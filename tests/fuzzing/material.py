@@ -35,7 +35,7 @@ def prepare(folder: Path) -> None:
     """Make the folders that others are copied from; have campaigns run in this process."""
     global _masters
     _masters = folder
-    running.pool_for = _crew_for  # type: ignore[assignment]
+    running.pool_for = _pool_for  # type: ignore[assignment]
     running.compile_kernels = lambda *_: None  # type: ignore[assignment]
     missions.weigh = sweeps.weigh = _weigh
     os.chdir(folder)
@@ -47,11 +47,11 @@ def prepare(folder: Path) -> None:
             assert ended.exit_code == 0, ended.output
 
 
-def _crew_for(backend: str, workers: int) -> Any:
-    return OneThread() if backend == "local" else _real_crew_for(backend, workers)
+def _pool_for(backend: str, workers: int) -> Any:
+    return OneThread() if backend == "local" else _real_pool_for(backend, workers)
 
 
-_real_crew_for = running.pool_for
+_real_pool_for = running.pool_for
 
 
 def _weigh(name: str, cost: Effort, anyway: bool, at_once: int = 1) -> None:

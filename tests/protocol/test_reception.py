@@ -43,7 +43,8 @@ from bindusbl_des.records.recorder import ROOM, EventBuffer, Recorder
 from bindusbl_des.records.rows import CALLED, FIX, NONE
 from bindusbl_des.records.rows import PING as PING_ROW
 from bindusbl_des.usbl.array import ARRAYS
-from bindusbl_des.usbl.instrument import NOISE_WIDTH, Usbl
+from bindusbl_des.usbl.instrument import NOISE_WIDTH
+from bindusbl_des.usbl.usbl import Usbl
 from bindusbl_des.vehicles.fleet import Fleet
 from bindusbl_des.vehicles.motion import distance_at, lines, places, together
 from bindusbl_des.vehicles.reckoning import steady

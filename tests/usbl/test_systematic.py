@@ -15,9 +15,11 @@ from bindusbl_des.records.events import HEARD, LOST
 from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.fusion import fuse_shared
-from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument, Usbl
-from bindusbl_des.usbl.systematic import SYSTEMATIC, Systematic, measured_astray
+from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument
+from bindusbl_des.usbl.systematic.errors import SYSTEMATIC, Systematic
+from bindusbl_des.usbl.systematic.fused import measured_astray
 from bindusbl_des.usbl.two_way import Heard
+from bindusbl_des.usbl.usbl import Usbl
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import Place, moored
 

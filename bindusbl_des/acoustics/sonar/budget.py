@@ -64,16 +64,6 @@ class LinkBudget:
         """Return the signal-to-noise ratio over slant ranges (m), in dB."""
         return np.asarray(self.level_db(range_m) - self.noise_db)
 
-    def sinr_db(self, level_db: ArrayLike, interference_db: ArrayLike) -> Floats:
-        """Return the ratio (dB) of a signal to the noise and what interferes with it.
-
-        Levels as they arrive (dB re 1 uPa); those of interferers (..., n) count together, and are
-        heard with the same directivity as the signal.
-        """
-        others = (10.0 ** (np.asarray(interference_db, dtype=float) / 10.0)).sum(axis=-1)
-        against = 10.0 * np.log10(10.0 ** (self.noise_db / 10.0) + others)
-        return np.asarray(np.asarray(level_db, dtype=float) - against)
-
 
 def link_budget(sonar: Sound, water: Water = USUAL_WATER) -> LinkBudget:
     """Return the link budget of a sonar in a water.

@@ -1,7 +1,9 @@
 """Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster."""
 
 import logging
+from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import resource_tracker
 from multiprocessing.process import BaseProcess
@@ -42,6 +44,18 @@ class WorkerPool(Protocol):
 
     def close(self, *, now: bool) -> None:
         """Let the workers go; `now` ends them in the midst of their work."""
+
+
+@contextmanager
+def at_work(pool: WorkerPool) -> Iterator[WorkerPool]:
+    """Have workers begin, and let them go; whoever leaves in haste ends them in their work."""
+    try:
+        pool.begin()
+        yield pool
+    except BaseException:
+        pool.close(now=True)
+        raise
+    pool.close(now=False)
 
 
 def _stand_by() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..area import Area
-from ..coverage import covered_area, covering_radius
+from ..coverage import covering_radius
 from ..formation import formation
 from .descent import descended
 
@@ -76,16 +76,6 @@ def least_covering_ring(survey: Area | float, count: int) -> Ring:
     (25.0, 55.9017)
     """
     return best_ring(count, lambda places: covering_radius(survey, places), *_around(survey))
-
-
-def best_area_ring(survey: Area | float, count: int, reach: float) -> Ring:
-    """Return the regular formation that hears most of a survey at a reach (m).
-
-    Its value is the share of the survey that it does not hear.
-    """
-    return best_ring(
-        count, lambda places: 1.0 - covered_area(survey, places, reach), *_around(survey)
-    )
 
 
 def _around(survey: Area | float) -> tuple[float, tuple[float, float]]:

@@ -7,9 +7,10 @@ import numpy as np
 from ...core.handing.handed import Handed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.recorder import Recorder
-from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH, Usbl
+from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH
 from ...usbl.own_instrument import OwnInstrument
-from ...usbl.systematic import OUTLIER_WIDTH, Astray, HandedErrors
+from ...usbl.systematic.errors import OUTLIER_WIDTH, Astray, HandedErrors
+from ...usbl.usbl import Usbl
 from .reception import Noise
 
 

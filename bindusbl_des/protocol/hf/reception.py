@@ -10,7 +10,8 @@ from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, Instrument
 from ...usbl.measurement import measured, note
-from ...usbl.systematic import HandedErrors, Systematic, measured_astray
+from ...usbl.systematic.errors import HandedErrors, Systematic
+from ...usbl.systematic.fused import measured_astray
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Floats, Ints, Motion
 from ..mf.frames import sends
@@ -122,7 +123,7 @@ def settle(
     function called again.  `handed` is the address of a :class:`Decided`, of which so many `pings`,
     `receptions` and `calls` are on record, and `fix` fixes.  What is None is not even compiled: a
     data sheet, as :class:`.instrument.Instrument` has it; `errors` that last, the address of a
-    :class:`.systematic.HandedErrors`; how far each AUV may have `strayed` (n,) between a call and
+    :class:`.errors.HandedErrors`; how far each AUV may have `strayed` (n,) between a call and
     its answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions,
     as of :data:`.echoing.ECHO`; and `frames`, of ASVs that hear no ping while they send them.
     """

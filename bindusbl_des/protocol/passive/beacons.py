@@ -1,9 +1,8 @@
-"""The HF band with passive ranging: ASVs ping, and AUVs measure what they hear of it."""
+"""The HF band with passive ranging: pings of ASVs, and where and when they arrive at AUVs."""
 
 from collections.abc import Callable
 from functools import cache, partial
 from heapq import heappop, heappush
-from math import hypot, inf
 
 import numpy as np
 
@@ -11,32 +10,22 @@ from ...acoustics.channel import NO_LOSS, AskedChannel, Prospects, between, deci
 from ...acoustics.loss import LossTerms
 from ...acoustics.propagation import DISC, TOUCH, Band, Way
 from ...acoustics.travel_time import travel_time
-from ...core.handing.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...records.events import IN_FLIGHT, LOST
 from ...records.recorder import EventBuffer, Recorder
-from ...records.rows import NONE, Row
-from ...usbl.instrument import Usbl
-from ...usbl.measurement import note
-from ...usbl.own_instrument import OwnInstrument, mirrored
-from ...usbl.systematic import Astray
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
 from ..hf.handed import spread_in
-from ..hf.measuring import Measuring, noise_of
 from .radiation import arrive, radiate
-from .reception import Decided, settle
 
 # How far off an ASV believes to be as it pings, in standard deviations: x, y, z
 GNSS_NOISE = np.dtype(("f8", (3,)))
 
 
 class Beacons:
-    """ASVs ping, and AUVs hear them: sound spreads at a finite speed, overlapping arrivals
-    destroy each other.
+    """ASVs ping: sound spreads at a finite speed; where it arrives is on record as it is sent.
 
-    A reception is decided (what becomes of it, and the fix that its AUV makes of it) not before it
-    has ended, when all sound that could overlap it is on record; it does not matter how long after.
+    What becomes of it there is decided later (:class:`.outcomes.PassiveOutcomes`).
     """
 
     def __init__(
@@ -45,55 +34,28 @@ class Beacons:
         asvs: Fleet,
         band: Band,
         channel: LossTerms | AskedChannel,
-        instrument: Usbl | Astray | OwnInstrument,
         streams: Streams,
         record: Recorder,
     ) -> None:
-        """Put a band together; channel and instrument as of :class:`..hf.uplink.Uplink`."""
+        """Put a band together; the channel as of :class:`..hf.uplink.Uplink`."""
         self.band = band
         self._auvs, self._asvs, self._record = auvs, asvs, record
         self.receiver, air = deciding(channel, band)
         self._channel = None if isinstance(channel, LossTerms) else channel
         loss = channel if isinstance(channel, LossTerms) else NO_LOSS
-        self._measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
-        self._gnss_noise = EventBuffer(GNSS_NOISE)
+        #: :data:`GNSS_NOISE`, ping by ping.
+        self.gnss_noise = EventBuffer(GNSS_NOISE)
         self._way = Way(air, loss, DISC)
         self._spread_in = spread_in(record, self._way, auvs, asvs)
-        self._decided_by = self._handed()
         self._prospects: dict[int, Prospects] = {}  # of pings, where the channel was asked
-        self._undecided = 0  # receptions before this one are decided
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
         #: Whom to tell of pings that have just been sent; nobody unless somebody waits for them.
         self.on_sent: Callable[[range], None] | None = None
 
-    def _handed(self) -> Handed:
-        """Return what receptions are decided by, :class:`.reception.Decided`."""
-        record, measuring = self._record, self._measuring
-        handed = Handed(
-            Decided(
-                record.pings.array,
-                record.receptions.array,
-                record.fixes.array,
-                self._gnss_noise.array.view(np.float64),
-                noise_of(measuring.noise),
-                self._auvs.motion,
-                measuring.instrument,
-                self.band.duration,
-                self.receiver.capture,
-                self.receiver.shadowing_sd_db,
-            )
-        )
-        record.pings.hand_on(handed, "pings")
-        record.receptions.hand_on(handed, "receptions")
-        record.fixes.hand_on(handed, "fixes")
-        self._gnss_noise.hand_on(handed, "gnss_noise")
-        measuring.hand_on(handed)
-        return handed
-
     def send(self, round_number: int, slot: int, asv: int, time: float) -> range:
         """Let an ASV ping now, at `time` (s); return its receptions."""
-        pings, receptions, noise = self._record.pings, self._record.receptions, self._gnss_noise
+        pings, receptions, noise = self._record.pings, self._record.receptions, self.gnss_noise
         ping, first = pings.count, receptions.count
         self._auvs.advance(time)
         self._asvs.advance(time)
@@ -148,61 +110,3 @@ class Beacons:
             if self._channel is not None:
                 self._foretell(self._prospects[int(it["ping"])])
             arrive(self._spread_in.address, row, travel)
-
-    def decide(self, time: float) -> None:
-        """Decide all receptions that have ended by an instant (s), and what AUVs make of them."""
-        self.amend(time)
-        fixes, made = self._record.fixes, self._record.fixes.count
-        if self._undecided < self._record.receptions.count:
-            self._auvs.advance(time)
-            while (dry := self._settle(time)) != NONE:
-                self._refill(dry)
-        rows = fixes.array[made : fixes.count]
-        for number, count in zip(*np.unique(rows["round"], return_counts=True), strict=True):
-            self._record.rounds[number].fixes += int(count)
-        if self._measuring.own is not None:
-            for fix in rows:
-                self._measure(self._measuring.own, fix)
-
-    def _settle(self, time: float) -> int:
-        """Decide what has ended; return a reception whose pair has no noise left, or NONE."""
-        pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
-        self._measuring.make_room(receptions.count - self._undecided)
-        fixes.count, self._undecided, dry = settle(
-            self._decided_by.address, time, self._undecided, pings.count, receptions.count,
-            fixes.count, *self._measuring.made_for,
-        )  # fmt: skip
-        return dry
-
-    def _refill(self, row: int) -> None:
-        """Draw noise for all that hear the ping of a reception: settling begins anew each time."""
-        receptions = self._record.receptions.array
-        ping = self._record.pings.array[receptions[row]["ping"]]
-        heard = receptions[max(ping["first"], self._undecided) : ping["end"]]
-        heard = heard[heard["outcome"] == IN_FLIGHT]
-        self._measuring.noise.refill_spent(heard["auv"], heard["asv"])
-
-    def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
-        """Have a ping measured by an instrument of somebody's own."""
-        it = self._record.receptions.array[fix["first"]]
-        ping, auv = self._record.pings.array[it["ping"]], int(it["auv"])
-        pose = self._auvs.vehicles[auv].at(float(it["arrived_at_s"]))
-        estimate, covariance = mirrored(instrument, ping, it, pose, self._measuring.draw(auv))
-        note(fix, ping, estimate, covariance)
-        fix["error_m"] = hypot(estimate[0] - pose.x, estimate[1] - pose.y)
-
-    def outcome_of(self, row: int) -> tuple[int, float]:
-        """Return what has become of a ping at an AUV where it has just ended, and its SNR (dB)."""
-        it = self._record.receptions.array[row]
-        self.decide(float(it["arrived_at_s"]) + self.band.duration)
-        it = self._record.receptions.array[row]
-        return int(it["outcome"]), float(it["snr_db"])
-
-    def first_under_way(self, time: float) -> int:
-        """Return the first reception that may not be over by an instant (s), the latest known."""
-        return self._undecided
-
-    def close(self, time: float) -> None:
-        """Decide what has ended by an instant (s), the mission's last; tell when the rest would."""
-        self.decide(time)
-        self.amend(inf)

@@ -17,6 +17,7 @@ from ..mf.deliveries import Deliveries
 from ..own.steps import moment, some_work
 from ..slots import Slots
 from .beacons import Beacons
+from .outcomes import PassiveOutcomes
 
 
 class OwnFixes(Deliveries):
@@ -28,10 +29,10 @@ class OwnFixes(Deliveries):
         auvs: Fleet,
         navigator: Navigator,
         record: Recorder,
-        beacons: Beacons,
+        outcomes: PassiveOutcomes,
     ) -> None:
         super().__init__(env, auvs, navigator, record)
-        self._receptions, self._beacons = record.receptions, beacons
+        self._receptions, self._outcomes = record.receptions, outcomes
 
     def expect(self, receptions: range) -> None:
         """Let AUVs that steer by their fixes, or are moved meanwhile, have each at its instant.
@@ -45,8 +46,8 @@ class OwnFixes(Deliveries):
 
     def _near(self, row: int) -> None:
         """Wait for the end of a ping that is nearly there."""
-        self._beacons.amend(self._env.now)
-        ends = float(self._receptions.array[row]["arrived_at_s"]) + self._beacons.band.duration
+        self._outcomes.amend(self._env.now)
+        ends = float(self._receptions.array[row]["arrived_at_s"]) + self._outcomes.band.duration
         self._at(ends, partial(self.settle, ends))
 
     def _at(self, instant: float, verb: Callable[[], None]) -> None:
@@ -54,7 +55,7 @@ class OwnFixes(Deliveries):
 
     def settle(self, time: float) -> None:
         """Let AUVs have all fixes that they have made by an instant (s)."""
-        self._beacons.decide(time)
+        self._outcomes.decide(time)
         self.deliver(time)
 
 
@@ -68,6 +69,7 @@ class PassiveNetwork(Watched):
     asv_fleet: Fleet
     record: Recorder
     uplink: Beacons
+    outcomes: PassiveOutcomes
     downlink: OwnFixes
 
     def __post_init__(self) -> None:
@@ -76,7 +78,7 @@ class PassiveNetwork(Watched):
             self.env,
             self.record,
             self.uplink,
-            self.uplink,
+            self.outcomes,
             self.downlink,
             counts,
             heard_is_had=True,
@@ -86,7 +88,7 @@ class PassiveNetwork(Watched):
         """Settle what is under way as the mission ends at an instant (s)."""
         before_the_end = math.nextafter(time, 0.0)
         self.downlink.settle(before_the_end)
-        self.uplink.close(before_the_end)
+        self.outcomes.close(before_the_end)
 
 
 def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:

@@ -17,7 +17,7 @@ from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, Instrument
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
-from ...usbl.systematic import HandedErrors, Systematic
+from ...usbl.systematic.errors import HandedErrors, Systematic
 from ...vehicles.motion import Floats, Ints, Motion, where
 from ..hf.reception import Noise, begin, by_luck
 

@@ -1,7 +1,7 @@
 """The errors of each AUV over time: a march through the fixes that it may expect."""
 
 from math import inf, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,13 +36,23 @@ class Errors(NamedTuple):
     since: Ints
 
 
+class Ways(NamedTuple):
+    """Where n AUVs go: at k instants, a `step` (s) apart, their places (n, k, 2), m, and the
+    integrals of their headings (n, k, 2), s.
+    """
+
+    step: float
+    places: Floats
+    headings: Floats
+
+
 def errors_of(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
     """Return the errors of all AUVs by what they may expect of the rounds."""
     navigator, ways = inputs.navigator, inputs.ways
     drifts, begin = drifts_of(inputs)
     gain = {"fixed_gain": navigator.gain, "dead_reckoning": 0.0}.get(navigator.filter, WEIGHED)
-    flat: tuple[Any, ...] = (*turns, *fixes, gain, navigator.at_ping, *drifts, *begin)
-    return Errors(*_march(float(ways.times_s[1]), ways.places_m, ways.headings_s, *flat))
+    own = Ways(float(ways.times_s[1]), ways.places_m, ways.headings_s)
+    return Errors(*_march(own, turns, fixes, gain, navigator.at_ping, drifts, begin))
 
 
 def drifts_of(inputs: Inputs) -> tuple[Drifts, State]:
@@ -81,34 +91,28 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, State]:
 
 @entry
 def _march(
-    step: float, places: Floats, headings: Floats,
-    pinged: Floats, told: Floats, chance: Floats, at: Ints, kind: Ints, many: int,
-    noise: Floats, lasts: Floats, rate: Floats, gain: float, at_ping: bool,
-    frames: Ints, time_constants: Floats, wanders: Floats, variances: Floats, believed: Floats,
-    walk: float, told_walk: float, has_common: bool, rows: Floats, true: Floats, thought: Floats,
-) -> tuple[Floats, Floats, Floats, Ints]:  # fmt: skip
-    drifts = Drifts(
-        frames, time_constants, wanders, variances, believed, walk, told_walk, has_common
-    )
-    auvs, instants = places.shape[0], places.shape[1]
+    ways: Ways, turns: Turns, fixes: Fixes, gain: float, at_ping: bool, drifts: Drifts, first: State
+) -> tuple[Floats, Floats, Floats, Ints]:
+    """Return mean, covariance and so on, as of :class:`Errors`.
+
+    Fixes hold as they are `at_ping`, else as they are told, and are weighed by a constant `gain`,
+    or WEIGHED.
+    """
+    step, (auvs, instants, _) = ways.step, ways.places.shape
     means, spreads = np.empty((auvs, instants, 2)), np.empty((auvs, instants, 3))
     alike, since = np.zeros((auvs, ANCHORS, instants)), np.full((auvs, ANCHORS), -1)
-    first = State(rows, true, thought)
-    state, ahead = (
-        State(rows.copy(), true.copy(), thought.copy()),
-        State(rows.copy(), true.copy(), thought.copy()),
-    )
+    state, ahead = _copied(first), _copied(first)
     for auv in range(auvs):
         _copy(first, state)
-        way, turned = places[auv], headings[auv]
+        way, turned = ways.places[auv], ways.headings[auv]
         known, next_one, anchors = moment_at(0.0, step, way, turned), 0, 0
-        for turn in range(pinged.shape[1] + 1):
+        for turn in range(turns.pinged_s.shape[1] + 1):
             until = holds = inf
-            if turn < pinged.shape[1]:
-                if chance[auv, turn] < NONE:
+            if turn < turns.pinged_s.shape[1]:
+                if turns.chance[auv, turn] < NONE:
                     continue
-                until = told[auv, turn]
-                holds = pinged[auv, turn] if at_ping else until
+                until = turns.told_s[auv, turn]
+                holds = turns.pinged_s[auv, turn] if at_ping else until
             while next_one < instants and next_one * step < until:
                 then = moment_at(next_one * step, step, way, turned)
                 is_anchor = anchors < ANCHORS and then.time <= holds
@@ -132,15 +136,20 @@ def _march(
                 break
             then = moment_at(holds, step, way, turned)
             carry(state, known, then, drifts)
-            place, which = at[auv, turn], kind[auv, turn]
-            fix = _fix(noise[auv, place, which], lasts[auv, place, which], drifts)
-            here = moment_at(pinged[auv, turn], step, way, turned)
+            at, kind = turns.at[auv, turn], turns.kind[auv, turn]
+            fix = _fix(fixes.noise[auv, at, kind], fixes.lasts[auv, at, kind], drifts)
+            here = moment_at(turns.pinged_s[auv, turn], step, way, turned)
             behind = then.x - here.x, then.y - here.y
-            correct(state, fix, many * chance[auv, turn], gain, behind)
-            if has_common:
-                time_constants[-1] = 1.0 / rate[auv, place, which]
+            correct(state, fix, turns.many * turns.chance[auv, turn], gain, behind)
+            if drifts.has_common:
+                drifts.time_constants[-1] = 1.0 / fixes.rate[auv, at, kind]
             known = then
     return means, spreads, alike, since
+
+
+@compiled
+def _copied(state: State) -> State:
+    return State(state.rows.copy(), state.true.copy(), state.believed.copy())
 
 
 @compiled

@@ -4,11 +4,11 @@ from math import isnan
 
 import numpy as np
 
-from ..core.compiled import compiled
-from ..records.rows import NONE, Row
-from ..vehicles.motion import Floats
+from ...core.compiled import compiled
+from ...records.rows import NONE, Row
+from ...vehicles.motion import Floats
+from ..two_way import Heard
 from .effects import CALLER, CLOCK, GNSS, MISALIGNMENT, SOUND_SPEED
-from .two_way import Heard
 
 
 @compiled

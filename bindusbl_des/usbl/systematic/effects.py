@@ -4,12 +4,12 @@ from math import sqrt
 
 import numpy as np
 
-from ..core.compiled import compiled
-from ..vehicles.motion import Floats
-from .array import across_by_metric, tangents
-from .instrument import Instrument
-from .two_way import Sighting
-from .vectors import Vector, divided, dot, length, plus, scaled, turned, turned_back
+from ...core.compiled import compiled
+from ...vehicles.motion import Floats
+from ..array import across_by_metric, tangents
+from ..instrument import Instrument
+from ..two_way import Sighting
+from ..vectors import Vector, divided, dot, length, plus, scaled, turned, turned_back
 
 # Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
 # m of GNSS of who measures and of who has called, along x and y, per share of the sound speed, and

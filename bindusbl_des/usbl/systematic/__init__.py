@@ -1,0 +1,1 @@
+"""Errors that outlast a ping: heading misalignment, slow GNSS, sound speed and clocks."""
