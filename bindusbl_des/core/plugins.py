@@ -8,15 +8,18 @@ never kept in a file.
 """
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from inspect import Parameter, signature
 from numbers import Integral
 from operator import attrgetter
+from pathlib import Path
+from traceback import walk_tb
 from typing import Any, TypeVar
 
-from .wording import printable, shortened
+from .wording import did_you_mean, printable, shortened
 
 # Set to 1, every plug-in that is named is loaded by whoever runs missions.
 PERMISSION = "BINDUSBL_ALLOW_PLUGINS"
@@ -138,10 +141,13 @@ def load(family: Family, name: str) -> Any:
     except (KeyboardInterrupt, Ended):
         raise
     except BaseException as error:  # a module may raise anything, and call sys.exit
+        known = getattr(sys.modules.get(module), "__dict__", ())
+        remedy = did_you_mean(path, [word for word in known if not word.startswith("_")]) or (
+            "; name an importable module:object (is its folder on PYTHONPATH?) or one of "
+            + ", ".join(family.siblings)
+        )
         raise PluginError(
-            family.key,
-            f"cannot load {name!r} ({_reason(error)}); name an importable module:object (is its "
-            f"folder on PYTHONPATH?) or one of {', '.join(family.siblings)}",
+            family.key, f"cannot load {name!r} ({_reason(error, name)}){remedy}"
         ) from None
     asked(family.key, name, _check, family, name, found, when=" as it was looked at")
     _loaded[name] = found
@@ -169,7 +175,7 @@ def asked(
     except (KeyboardInterrupt, Ended, PluginError):
         raise
     except BaseException as error:
-        raise PluginError(key, f"{name!r} raised {_told(error, when)}") from error
+        raise PluginError(key, f"{name!r} raised {_told(error, name, when)}") from error
 
 
 def shown(key: str, name: str, answer: Any, when: str = "") -> str:
@@ -194,7 +200,11 @@ def _check(family: Family, name: str, found: Any) -> None:
     """Refuse what cannot be called with the arguments of a family."""
     if not callable(found):
         kind = type(found).__name__
-        raise PluginError(family.key, f"{name!r} is a {kind}, which cannot be called")
+        raise PluginError(
+            family.key,
+            f"{name!r} is of the type {kind}, which cannot be called; a {family.noun} is called "
+            f"with ({', '.join(family.arguments)})",
+        )
     try:
         form = signature(found)
     except (TypeError, ValueError):  # what is compiled need not tell
@@ -210,12 +220,26 @@ def _check(family: Family, name: str, found: Any) -> None:
         ) from None
 
 
-def _reason(error: BaseException) -> str:
+def _reason(error: BaseException, name: str) -> str:
     """Return why an import failed; Python's own words for that need no name of the error."""
     plain = isinstance(error, ImportError | AttributeError)
-    return printable(str(error)) if plain else _told(error)
+    return printable(str(error)) + _line(error, name) if plain else _told(error, name)
 
 
-def _told(error: BaseException, when: str = "") -> str:
+def _told(error: BaseException, name: str, when: str = "") -> str:
     kind, text = f"{type(error).__name__}{when}", " ".join(str(error).split())
-    return printable(f"{kind}: {text}" if text else kind)
+    return printable(f"{kind}: {text}" if text else kind) + _line(error, name)
+
+
+def _line(error: BaseException, name: str) -> str:
+    """Return the line of a plug-in's own module that an error came by, as ``, at my_parts.py:12``.
+
+    It is the last such line: what it called may be of another module.
+    """
+    module = name.partition(":")[0]
+    own = [
+        f", at {Path(frame.f_code.co_filename).name}:{line}"
+        for frame, line in walk_tb(error.__traceback__)
+        if frame.f_globals.get("__name__") == module
+    ]
+    return own[-1] if own else ""

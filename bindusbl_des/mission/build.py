@@ -33,7 +33,7 @@ from ..protocol.slots import slots_of
 from ..protocol.tdma import downlink_named, serve
 from ..records.recorder import Levers, Recorder
 from ..scenario.failing import failures_of
-from ..scenario.families import is_random
+from ..scenario.families import is_random, ready_plugins
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.scenario import Scenario, kept
 from ..scenario.telling import tells_slots
@@ -67,6 +67,7 @@ def build_world(
 
     A `source` of poses, asked each `pose_step_s` (s), moves the vehicles that it answers for.
     """
+    ready_plugins(scenario)
     streams = Streams(seed)
     columns = sum(len(kind.sds) * kind.times for kind in told_of(scenario))
     record = Recorder(scenario.record.detail == "full", levers=Levers(columns))

@@ -102,6 +102,8 @@ class OwnNavigator:
         wanted = (len(odometry.times), width)
         if found is None or found.shape != wanted or not np.isfinite(found).all():
             shape = "of no numbers" if found is None else f"of shape {found.shape}"
+            if found is not None and found.shape == wanted:
+                shape += " with nan or inf in it"
             raise PluginError(
                 NAVIGATOR.key,
                 f"{self._name!r} answered {verb} with an array {shape}; it must be {wanted} of "

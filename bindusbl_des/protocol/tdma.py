@@ -18,7 +18,10 @@ from ..scenario.part_settings import own_part, shipped_part
 from .colouring import conflict_count
 from .network import Carried, Downlink, Network, Steps, Turn
 from .own.downlink import OwnDownlink
-from .own.steps import moment, some_work
+from .own.steps import check_now, event_of, moment, some_work
+
+# What is said to a downlink whose words are not of now.
+WAITING = "`time = yield from uplink_slot(...)` waits, and `yield until(network, time)`"
 
 
 def serve(network: Network) -> Generator[simpy.Event, None, None]:
@@ -95,13 +98,17 @@ def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
     UL_tick).
 
     Polled AUVs end it when they have answered.
+
+    Raises:
+        ValueError: when it is not `time` (s) now.
     """
+    check_now(network.env, time, WAITING)
     group = network.pinging(turn, slot, time)
     if group:
         network.ranging.ping(turn.row.round, slot, group, time, turn.view)
     ends = network.slots.clock.after(time, turn.length(slot))
     if network.answers is None:
-        yield until(network, ends)
+        yield moment(network.env, ends)
     else:
         ends = yield from network.answers.wait(ends)
     turn.row.uplink_s = ends - turn.row.started_at_s
@@ -114,7 +121,11 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
     One ASV does, or several share it: those that send at once are given time for the longest of
     their frames and its guard, and the others follow them.  Where AUVs have to be told their slots,
     frames name those that have one in a round to come.  While all ASVs have failed, the fixes wait.
+
+    Raises:
+        ValueError: when it is not `time` (s) now.
     """
+    check_now(network.env, time, WAITING)
     turn.row.downlink_s = turn.row.downlink_s or 0.0
     if network.asv_fleet.works_from(time) > time:
         return
@@ -186,5 +197,9 @@ def frame_start(network: Network, number: int, time: float) -> Steps:
 
 
 def until(network: Network, instant: float) -> simpy.Timeout:
-    """Return the event of an instant (s) that is not past."""
-    return moment(network.env, instant)
+    """Return the event of an instant (s) that is not past.
+
+    Raises:
+        ValueError: when that is no instant.
+    """
+    return event_of(network.env, instant)

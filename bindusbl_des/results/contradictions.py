@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from ..core.plugins import is_plugin
 from ..records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, OUTCOMES
 from ..records.worst import WORST_IS_LARGEST
 from ..scenario.families import is_random
@@ -50,25 +51,27 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
     """Yield the tables that claim row counts no such mission has, with what is wrong.
 
     Nobody pings again before his ping is over; every other count follows from that of the pings.
+    Who pings in a round, and how often it broadcasts, a part of one's own may decide as it likes.
     """
     auvs, asvs, duration = scenario.auvs.count, scenario.asvs.count, scenario.duration_s
     passive = scenario.protocol.is_passive
     pinging, listening = (asvs, auvs) if passive else (auvs, asvs)
     limits = {"auvs": (auvs, auvs), "mission": (1, 1)}
-    pings = rows.get("pings", 0)
+    pings, ping_s = rows.get("pings", 0), scenario.acoustics.hf.ping_s
     if "pings" in rows:
+        own = any(map(is_plugin, _decide_rounds(scenario)))
         told = tells_slots(scenario)  # and AUVs that are not told do not ping
         instants = int(duration * scenario.record.tracks_hz) + 2
         named = auvs * rows["rounds"] if told else 0
-        broadcasts = 0 if passive else rows["fixes"] + rows["rounds"] + named
+        broadcasts = LARGEST_COUNT if own else rows["fixes"] + rows["rounds"] + named
         frames = 0 if scenario.protocol.downlink == "direct_reply" else rows["broadcasts"]
         limits |= {
-            "pings": (0, int(pinging * (duration / scenario.acoustics.hf.ping_s + 2))),
+            "pings": (0, LARGEST_COUNT if own else int(pinging * (duration / ping_s + 2))),
             "receptions": (pings * listening, pings * listening),
-            "rounds": (0, LARGEST_COUNT if told else pings + 2 + _late(scenario)),
+            "rounds": (0, LARGEST_COUNT if told or own else pings + 2 + _late(scenario)),
             "assignments": (0, named),
             "fixes": (0, pings * listening if passive else pings),
-            "broadcasts": (0, broadcasts),
+            "broadcasts": (0, 0 if passive else broadcasts),
             "frame_receptions": (auvs * frames, auvs * frames),
             "tracks": (auvs + asvs, (auvs + asvs) * instants),
         }
@@ -78,6 +81,12 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
             other = FOLLOWS.get(name)
             by = f" by {other}.parquet ({rows[other]:,} rows)" if other else ""
             yield name, f"has {rows[name]:,} rows, where its mission has {expected}{by}"
+
+
+def _decide_rounds(scenario: Scenario) -> tuple[str, ...]:
+    """Return the parts that decide who pings and what is broadcast, if anybody is scheduled."""
+    protocol = scenario.protocol
+    return () if protocol.is_passive else (protocol.schedule, protocol.downlink, protocol.ranging)
 
 
 def _late(scenario: Scenario) -> int:

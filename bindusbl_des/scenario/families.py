@@ -13,7 +13,7 @@ from .channel_settings import Curve, PingSonar, PingTable, Sonar, Table
 from .instruments.datasheet import Datasheet
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
-from .part_settings import Settings, own_mistakes
+from .part_settings import Settings, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
 from .sections.vehicle_choice import AsvVehicle, AuvVehicle
 
@@ -187,6 +187,18 @@ def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:
         if is_plugin(name):
             allow([name])
             yield from own_mistakes(family, name)
+
+
+def ready_plugins(scenario: ScenarioKeys) -> None:
+    """Load the admitted plug-ins that a scenario names: a mission asks what they say of themselves
+    (`slot_s`, `framed`) before it calls them, and must be told so in every process.
+
+    Raises:
+        PluginError: when one is not allowed, or cannot be loaded or called.
+    """
+    for family, name in parts_of(scenario):
+        if is_plugin(name):
+            own_part(family, name)
 
 
 def without_plugins(data: Mapping[str, Any]) -> dict[str, Any]:

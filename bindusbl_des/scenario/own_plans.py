@@ -108,7 +108,7 @@ def own_stations(
             choice,
             answer,
             f"it must be places of shape ({count}, 2), x and y in m, one for each ASV, or "
-            f"({count}, 3) with depths of 0",
+            f"({count}, 3) with depths of 0; finite, within {FARTHEST:g} m",
         )
     return [(float(x), float(y)) for x, y in places[:, :2]]
 
@@ -130,7 +130,8 @@ def own_route(scenario: ScenarioKeys, choice: PartChoice, view: PlanView) -> Poi
             choice,
             answer,
             f"it must be a list of {count} arrays, one for each AUV: way points (n, 2), x and y "
-            "in m, or tracks (n, 4), time in s, x, y and depth in m; n >= 2",
+            f"in m, or tracks (n, 4), time in s, x, y and depth in m; n >= 2, finite, within "
+            f"{FARTHEST:g} m",
         )
     for auv, way in enumerate(good):
         problem = _way_problem(way) if widths == {2} else _track_problem(scenario, way)
@@ -151,16 +152,17 @@ def own_motion(
     """
     part, name, tracks = own_part(family, choice), str(choice), []
     for way in ways:
-        answer = asked(family.key, name, part, way)
+        vehicle = f"{'ASV' if family is ASV else 'AUV'}{way.number}"
+        answer = asked(family.key, name, part, way, when=f" for {vehicle}")
         found = _numbers(family, choice, answer)
         if found is None or found.ndim != 2 or found.shape[1] != 4 or len(found) < 2:
-            needed = "it must be an array (n, 4), time in s, x, y and depth in m; n >= 2"
-            _refuse(family, choice, answer, f"{needed} ({family.noun} {way.number})")
+            needed = "it must be an array (n, 4), time in s, x, y and depth in m; n >= 2, finite"
+            _refuse(family, choice, answer, f"{needed}, within {FARTHEST:g} m ({vehicle})")
         problem = _motion_problem(scenario, found)
         if family is ASV and found[:, 3].any():
             problem = "ASVs are at the surface, at a depth of 0"
         if problem:
-            _refuse(family, choice, found, f"{problem} ({family.noun} {way.number})")
+            _refuse(family, choice, found, f"{problem} ({vehicle})")
         tracks.append((found[:, 0], found[:, 1:]))
     return tracks
 

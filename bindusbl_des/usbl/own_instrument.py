@@ -1,6 +1,6 @@
 """Instruments that somebody has written: what they measure of a ping is checked and fused."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -141,8 +141,9 @@ def mirrored(
 
 
 def _arrays(answer: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-    places, covariances = answer
-    return np.asarray(places), np.asarray(covariances)
+    """Return the two parts of an answer as arrays, empty ones for what are not two."""
+    parts = [np.asarray(part) for part in answer] if isinstance(answer, Iterable) else []
+    return (parts[0], parts[1]) if len(parts) == 2 else (np.empty(0), np.empty(0))
 
 
 def _are_covariances(matrices: Array) -> bool:

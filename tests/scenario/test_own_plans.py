@@ -219,10 +219,10 @@ WAYS = "it must be a list of 2 arrays, one for each AUV: way points (n, 2)"
         (ROUTE, "away", "a track must be in the mission, which lasts from 0 to 20 s (AUV0)"),
         (ROUTE, "raises", "raised KeyError: 'no'"),
         (AUV, "narrow", "it must be an array (n, 4), time in s, x, y and depth in m; n >= 2"),
-        (AUV, "halts", "the times of a track must increase (vehicle 0)"),
+        (AUV, "halts", "the times of a track must increase (AUV0)"),
         (AUV, "none", "returned None; it must be an array (n, 4)"),
-        (AUV, "raises", "raised KeyError: 'no'"),
-        (ASV, "sunk", "ASVs are at the surface, at a depth of 0 (vessel 0)"),
+        (AUV, "raises", "raised KeyError for AUV0: 'no', at own_plans.py:"),
+        (ASV, "sunk", "ASVs are at the surface, at a depth of 0 (ASV0)"),
         (ASV, "words", "returned 'here'; it must be an array (n, 4)"),
     ],
 )

@@ -1,20 +1,20 @@
 """A ranging that somebody has written: how the AUVs of a slot come to ping, step by step."""
 
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
-from math import isfinite
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import simpy
 
 from ...core.plugins import asked
+from ...records.events import HEARD
 from ...records.rows import CALLED, Rows
 from ...scenario.families import RANGING
 from ..hf.handed import NO_CALL
 from ..hf.uplink import Uplink
 from ..schedules import View
-from .steps import SAME, checked_steps, moment
+from .steps import SAME, check_now, checked_steps, event_of
 
 Way = Callable[["Slot", float], Generator[simpy.Event, Any, None]]
 
@@ -44,6 +44,8 @@ class Slot:
         self._check(auvs, time)
         if called is not NO_CALL:
             self._check_call(auvs, called)
+        if called is NO_CALL or called[0]["call"] == HEARD:  # who hears no call does not ping
+            self._check_silence(auvs, time)
         self._ranging.uplink.send(self.round, self.number, list(auvs), time, called)
 
     def call(self, auvs: Sequence[int], asvs: Sequence[int], time: float) -> Any:
@@ -69,9 +71,15 @@ class Slot:
         if len(set(auvs)) != len(auvs) or not self._members.issuperset(auvs):
             members = sorted(self._members)
             raise ValueError(f"the AUVs of the slot are {members}, each once; got {list(auvs)}")
-        now = self._ranging.env.now
-        if not abs(time - now) < SAME:
-            raise ValueError(f"it is {now:g} s, not {time:g} s: wait with `yield slot.until(time)`")
+        check_now(self._ranging.env, time, "wait with `yield slot.until(time)`")
+
+    def _check_silence(self, auvs: Sequence[int], time: float) -> None:
+        """Refuse AUVs that ping already, and note until when these do."""
+        busy = self._ranging.pinging_until
+        for auv in auvs:
+            if time < busy.get(auv, 0.0) - SAME:
+                raise ValueError(f"AUV{auv} is still pinging, until {busy[auv]:g} s")
+            busy[auv] = time + self._ranging.uplink.band.duration
 
     def _check_call(self, auvs: Sequence[int], called: Rows) -> None:
         """Refuse what is not the call of one AUV, as it was returned."""
@@ -84,20 +92,22 @@ class Slot:
 
     def until(self, time: float) -> simpy.Event:
         """Return the event of an instant (s) that is not past."""
-        if not isfinite(time):
-            raise ValueError(f"{time} s is no instant that can be waited for")
-        return moment(self._ranging.env, time)
+        return event_of(self._ranging.env, time)
 
 
 @dataclass(frozen=True)
 class OwnRanging:
-    """A ranging of somebody's own, by its name in the scenario; its steps are checked."""
+    """A ranging of somebody's own, by its name in the scenario; its steps are checked.
+
+    `pinging_until` is when (s) the last ping of each AUV is over.
+    """
 
     name: str
     way: Way
     env: simpy.Environment
     uplink: Uplink
     random: np.random.Generator
+    pinging_until: dict[int, float] = field(default_factory=dict)
 
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View

@@ -53,6 +53,32 @@ def moment(env: simpy.Environment, instant: float) -> simpy.Timeout:
     return simpy.Timeout(env, instant - now if instant > now else 0.0)
 
 
+def event_of(env: simpy.Environment, instant: float) -> simpy.Timeout:
+    """Return the event of an instant (s) that is not past, as somebody's own names it.
+
+    Raises:
+        ValueError: when that is no instant.
+    """
+    if not math.isfinite(instant):
+        raise ValueError(f"{instant} s is no instant that can be waited for")
+    return moment(env, instant)
+
+
+def check_now(env: simpy.Environment, time: float, wait: str) -> None:
+    """Refuse an instant (s) that is not now; `wait` says how it is waited for.
+
+    Raises:
+        ValueError: when it is another one, or none.
+    """
+    try:
+        is_now = abs(time - env.now) < SAME
+    except TypeError:
+        kind = type(time).__name__
+        raise ValueError(f"the time must be a number of seconds; got a {kind}: {wait}") from None
+    if not is_now:
+        raise ValueError(f"it is {env.now:g} s, not {time:g} s: {wait}")
+
+
 def some_work(
     env: simpy.Environment, asvs: Fleet, clock: Clock, time: float
 ) -> Generator[simpy.Event, None, float]:
