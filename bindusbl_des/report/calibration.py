@@ -56,36 +56,37 @@ class Calibration:
         return CONSISTENT
 
 
-def squared_distances(errors: Floats, covariances: Floats) -> Floats:
-    """Return e' P^-1 e of errors (n, 2), m, with covariances xx, yy, xy (n, 3), m2.
+def normalised(errors: Floats, covariances: Floats) -> Floats:
+    """Return L^-1 e (m, 2) of errors (n, 2), m, with covariances L L' = xx, yy, xy (n, 3), m2.
 
-    Instants at which an AUV is sure in some direction, as at the start, are left out.
+    Both numbers are standard normal where the covariance is right.  Instants at which an AUV is
+    sure in some direction, as at the start, are left out.
     """
-    (x, y), (xx, yy, xy) = errors.T, covariances.T
-    determinant = xx * yy - xy**2
-    unsure = determinant > SURE * (xx + yy) ** 2
-    squares = yy * x**2 - 2 * xy * x * y + xx * y**2
-    return np.asarray(squares[unsure] / determinant[unsure])
+    xx, yy, xy = covariances.T
+    unsure = xx * yy - xy**2 > SURE * (xx + yy) ** 2
+    (x, y), (xx, yy, xy) = errors[unsure].T, covariances[unsure].T
+    slope = xy / xx
+    return np.column_stack((x / np.sqrt(xx), (y - slope * x) / np.sqrt(yy - slope * xy)))
 
 
-def calibration(distances: Floats, fixes: int) -> Calibration | None:
-    """Return how squared distances (n,) in the order of time lie; None where there are none.
+def calibration(errors: Floats, fixes: int) -> Calibration | None:
+    """Return how normalised errors (n, 2) in the order of time lie; None where there are none.
 
     There are no more independent errors than `fixes` and the beginning: in between they drift.
     """
-    if not distances.size:
+    if not errors.size:
         return None
-    inside = tuple(float((distances <= -2 * np.log(1 - p)).mean()) for p in LEVELS)
-    return Calibration(inside, min(independent(distances), fixes + 1.0))
+    squares = (errors**2).sum(axis=1)
+    inside = tuple(float((squares <= -2 * np.log(1 - p)).mean()) for p in LEVELS)
+    return Calibration(inside, min(independent(errors), fixes + 1.0))
 
 
 def of_auv(mission: Recording, auv: int) -> Calibration | None:
     """Return the calibration of one AUV; None where it is never unsure."""
     own, truth = mission.own, mission.truth
     errors = np.column_stack([own[f"estimate_{it}"][auv] - truth[it][auv] for it in ("x_m", "y_m")])
-    distances = squared_distances(errors, mission.covariance(auv))
     moved = mission.fixes["correction_m"][mission.delivered_to(auv)]
-    return calibration(distances, int((moved > 0.0).sum()))
+    return calibration(normalised(errors, mission.covariance(auv)), int((moved > 0.0).sum()))
 
 
 def of_fleet(found: list[Calibration]) -> Calibration:
@@ -94,17 +95,18 @@ def of_fleet(found: list[Calibration]) -> Calibration:
     return Calibration(tuple(inside.tolist()), sum(it.independent for it in found))
 
 
-def independent(series: Floats) -> float:
-    """Return how many independent values a correlated series (n,) is worth for its mean.
+def independent(errors: Floats) -> float:
+    """Return how many independent errors correlated ones (n, 2), of mean 0, are worth.
 
-    That is n over the sum of its autocorrelation, up to where pairs of it are no longer positive.
+    That is n over the sum of their autocorrelation, up to where pairs of it are no longer positive.
+    The mean of 0 is known: errors that last all the mission are one, not many about their own mean.
     Source: C. J. Geyer, Practical Markov Chain Monte Carlo, Statistical Science 7, 1992, sec. 3.3.
     """
-    count, off = len(series), series - series.mean()
-    if count < 4 or not off.any():
+    count = len(errors)
+    if count < 4 or not errors.any():
         return 1.0
-    power = np.abs(np.fft.rfft(off, 2 * count)) ** 2
-    correlation = np.fft.irfft(power)[: count - count % 2]
+    power = np.abs(np.fft.rfft(errors, 2 * count, axis=0)) ** 2
+    correlation = np.fft.irfft(power, axis=0).sum(axis=1)[: count - count % 2]
     pairs = (correlation / correlation[0]).reshape(-1, 2).sum(axis=1)
     ends = np.flatnonzero(pairs <= 0.0)
     summed = 2 * pairs[: ends[0] if ends.size else None].sum() - 1

@@ -17,9 +17,9 @@ from bindusbl_des.report.calibration import (
     calibration,
     calibration_told,
     independent,
+    normalised,
     of_auv,
     of_fleet,
-    squared_distances,
 )
 from bindusbl_des.report.packing import Packer
 from bindusbl_des.report.recording import recording
@@ -30,8 +30,8 @@ from bindusbl_des.report.story import story
 COUNT = 20_000
 
 
-def distances(believed: float = 1.0) -> np.ndarray:
-    """Return squared distances of normal errors, of which a filter believes a share of P.
+def off(believed: float = 1.0) -> np.ndarray:
+    """Return normalised errors of a filter that believes a share of their covariance P.
 
     P changes from instant to instant, in size and direction.
     """
@@ -43,7 +43,7 @@ def distances(believed: float = 1.0) -> np.ndarray:
     xx = cosine**2 * size[0] ** 2 + sine**2 * size[1] ** 2
     yy = sine**2 * size[0] ** 2 + cosine**2 * size[1] ** 2
     xy = cosine * sine * (size[0] ** 2 - size[1] ** 2)
-    return squared_distances(errors, believed * np.column_stack((xx, yy, xy)))
+    return normalised(errors, believed * np.column_stack((xx, yy, xy)))
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def distances(believed: float = 1.0) -> np.ndarray:
 )
 def test_shares_are_those_of_the_closed_form(believed: float, verdict: str) -> None:
     """Errors believed too small by k are inside p for 1 - (1 - p)^k; 3.3 sigma of the binomial."""
-    found = calibration(distances(believed), COUNT)
+    found = calibration(off(believed), COUNT)
     assert found is not None
     for level, share in zip(LEVELS, found.inside, strict=True):
         expected = 1 - (1 - level) ** believed
@@ -65,18 +65,35 @@ def test_shares_are_those_of_the_closed_form(believed: float, verdict: str) -> N
 def test_errors_alike_from_instant_to_instant_are_worth_fewer() -> None:
     """An autoregression by a is worth n (1 - a) / (1 + a) values, a constant one."""
     rng, kept = np.random.default_rng(2), 0.9
-    noise, series = rng.normal(size=200_000), np.zeros(200_000)
+    noise, series = rng.normal(size=(50_000, 2)), np.zeros((50_000, 2))
     for k in range(1, len(series)):
         series[k] = kept * series[k - 1] + noise[k]
     expected = len(series) * (1 - kept) / (1 + kept)
     assert independent(series) == pytest.approx(expected, rel=0.1)
     assert independent(series[:-1]) == pytest.approx(expected, rel=0.1)
-    assert independent(np.full(100, 3.0)) == independent(series[:3]) == 1.0
+    assert independent(np.full((100, 2), 3.0)) == independent(series[:3]) == 1.0
+
+
+def test_errors_that_last_make_no_filter_wrong() -> None:
+    """Half of the variance, a misalignment, say, is drawn once for a mission, the rest wanders.
+
+    The filter is right, and rarely called wrong: how alike errors are is an estimate, too.
+    """
+    rng, kept, verdicts = np.random.default_rng(3), 0.95, []
+    for _ in range(200):
+        wandering = rng.normal(size=(600, 2))
+        wandering[1:] *= np.sqrt(1 - kept**2)
+        for k in range(1, len(wandering)):
+            wandering[k] += kept * wandering[k - 1]
+        found = calibration(np.sqrt(0.5) * (wandering + rng.normal(size=2)), 600)
+        assert found is not None
+        verdicts.append(found.verdict)
+    assert verdicts.count(OVERCONFIDENT) + verdicts.count(UNDERCONFIDENT) <= 6
 
 
 def test_few_errors_say_nothing() -> None:
     """A drift that no fix corrects is one error, however many instants it lasts."""
-    found = calibration(distances(0.25), fixes=0)
+    found = calibration(off(0.25), fixes=0)
     assert found is not None
     assert (found.independent, found.verdict) == (1.0, UNDECIDED)
     assert of_fleet([found] * 10).verdict == OVERCONFIDENT
@@ -87,8 +104,8 @@ def test_few_errors_say_nothing() -> None:
 def test_whoever_is_sure_is_not_asked() -> None:
     """Instants of a covariance that is zero, flat or missing count for nothing."""
     covariances = np.array([[0, 0, 0], [1, 0, 0], [np.nan] * 3, [1, 1, 1], [4, 1, 0]])
-    assert squared_distances(np.ones((5, 2)), covariances).tolist() == [1.25]
-    assert calibration(np.empty(0), 10) is None
+    assert np.sum(normalised(np.ones((5, 2)), covariances) ** 2, axis=1).tolist() == [1.25]
+    assert calibration(np.empty((0, 2)), 10) is None
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ import numpy as np
 from ..experiments.plan import Plan
 from .fleets import Starved, fleets, starved
 from .harm import NEEDED, Harm, Harms, harmed
-from .intervals import ROUND_OFF, intervals
+from .intervals import ROUND_OFF, Floats, Intervals, intervals
 from .naming import MOST_NAMED, decimals, listed, plus_minus, point_name, points_named
 from .outcomes import Outcomes, outcomes
 
@@ -74,13 +74,11 @@ def _best(found: Outcomes, plan: Plan) -> str:
     )
 
 
-def _rivals(table: np.ndarray, best: int) -> str:
+def _rivals(table: Floats, best: int) -> str:
     """Return which points are not surely worse than the best, paired by seed."""
     if len(table) == 1:
         return ""
-    gaps = table - table[best]
-    gaps[np.abs(gaps) <= ROUND_OFF * np.abs(table[best])] = 0.0
-    found = intervals(gaps)
+    found = compared_with_best(table, best)
     if not (found.count[best] > 1):
         return " One seed shows no interval: whether another point is as good cannot be told."
     is_near = (found.count > 1) & (found.mean - found.half_width <= 0)
@@ -92,6 +90,18 @@ def _rivals(table: np.ndarray, best: int) -> str:
         which = "which is best is partly chance"
         said += f" Not surely worse, paired by seed: {points_named(near)}; {which}."
     return said
+
+
+def compared_with_best(table: Floats, best: int) -> Intervals:
+    """Return by how much points are worse than the one with the least mean, paired by seed.
+
+    `table` (points, seeds) holds what is to be small.  Any point may be the best in truth, and look
+    worse by chance than one of the others: intervals hold together (Bonferroni), so that it is not
+    surely worse with 95 % confidence however many there are.
+    """
+    gaps = table - table[best]
+    gaps[np.abs(gaps) <= ROUND_OFF * np.abs(table[best])] = 0.0
+    return intervals(gaps, together=len(table) - 1)
 
 
 def who_is_worst(who: Mapping[str, int]) -> str:
