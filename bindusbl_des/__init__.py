@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from .preflight.worth_knowing import cautions
     from .protocol.anchors.view import AnchorView
     from .protocol.broadcasters import BroadcastView
-    from .protocol.order.view import TimedGroups, View
     from .protocol.own.ranging import Slot
+    from .protocol.schedules.view import TimedGroups, View
     from .protocol.slots import downlink_slot, uplink_slot
     from .results.loading import load_result
     from .results.result import Result
@@ -78,10 +78,10 @@ _HOMES = {
     "Signals": "acoustics.channel",
     "Slot": "protocol.own.ranging",
     "Sounding": "usbl.own_instrument",
-    "TimedGroups": "protocol.order.view",
+    "TimedGroups": "protocol.schedules.view",
     "Verdict": "verification.verdict",
     "verify": "verification.verdict",
-    "View": "protocol.order.view",
+    "View": "protocol.schedules.view",
     "WayView": "scenario.own_plans",
 }
 

@@ -23,7 +23,7 @@ ROOMS = [
 # Libraries that only these rooms and modules may import (numpy is everywhere).
 HOMES = {
     "simpy": "protocol mission",
-    "networkx": "protocol.conflicts protocol.order.view",
+    "networkx": "protocol.conflicts protocol.schedules.view",
     "pelagic": "acoustics.rays.tracing",
     "pyarrow": "acoustics.rays.reading results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
@@ -204,7 +204,7 @@ def test_a_ping_is_followed_through_twelve_files() -> None:
 # What is told of other places than those of a mission: where AUVs might be, or ASVs might go, where
 # a map shows the chance of a fix; and how long modems are busy, once all is over.
 OTHER_PLACES = {
-    *("protocol.order.view", "protocol.anchors.follow"),
+    *("protocol.schedules.view", "protocol.anchors.follow"),
     *("acoustics.fix_chance", "acoustics.energy"),
 }
 

@@ -13,6 +13,7 @@ from ..navigation.navigators import Navigator
 from ..protocol.access.named import access_of
 from ..protocol.access.serving import serve_at_random
 from ..protocol.broadcasters import broadcaster_named
+from ..protocol.downlinks import downlink_named
 from ..protocol.hf.measuring import Measuring
 from ..protocol.hf.outcomes import Outcomes
 from ..protocol.hf.uplink import Uplink
@@ -22,15 +23,15 @@ from ..protocol.knowledge.telling import Manner, Telling
 from ..protocol.lookout import Lookout
 from ..protocol.mf.downlink import FrameBand, MfDownlink
 from ..protocol.network import Network
-from ..protocol.order.polling import Answers
 from ..protocol.passive.beacons import Beacons
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.passive.outcomes import PassiveOutcomes
 from ..protocol.ranging import ranging_of, strayed
 from ..protocol.replies import Replies
-from ..protocol.schedules import is_framed, schedule_named
+from ..protocol.schedules.named import is_framed, schedule_named
+from ..protocol.schedules.polling import Answers
 from ..protocol.slots import slots_of
-from ..protocol.tdma import downlink_named, serve
+from ..protocol.tdma import serve
 from ..records.recorder import Levers, Recorder
 from ..scenario.failing import failures_of
 from ..scenario.families import is_random, ready_plugins

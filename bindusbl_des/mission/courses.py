@@ -1,8 +1,8 @@
 """What is planned for each AUV of a scenario, and what its fleet goes by when it schedules."""
 
 from ..protocol.chart import Array, CarriedForward, Chart, Course, LastFixes, Shifted, Touring
-from ..protocol.order.known import Known, Plans
 from ..protocol.ranging import planned_speeds
+from ..protocol.schedules.known import Known, Plans
 from ..records.recorder import Recorder
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from ..scenario.planned import route_of, tracks_of

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from ..protocol.schedules import is_framed
+from ..protocol.schedules.named import is_framed
 from ..protocol.slots import Slots, slots_of
 from ..scenario.families import SCHEDULE, Polling, SuperTdma, WorstFirst, is_random
 from ..scenario.part_settings import settings_of

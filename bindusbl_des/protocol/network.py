@@ -23,13 +23,13 @@ from .hf.uplink import Uplink
 from .knowledge.telling import Telling
 from .lookout import Lookout
 from .mf.downlink import MfDownlink
-from .order.known import Known
-from .order.polling import Answers
-from .order.view import Groups, TimedGroups, View
 from .own.ranging import OwnRanging
 from .ranging import OneWay, TwoWay
 from .replies import Replies
-from .schedules import Schedule
+from .schedules.known import Known
+from .schedules.named import Schedule
+from .schedules.polling import Answers
+from .schedules.view import Groups, TimedGroups, View
 from .slots import Slots
 
 Steps = Generator[simpy.Event, None, float]

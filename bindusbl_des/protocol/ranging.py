@@ -19,9 +19,9 @@ from ..vehicles.motion import SPEED, Floats, Ints
 from .hf.calling import choose_callers
 from .hf.handed import members
 from .hf.uplink import Uplink
-from .order.polling import Answers
-from .order.view import View
 from .own.ranging import OwnRanging
+from .schedules.polling import Answers
+from .schedules.view import View
 
 
 class OneWay:

@@ -1,8 +1,7 @@
 """The TDMA protocol: AUVs ping in groups on HF, then an ASV broadcasts their fixes on MF.
 
-``serve`` is the process that runs through the mission.  Each downlink policy below is one round as
-its timeline reads; all return the instant at which the next round may start.  A scenario can name
-one of one's own as ``module:object``.
+``serve`` is the process that runs through the mission, round after round.  How a round reads, the
+downlink decides (:mod:`.downlinks`), in the words that follow.
 """
 
 from collections.abc import Generator
@@ -13,11 +12,8 @@ import simpy
 
 from ..acoustics.modem import Message
 from ..records.events import Broadcast, Round
-from ..scenario.families import DOWNLINK
-from ..scenario.part_settings import own_part, shipped_part
 from .colouring import conflict_count
-from .network import Carried, Downlink, Network, Steps, Turn
-from .own.downlink import OwnDownlink
+from .network import Carried, Network, Steps, Turn
 from .own.steps import check_now, event_of, moment, some_work
 
 # What is said to a downlink whose words are not of now.
@@ -40,57 +36,6 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
         turn = Turn(row, groups, view, network.slots.uplink_slot)
         network.record.rounds.append(turn.row)
         time = yield from network.policy(network, turn, time)
-
-
-def sequential(network: Network, turn: Turn, time: float) -> Steps:
-    """All groups ping; then the fixes of the round are broadcast; then the next round starts."""
-    for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
-    broadcast(network, turn, time)
-    return (yield from downlink_free(network, time))
-
-
-def pipelined_round(network: Network, turn: Turn, time: float) -> Steps:
-    """All groups ping; their fixes are broadcast while the next round pings."""
-    for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
-    time = yield from downlink_free(network, time)
-    broadcast(network, turn, time)
-    return time
-
-
-def pipelined_group(network: Network, turn: Turn, time: float) -> Steps:
-    """Each group's fixes are broadcast while the next group pings."""
-    for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
-        time = yield from downlink_free(network, time)
-        broadcast(network, turn, time)
-    return time
-
-
-def direct_reply(network: Network, turn: Turn, time: float) -> Steps:
-    """All groups ping; the ASV that hears a ping first answers it at once (conventional USBL)."""
-    for slot in range(len(turn.groups)):
-        time = yield from uplink_slot(network, turn, slot, time)
-    turn.row.downlink_s = 0.0
-    return time
-
-
-DOWNLINKS: dict[str, Downlink] = {
-    policy.__name__: policy
-    for policy in (sequential, pipelined_round, pipelined_group, direct_reply)
-}
-
-
-def downlink_named(name: str) -> Downlink:
-    """Return a downlink by its name in the scenario; one's own is named ``module:object``.
-
-    Raises:
-        PluginError: when one's own is not allowed, or cannot be loaded or called.
-    """
-    if name in DOWNLINKS:
-        return shipped_part(DOWNLINK, name, DOWNLINKS[name])
-    return OwnDownlink(name, own_part(DOWNLINK, name))
 
 
 def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:

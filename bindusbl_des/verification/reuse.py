@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ..protocol.order.worst_first import SLOTS
+from ..protocol.schedules.worst_first import SLOTS
 from .case import Case
 from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair, Plan, undecided
 from .uplink import slot_gap

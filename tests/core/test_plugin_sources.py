@@ -75,5 +75,5 @@ def test_an_installed_plug_in_is_its_package(
 
 def test_this_package_is_known_by_its_version() -> None:
     """A part that ships, named as a plug-in, is its file alone."""
-    (file,) = sources_of("bindusbl_des.protocol.schedules:spatial_reuse")
-    assert file.name == "schedules.py"
+    (file,) = sources_of("bindusbl_des.protocol.schedules.named:spatial_reuse")
+    assert file.name == "named.py"

@@ -27,7 +27,7 @@ from bindusbl_des.commands.ending import ended_in_order
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, PluginError, allow, is_plugin
 from bindusbl_des.navigation.dead_reckoning import Odometry
-from bindusbl_des.protocol.schedules import View
+from bindusbl_des.protocol.schedules.view import View
 
 # A module that says by a file that it was imported, with parts good and bad.
 STRANGER = """

@@ -13,7 +13,7 @@ from worlds import merged
 
 from bindusbl_des import Mission, Scenario, simulate
 from bindusbl_des.protocol.network import Network, Turn
-from bindusbl_des.protocol.schedules import View
+from bindusbl_des.protocol.schedules.view import View
 from bindusbl_des.protocol.tdma import broadcast, downlink_free, until, uplink_slot
 from bindusbl_des.protocol.watches import KINDS, Happening
 

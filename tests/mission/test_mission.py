@@ -13,7 +13,8 @@ from worlds import merged, scenario
 
 from bindusbl_des import Mission, Result, Scenario, simulate
 from bindusbl_des.core.plugins import PluginError
-from bindusbl_des.protocol.schedules import Groups, View, one_per_slot
+from bindusbl_des.protocol.schedules.named import one_per_slot
+from bindusbl_des.protocol.schedules.view import Groups, View
 
 DURATION_S, RATE_HZ = 20.0, 30
 

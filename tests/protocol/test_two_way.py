@@ -15,7 +15,7 @@ from bindusbl_des import Result, simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, range_loss
 from bindusbl_des.protocol.hf.outcomes import Outcomes
 from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
-from bindusbl_des.protocol.schedules import View
+from bindusbl_des.protocol.schedules.view import View
 from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from bindusbl_des.records.recorder import Recorder
 from bindusbl_des.usbl.fusion import fuse_shared

@@ -14,7 +14,7 @@ from ...protocol.bounds.conflict import (
     reuse_bound,
 )
 from ...protocol.colouring import dsatur_groups, greedy_groups
-from ...protocol.schedules import is_framed
+from ...protocol.schedules.named import is_framed
 from .sights import Flags, Floats
 
 Ints = NDArray[np.int64]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..order.view import TimedGroups, View
+from ..schedules.view import TimedGroups, View
 
 Flags = NDArray[np.bool_]
 

@@ -17,11 +17,11 @@ from ...records.events import Round
 from ...records.frames import Assignment
 from ...records.recorder import Recorder
 from ..mf.downlink import MfDownlink
-from ..order.view import TimedGroups, View
 from ..own.ranging import OwnRanging
 from ..own.steps import SAME, moment
 from ..ranging import OneWay, TwoWay
-from ..schedules import Schedule
+from ..schedules.named import Schedule
+from ..schedules.view import TimedGroups, View
 from ..slots import Slots
 from .plan import Knowledge, Plan
 from .roll import Roll

@@ -13,7 +13,7 @@ from ...records.rows import CALLED, Rows
 from ...scenario.families import RANGING
 from ..hf.handed import NO_CALL
 from ..hf.uplink import Uplink
-from ..schedules import View
+from ..schedules.view import View
 from .steps import SAME, check_now, checked_steps, event_of
 
 Way = Callable[["Slot", float], Generator[simpy.Event, Any, None]]

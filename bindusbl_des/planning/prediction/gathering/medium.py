@@ -5,7 +5,7 @@ import numpy as np
 from ....core.plugins import is_plugin, loaded
 from ....mission.build import reply_delay_of
 from ....preflight.round_lengths import pace_of
-from ....protocol.schedules import is_framed
+from ....protocol.schedules.named import is_framed
 from ....protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
 from ....protocol.slots import Slots as ProtocolSlots
 from ....protocol.slots import slots_of as protocol_slots

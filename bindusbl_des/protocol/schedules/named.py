@@ -1,9 +1,9 @@
-"""Who pings when: the ping groups of a round.
+"""The schedule of a scenario by its name: who pings when, the ping groups of a round.
 
-A schedule is a function from what the fleet knows (:class:`View`) to ping groups: lists of AUV
-numbers that ping in the same slot, in the order of the slots; slots of other lengths than T_UL come
-with them (:class:`TimedGroups`).  A schedule whose attribute `framed` is true starts its rounds on
-frames of `protocol.frame_s`.  A scenario can name one of one's own as ``module:object``.
+A schedule is a function from what the fleet knows (:class:`.view.View`) to ping groups: lists of
+AUV numbers that ping in the same slot, in the order of the slots; slots of other lengths than T_UL
+come with them (:class:`.view.TimedGroups`).  A schedule whose attribute `framed` is true starts its
+rounds on frames of `protocol.frame_s`.  A scenario can name one of one's own as ``module:object``.
 """
 
 from collections.abc import Callable, Iterable
@@ -12,17 +12,15 @@ from math import isfinite
 from numbers import Real
 from typing import Any
 
-from ..core.plugins import PluginError, asked, is_whole, loaded, shown
-from ..core.wording import shortened
-from ..scenario.families import FRAMED_SCHEDULES, RANDOM_ACCESS, SCHEDULE
-from ..scenario.part_settings import own_part, shipped_part
-from .colouring import dsatur_groups, greedy_groups
-from .order.polling import polling
-from .order.super_tdma import super_tdma
-from .order.view import Groups, TimedGroups, View
-from .order.worst_first import worst_first
-
-__all__ = ["Groups", "Schedule", "TimedGroups", "View", "is_framed", "schedule_named"]
+from ...core.plugins import PluginError, asked, is_whole, loaded, shown
+from ...core.wording import shortened
+from ...scenario.families import FRAMED_SCHEDULES, RANDOM_ACCESS, SCHEDULE
+from ...scenario.part_settings import own_part, shipped_part
+from ..colouring import dsatur_groups, greedy_groups
+from .polling import polling
+from .super_tdma import super_tdma
+from .view import Groups, TimedGroups, View
+from .worst_first import worst_first
 
 Schedule = Callable[[View], Groups]
 
@@ -62,7 +60,7 @@ SCHEDULES: dict[str, Schedule] = {
 
 
 def nobody(view: View) -> Groups:
-    """Give nobody a slot: with random access AUVs ping as they like (:mod:`.access`)."""
+    """Give nobody a slot: with random access AUVs ping as they like (:mod:`..access`)."""
     return []
 
 
