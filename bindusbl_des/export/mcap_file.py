@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 FRAMES_TOLD = (
     "Messages with a Foxglove schema: east, north, up (ENU, m) in the frame 'map', whose origin is "
-    "the survey's centre at the surface; vehicles x forward, y to port, z up. JSON rows: the "
+    "x = y = 0 at the surface; vehicles x forward, y to port, z up. JSON rows: the "
     "tables' columns, north, east, down (NED)."
 )
 

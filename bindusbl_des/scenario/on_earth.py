@@ -151,8 +151,8 @@ def _known_origin(scenario: ScenarioKeys) -> Position:
     origin = origin_of(scenario)
     if origin is None:
         raise ValueError(
-            "latitude and longitude need environment.origin.lat_deg and lon_deg, where the "
-            "survey's centre lies; add them"
+            "latitude and longitude need environment.origin.lat_deg and lon_deg, where "
+            "x = y = 0; add them"
         )
     return origin
 

@@ -79,7 +79,7 @@ def _in_metres(
     if origin is None:
         raise ValueError(
             f"{path}: is in latitude and longitude; set environment.origin.lat_deg and lon_deg, "
-            "where the survey's centre lies"
+            "where x = y = 0"
         )
     lat, lon = recording.places.T
     is_far = far_apart_m(lat, lon, origin) > FARTHEST

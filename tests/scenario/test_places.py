@@ -78,13 +78,13 @@ SWAPPED = [degrees(it)[::-1] for it in PLACES]
     [
         (
             {**told(HELD), "environment": {}},
-            "auvs.route.positions_deg: needs environment.origin.lat_deg and lon_deg, where the "
-            "survey's centre lies; add them",
+            "auvs.route.positions_deg: needs environment.origin.lat_deg and lon_deg, where "
+            "x = y = 0; add them",
         ),
         (
             {**told(TOURED), "environment": {}},
-            "auvs.route.points_deg: needs environment.origin.lat_deg and lon_deg, where the "
-            "survey's centre lies; add them",
+            "auvs.route.points_deg: needs environment.origin.lat_deg and lon_deg, where "
+            "x = y = 0; add them",
         ),
         (
             told({**HELD, "positions_m": PLACES}),

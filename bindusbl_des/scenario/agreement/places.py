@@ -22,7 +22,7 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
         if is_double:
             yield Problem(key, f"excludes {other}; keep one of them", (f"{section}.{other}",))
         if origin is None:
-            message = "needs environment.origin.lat_deg and lon_deg, where the survey's centre lies"
+            message = "needs environment.origin.lat_deg and lon_deg, where x = y = 0"
             yield Problem(key, f"{message}; add them", ORIGIN)
         else:
             yield from _far(key, positions, origin)

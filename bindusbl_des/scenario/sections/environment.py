@@ -8,13 +8,17 @@ from ..key_types import PAPER, Part, Real, Text, key
 
 
 class Origin(Part):
-    """Where on Earth the centre of the survey lies (WGS-84); +x is north there, +y east."""
+    """Where on Earth x = y = 0 (WGS-84); +x is north there, +y east."""
 
     lat_deg: Real | None = key(
-        None, "deg", "latitude of the survey's centre, for exports; null = nowhere", ge=-90, le=90
+        None,
+        "deg",
+        "latitude where x = y = 0, for places in degrees and exports; null = nowhere",
+        ge=-90,
+        le=90,
     )
     lon_deg: Real | None = key(
-        None, "deg", "longitude of the survey's centre, positive to the east", ge=-180, le=180
+        None, "deg", "longitude where x = y = 0, positive to the east", ge=-180, le=180
     )
 
     @property

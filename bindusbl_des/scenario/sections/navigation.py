@@ -141,13 +141,15 @@ class Navigation(Part):
     nis_gate: Real | None = key(
         9.210340372,
         "1",
-        "normalised innovation squared above which a fix is refused (kalman); null = none",
+        "normalised innovation squared above which kalman and smoother refuse a fix; null = none",
         "chi-squared, 2 degrees of freedom, 99 %",
         gt=0,
         le=1e6,
     )
     delay_compensation: Literal["none", "shift"] = key(
-        "shift", "", "innovation against the present estimate, or that remembered at ping time"
+        "shift",
+        "",
+        "fixed_gain: innovation against the present estimate, or that remembered at ping time",
     )
 
     @field_validator("drift", mode="before")
