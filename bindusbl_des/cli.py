@@ -61,6 +61,7 @@ class Commands(click.Group):
             ctx.exit(INTERRUPTED)
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
+        _open_closed_streams()
         collect_seldom()
         leave_the_rest()
         hand_back()
@@ -96,6 +97,15 @@ class Commands(click.Group):
                     sys.stderr.flush()
                 except OSError:  # work goes on when nobody hears of it
                     _let_go_of(sys.stderr)
+
+
+def _open_closed_streams() -> None:
+    """Have what is written to a stream that was closed vanish, not reach a file that has its number
+    now.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))
 
 
 def _let_go_of(stream: TextIO) -> None:

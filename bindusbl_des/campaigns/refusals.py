@@ -1,5 +1,6 @@
 """Campaigns that must not be run: a folder that is taken, a model that has changed since."""
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,9 +22,10 @@ def check_name(folder: Path) -> None:
     """
     if "\0" in str(folder):
         raise CampaignError(f"{printable(str(folder))}: no folder can have that name; give another")
-    above = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+    above = next(p for p in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(p))
     if not above.is_dir():
-        raise CampaignError(f"{folder}: cannot be made, since {above} is a file; name another")
+        what = "a file" if above.exists() else "a link that leads nowhere"
+        raise CampaignError(f"{folder}: cannot be made, since {above} is {what}; name another")
 
 
 def check_new(folder: Path, plan: Plan) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .console import check_file, mistakes_told, print_json, refuse, say, talk, writing
-from .options import json_option
+from .options import json_option, out_option
 
 if TYPE_CHECKING:
     from ..campaigns.compare import Comparison
@@ -23,7 +23,7 @@ TABLES = (".csv", ".parquet")
 @click.option(
     "--mean", "by_mean", is_flag=True, help="Judge by the fleet's means, not each worst AUV."
 )
-@click.option("--out", metavar="FILE", help="Also write all rows to a .csv or .parquet file.")
+@out_option("FILE", "Also write all rows to a .csv or .parquet file.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @json_option("all rows")
 def compare(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import check_file, print_json, refuse, talk, writing
-from .options import json_option
+from .options import json_option, out_option
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -27,11 +27,7 @@ REMEDY = (
     required=True,
     help="Format.",
 )
-@click.option(
-    "--out",
-    metavar="PATH",
-    help="File or folder (default DIR/NAME.mcap and so on, DIR/csv).",
-)
+@out_option("PATH", "File or folder (default DIR/NAME.mcap and so on, DIR/csv).")
 @click.option("--force", is_flag=True, help="Replace an earlier export.")
 @json_option("name and contents")
 def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) -> None:

@@ -9,7 +9,7 @@ import click
 
 from ..scenario.files.shipped import KINDS, listed, located, shipped
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
-from .options import json_option, set_option, shipped_or_file
+from .options import json_option, out_option, set_option, shipped_or_file
 
 # The starters that `init` writes, named here for shells, which wait for no keys.
 STARTERS = ("starter", "paper", "still", "large")
@@ -72,12 +72,13 @@ def _findings(
     from ..preflight.reading import read_scenario
     from ..scenario.files.mistakes import ScenarioError
     from ..scenario.files.plain_yaml import read_yaml
-    from ..scenario.files.scenario_file import read_text
+    from ..scenario.files.scenario_file import Source
 
     try:
         file = located(file)
-        data = read_yaml(read_text(file), file).data
-        if is_plan(data):
+        source = Source.file(file, overrides)
+        document = read_yaml(source.text, file)
+        if is_plan(document.data):
             from ..campaigns.experiments.options import Options
             from ..planning.questions.asking import Asking
             from ..planning.questions.plan_file import read_plan
@@ -85,14 +86,14 @@ def _findings(
             options = Options(overrides=overrides)
             asked = read_plan(file, Asking(options=options, allow_plugins=allow_plugins)).experiment
             return (), (*asked.warnings, *asked.unloaded)
-        if is_experiment(data):
-            from ..campaigns.experiments.experiment_file import load_experiment
+        if is_experiment(document.data):
+            from ..campaigns.experiments.experiment_file import experiment_in
             from ..campaigns.experiments.options import Options
 
             options = Options(overrides=overrides)
-            plan = load_experiment(file, options, allow_plugins=allow_plugins)
+            plan = experiment_in(document, options, allow_plugins=allow_plugins)
             return (), (*plan.warnings, *plan.unloaded)
-        reading = read_scenario(file, overrides=overrides, allow_plugins=allow_plugins)
+        reading = read_scenario(source, allow_plugins=allow_plugins)
         return (), (*reading.warnings, *reading.unloaded)
     except ScenarioError as error:
         return error.mistakes, ()
@@ -117,7 +118,7 @@ def schema(kind: str, as_json: bool) -> None:
 @click.argument(
     "name", metavar="[NAME]", default="starter", shell_complete=lambda *asked: _begun(asked[-1])
 )
-@click.option("--out", metavar="FILE", help="Write it to a file instead of stdout.")
+@out_option("FILE", "Write it to a file instead of stdout.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 def init(name: str, out: str | None, force: bool) -> None:
     """Write a commented starter scenario, or copy a file that ships.

@@ -27,7 +27,14 @@ from .console import (
     weigh,
     writing,
 )
-from .options import anyway_option, json_option, plugins_option, scenario_argument, set_option
+from .options import (
+    anyway_option,
+    json_option,
+    out_option,
+    plugins_option,
+    scenario_argument,
+    set_option,
+)
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -37,7 +44,7 @@ if TYPE_CHECKING:
 @click.command()
 @scenario_argument
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Random seed (default 0).")
-@click.option("--out", metavar="DIR", help="Result folder (default results/<name>-seed<N>).")
+@out_option("DIR", "Result folder (default results/<name>-seed<N>).")
 @set_option
 @click.option("--force", is_flag=True, help="Replace the result folder if it exists.")
 @anyway_option

@@ -42,6 +42,19 @@ def json_option(what: str) -> Command:
     return click.option(JSON, "as_json", is_flag=True, help=f"Print {what} as JSON.")
 
 
+def out_option(metavar: str, told: str, *, required: bool = False) -> Command:
+    """Give a command the option ``--out``; a name that is empty, as that of a shell's variable
+    which was not set, is refused.
+    """
+    return click.option("--out", metavar=metavar, callback=_named, required=required, help=told)
+
+
+def _named(_: click.Context, __: click.Parameter, given: str | None) -> str | None:
+    if given == "":
+        raise click.BadParameter("is empty; give a name, or leave the option out")
+    return given
+
+
 def set_option(command: Any) -> Any:
     """Give a command the option ``--set dotted.key=value``."""
     return click.option(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import FIGURES, check_figure, check_file, print_json, refuse, talk, writing
-from .options import json_option
+from .options import json_option, out_option
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -34,7 +34,7 @@ WIDTHS = {"1": 3.5, "2": 7.16}
 @click.command()
 @click.argument("folder", metavar="DIR")
 @click.argument("kind", metavar="[KIND]", required=False)
-@click.option("--out", metavar="FILE", help="Where one figure goes; its suffix is the format.")
+@out_option("FILE", "Where one figure goes; its suffix is the format.")
 @click.option(
     "--format",
     "suffix",

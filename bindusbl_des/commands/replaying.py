@@ -17,7 +17,7 @@ from .console import (
     write_new,
     writing,
 )
-from .options import json_option
+from .options import json_option, out_option
 
 if TYPE_CHECKING:
     from ..replay.log import Log
@@ -52,7 +52,7 @@ def log_options(command: Any) -> Any:
     metavar="SCENARIO",
     help="Take the noise of a scenario file, such as `fit` writes; else it is fitted to each log.",
 )
-@click.option("--out", metavar="DIR", help="Folder for tables (Parquet and CSV) and figures.")
+@out_option("DIR", "Folder for tables (Parquet and CSV) and figures.")
 @click.option("--force", is_flag=True, help="Replace the folder of an earlier replay.")
 @json_option("the figures of each log")
 def replay(
@@ -91,7 +91,7 @@ def replay(
 @click.command(epilog=LOGS)
 @click.argument("log")
 @log_options
-@click.option("--out", metavar="FILE", help="Write the scenario file here, not to stdout.")
+@out_option("FILE", "Write the scenario file here, not to stdout.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @json_option("the keys with their values")
 def fit(

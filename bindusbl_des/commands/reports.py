@@ -9,7 +9,7 @@ import click
 from ..core.wording import printable
 from .advising import advice_on, advice_options
 from .console import BadInput, check_file, print_json, refuse, talk, writing
-from .options import json_option
+from .options import json_option, out_option
 
 if TYPE_CHECKING:
     from ..campaigns.campaign import Campaign
@@ -22,7 +22,7 @@ CAMPAIGN = "campaign.json"
 
 @click.command()
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
-@click.option("--out", metavar="FILE", help="Where to write the page.")
+@out_option("FILE", "Where to write the page.")
 @click.option("--force", is_flag=True, help="Replace that file if it exists.")
 @advice_options(None, "Try changes of a run's plan for so long; else its recorded advice is shown.")
 @json_option("the page's name")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .console import is_quiet, mistakes_told, print_json, refuse, say, talk
-from .options import json_option
+from .options import json_option, out_option
 from .sweeps import SOME_FAILED
 
 if TYPE_CHECKING:
@@ -35,10 +35,8 @@ SHOWN = 10
     is_flag=True,
     help="Only count how many of the paper's numbers each joint reading meets.",
 )
-@click.option(
-    "--out",
-    metavar="DIR",
-    help="Folder (default results/reproduction; -NAME with --reading, -quick with --quick).",
+@out_option(
+    "DIR", "Folder (default results/reproduction; -NAME with --reading, -quick with --quick)."
 )
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes at once (default: one per CPU)."

@@ -24,6 +24,7 @@ from .options import (
     experiment_argument,
     experiment_options,
     json_option,
+    out_option,
     plugins_option,
     set_option,
     shard_option,
@@ -47,7 +48,7 @@ INTERRUPTED = 130
 @experiment_argument
 @experiment_options
 @set_option
-@click.option("--out", metavar="DIR", help="Campaign folder (default results/<name>).")
+@out_option("DIR", "Campaign folder (default results/<name>).")
 @worker_options
 @shard_option
 @click.option("--dry-run", is_flag=True, help="Tell missions, time and disk; write nothing.")
@@ -194,7 +195,7 @@ def status(folder: str, as_json: bool) -> None:
 
 @click.command()
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
-@click.option("--out", metavar="DIR", required=True, help="Folder of the whole campaign.")
+@out_option("DIR", "Folder of the whole campaign.", required=True)
 @json_option("a summary")
 def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
     """Join the shards of a campaign."""

@@ -14,7 +14,7 @@ from .console import (
     talk,
     writing,
 )
-from .options import json_option, plugins_option, scenario_argument, set_option
+from .options import json_option, out_option, plugins_option, scenario_argument, set_option
 
 REFUSED = 1
 
@@ -39,7 +39,7 @@ REFUSED = 1
     metavar="M_PER_S",
     help="The assumed speed of sound is off by no more (default: what it is off by).",
 )
-@click.option("--out", metavar="DIR", help="Write verify.json there, and the witness.yaml.")
+@out_option("DIR", "Write verify.json there, and the witness.yaml.")
 @click.option("--force", is_flag=True, help="Replace the folder of an earlier verdict.")
 @set_option
 @plugins_option

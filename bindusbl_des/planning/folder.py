@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..campaigns.experiments.experiment import Experiment
+from ..campaigns.refusals import check_name
 from ..campaigns.storage.folder import CampaignError, is_locked
 from ..core.durable import sync, write_text
 from ..core.kept_files import FOLDERS, copies_of, keep, placed, renamed_point
@@ -29,11 +30,13 @@ def begin(question: Question, folder: Path, *, force: bool = False) -> Question:
     """Make the folder of a plan, or find it as it was left; return the question, its files there.
 
     Raises:
+        CampaignError: when no folder can have its name.
         PlanError: when it holds something else, or a plan that is finished.
         OSError: when it cannot be written.
     """
+    check_name(folder)
     record = _record(folder)
-    if folder.exists() and record is None and (not folder.is_dir() or any(folder.iterdir())):
+    if folder.exists() and record is None and any(folder.iterdir()):
         raise PlanError(f"{folder}: is not empty and no plan; name another folder")
     if is_locked(folder / MISSIONS):
         raise PlanError(f"{folder}: another process is working on this plan; wait for it")

@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from ..campaigns.experiments.experiment import Experiment
+from ..campaigns.refusals import check_name
+from ..campaigns.storage.folder import CampaignError
 from ..campaigns.storage.parts import whole_file
 from .claims import Claimed
 from .comparison import compared, table
 from .document import FIGURES, claimed, document
 from .drawings import draw, draw_readings
-from .experiments.catalogue import experiments
+from .experiments.catalogue import CATALOGUE, experiments
 from .experiments.measured import Measured
 from .experiments.running import Runs, run_all
 from .published import published
@@ -72,11 +74,12 @@ def reproduce(folder: str | Path, **how: Unpack[How]) -> Reproduction:
     A call that was cut short is continued by the next one.
 
     Raises:
-        CampaignError: when the folder holds other campaigns.
+        CampaignError: when the folder holds other things or other campaigns.
         Interrupted: when the user stopped it.
         SomeFailed: when a mission failed.
     """
     folder, quick = Path(folder), how.get("quick", False)
+    _check(folder)
     runs = _run(experiments(quick=quick), folder, how)
     joint: Iterable[str] = LEFT_OUT
     joint_runs: Runs = {}
@@ -100,6 +103,7 @@ def reproduce_reading(reading: Reading, folder: str | Path, **how: Unpack[How]) 
     Raises as :func:`reproduce` does.
     """
     folder, quick = Path(folder), how.get("quick", False)
+    _check(folder)
     runs = _run(one_reading(reading, quick=quick), folder, how)
     foretelling = Foretelling(runs)
     numbers = [foretelling.measured(row, reading) for row in published()]
@@ -114,6 +118,7 @@ def count_readings(folder: str | Path, **how: Unpack[How]) -> Counted:
     Raises as :func:`reproduce` does.
     """
     folder = Path(folder)
+    _check(folder)
     counted = _count(folder, how)
     quick = how.get("quick", False)
     _write(folder / READINGS_DOCUMENT, readings_document(counted.tally, counted.runs, quick=quick))
@@ -129,6 +134,19 @@ def _count(folder: Path, how: How) -> Counted:
     _write_table(folder, "readings", ranking(counted.tally))
     draw_readings(counted.tally, _figures(folder))
     return counted
+
+
+def _check(folder: Path) -> None:
+    """Refuse a folder that holds other things than a reproduction.
+
+    Raises:
+        CampaignError: when it does, or when no folder can have that name.
+    """
+    check_name(folder)
+    ours = (READINGS_FOLDER, *(entry.name for entry in CATALOGUE))
+    is_ours = any((folder / name).is_dir() for name in ours)
+    if folder.is_dir() and any(folder.iterdir()) and not is_ours:
+        raise CampaignError(f"{folder}: is not empty and no reproduction; name another folder")
 
 
 def _run(experiments: Iterable[Experiment], folder: Path, how: How) -> Runs:

@@ -18,6 +18,9 @@ SIGMAS = 3.0
 # What a vehicle of a witness can be given, and with it the bound
 FASTEST_M_PER_S = 20.0
 
+# How long a witness can be played, and with it that bound
+LATEST_S = 1000.0
+
 
 @dataclass(frozen=True)
 class Bounds:
@@ -54,7 +57,7 @@ def bounds_of(
     found = Bounds(
         _checked("--max-speed", planned, FASTEST_M_PER_S, "m/s"),
         _asv_speed(scenario, planned),
-        _checked("--clock-error", _or(clock_error, _clock_error(scenario)), math.inf, "s"),
+        _checked("--clock-error", _or(clock_error, _clock_error(scenario)), LATEST_S, "s"),
         _checked(
             "--sound-speed-error",
             _or(sound_speed_error, _sound_speed_error(scenario)),
@@ -78,9 +81,10 @@ def _or(given: float | None, own: float) -> float:
 
 
 def _checked(option: str, value: float, most: float, unit: str) -> float:
-    if not 0.0 <= value <= most or value == math.inf:
-        limit = f" and at most {most:g}" if most < math.inf else ""
-        raise ValueError(f"{option}: must be at least 0{limit} {unit}; got {value:g}; give another")
+    if not 0.0 <= value <= most:
+        raise ValueError(
+            f"{option}: must be at least 0 and at most {most:g} {unit}; got {value:g}; give another"
+        )
     return value
 
 

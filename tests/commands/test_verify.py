@@ -50,7 +50,8 @@ def test_the_record_says_it_in_numbers(tmp_path: Path) -> None:
     ("words", "told"),
     [
         (("--max-speed", "-1"), "--max-speed: must be at least 0 and at most 20 m/s; got -1"),
-        (("--clock-error", "nan"), "--clock-error: must be at least 0 s; got nan"),
+        (("--clock-error", "nan"), "must be at least 0 and at most 1000 s; got nan"),
+        (("--clock-error", "1e308"), "--clock-error: must be at least 0 and at most 1000 s"),
         (("--sound-speed-error", "400"), "leaves the 1300 to 1700 m/s of water"),
     ],
 )
@@ -58,6 +59,13 @@ def test_impossible_bounds_are_bad_input(words: tuple[str, str], told: str) -> N
     outcome = call("verify", "recovery_140m", *words)
     assert outcome.exit_code == 2
     assert told in outcome.stderr
+
+
+def test_no_guard_is_proposed_that_no_scenario_may_have() -> None:
+    """Clocks 100 s off need a guard of 200 s, and 60 s is the longest."""
+    outcome = call("verify", "quickstart", "--clock-error", "100")
+    assert outcome.exit_code == 1
+    assert "No guard, margin or schedule is known that would be accepted." in outcome.stdout
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:

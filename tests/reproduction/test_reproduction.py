@@ -297,6 +297,16 @@ def test_a_folder_of_other_missions_is_refused(small: Path) -> None:
     assert "name another folder" in result.output
 
 
+@pytest.mark.parametrize("words", [(), ("--quick", "--readings"), ("--reading", "default")])
+def test_a_folder_of_other_things_is_left_alone(words: tuple[str, ...], tmp_path: Path) -> None:
+    """Nothing is added to what is no reproduction."""
+    (tmp_path / "notes.txt").write_text("mine")
+    result = CliRunner().invoke(main, ["reproduce", *words, "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "is not empty and no reproduction; name another folder" in result.stderr
+    assert [it.name for it in tmp_path.iterdir()] == ["notes.txt"]
+
+
 def test_a_failed_mission_ends_with_3(small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mission that failed has no number to compare; the folder with its reason is named."""
 

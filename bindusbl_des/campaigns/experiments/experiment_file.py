@@ -59,7 +59,7 @@ def document_of(
         source = Source.of(given)
         return of_scenario(source.name, {"name": given.name}, source.name), source
     if isinstance(given, str | FilePath):
-        return _document(FilePath(given), options), None
+        return _document(FilePath(given), options)
     raise TypeError(
         "a sweep needs a Scenario, or the path of a scenario or experiment file; got "
         + described(given)
@@ -128,14 +128,26 @@ def _fixed(reading: Reading, varied: set[str]) -> tuple[Mistake, ...]:
     )
 
 
-def _document(path: FilePath, options: Options | Asked) -> Document:
-    """Return the experiment that a file holds, be it a scenario's."""
-    document = read_yaml(read_text(path), str(path))
+def _document(path: FilePath, options: Options | Asked) -> tuple[Document, Source | None]:
+    """Return the experiment that a file holds, or the one of a scenario's, with that."""
+    text = read_text(path)
+    document = read_yaml(text, str(path))
     if not is_experiment(document.data) and (options or is_scenario(document.data)):
-        document = of_scenario(str(path), document.data, path.name)
+        return of_scenario_file(path, text, document.data, options.overrides)
     if not isinstance(document.data, dict):
         raise _wrong_root(document)
-    return document
+    return document, None
+
+
+def of_scenario_file(
+    path: FilePath, text: str, data: Any, overrides: tuple[str, ...]
+) -> tuple[Document, Source]:
+    """Return the experiment that runs a scenario's file as it is, and the scenario that was read.
+
+    It is not read again: a pipe can be read once.
+    """
+    source = Source(text, str(path), path.parent, overrides)
+    return of_scenario(str(path), data, path.name), source
 
 
 def of_scenario(file: str, data: Any, scenario: str) -> Document:

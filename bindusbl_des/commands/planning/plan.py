@@ -18,7 +18,14 @@ from ..console import (
     talk_of,
     weigh,
 )
-from ..options import anyway_option, json_option, plan_argument, plugins_option, set_option
+from ..options import (
+    anyway_option,
+    json_option,
+    out_option,
+    plan_argument,
+    plugins_option,
+    set_option,
+)
 
 if TYPE_CHECKING:
     from ...planning.outcome import Plan
@@ -66,7 +73,7 @@ if TYPE_CHECKING:
     help="Processes at once (default: one per CPU).",
 )
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Other missions (default 0).")
-@click.option("--out", metavar="DIR", help="Folder of the plan (default results/<name>-plan).")
+@out_option("DIR", "Folder of the plan (default results/<name>-plan).")
 @click.option("--force", is_flag=True, help="Replace the folder of an earlier plan.")
 @set_option
 @anyway_option

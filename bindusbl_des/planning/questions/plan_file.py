@@ -6,12 +6,13 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
-from ...campaigns.experiments.experiment_file import document_of, experiment_in, of_scenario
+from ...campaigns.experiments.experiment_file import document_of, experiment_in, of_scenario_file
 from ...campaigns.experiments.kinds import is_experiment, is_plan
 from ...core.wording import described, did_you_mean
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path, read_yaml
 from ...scenario.files.scenario_file import Source, read_text
+from ...scenario.files.shipped import shipped
 from ...scenario.scenario import Scenario
 from ..selection.goals import Goal, goals_in
 from .asking import Asking, without_key
@@ -31,7 +32,7 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
         ScenarioError: listing every mistake.
         TypeError: when `given` is neither a path nor a scenario.
     """
-    document, source = _document(given)
+    document, source = _document(given, asking.options.overrides)
     goals, costs = _goals(document, asking), _costs(document)
     confidence = _number(document, "confidence", asking.confidence, CONFIDENCE, *CONFIDENCES)
     budget = _number(document, "budget_s", asking.budget_s, BUDGET_S, *BUDGETS_S)
@@ -45,7 +46,7 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
     return Question(
         experiment=experiment,
         goals=goals,
-        source="" if source or asking.options.overrides else _named(document),
+        source="" if isinstance(given, Scenario) or asking.options.overrides else _named(document),
         listed=isinstance(document.data.get("candidates"), list),
         confidence=confidence,
         budget_s=budget,
@@ -55,22 +56,28 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
 
 
 def _named(document: Document) -> str:
-    """Return the scenario's file as one names it from here, or the name of one that ships."""
-    named = FilePath(document.file).parent / str(document.data["scenario"])
-    return str(named) if named.is_file() else str(document.data["scenario"])
+    """Return the scenario's file as one names it from here, or the name of one that ships; "" of a
+    pipe, which is read once.
+    """
+    name = str(document.data["scenario"])
+    named = FilePath(document.file).parent / name
+    return str(named) if named.is_file() else name if name in shipped("scenarios") else ""
 
 
-def _document(given: str | FilePath | Scenario) -> tuple[Document, Source | None]:
+def _document(
+    given: str | FilePath | Scenario, overrides: tuple[str, ...]
+) -> tuple[Document, Source | None]:
     if isinstance(given, Scenario):
         return document_of(given)
     if not isinstance(given, str | FilePath):
         needs = "a plan needs a Scenario, or the path of a scenario or plan file"
         raise TypeError(f"{needs}; got {described(given)}")
     path = FilePath(given)
-    document = read_yaml(read_text(path), str(path))
+    text = read_text(path)
+    document = read_yaml(text, str(path))
     data = document.data
     if not is_plan(data) and not is_experiment(data):  # what is wrong is told as of a scenario
-        return of_scenario(str(path), document.data, path.name), None
+        return of_scenario_file(path, text, data, overrides)
     for key in document.data:
         if key not in KEYS:
             hint = did_you_mean(key, KEYS) or f"; the keys are {', '.join(KEYS)}"

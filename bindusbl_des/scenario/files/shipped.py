@@ -38,7 +38,7 @@ def located(given: str, kinds: tuple[str, ...] = KINDS) -> str:
             return str(shipped(kind)[given])
     message = _objection(given, kinds)
     if message:
-        raise ScenarioError([Mistake.at(Place(given), "", message)])
+        raise ScenarioError([Mistake.at(Place(given or "''"), "", message)])
     return given
 
 
