@@ -108,4 +108,5 @@ def _looked_at(log: Prepared, noise: Noise, places: Array) -> tuple[Sights, Rows
     )
     seen = np.zeros(len(log.sights), dtype=SEEN).view(np.recarray)
     count = look(log.sights, places, log.odometry.position, noise.mixture, linear, seen)
-    return Sights(*(part[:count] for part in linear)), seen
+    nodes, rows, values, variances = linear
+    return Sights(nodes[:count], rows[:count], values[:count], variances[:count]), seen

@@ -5,17 +5,18 @@ bit of where anybody goes.
 """
 
 from math import hypot, isfinite, nan
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ...core.compiled import compiled, entry, inlined
+from ...core.handing.opened import opened
 from ...core.lanes.blocks import block
 from ...core.lanes.numbers import LANES
-from ...records.rows import Row, Rows
+from ...records.rows import LEARNT, Row, Rows
 from ..hulls import rk4
 from ..hulls.frames import Current, Floats, along_body
 from ..logs import X, Y, Z
-from ..reckoning import Wrong
 from . import bluerov2, cybership2, drift, logbook, otter, remus100, sensing, tracks
 from .belief import Sensed, SteeringDrift
 from .sensing import Craft, Knowledge
@@ -48,6 +49,33 @@ VESSEL = np.dtype(
         ("cybership2", cybership2.MEMORY),
     ]
 )
+
+
+class Flight(NamedTuple):
+    """A fleet under way, handed over once.
+
+    What its vehicles are and the coefficients of their `hull`; by vehicle: `states`, `vessels`,
+    `paths`, `noise` (n, intervals or 1, 2), `corrections` (n, 2), `learnt`, `logs` (n, boundaries,
+    COLUMNS), `active` and `saturated` (n, intervals).  Of `currents` (any, 2) the last row holds;
+    `rows` is a :func:`sensing.room`; `lost` (2,) tells how the one fares that was lost, and since
+    when (s).
+    """
+
+    craft: Craft
+    hull: Floats
+    states: Annotated[Floats, 2]
+    vessels: Annotated[Rows, VESSEL]
+    paths: Tracks
+    currents: Annotated[Floats, 2]
+    drift: SteeringDrift
+    noise: Annotated[Floats, 3]
+    corrections: Annotated[Floats, 2]
+    learnt: Annotated[Rows, LEARNT]
+    logs: Annotated[Floats, 3]
+    active: Annotated[Ints, 2]
+    saturated: Annotated[Flags, 2]
+    lost: Floats
+    rows: Annotated[Floats, 2]
 
 
 @compiled
@@ -121,26 +149,17 @@ def _note_broken(states: Floats, first: int, count: int, rows: Floats, status: I
 
 
 @entry
-def fly(
-    model: int, p: Floats, control: float, step: float, steps: int, states: Floats, vessels: Rows,
-    track_rows: Rows, bounds: Rows, currents: Floats, walks: Floats, walk_rate: float,
-    biases: Floats, offsets: Floats, held_s: float, in_body: bool, skews: Rows,
-    through_water: bool, noise: Floats, corrections: Floats, learnt: Rows, has_learnt: bool,
-    logs: Floats, active: Ints, saturated: Flags, first: int, last: int, lost: Floats, rows: Floats,
-) -> int:  # fmt: skip
+def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
-    Vehicles are the first axis of `states`, `vessels`, `bounds`, `walks` (samples, 2), `biases` and
-    `offsets` (intervals or 1, 2), `skews`, `noise` (intervals or 1, 2), `corrections`
-    (2,), `learnt`, `logs` (boundaries, COLUMNS), `active` and `saturated` (intervals,). Of
-    `currents` (any, 2) the last row holds; `rows` is a :func:`sensing.room`. Returns -1, or the
-    vehicle lost, with `lost` holding how it fares and when (s).
+    `handed` is the address of a :class:`Flight`; `has_learnt` as of :class:`.sensing.Knowledge`.
+    Returns -1, or the vehicle lost, with `lost` holding how it fares and when (s).
     """
-    size = states.shape[1]
-    craft, paths = Craft(model, size, control, step, steps), Tracks(track_rows, bounds)
-    wrong = Wrong(walks, walk_rate, biases, offsets, held_s, in_body, skews)
-    steered_by = SteeringDrift(wrong, through_water)
-    known = Knowledge(steered_by, noise, corrections, learnt, has_learnt, logs)
+    by = opened(handed, Flight)
+    craft, p, states, vessels, paths = by.craft, by.hull, by.states, by.vessels, by.paths
+    currents, logs, rows = by.currents, by.logs, by.rows
+    known = Knowledge(by.drift, by.noise, by.corrections, by.learnt, has_learnt, logs)
+    model, size, control, step, steps = craft
     vehicles, line, flow = rk4.four(rows), block(rows, logbook.LINE), block(rows, sensing.FLOW)
     wanted, command, status = np.empty(6), np.zeros(6), np.zeros(LANES, np.int64)
     aim, turning, reached = Aim(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, nan
@@ -156,17 +175,17 @@ def fly(
             flow[0], flow[1], _ = along_body(current, vehicles.angles)
             for lane in range(count):
                 vehicle = i + lane
-                vessel, bound = vessels[vehicle], bounds[vehicle]
+                vessel, bound = vessels[vehicle], paths.bounds[vehicle]
                 order, way = vessel.order, vessel.progress
                 sensed = sensing.sense(craft, vehicle, lane, interval, current, rows, known, vessel)
-                if track_rows.size > 0:  # there are paths, and stations are at the origin
-                    aim = tracks.locate(track_rows, bound, way, sensed.off_n, sensed.off_e)
-                    active[vehicle, interval] = way.row
-                    reached = tracks.travelled(track_rows, way) if aim.left > ARRIVED else nan
+                if paths.rows.size > 0:  # there are paths, and stations are at the origin
+                    aim = tracks.locate(paths.rows, bound, way, sensed.off_n, sensed.off_e)
+                    by.active[vehicle, interval] = way.row
+                    reached = tracks.travelled(paths.rows, way) if aim.left > ARRIVED else nan
                     if model != rk4.BLUEROV2:  # whose turns begin where the path's do
                         turning = _turning(sensed, aim, paths, bound, way)
                 full = _steer(craft, sensed, aim, turning, p, vessel, wanted, command)
-                saturated[vehicle, interval] = full
+                by.saturated[vehicle, interval] = full
                 rk4.tell(command, lane, rows)
                 north = rows[logbook.LINE + X, lane] - order.north
                 east = rows[logbook.LINE + Y, lane] - order.east
@@ -178,7 +197,7 @@ def fly(
                 logbook.keep(rows, logs, interval * steps + k, i, count)
             for lane in range(count):
                 if status[lane] != HEALTHY:
-                    lost[0], lost[1] = status[lane], time
+                    by.lost[0], by.lost[1] = status[lane], time
                     gone, count = i + lane, lane  # the others may be lost as well
                     if status[lane] != BROKEN:
                         rk4.leave(rows, lane, states, gone)

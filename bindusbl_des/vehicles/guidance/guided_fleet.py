@@ -6,6 +6,7 @@ from math import degrees
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.handing.handed import Handed
 from ...geometry.paths import Path
 from ...records.rows import LEARNT
 from .. import logs
@@ -19,6 +20,7 @@ from .belief import SteeringDrift
 from .departure import LOST_CIRCLES, PATIENCE_S, Intervals, Plan, Vessels
 from .guided_vehicle import GuidedVehicle
 from .limits import GuidanceError, refuse_impossible, smallest_turn
+from .sensing import Craft
 
 USUAL = Intervals()
 
@@ -88,7 +90,8 @@ class GuidedFleet:
         self.active = np.zeros((count, self._intervals), dtype=np.int64)
         self._vessels.own["progress"]["row"] = self.tracks.bounds["first"]
         self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
-        self._flown, self._lost, self._room = 0, np.zeros(2), sensing.room()
+        self._flown, self._lost = 0, np.zeros(2)
+        self._flight = self._handed()
         self._move_on(0)  # the start is known before anybody moves
 
     def _set_out(
@@ -115,6 +118,30 @@ class GuidedFleet:
             ]
         return tracks.pack(paths), vessels
 
+    def _handed(self) -> Handed:
+        """Return what compiled code is handed once, :class:`.flight.Flight`."""
+        vessels = self._vessels
+        size = vessels.states.shape[1]
+        return Handed(
+            flight.Flight(
+                Craft(self.model.equations, size, self.control_s, self.step_s, self._steps),
+                vessels.hull,
+                vessels.states,
+                vessels.own,
+                self.tracks,
+                self._currents,
+                self._drift,
+                self._noise,
+                self.corrections,
+                self.learnt,
+                self.logs,
+                self.active,
+                self.at_limit,
+                self._lost,
+                sensing.room(),
+            )
+        )
+
     def advance(self, time_s: float) -> None:
         """Move the fleet through every control interval that begins before `time_s`.
 
@@ -132,14 +159,7 @@ class GuidedFleet:
 
     def _move_on(self, wanted: int) -> None:
         """Fly up to the beginning of an interval, whose state is then in the log."""
-        vessels, drift = self._vessels, self._drift
-        lost = flight.fly(
-            self.model.equations, vessels.hull, self.control_s, self.step_s, self._steps,
-            vessels.states, vessels.own, self.tracks.rows, self.tracks.bounds, self._currents,
-            *drift.wrong, drift.through_water, self._noise,
-            self.corrections, self.learnt, self.has_learnt, self.logs, self.active, self.at_limit,
-            self._flown, wanted, self._lost, self._room,
-        )  # fmt: skip
+        lost = flight.fly(self._flight.address, self.has_learnt, self._flown, wanted)
         if lost >= 0:
             raise GuidanceError(self.names[lost], float(self._lost[1]), self._reason(lost))
         self._flown = wanted

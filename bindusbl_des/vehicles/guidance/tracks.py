@@ -7,7 +7,7 @@ close, is not mistaken for its own; within its row it is wherever the row comes 
 
 from collections.abc import Sequence
 from math import atan2, cos, hypot, inf, sin
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +40,8 @@ TRACK_ROW = np.dtype([*PATH_ROW.descr, *((name, "f8") for name in _NUMBERS)])
 class Tracks(NamedTuple):
     """The paths of a fleet: `rows` (total,), TRACK_ROW, and `bounds` (vehicles,) into them."""
 
-    rows: Rows
-    bounds: Rows
+    rows: Annotated[Rows, TRACK_ROW]
+    bounds: Annotated[Rows, BOUNDS]
 
 
 class Aim(NamedTuple):
