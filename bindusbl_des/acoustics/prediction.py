@@ -8,31 +8,34 @@ The sound of a call that may drown it at other ASVs stays where it was predicted
 from math import isfinite, isnan
 
 from ..core.compiled import compiled, entry
+from ..core.handing.opened import opened
 from ..records.events import OUT_OF_RANGE
 from ..records.rows import Row, Rows
-from ..vehicles.motion import Floats, Ints, Motion
+from ..vehicles.motion import Motion
+from .propagation import Spread
 from .travel_time import light_time
 
 
 @entry
-def amend(
-    time: float, first: int, pings: Rows, receptions: Rows, duration: float, sound_speed: float,
-    asv_table: Floats, asv_first: Ints, asv_step: float,
-) -> int:  # fmt: skip
-    """Work out anew when the pings from `first` on arrive, as ASVs have moved by an instant (s).
+def amend(handed: int, time: float, first: int, end: int) -> int:
+    """Work out anew when the pings `first` to `end` (not included) arrive, as ASVs have moved by an
+    instant (s).
 
     Arrivals before that are then exact, and what is not there by then has a later one.  Return the
-    first of the pings that have not arrived everywhere.
+    first of the pings that have not arrived everywhere.  `handed` is the address of a
+    :class:`.propagation.Spread`.
     """
-    asvs, under_way = Motion(asv_table, asv_first, asv_step), len(pings)
-    for number in range(first, len(pings)):
+    of = opened(handed, Spread)
+    pings, band, under_way = of.pings, of.way.band, end
+    for number in range(first, end):
         ping = pings[number]
-        latest, last, longest = _travel(ping, receptions[ping.first : ping.end], asvs, sound_speed)
+        receptions = of.receptions[ping.first : ping.end]
+        latest, last, longest = _travel(ping, receptions, of.asvs, band.sound_speed)
         if ping.sent_at_s + latest > time:
             under_way = min(under_way, number)
         ping.longest_s = max(longest, pings[number - 1].longest_s if number else 0.0)
         if isfinite(ping.passed_at_s):
-            ping.passed_at_s = ping.sent_at_s + last + duration
+            ping.passed_at_s = ping.sent_at_s + last + band.duration
     return under_way
 
 

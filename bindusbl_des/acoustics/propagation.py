@@ -128,21 +128,21 @@ class Spread(NamedTuple):
 
 @entry
 def spread(
-    handed: int, group: Ints, round_number: int, slot: int, time: float,
-    called_at: float, called_by: int, call: int, call_time: float, calls: int,
+    handed: int, group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
     ping: int, row: int,
 ) -> int:  # fmt: skip
     """Let a group of AUVs ping at an instant (s): write their rows, the first of which is `ping`,
     and from `row` on one for each of their ASVs.
 
     Return the row that comes after the last reception.  `handed` is the address of a
-    :class:`Spread`.  AUVs that were called in vain, as the fields of
-    :data:`.rows.CALLED` tell, do not ping.  `calls` are on record by now.
+    :class:`Spread`.  AUVs that were `called` in vain (1,), :data:`.rows.CALLED`, do not ping.  So
+    many `calls` are on record by now.
     """
     into = opened(handed, Spread)
     pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
     way, duration = into.way, into.way.band.duration
-    vessels, silent = Vessels(asvs, _places(asvs, time)), call not in (NONE, HEARD)
+    vessels, call = Vessels(asvs, _places(asvs, time)), called[0]
+    silent = call.call not in (NONE, HEARD)
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0
     for number in range(group.size):
         here = where(auvs, group[number], time)
@@ -151,8 +151,8 @@ def spread(
         line.asv = NONE
         line.sent_at_s, line.waited_s = time, nan
         line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
-        line.called_at_s, line.called_by = called_at, called_by
-        line.call, line.call_time_s = call, call_time
+        line.called_at_s, line.called_by = call.called_at_s, call.called_by
+        line.call, line.call_time_s = call.call, call.call_time_s
         line.first = row
         row, in_range, longest = _reach(
             line, here, number, receptions, row, into.everything, vessels, way
@@ -162,7 +162,7 @@ def spread(
         line.passed_at_s = inf if silent or not in_range else time + longest + duration
         line.longest_s, line.calls = longest_so_far, calls
         if silent:
-            _silence(receptions[line.first : row], call)
+            _silence(receptions[line.first : row], call.call)
         ping += 1
     return row
 

@@ -19,7 +19,7 @@ def measured(
 ) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
 
-    `strayed` as of :func:`..protocol.hf.reception.settle`.
+    `strayed` as of :class:`..protocol.hf.reception.Extras`.
     """
     ping = heard.ping
     if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled

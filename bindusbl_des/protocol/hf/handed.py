@@ -16,7 +16,6 @@ from .reception import Decided
 
 # What a ping has that nobody called
 NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
-NOT_CALLED = NO_CALL[0].item()
 
 
 @lru_cache(maxsize=4096)

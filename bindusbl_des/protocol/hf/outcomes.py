@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ...acoustics.prediction import amend
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import NONE, Row, Rows
@@ -13,7 +12,7 @@ from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
 from .handed import decided_by
 from .measuring import Measuring
-from .reception import foretold, settle
+from .reception import Extras, foretold, settle
 from .uplink import PASSED, Uplink
 
 
@@ -35,7 +34,7 @@ class Outcomes:
     ) -> None:
         """Decide pings at ASVs, and have them measured.
 
-        `strayed` (n,), m2, as of :func:`.reception.settle`.  ASVs hear nothing while they send
+        `strayed` (n,), m2, as of :class:`.reception.Extras`.  ASVs hear nothing while they send
         frames that are `deafening` (:data:`..mf.frames.FRAME`).
         """
         self.band, self.receiver = uplink.band, uplink.receiver
@@ -46,7 +45,6 @@ class Outcomes:
         )
         self._room = 1  # for numbers of pings that are due
         self._undecided = 0  # pings before this one are decided
-        self._predicted = 0  # pings before this one have arrived everywhere
 
     @property
     def _further_sound(self) -> tuple[Rows | None, Rows | None]:
@@ -78,8 +76,8 @@ class Outcomes:
             self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
         fixes.count, undecided, auv, asv = settle(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
-            self._uplink.calls.count, count, *measuring.made_for, self._strayed,
-            *self._further_sound,
+            self._uplink.calls.count, count,
+            Extras(*measuring.made_for, self._strayed, *self._further_sound),
         )  # fmt: skip
         if measuring.own is not None:
             for fix in fixes.array[count : fixes.count]:
@@ -109,12 +107,7 @@ class Outcomes:
 
     def amend(self, time: float) -> None:
         """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
-        if self._asvs.predicted:
-            self._asvs.advance(time)
-            self._predicted = amend(
-                time, self._predicted, self._record.pings.rows, self._record.receptions.rows,
-                self.band.duration, self.band.sound_speed, *self._asvs.motion,
-            )  # fmt: skip
+        self._uplink.amend(time)
 
     def first_under_way(self, time: float) -> int:
         """Return the first reception that may not be over by an instant (s)."""
@@ -141,7 +134,7 @@ class Outcomes:
 
         Its noise is that of the pair's next reception, after those of pings not yet decided.
         """
-        pings, receptions = self._record.pings.rows, self._record.receptions.rows
+        record, receptions = self._record, self._record.receptions.rows
         it = receptions[row]
         if it["outcome"] != IN_FLIGHT:
             return int(it["outcome"]), float(it["snr_db"])
@@ -149,12 +142,11 @@ class Outcomes:
         same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
         ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
         luck = float(self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
-        duration, receiver = self.band.duration, self.receiver
         outcome = foretold(
-            row, luck, pings, receptions, self._uplink.calls.rows, *self._further_sound, duration,
-            receiver.capture,
+            self._decided_by.address, row, luck, record.pings.count, record.receptions.count,
+            self._uplink.calls.count, *self._further_sound,
         )  # fmt: skip
-        return outcome, float(it["snr_db"]) + receiver.shadowing_sd_db * luck
+        return outcome, float(it["snr_db"]) + self.receiver.shadowing_sd_db * luck
 
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""

@@ -61,6 +61,22 @@ class Decided(NamedTuple):
     shadowing_sd_db: float
 
 
+class Extras(NamedTuple):
+    """What few bands have; what is None is not even compiled.
+
+    A data sheet, as :class:`.instrument.Instrument` has it; `errors` that last, the address of a
+    :class:`.errors.HandedErrors`; how far each AUV may have `strayed` (n,) between a call and its
+    answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions, as
+    of :data:`.echoing.ECHO`; and `frames`, of ASVs that hear no ping while they send them.
+    """
+
+    has_sheet: bool | None
+    errors: int | None
+    strayed: Floats | None
+    echoes: Rows | None
+    frames: Rows | None
+
+
 @compiled
 def overlapped(row: int, air: Air, echoes: Rows | None) -> bool:
     """Tell whether other pings that overlap this one at its ASV destroy it, or (if not None) the
@@ -112,8 +128,7 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 @entry
 def settle(
     handed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
-    fix: int, has_sheet: bool | None, errors: int | None, strayed: Floats | None,
-    echoes: Rows | None, frames: Rows | None,
+    fix: int, extras: Extras,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -121,26 +136,21 @@ def settle(
     Return the number of fixes then, the first ping that is yet to be decided, and NONE, NONE; or,
     when the noise of a pair of an AUV and an ASV is used up, these: it must be refilled and the
     function called again.  `handed` is the address of a :class:`Decided`, of which so many `pings`,
-    `receptions` and `calls` are on record, and `fix` fixes.  What is None is not even compiled: a
-    data sheet, as :class:`.instrument.Instrument` has it; `errors` that last, the address of a
-    :class:`.errors.HandedErrors`; how far each AUV may have `strayed` (n,) between a call and
-    its answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions,
-    as of :data:`.echoing.ECHO`; and `frames`, of ASVs that hear no ping while they send them.
+    `receptions` and `calls` are on record, and `fix` fixes.
     """
     by = opened(handed, Decided)
-    air = Air(
-        by.pings[:pings], by.receptions[:receptions], by.calls[:calls],
-        by.duration, by.capture, by.shadowing_sd_db,
-    )  # fmt: skip
+    air = _on_record(by, pings, receptions, calls)
     count, by.due[0] = 1, first
     if only == NONE:
         count = _write_due(by.due, air.pings, first, time)
     for ping in by.due[:count]:
-        dry, makes_fix = _decide(ping, only, air, echoes, frames, by.noise)
+        dry, makes_fix = _decide(ping, only, air, extras.echoes, extras.frames, by.noise)
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
         if makes_fix:
-            _make(fix, air.pings[ping], only, handed, has_sheet, errors, strayed)
+            _make(
+                fix, air.pings[ping], only, handed, extras.has_sheet, extras.errors, extras.strayed
+            )
             fix += 1
         if only == NONE:
             air.pings[ping].passed_at_s = inf
@@ -156,7 +166,7 @@ def _make(
 ) -> None:  # fmt: skip
     """Write the row of a fix: the receptions that it is made of, and what is measured of the ping.
 
-    Arguments as of :func:`settle`.
+    Arguments as of :func:`settle` and :class:`Extras`.
     """
     by = opened(handed, Decided)
     row, parts = by.fixes[fix], by.instrument
@@ -254,12 +264,23 @@ def by_luck(it: Row, luck: float) -> int:
 
 @entry
 def foretold(
-    row: int, luck: float, pings: Rows, receptions: Rows, calls: Rows,
-    echoes: Rows | None, frames: Rows | None, duration: float, capture: float,
+    handed: int, row: int, luck: float, pings: int, receptions: int, calls: int,
+    echoes: Rows | None, frames: Rows | None,
 ) -> int:  # fmt: skip
-    """Return what will be decided of a reception, once the ping has passed its ASV."""
-    air = Air(pings, receptions, calls, duration, capture, 0.0)
+    """Return what will be decided of a reception, once the ping has passed its ASV; arguments as of
+    :func:`settle`, and its `luck` a standard normal.
+    """
+    air = _on_record(opened(handed, Decided), pings, receptions, calls)
     return _outcome(row, luck, air, echoes, frames)
+
+
+@compiled
+def _on_record(by: Decided, pings: int, receptions: int, calls: int) -> Air:
+    """Return all sound on record."""
+    return Air(
+        by.pings[:pings], by.receptions[:receptions], by.calls[:calls],
+        by.duration, by.capture, by.shadowing_sd_db,
+    )  # fmt: skip
 
 
 @compiled

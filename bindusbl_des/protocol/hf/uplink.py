@@ -9,6 +9,7 @@ import numpy as np
 from ...acoustics.channel import NO_LOSS, AskedChannel, Bending, Signals, between, deciding
 from ...acoustics.deafness import deafen
 from ...acoustics.loss import LossTerms
+from ...acoustics.prediction import amend
 from ...acoustics.propagation import DISC, Band, Way, spread
 from ...acoustics.sonar.echoing import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
@@ -19,7 +20,7 @@ from ...records.rows import CALLED, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from .calling import CALL, interrogate
-from .handed import NO_CALL, NOT_CALLED, members, spread_in
+from .handed import NO_CALL, members, spread_in
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
@@ -51,6 +52,7 @@ class Uplink:
         self._way = Way(air, loss, DISC)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._spread_in = spread_in(record, self._way, auvs, asvs)
+        self._predicted = 0  # pings before this one have arrived everywhere
         #: The sound of calls, :data:`.calling.CALL`, and of echoes, where the channel has any, row
         #: by row of receptions, :data:`.echoing.ECHO`.
         self.calls = EventBuffer(CALL)
@@ -144,11 +146,9 @@ class Uplink:
         self._ask(group, time)
         pings.room_for(count)
         receptions.room_for(count * self._vessels)
-        call: tuple[float, int, int, float]
-        call = NOT_CALLED if called is NO_CALL else called[0].item()
         receptions.count = spread(
-            self._spread_in.address, members(tuple(group)), round_number, slot, time,
-            *call, self.calls.count, first, row,
+            self._spread_in.address, members(tuple(group)), round_number, slot, time, called,
+            self.calls.count, first, row,
         )  # fmt: skip
         pings.count = first + count
         if waited is not None:
@@ -165,6 +165,14 @@ class Uplink:
         if self.answered_by is not None:
             self.answered_by(sent)
         return sent
+
+    def amend(self, time: float) -> None:
+        """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
+        if self._asvs.predicted:
+            self._asvs.advance(time)
+            self._predicted = amend(
+                self._spread_in.address, time, self._predicted, self._record.pings.count
+            )
 
     def _echo(self, group: Sequence[int], first: int, row: int, echoes: EventBuffer) -> None:
         """Note the echoes of pings from `first` on, whose receptions begin with a row."""

@@ -54,7 +54,7 @@ def settle(
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
     called again.  `handed` is the address of a :class:`Decided`, of which so many pings, receptions
-    and fixes are on record; the rest as of :func:`..hf.reception.settle`.
+    and fixes are on record; the rest as of :class:`..hf.reception.Extras`.
     """
     by = opened(handed, Decided)
     noise, duration, parts = by.noise, by.duration, by.instrument

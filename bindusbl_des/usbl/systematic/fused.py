@@ -38,7 +38,7 @@ def measured_astray(
     """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k), and what is left of
     the covariance without the errors that J is of, xx, yy, xy (3,), m2.
 
-    `strayed` as of :func:`..protocol.hf.reception.settle`.  Behind the columns of J at the fix are
+    `strayed` as of :class:`..protocol.hf.reception.Extras`.  Behind the columns of J at the fix are
     their derivatives along x, along y, and by what they belong to.
     """
     first, sds = first_to_locate(heard), deviations(heard, lasting.levels)
