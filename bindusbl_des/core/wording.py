@@ -1,6 +1,6 @@
 """Words and numbers for people: the nearest right spelling, values as written, few digits."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from json import dumps
 from math import floor, isfinite, log10
@@ -48,6 +48,22 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """
     near = nearest(word, known)
     return f"; did you mean {near!r}?" if near else ""
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table whose first column begins at the left, and the others end at the
+    right.
+
+    >>> aligned([("AUV", "error"), ("0", "1.25")])
+    ['AUV  error', '0     1.25']
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            (row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])),
+        ).rstrip()
+        for row in rows
+    ]
 
 
 def plain(value: object) -> str:

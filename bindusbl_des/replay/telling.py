@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 from typing import Any
 
-from ..core.wording import plain, significant
+from ..core.wording import aligned, plain, significant
 from ..scenario.scenario import Scenario
 from .fitting import LEAST_SHARE, Fit
 from .log import Log
@@ -38,14 +38,7 @@ def summary(logs: Sequence[Row], beacons: Sequence[Row]) -> str:
     """Return what replays came to: rows of the tables `logs` and `beacons`, by column."""
     rows = [("log", *(it[0] for it in COLUMNS)), ("", *(it[1] for it in COLUMNS))]
     rows += [_row(row | {"sights": row["ranges"] + row["fixes"]}) for row in map(dict, logs)]
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    lines = [
-        "  ".join(
-            cell.ljust(width) if k == 0 else cell.rjust(width)
-            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
+    lines = aligned(rows)
     lines.insert(2, "-" * max(map(len, lines)))
     return "\n".join((*lines, LEGEND, *_remarks(logs, beacons)))
 

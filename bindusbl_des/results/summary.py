@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
-from ..core.wording import counted, significant
+from ..core.wording import aligned, counted, significant
 from .effects import HELPS, NO_EFFECT, Advice, Effect, harm_told, interval
 
 Row = dict[str, Any]
@@ -63,14 +63,7 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
     rows.append(_row("worst", {name: mission.get(f"worst_{name}") for _, _, name, *_ in COLUMNS}))
     names = (mission.get(f"worst_{name}_auv") for _, _, name, *_ in COLUMNS)
     rows.append(("of AUV", *((name or "-").removeprefix("AUV") for name in names)))
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = [
-        "  ".join(
-            cell.ljust(width) if i == 0 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
+    lines = aligned(rows)
     lines.insert(2, "-" * max(map(len, lines)))
     lines.append(
         f"{rounds_told(mission)}; channel use "
