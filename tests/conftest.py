@@ -1,9 +1,10 @@
 """Runs under test keep their warnings as errors and their results in temporary folders."""
 
+import gc
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -27,6 +28,17 @@ if threading.current_thread() is threading.main_thread():
 
 # Files of few tests that take long go first: begun last, they would leave all workers but one idle.
 LONG = ("test_docs.py", "test_reproduction.py", "test_campaigns.py", "test_advice.py")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Half a million objects of what is collected stay: no search for garbage meets them."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -11,7 +11,7 @@ import pytest
 from campaigns_for_tests import OneThread
 from click.testing import CliRunner
 
-from bindusbl_des.campaigns.experiments.experiment import Experiment
+from bindusbl_des.campaigns.experiments.experiment import Experiment, Point
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
 from bindusbl_des.cli import main
@@ -177,6 +177,11 @@ def test_the_wheel_holds_experiments_and_scenarios() -> None:
 # The whole
 
 
+def auvs_of(point: Point) -> int:
+    """Return how many AUVs a point has; three where it does not say."""
+    return int(point["auvs"]["count"] if "auvs" in point else point.get("auvs.count", 3))
+
+
 @cache
 def tiny(*, quick: bool) -> list[Experiment]:
     """Return the quick experiments with two seeds, 15 s long, with the smallest teams only."""
@@ -184,9 +189,7 @@ def tiny(*, quick: bool) -> list[Experiment]:
         replace(
             experiment,
             points=tuple(
-                {**point, "duration_s": 15.0}
-                for point in experiment.points
-                if point.get("auvs.count", 3) <= 3
+                {**point, "duration_s": 15.0} for point in experiment.points if auvs_of(point) <= 3
             ),
             seeds=(0, 1),
         )
