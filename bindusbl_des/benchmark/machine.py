@@ -6,6 +6,8 @@ import re
 from importlib.metadata import version
 from pathlib import Path
 
+from ..preflight.machine import machine_cores
+
 
 def machine() -> dict[str, str | float]:
     """Return the processor, how many of its cores there are, and what runs on them.
@@ -14,9 +16,7 @@ def machine() -> dict[str, str | float]:
     """
     return {
         "processor": processor(),
-        "cores": len(os.sched_getaffinity(0))
-        if hasattr(os, "sched_getaffinity")
-        else os.cpu_count() or 1,
+        "cores": machine_cores(),
         "load": round(os.getloadavg()[0], 1),
         "system": platform.system(),
         "python": platform.python_version(),

@@ -13,6 +13,7 @@ import click
 from ..core.wording import printable_json, printable_lines
 
 if TYPE_CHECKING:
+    from ..campaigns.workers.helping import Helper
     from ..preflight.effort import Effort
     from ..preflight.reading import Reading
     from ..scenario.files.mistakes import Mistake
@@ -63,10 +64,11 @@ def be_quiet(context: click.Context) -> None:
 
 
 @contextmanager
-def compiling_told(functions: int | None = None) -> Iterator[None]:
+def compiling_told(functions: int | None = None, helper: "Helper | None" = None) -> Iterator[None]:
     """Tell the user why the first mission after an installation takes longer, if it does.
 
-    On a terminal a line counts down the equations if there are about so many `functions`.
+    On a terminal a line counts down the equations if there are about so many `functions`.  The
+    first that is to be compiled calls the `helper`.
     """
     from ..core.compiled import watch_compiling
     from ..core.progress import ProgressLine, duration
@@ -78,6 +80,10 @@ def compiling_told(functions: int | None = None) -> Iterator[None]:
         if not has_begun:
             has_begun = True
             talk("Compiling the equations, once; this takes 10 to 30 s ...")
+            if helper:
+                helper.begin()
+        if helper:
+            made += helper.made
         if functions is not None and 0 < made < functions:
             left = duration(spent * (functions - made) / made)
             line.tell(lambda: f"{made} of about {functions} equations compiled, {left} left")
@@ -88,6 +94,8 @@ def compiling_told(functions: int | None = None) -> Iterator[None]:
     finally:
         watch_compiling(None)
         line.clear()
+        if helper:
+            helper.end()
 
 
 def print_json(data: Any) -> None:

@@ -20,7 +20,9 @@ FUSED = np.dtype([("asvs", "i8")])
 
 
 def event_tables(world: World) -> dict[str, pa.Table]:
-    """Return the event tables of a finished mission."""
+    """Return the event tables of a finished mission, as far as it keeps any."""
+    if world.scenario.record.detail == "summary":
+        return {}
     record = world.record
     return {
         "rounds": from_rows("rounds", record.rounds),

@@ -263,7 +263,7 @@ class Mission:
     def _result(self) -> Result:
         world = self._world
         with self._at_work():
-            tables = {} if self.scenario.record.detail == "summary" else event_tables(world)
+            tables = event_tables(world)
             auvs = auv_metrics(world)
             tables["auvs"] = from_numbers("auvs", auvs)
             tables["mission"] = from_row("mission", mission_metrics(auvs, utilisation(world)))

@@ -12,6 +12,13 @@ CONTAINER_LIMITS = (
 )
 
 
+def machine_cores() -> int:
+    """Return on how many cores this process may run."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def machine_memory() -> float:
     """Return the memory (bytes) of this machine, or of the container that we are in; infinite where
     it cannot be told.

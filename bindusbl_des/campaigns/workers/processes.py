@@ -79,16 +79,21 @@ class Spawn(SpawnContext):
 
 
 def begin_work() -> None:
-    """Make a worker leave Ctrl-C to its parent, end when its parent does, and load what it needs.
+    """Make a worker go with its parent, and load what it needs.
 
     All of that is loaded here: whoever imports this file imports nothing large.
     """
+    go_with_parent()
+    for needed in ("campaigns.workers.batches", "mission.mission"):  # before the first batch comes
+        import_module(f"bindusbl_des.{needed}")
+
+
+def go_with_parent() -> None:
+    """Make this process leave Ctrl-C to its parent, and end when its parent does."""
     collect_seldom()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    for needed in ("campaigns.workers.batches", "mission.mission"):  # before the first batch comes
-        import_module(f"bindusbl_des.{needed}")
 
 
 def _end_with_parent() -> None:
