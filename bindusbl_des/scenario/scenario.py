@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
 from html import escape
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
@@ -11,11 +11,19 @@ from pydantic_core import PydanticCustomError
 from ..core.wording import plain, shortened
 from .agreement.consistency import problems
 from .agreement.problem import Problem
-from .scenario_keys import ScenarioKeys
+from .scenario_keys import Record, ScenarioKeys
+from .sections.acoustics import Acoustics
 from .sections.duration import SURVEY, SurveyEnd
+from .sections.environment import Environment
+from .sections.navigation import Navigation
+from .sections.protocol import Protocol
+from .sections.survey import Survey
+from .sections.usbl import Usbl
+from .sections.vehicles import Asvs, Auvs
 from .survey_area import area_of
 
 Answer = TypeVar("Answer")
+Keys = Mapping[str, Any]
 
 
 class Scenario(ScenarioKeys):
@@ -37,6 +45,24 @@ class Scenario(ScenarioKeys):
                 "Scenario.model_validate({...}) takes a mapping"
             )
         return super().__new__(cls)
+
+    if TYPE_CHECKING:  # each section may be plain data, as in a file: so editors and mypy know
+
+        def __init__(
+            self,
+            *,
+            name: str,
+            duration_s: float | Literal["survey"] = ...,
+            survey: Survey | Keys = ...,
+            auvs: Auvs | Keys = ...,
+            asvs: Asvs | Keys = ...,
+            environment: Environment | Keys = ...,
+            acoustics: Acoustics | Keys = ...,
+            protocol: Protocol | Keys = ...,
+            usbl: Usbl | Keys = ...,
+            navigation: Navigation | Keys = ...,
+            record: Record | Keys = ...,
+        ) -> None: ...
 
     def __repr__(self) -> str:
         return (
