@@ -3,16 +3,15 @@
 import html
 import json
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.plain_json import read_json
 from ..report.packing import Packer
 from ..report.page import assembled, asset, filled, table
 from ..report.run_page import footer
 from ..results.schemas import mission_numbers
+from .failures import failures_in
 from .page_data import described, keys, packed_names, packed_statistics, value_numbers
 from .statistics.contents import in_intervals
 from .statistics.effects import key_effects
@@ -34,10 +33,6 @@ NAMED = (*JUDGED, "worst_fix_benefit_m")
 AT_A_TIME = 8
 # More failures than this are counted, and found in the folder.
 MOST_FAILURES = 200
-# What the file of a mission that failed holds.
-FAILURE: dict[str, type] = {
-    "mission": int, "varied": dict, "seed": object, "error": str, "reproduce": str,
-}  # fmt: skip
 
 
 def sweep_page(campaign: "Campaign") -> str:
@@ -56,7 +51,7 @@ def sweep_page(campaign: "Campaign") -> str:
         "count": packer.add(well),
         "failed": packer.add(ran - well),
     }
-    failures = _failures(campaign)
+    failures = failures_in(campaign.folder)
     body = (
         _head(campaign)
         + f'<section id="story"><h2>What this sweep found</h2>{_story(campaign, found)}</section>'
@@ -108,30 +103,6 @@ def _items(kind: str, texts: Sequence[str]) -> str:
 
 def _text(said: str) -> str:
     return html.escape(said).replace("+-", "&plusmn;")
-
-
-def _failures(campaign: "Campaign") -> list[dict[str, Any]]:
-    found = [_failure(path) for path in (campaign.folder / "failures").glob("*.json")]
-    return sorted(found, key=lambda it: int(it["mission"]))
-
-
-def _failure(path: Path) -> dict[str, Any]:
-    """Return what is kept of a mission that failed.
-
-    Raises:
-        ValueError: when its file is damaged.
-    """
-    try:
-        found: dict[str, Any] = read_json(path)
-        for key, kind in FAILURE.items():
-            if not isinstance(found[key], kind):
-                raise ValueError(f"{key} is not what it should be")
-    except (KeyError, OSError, TypeError, ValueError) as error:
-        raise ValueError(
-            f"{path} is damaged ({type(error).__name__}: {error}); delete it, then "
-            f"`bindusbl-des resume {path.parents[1]} --retry-failed`"
-        ) from None
-    return found
 
 
 def _failure_section(campaign: "Campaign", failures: list[dict[str, Any]]) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..core.wording import counted, printable
 from .console import (
     compiling_told,
     is_quiet,
@@ -244,6 +245,7 @@ def _summary(campaign: "Campaign") -> dict[str, Any]:
 
 def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> None:
     """Print what a campaign found; end with 3 or 130 where that is how it went."""
+    from ..campaigns.failures import an_error
     from ..campaigns.statistics.findings import findings
     from ..campaigns.statistics.points_table import points_table
 
@@ -261,7 +263,11 @@ def _report(campaign: "Campaign", as_json: bool, *, merged: bool = False) -> Non
     leave_report(campaign)
     context = click.get_current_context()
     if state.failed:
-        talk(f"{state.failed} missions failed; see {campaign.folder / 'failures'}")
+        with mistakes_told():
+            error = an_error(campaign.folder)
+        told = f", one of them by {printable(error)}" if error else ""
+        failed = counted(state.failed, "mission")
+        talk(f"{failed} failed{told}; see {campaign.folder / 'failures'}")
     if state.status == "interrupted" and not merged:
         talk(f"interrupted; `bindusbl-des resume {campaign.folder}` runs the other {state.missing}")
         context.exit(INTERRUPTED)

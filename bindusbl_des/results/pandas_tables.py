@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 import pyarrow as pa
 
+from ..core.wording import did_you_mean
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -20,6 +22,9 @@ class PandasTables(Mapping[str, "pd.DataFrame"]):
         self._made: dict[str, pd.DataFrame] = {}
 
     def __getitem__(self, name: str) -> "pd.DataFrame":
+        if name not in self._arrow:
+            meant = did_you_mean(name, self) or f"; there are {', '.join(self)}"
+            raise KeyError(f"no table {name!r}{meant}")
         if name not in self._made:
             self._made[name] = self._arrow[name].to_pandas()
         return self._made[name]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
 from html import escape
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Required, TypedDict, TypeVar, Unpack
 
 from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
@@ -26,6 +26,22 @@ Answer = TypeVar("Answer")
 Keys = Mapping[str, Any]
 
 
+class GivenKeys(TypedDict, total=False):
+    """The keys of a scenario as Python gives them: a section may be plain data, as in a file."""
+
+    name: Required[str]
+    duration_s: float | Literal["survey"]
+    survey: Survey | Keys
+    auvs: Auvs | Keys
+    asvs: Asvs | Keys
+    environment: Environment | Keys
+    acoustics: Acoustics | Keys
+    protocol: Protocol | Keys
+    usbl: Usbl | Keys
+    navigation: Navigation | Keys
+    record: Record | Keys
+
+
 class Scenario(ScenarioKeys):
     """One mission of ASVs and AUVs: everything that decides it but the seed.
 
@@ -46,23 +62,9 @@ class Scenario(ScenarioKeys):
             )
         return super().__new__(cls)
 
-    if TYPE_CHECKING:  # each section may be plain data, as in a file: so editors and mypy know
+    if TYPE_CHECKING:  # who goes by the fields of a model would ask for sections already made
 
-        def __init__(
-            self,
-            *,
-            name: str,
-            duration_s: float | Literal["survey"] = ...,
-            survey: Survey | Keys = ...,
-            auvs: Auvs | Keys = ...,
-            asvs: Asvs | Keys = ...,
-            environment: Environment | Keys = ...,
-            acoustics: Acoustics | Keys = ...,
-            protocol: Protocol | Keys = ...,
-            usbl: Usbl | Keys = ...,
-            navigation: Navigation | Keys = ...,
-            record: Record | Keys = ...,
-        ) -> None: ...
+        def __init__(self, **keys: Unpack[GivenKeys]) -> None: ...
 
     def __repr__(self) -> str:
         return (

@@ -34,7 +34,7 @@ M = scenario(name="m", duration_s=2.0)
         ({"seeds": 0}, ValueError, "seeds=0: seeds: must be >= 1"),
         ({"seeds": []}, ValueError, "is an empty list; give a number of seeds or name some"),
         ({"seeds": "3"}, ValueError, "needs a whole number or a list of seeds; got the text '3'"),
-        ({"seeds": [1, 1]}, ValueError, "seed 1 is given twice"),
+        ({"seeds": [1, 1]}, ValueError, "seeds=[1, 1]: seeds.1: seed 1 is given twice"),
         ({"seed": 3}, TypeError, "sweep has no argument 'seed'; did you mean 'seeds'?"),
         ({"worker": 3}, TypeError, "sweep has no argument 'worker'; did you mean 'workers'?"),
         ({"workers": 0}, ValueError, "workers needs a whole number >= 1; got 0"),

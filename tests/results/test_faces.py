@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from worlds import scenario
 
+import bindusbl_des
 from bindusbl_des import Mission, Result, Scenario, load_campaign, load_result, simulate, sweep
 from bindusbl_des.report.run_page import run_page
 
@@ -122,6 +123,16 @@ def test_mistakes_in_python_are_told_in_the_words_of_the_file(
     ):
         with pytest.raises(ValueError, match=re.escape(told)):
             make()
+
+
+def test_names_of_python_are_told_with_those_that_were_meant(result: Result) -> None:
+    with pytest.raises(KeyError, match="no table 'fixs'; did you mean 'fixes'"):
+        result.tables["fixs"]
+    with pytest.raises(KeyError, match="no table 'x'; there are rounds, pings, "):
+        result.tables["x"]
+    assert "x" not in result.tables
+    with pytest.raises(AttributeError, match="no attribute 'simulat'; did you mean 'simulate'"):
+        _ = bindusbl_des.simulat
 
 
 @pytest.mark.parametrize("given", ["scenarios/quickstart.yaml", {"name": "m"}])

@@ -76,15 +76,16 @@ def _lay_asked(document: Document, asked: Asked) -> None:
         plain = _plain(values)
         place = _said("vary", {key: plain})
         _put(document, "vary", key, plain, place)
-        for number in range(len(plain) if isinstance(plain, list) else 0):
-            _stand(document, ("vary", key, number), place)
+        _stand_each(document, ("vary", key), plain, place)
     for metric, width in (asked.until_ci or {}).items():
         _put(document, "until_ci", metric, _plain(width), _said("until_ci", {metric: width}))
     for name in ("seeds", "detail"):
         value = getattr(asked, name)
         if value is not None:
-            document.data[name] = _plain(value)
-            _stand(document, (name,), _said(name, value))
+            plain, place = _plain(value), _said(name, value)
+            document.data[name] = plain
+            _stand(document, (name,), place)
+            _stand_each(document, (name,), plain, place)
 
 
 def _said(name: str, value: Any) -> Place:
@@ -127,8 +128,7 @@ def _vary(document: Document, text: str) -> None:
         return
     key, values, place = read
     _put(document, "vary", key, values, place)
-    for number in range(len(values)):
-        _stand(document, ("vary", key, number), place)
+    _stand_each(document, ("vary", key), values, place)
 
 
 def _until_ci(document: Document, text: str) -> None:
@@ -166,6 +166,12 @@ def _put(document: Document, name: str, key: str, value: Any, place: Place) -> N
         return
     section[key] = value
     _stand(document, (name, key), place)
+
+
+def _stand_each(document: Document, path: Path, values: Any, place: Place) -> None:
+    """Note that the items of a list at a path stand in an option now."""
+    for number in range(len(values) if isinstance(values, list) else 0):
+        _stand(document, (*path, number), place)
 
 
 def _stand(document: Document, path: Path, place: Place) -> None:
