@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from ..core.plugins import LEAVE
 from ..core.wording import printable_json, printable_lines
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ def refuse_plugins(unloaded: "Iterable[Mistake]") -> None:
     """End the command if a file names plug-ins that were not allowed."""
     told = [str(mistake) for mistake in unloaded]
     if told:
-        refuse("\n".join(told))
+        refuse("\n".join([*(line.removesuffix(f" {LEAVE}") for line in told[:-1]), told[-1]]))
 
 
 def weigh(name: str, cost: "Effort", anyway: bool, at_once: int = 1) -> None:

@@ -24,6 +24,12 @@ from .wording import did_you_mean, printable, shortened
 # Set to 1, every plug-in that is named is loaded by whoever runs missions.
 PERMISSION = "BINDUSBL_ALLOW_PLUGINS"
 
+# How they are allowed.
+LEAVE = (
+    f"Not loaded; if you trust it, use --allow-plugins or {PERMISSION}=1 (in Python "
+    "load_scenario(..., allow_plugins=True), or give the object itself)"
+)
+
 # Names that may be loaded, and the parts that this process has by them.
 _admitted: set[str] = set()
 _loaded: dict[str, Any] = {}
@@ -98,8 +104,7 @@ def refusal(name: str) -> str:
     module, _, path = name.partition(":")
     return (
         f"{name!r} is a plug-in: the module {module} would be imported and its {path} called, with "
-        f"your rights. Not loaded; if you trust it, use --allow-plugins or {PERMISSION}=1 (in "
-        "Python load_scenario(..., allow_plugins=True), or give the object itself)"
+        f"your rights. {LEAVE}"
     )
 
 

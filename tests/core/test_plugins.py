@@ -150,6 +150,13 @@ def test_a_file_loads_no_plug_in_without_leave(home: Path, words: tuple[str, ...
     assert not (home / "results").exists()
 
 
+def test_the_leave_that_several_plug_ins_need_is_told_once(home: Path) -> None:
+    (home / "m.yaml").write_text(f"{MISSION}protocol: {{schedule: 'a:b', downlink: 'c:d'}}\n")
+    told = call("run", "m.yaml").stderr.splitlines()
+    assert ["use --allow-plugins" in line for line in told] == [False, True]
+    assert [line.split("'")[1] for line in told] == ["a:b", "c:d"]
+
+
 @pytest.mark.parametrize("key", ["protocol.schedule", "navigation.filter"])
 def test_python_loads_no_plug_in_without_leave(home: Path, key: str) -> None:
     """Neither a scenario from data nor one from a file imports anything, nor does `simulate`."""

@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from bindusbl_des import Scenario, load_result, simulate, sweep
+from bindusbl_des.cli import main
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PluginError, allow
 
@@ -107,6 +109,17 @@ def test_workers_ask_how_long_slots_are(home: Path) -> None:
     campaign = sweep(world, seeds=3, workers=2, allow_plugins=True)
     alone = [float(simulate(world, seed).mission.rounds[0]) for seed in range(3)]
     assert campaign.missions.sort_values("seed").rounds.tolist() == alone
+
+
+def test_timing_asks_how_long_slots_are_with_leave(home: Path) -> None:
+    """Without it slots are those of one ping and its way, and the table says whose they are."""
+    (home / "m.yaml").write_text("name: m\nprotocol: {ranging: 'timed_parts:slow'}\n")
+    asked = CliRunner().invoke(main, ["timing", str(home / "m.yaml"), "--allow-plugins"])
+    assert " 1500.000 ms\nSlots last as timed_parts:slow says." in asked.stdout
+    plugins._loaded.clear()
+    unasked = CliRunner().invoke(main, ["timing", str(home / "m.yaml")])
+    assert "those of timed_parts:slow may differ: --allow-plugins asks it." in unasked.stdout
+    assert "1500.000" not in unasked.stdout
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...core.plugins import is_plugin
-from ..console import print_json, say, scenario_from
-from ..options import json_option, scenario_argument, set_option
+from ...core.plugins import is_plugin, loaded
+from ..console import print_json, reading_from, say
+from ..options import json_option, plugins_option, scenario_argument, set_option
 from .frames import assignments, messages, span
 from .limits import limits_data, limits_told, planned_limits
 from .random_timing import access_data, random_told
@@ -33,9 +33,10 @@ POLICIES = {
 @scenario_argument
 @set_option
 @json_option("slots and rounds (s), limits")
-def timing(scenario: str, overrides: tuple[str, ...], as_json: bool) -> None:
+@plugins_option
+def timing(scenario: str, overrides: tuple[str, ...], as_json: bool, allow_plugins: bool) -> None:
     """Print slots, rounds and fix rates of a scenario's protocol, and their limits."""
-    mission = scenario_from(scenario, overrides)
+    mission = reading_from(scenario, overrides, allow_plugins).scenario
     from ...preflight.round_lengths import rounds_of
 
     rounds, limits = rounds_of(mission), planned_limits(mission)
@@ -61,8 +62,10 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
         ("two-way slot T_UL" if two_way else "uplink slot T_UL", slots.uplink_slot),
     ):
         yield f"{name:<22}{1e3 * value:>10.3f} ms"
-    if is_plugin(ranging):
-        yield f"Slots are those of one-way ranging; {ranging} may have others, only it knows."
+    if is_plugin(ranging) and loaded(ranging):
+        yield f"Slots last as {ranging} says."
+    elif is_plugin(ranging):
+        yield f"Slots of one-way ranging; those of {ranging} may differ: --allow-plugins asks it."
     on_clock = slots.clock.after(0.0, slots.uplink_slot)
     if rate is None:
         yield f"{'clock':<22}{'exact':>10}"
