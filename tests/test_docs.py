@@ -211,6 +211,27 @@ def test_the_code_that_the_model_names_exists() -> None:
         assert hasattr(importlib.import_module(f"bindusbl_des.{module}"), name), (module, name)
 
 
+@pytest.mark.parametrize(
+    ("page", "keys"),
+    [
+        ("protocols.md", ("schedule", "downlink", "broadcaster", "ranging")),
+        ("channels.md", ("acoustics.hf.channel", "acoustics.mf.channel")),
+        ("instruments.md", ("usbl.model",)),
+        ("navigation.md", ("navigation.filter",)),
+        ("vehicles.md", ("auvs.vehicle", "asvs.vehicle")),
+        ("surveys.md", ("auvs.route",)),
+        ("planning.md", ("asvs.formation",)),
+    ],
+)
+def test_pages_tell_of_what_ships(page: str, keys: tuple[str, ...]) -> None:
+    """Each part is named on the page of its family."""
+    text = (ROOT / "docs" / page).read_text()
+    for family in FAMILIES:
+        if family.key.endswith(keys):
+            missing = [it for it in family.siblings if not re.search(rf"[` ]{it}[`,}}]", text)]
+            assert missing == [], family.key
+
+
 def test_files_that_pages_name_are_there() -> None:
     """A path in a page is one of the repository, of its tests or of the package."""
     for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
