@@ -111,8 +111,8 @@ def test_files_stay_readable() -> None:
     assert [path.name for path in modules() if len(path.read_text().splitlines()) > 350] == []
 
 
-# The one line where Python enters compiled code, and what click hands over, may have more.
-MANY = {"entry", "click.command"}
+# The one line where Python enters compiled code may have some more, and what click hands over many.
+MOST = {"entry": 12, "click.command": 99}
 FOR_NOW = {"campaigns.running.sweep"}
 
 
@@ -123,10 +123,10 @@ def test_arguments_that_travel_together_have_a_name() -> None:
         for node in ast.walk(tree(path)):
             if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 continue
-            if MANY & {ast.unparse(it).split("(")[0] for it in node.decorator_list}:
-                continue
+            kinds = {ast.unparse(it).split("(")[0] for it in node.decorator_list}
+            most = max([8, *(MOST[kind] for kind in kinds & set(MOST))])
             told = node.args.posonlyargs + node.args.args + node.args.kwonlyargs
-            if len([it for it in told if it.arg not in ("self", "cls")]) > 8:
+            if len([it for it in told if it.arg not in ("self", "cls")]) > most:
                 long.add(f"{name}.{node.name}")
     assert long <= FOR_NOW
 

@@ -15,7 +15,7 @@ from ..core.plugins import Family, PluginError, asked, shown
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
 from .loss import LossTerms, contention_loss
-from .propagation import PROSPECT, Band
+from .propagation import DISC, PROSPECT, Band, Way
 
 Array = NDArray[np.float64]
 Prospects = NDArray[np.void]
@@ -163,9 +163,23 @@ def contention_of(scenario: Scenario) -> float:
     return contention_loss(scenario.auvs.count, scenario.acoustics.loss.contention_per_auv)
 
 
-def deciding(channel: LossTerms | AskedChannel, band: Band) -> tuple[Receiver, Band]:
-    """Return what decides at receivers on a band, and the band with the reach that sounds have."""
+class Deciding(NamedTuple):
+    """What decides on a band: the channel that is asked, if any is, what receivers make of sounds,
+    and what is known of their way before anybody is asked.
+    """
+
+    channel: AskedChannel | None
+    receiver: Receiver
+    way: Way
+
+
+def deciding(channel: LossTerms | AskedChannel, band: Band) -> Deciding:
+    """Return what decides on a band: the compiled disc with its loss, or a channel that is asked.
+
+    The band of the way has the reach that sounds have.
+    """
     if isinstance(channel, LossTerms):
-        return PLAIN, band
+        return Deciding(None, PLAIN, Way(band, channel, DISC))
     audible = channel.audible_m
-    return channel.receiver, band if audible is None else band._replace(reach=audible)
+    air = band if audible is None else band._replace(reach=audible)
+    return Deciding(channel, channel.receiver, Way(air, NO_LOSS, DISC))

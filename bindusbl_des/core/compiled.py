@@ -135,8 +135,8 @@ def entry(function: Function) -> Function:
     no division pays for a test.  Where no folder can be used (read-only installation without a
     home), the code is compiled anew by each process.
 
-    numba takes a tuple of arrays apart ten times slower than the arrays by themselves, so here, and
-    only here, arguments stand flat however many they are.  What an equation is given again and
+    numba takes a tuple of arrays apart ten times slower than the arrays by themselves, so what is
+    called at every event may have arguments that stand flat.  What an equation is given again and
     again is handed over once instead, and opened inside (:mod:`.handing.handed`).
     """
     dispatcher: Any = numba.njit(pipeline_class=WholeCompiler, **OPTIONS)(function)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # Vehicles of each kind that have a row
 MOST_ROWS = 12
 
-ROW, BRACKET = 0.2, 1.3
+ROW = 0.2  # inches
 
 # How the way of a ping is drawn, by its outcome; None: in the colour of its AUV
 WAYS: dict[str, tuple[str | None, str, float]] = {

@@ -6,11 +6,11 @@ from math import hypot
 
 import numpy as np
 
-from ...acoustics.channel import NO_LOSS, AskedChannel, Bending, Signals, between, deciding
+from ...acoustics.channel import AskedChannel, Bending, Signals, between, deciding
 from ...acoustics.deafness import deafen
 from ...acoustics.loss import LossTerms
 from ...acoustics.prediction import amend
-from ...acoustics.propagation import DISC, Band, Way, spread
+from ...acoustics.propagation import Band, spread
 from ...acoustics.sonar.echoing import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
 from ...core.streams import Purpose, Streams
@@ -43,13 +43,10 @@ class Uplink:
     ) -> None:
         """Put a band together; the channel is the compiled disc with its loss, or one asked."""
         self.band = band
-        self.receiver, air = deciding(channel, band)
+        self._channel, self.receiver, self._way = deciding(channel, band)
         self._auvs, self._asvs, self._record, self._vessels = auvs, asvs, record, len(asvs)
-        self._channel = None if isinstance(channel, LossTerms) else channel
-        loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._bending = channel if isinstance(channel, Bending) else None
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
-        self._way = Way(air, loss, DISC)
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._spread_in = spread_in(record, self._way, auvs, asvs)
         self._predicted = 0  # pings before this one have arrived everywhere

@@ -6,9 +6,9 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from ...acoustics.channel import NO_LOSS, AskedChannel, Prospects, between, deciding
+from ...acoustics.channel import AskedChannel, Prospects, between, deciding
 from ...acoustics.loss import LossTerms
-from ...acoustics.propagation import DISC, TOUCH, Band, Way
+from ...acoustics.propagation import TOUCH, Band
 from ...acoustics.travel_time import travel_time
 from ...core.streams import Purpose, Streams
 from ...records.events import IN_FLIGHT, LOST
@@ -40,13 +40,10 @@ class Beacons:
         """Put a band together; the channel as of :class:`..hf.uplink.Uplink`."""
         self.band = band
         self._auvs, self._asvs, self._record = auvs, asvs, record
-        self.receiver, air = deciding(channel, band)
-        self._channel = None if isinstance(channel, LossTerms) else channel
-        loss = channel if isinstance(channel, LossTerms) else NO_LOSS
+        self._channel, self.receiver, self._way = deciding(channel, band)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
         #: :data:`GNSS_NOISE`, ping by ping.
         self.gnss_noise = EventBuffer(GNSS_NOISE)
-        self._way = Way(air, loss, DISC)
         self._spread_in = spread_in(record, self._way, auvs, asvs)
         self._prospects: dict[int, Prospects] = {}  # of pings, where the channel was asked
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap

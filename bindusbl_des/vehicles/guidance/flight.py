@@ -4,7 +4,7 @@ Within a control interval nothing is decided; so how many intervals are flown at
 bit of where anybody goes.
 """
 
-from math import hypot, isfinite, nan
+from math import ceil, hypot, isfinite, nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from ...core.lanes.numbers import LANES
 from ...records.rows import LEARNT, Row, Rows
 from ..hulls import rk4
 from ..hulls.frames import Current, Floats, along_body
-from ..logs import X, Y, Z
+from ..logs import X, Y, Z, place_at
 from . import bluerov2, cybership2, drift, logbook, otter, remus100, sensing, tracks
 from .belief import Sensed, SteeringDrift
 from .sensing import Craft, Knowledge
@@ -209,3 +209,25 @@ def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
         if gone >= 0:
             return gone
     return -1
+
+
+@entry
+def beside(handed: int, vehicle: int, times: Floats, errors: Floats) -> None:
+    """Write how far (m) a vehicle was from the path that it flew at instants (s).
+
+    `handed` is the address of a :class:`Flight`.
+    """
+    by = opened(handed, Flight)
+    log, active, step, control = (
+        by.logs[vehicle],
+        by.active[vehicle],
+        by.craft.step,
+        by.craft.control,
+    )
+    for k in range(times.size):
+        last = ceil(times[k] / control) - 1  # at the instant of a control, that before
+        interval = min(max(last, 0), active.size - 1)
+        x, y, _, _ = place_at(log, 0, len(log), step, times[k])
+        errors[k] = tracks.distance_from(
+            by.paths.rows, by.paths.bounds[vehicle], active[interval], x, y
+        )

@@ -91,7 +91,7 @@ class GuidedFleet:
         self._vessels.own["progress"]["row"] = self.tracks.bounds["first"]
         self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
         self._flown, self._lost = 0, np.zeros(2)
-        self._flight = self._handed()
+        self.flight = self._handed()
         self._move_on(0)  # the start is known before anybody moves
 
     def _set_out(
@@ -159,7 +159,7 @@ class GuidedFleet:
 
     def _move_on(self, wanted: int) -> None:
         """Fly up to the beginning of an interval, whose state is then in the log."""
-        lost = flight.fly(self._flight.address, self.has_learnt, self._flown, wanted)
+        lost = flight.fly(self.flight.address, self.has_learnt, self._flown, wanted)
         if lost >= 0:
             raise GuidanceError(self.names[lost], float(self._lost[1]), self._reason(lost))
         self._flown = wanted

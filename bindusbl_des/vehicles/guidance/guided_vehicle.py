@@ -5,16 +5,17 @@ from typing import Protocol
 
 import numpy as np
 
+from ...core.handing.handed import Handed
 from .. import logs
 from ..hulls.frames import Floats
 from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at
 from ..vehicle import Place
-from . import departure, logbook
+from . import departure, flight
 from .tracks import Flags, Ints, Tracks
 
 
 class UnderWay(Protocol):
-    """What a member needs of its fleet: to be moved on, and its log."""
+    """What a vehicle needs of its fleet: to be moved on, and its log."""
 
     control_s: float
     motion: Motion
@@ -22,6 +23,7 @@ class UnderWay(Protocol):
     at_limit: Flags  # whether an actuator was at its limit, for each vehicle and control instant
     stations: Floats
     tracks: Tracks
+    flight: Handed  # what compiled code is handed once, a Flight
 
     def advance(self, time_s: float) -> None:
         """Make the state at an instant (s) known."""
@@ -104,8 +106,5 @@ class GuidedVehicle:
             return np.asarray(np.hypot(off[:, 0], off[:, 1]))
         instants = self._known(times)
         errors = np.empty(len(instants))
-        logbook.beside(
-            *fleet.motion, self._number, instants, fleet.control_s, fleet.active[self._number],
-            fleet.tracks.rows, fleet.tracks.bounds[self._number], errors,
-        )  # fmt: skip
+        flight.beside(fleet.flight.address, self._number, instants, errors)
         return errors

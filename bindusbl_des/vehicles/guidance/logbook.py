@@ -1,9 +1,8 @@
-"""The log of a fleet under way: how its lines are written, and how far beside a path they lie."""
+"""The log of a fleet under way: how its lines are written."""
 
-from math import ceil, hypot
+from math import hypot
 
-from ...core.compiled import compiled, entry, inlined
-from ...records.rows import Row, Rows
+from ...core.compiled import compiled, inlined
 from ..hulls import rk4
 from ..hulls.frames import C_PSI, S_PSI, Floats
 from ..hulls.rk4 import Four
@@ -19,12 +18,9 @@ from ..logs import (
     X,
     Y,
     Z,
-    place_at,
     turned_over,
     walked,
 )
-from . import tracks
-from .tracks import Ints
 
 # The lines of four vehicles, a column of the log in each row, and what else the next ones follow
 # from: the speed (m/s), cosine and sine of the yaw. They lie behind what moves the four.
@@ -84,22 +80,3 @@ def keep(rows: Floats, logs: Floats, line: int, first: int, count: int) -> None:
     for lane in range(count):
         for column in range(COLUMNS):
             logs[first + lane, line, column] = rows[LINE + column, lane]
-
-
-@entry
-def beside(
-    table: Floats, first: Ints, step: float, vehicle: int, times: Floats, control: float,
-    active: Ints, rows: Rows, bounds: Row, errors: Floats,
-) -> None:  # fmt: skip
-    """Write how far (m) a vehicle was from the path that it flew at instants (s).
-
-    The logs of a fleet are as in :class:`.motion.Motion`; `active` (intervals,) is the row of the
-    path that was flown in each control interval.
-    """
-    begin, end = first[vehicle], first[vehicle + 1]
-    for k in range(times.size):
-        interval = min(
-            max(ceil(times[k] / control) - 1, 0), active.size - 1
-        )  # at T_k, the one before
-        x, y, _, _ = place_at(table, begin, end, step, times[k])
-        errors[k] = tracks.distance_from(rows, bounds, active[interval], x, y)
