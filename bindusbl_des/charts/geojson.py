@@ -114,4 +114,8 @@ def _position(given: Any, place: str) -> Degrees:
     numbers = isinstance(given, list) and len(given) >= 2
     if not numbers or not all(type(it) in (int, float) for it in given[:2]):
         raise BadChart(f"{place}: needs two numbers {ORDER}; got {shortened(repr(given))}")
-    return position(float(given[1]), float(given[0]), place, ORDER)
+    try:
+        longitude, latitude = map(float, given[:2])
+    except OverflowError:
+        raise BadChart(f"{place}: has a number beyond all others; write degrees {ORDER}") from None
+    return position(latitude, longitude, place, ORDER)

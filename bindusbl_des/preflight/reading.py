@@ -6,10 +6,11 @@ from pathlib import Path
 
 from ..core.plugins import refusal
 from ..scenario.families import plugins_of
-from ..scenario.files.mistakes import Mistake
+from ..scenario.files.mistakes import Mistake, ScenarioError
 from ..scenario.files.plain_yaml import Document
 from ..scenario.files.scenario_file import Source, parsed, place_of, told_at
 from ..scenario.scenario import Scenario
+from ..scenario.water import profile_of
 from .worth_knowing import cautions
 
 
@@ -37,11 +38,30 @@ def read_scenario(
     """
     source = source if isinstance(source, Source) else Source.file(source, overrides)
     document, scenario = parsed(source, allow_plugins)
+    unusable = tuple(_tables(document, scenario))
+    if unusable:
+        raise ScenarioError(unusable)
     places = {found: told_at(document, found) for found in cautions(scenario)}
     found = sorted(places, key=lambda it: (places[it].file != source.name, places[it].line))
     warnings = tuple(Mistake.at(places[it], it.key, it.message) for it in found)
     unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
     return Reading(scenario, warnings, tuple((it.key, *it.others) for it in found), unloaded)
+
+
+def _tables(document: Document, scenario: Scenario) -> Iterator[Mistake]:
+    """Yield what is wrong with tables of sound, which are held to the scenario's water."""
+    for band in ("hf", "mf"):
+        channel = getattr(scenario.acoustics, band).channel
+        file = channel.settings.get("rays") if channel == "table" else None
+        if file is None:
+            continue
+        from ..acoustics.rays.reading import read_table  # brings pyarrow
+
+        key = f"acoustics.{band}.channel.rays"
+        try:
+            read_table(file, profile_of(scenario))
+        except ValueError as error:
+            yield Mistake.at(place_of(document, key), key, str(error))
 
 
 def _plugins(document: Document, scenario: Scenario) -> Iterator[Mistake]:

@@ -64,6 +64,8 @@ def airtime_table(file: str) -> AirtimeTable:
         return _read(path, path.stat().st_mtime_ns)
     except OSError as error:
         raise ValueError(f"{file}: {error.strerror or error}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{file}: cannot be read as a CSV file: {error}") from None
 
 
 @lru_cache(maxsize=16)

@@ -24,10 +24,16 @@ def origin_of(scenario: ScenarioKeys) -> Position | None:
 
 @lru_cache(maxsize=16)
 def _centroid(corners: tuple[Position, ...]) -> Position:
-    """Return the centroid of a polygon, latitude and longitude (deg)."""
+    """Return the centroid of a polygon, latitude and longitude (deg).
+
+    That of corners which make none is the first: whoever asks for their area is told what is wrong.
+    """
     from ..geometry.geodesy import geodetic_from_ned
 
-    middle = polygon(in_metres(corners, corners[0])).centroid
+    try:
+        middle = polygon(in_metres(corners, corners[0])).centroid
+    except ValueError:
+        return corners[0]
     lat, lon, _ = geodetic_from_ned((*middle, 0.0), *corners[0])
     return lat, lon
 

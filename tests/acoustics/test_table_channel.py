@@ -10,6 +10,7 @@ from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.channels import hf_channel
 from bindusbl_des.acoustics.rays.table_channel import TableChannel, grid_to
+from bindusbl_des.preflight.reading import read_scenario
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
 from bindusbl_des.scenario.water import sound_speed_of
 
@@ -116,6 +117,22 @@ def test_a_file_that_is_missing_is_told(tmp_path: Path) -> None:
     )
     with pytest.raises(ScenarioError, match="no such file"):
         load_scenario(tmp_path / "m.yaml")
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [("1,1,1,0.001,0", "needs at least two values of range_m"), ("1,1", "Expected 5 columns")],
+)
+def test_a_file_that_is_no_table_is_told_before_the_mission(
+    tmp_path: Path, row: str, said: str
+) -> None:
+    """At the key that names it, by every command that reads the scenario."""
+    columns = "range_m,source_depth_m,receiver_depth_m,travel_time_s,loss_db"
+    (tmp_path / "sound.csv").write_text(f"{columns}\n{row}\n")
+    text = "name: m\nacoustics: {hf: {channel: {model: table, rays: sound.csv}}}\n"
+    (tmp_path / "m.yaml").write_text(text)
+    with pytest.raises(ScenarioError, match=rf"m.yaml:2:48: acoustics.hf.channel.rays: .*{said}"):
+        read_scenario(tmp_path / "m.yaml")
 
 
 def test_without_pelagic_only_given_rays_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -147,6 +147,7 @@ SMALL_METRES = [[-70, -50], [70, -50], [70, 50], [-70, 50], [-70, -50]]
         ),
         ({"type": "Polygon", "coordinates": [[[True, False]] * 4]}, r"needs two numbers"),
         ('{"type": "Point", "coordinates": [1e999, 2]}', r"2, inf is no position"),
+        ({"type": "Point", "coordinates": [1, 10**400]}, r"has a number beyond all others"),
         ({"type": "LineString", "coordinates": [[1, 2]]}, r"a LineString needs two positions"),
         (
             {**POLYGON, "crs": {"type": "name", "properties": {"name": "EPSG:32632"}}},

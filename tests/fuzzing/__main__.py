@@ -21,11 +21,13 @@ from .files import Lines, experiment, scenario, track
 from .folders import campaign, run
 from .judging import Ending, ending, shown
 from .material import prepare
+from .named import named
 
 KINDS: dict[str, Callable[[int, Random], Lines]] = {
     "scenario": scenario,
     "experiment": experiment,
     "track": track,
+    "named": named,
     "command": command,
     "run": run,
     "campaign": campaign,

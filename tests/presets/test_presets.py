@@ -68,6 +68,7 @@ def test_a_table_of_ones_own(tmp_path: Path) -> None:
         ("payload_bytes,airtime_s\n1,0.5\n3,0.6\n", "3: .* is for '3' bytes; 2 is next"),
         ("payload_bytes,airtime_s\n1,soon\n", "2: .* has the airtime_s 'soon', which is no time"),
         ("payload_bytes,airtime_s\n1,-1\n", "2: .* '-1', which is no time"),
+        (f"payload_bytes,airtime_s\n1,{'9' * 200_000}\n", "mine.csv: cannot be read as a CSV file"),
         ("payload_bytes,airtime_s\n", "2: .* is the first of the table, and there is none"),
     ],
 )

@@ -157,8 +157,10 @@ def test_what_is_wrong_within_a_chart_is_told_at_its_key(tmp_path: Path) -> None
     path = put(tmp_path)
     crossed: Any = [CORNERS[0], CORNERS[2], CORNERS[1], CORNERS[4]]
     (tmp_path / "fjord.geojson").write_text(geojson(crossed))
-    with pytest.raises(ScenarioError, match=r"yaml:3:16: survey.area: crosses or touches itself"):
-        load_scenario(path)
+    (tmp_path / "nowhere.yaml").write_text("name: m\n\nsurvey: {area: fjord.geojson}\n")
+    for file in (path, tmp_path / "nowhere.yaml"):  # with an origin, and about its own centroid
+        with pytest.raises(ScenarioError, match=r"yaml:3:16: survey.area: crosses or touches it"):
+            load_scenario(file)
     (tmp_path / "fjord.geojson").write_text("{}")
     with pytest.raises(ScenarioError, match=r"yaml:3:16: survey.area: .*is no GeoJSON object"):
         load_scenario(path)
