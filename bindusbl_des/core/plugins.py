@@ -124,7 +124,8 @@ def name_of(part: Any) -> str:
     if found is not part:
         raise ValueError(
             f"{part!r} has no importable module:object by which a scenario could name it; put the "
-            "function or class at the top of a module of its own"
+            "function or class at the top of a module of its own (an object there is named as a "
+            "text, 'module:object'), and settings beside it: {\"model\": part, setting: value}"
         )
     allow([name])
     _loaded[name] = part
@@ -221,8 +222,14 @@ def _check(family: Family, name: str, found: Any) -> None:
         raise PluginError(
             family.key,
             f"{name!r} cannot be called as a {family.noun} is, with "
-            f"({', '.join(family.arguments)}): {error}",
+            f"({', '.join(family.arguments)}): {error}{_whose(found)}",
         ) from None
+
+
+def _whose(found: Any) -> str:
+    """Return what to do about a class whose objects are meant."""
+    is_meant = isinstance(found, type) and "__call__" in vars(found)
+    return "; it is a class: name an object of it" if is_meant else ""
 
 
 def _reason(error: BaseException, name: str) -> str:

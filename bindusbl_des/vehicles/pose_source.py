@@ -6,6 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..charts.samples import HIGHEST
 from ..core.wording import plain, shortened
 from .tracks import FARTHEST, FASTEST
 
@@ -46,6 +47,11 @@ class Answers:
         if not callable(getattr(source, "advance_to", None)):
             raise ValueError(
                 f"{shortened(repr(source))} moves no vehicles: it has no method advance_to(time)"
+            )
+        if isinstance(source, type):
+            raise ValueError(
+                f"{shortened(repr(source))} is a class; poses come from an object of it: "
+                f"poses={source.__name__}(...)"
             )
         self._source, self._counts = source, dict(counts)
         self._is_asked = False
@@ -124,6 +130,12 @@ class Answers:
             raise ValueError(
                 f"{_at(time)} has {name}{which} at {AXES[axis]} = {float(poses[which, axis]):g}; "
                 f"places must be within {FARTHEST:g} m of the survey, yaw within {FARTHEST:g} rad"
+            )
+        if kind == "auvs" and (poses[:, 2] < -HIGHEST).any():
+            which = int(np.argmin(poses[:, 2]))
+            raise ValueError(
+                f"{_at(time)} has {name}{which} at z = {float(poses[which, 2]):g}; AUVs must be in "
+                "the sea, and z is down: positive below its surface"
             )
         return poses
 

@@ -261,6 +261,14 @@ def failing(view: View) -> Groups:
     return one_per_slot(view)
 
 
+def test_events_are_run_by_the_mission_alone() -> None:
+    mission = Mission(scenario(duration_s=5.0), 0)
+    with pytest.raises(RuntimeError, match=r"runs its events itself: mission.advance\(until\)"):
+        mission.env.run(until=3.0)
+    mission.advance(3.0)
+    assert mission.time == 3.0
+
+
 def test_a_mission_that_failed_does_not_go_on_in_silence() -> None:
     """After an error a mission is where the error was, and says so; it makes no result."""
     mission = Mission(scenario(**merged(ON_TICKS, {"protocol": {"schedule": failing}})))

@@ -216,6 +216,7 @@ def test_what_cannot_be_used_ends_the_mission_where_it_was() -> None:
         (np.full((4, 4), 1j), r"must have one row .* for each of the 4 AUVs"),
         ([["1", "2", "3", "4"]] * 4, r"must have one row .* for each of the 4 AUVs"),
         (np.full((4, 4), 1e300), r"has AUV0 at x = 1e\+300; places must be within 1e\+06 m"),
+        ([[0, 0, 5, 0]] * 3 + [[0, 0, -12, 0]], r"has AUV3 at z = -12; .* z is down: positive"),
     ],
 )
 def test_poses_are_real_numbers_near_the_survey(poses: Any, told: str) -> None:
@@ -227,6 +228,11 @@ def test_poses_are_real_numbers_near_the_survey(poses: Any, told: str) -> None:
 
     with pytest.raises(ValueError, match=told):
         Mission(Scenario(name="odd", auvs={"count": 4}), 1, poses=Odd())
+
+
+def test_a_class_moves_nobody() -> None:
+    with pytest.raises(ValueError, match=r"is a class; .* an object of it: poses=Replay\(...\)$"):
+        Mission(exact(), 1, poses=Replay)  # type: ignore[arg-type]
 
 
 class Steering(Circling):

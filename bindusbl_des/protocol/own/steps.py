@@ -4,7 +4,7 @@ written, whose mistakes are their own.
 
 import math
 from collections.abc import Callable, Generator
-from typing import Any
+from typing import Any, NoReturn
 
 import simpy
 from simpy.events import Condition
@@ -21,7 +21,18 @@ _NONE = object()
 
 
 class Environment(simpy.Environment):
-    """SimPy's, which would lose all events behind one after nan s: who asks for that is told so."""
+    """SimPy's, of a mission, which alone knows what else is due at an instant and goes through it.
+
+    SimPy's would lose all events behind one after nan s: who asks for that is told so.
+    """
+
+    def run(self, until: Any = None) -> NoReturn:
+        """Refuse: who ran events past the mission would leave it at another time than theirs.
+
+        Raises:
+            RuntimeError: always.
+        """
+        raise RuntimeError("a mission runs its events itself: mission.advance(until)")
 
     def timeout(self, delay: float = 0.0, value: Any = None) -> simpy.Timeout:
         """Return the event of an instant so much later (s).
