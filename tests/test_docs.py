@@ -252,9 +252,11 @@ def test_commands_that_pages_name_are_there() -> None:
 
 
 def test_readme_first_commands_exist() -> None:
-    """The two scripts of the README are there and executable."""
+    """The two scripts of the README are there and executable; the demo asks what it asks."""
     for line in blocks("README.md", "console")[0].splitlines():
         assert (ROOT / line).stat().st_mode & 0o111
+    (asked,) = re.findall(r"--ping \d+", (ROOT / "scripts" / "demo").read_text())
+    assert asked in (ROOT / "README.md").read_text()
 
 
 @pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.stem)

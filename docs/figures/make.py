@@ -46,9 +46,8 @@ def main() -> None:
     campaign.plot(
         "curves", FOLDER / "sweep.svg", x="asvs.formation.angle_deg", series="asvs.count", width=6.0
     )
-    simulate(described("surveys.md", "basin.yaml"), seed=0).plot(
-        "trajectory", FOLDER / "basin.png", width=3.2
-    )
+    basin = simulate(described("surveys.md", "basin.yaml"), seed=0)
+    basin.plot("trajectory").savefig(FOLDER / "basin.png", dpi=DPI)
     with tempfile.TemporaryDirectory() as folder:
         fjord(Path(folder)).plot("trajectory").savefig(FOLDER / "fjord.png", dpi=DPI)
     with tempfile.TemporaryDirectory() as folder:
