@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .log import Log
+from .log import Array, Log
 from .navigating import Prepared, filter_log, prepared, smooth_log
 from .noise import Noise
 
@@ -22,6 +22,11 @@ FIRST_FACTOR, LAST_FACTOR = 2.0, 1.01
 LEAST_SHARE, MOST_SHARE = 1e-4, 0.5
 # Noise is likelier where the logarithm rises by so much at least; less is no reason to go on.
 GAIN = 1e-2
+
+
+# Random walks from a 16th of the likeliest on, by this factor, are weighed for what they leave unsure
+# of the bias, up to one whose likelihood is e^8 times less.
+WALKS_BELOW, MOST_WALKS, WALK_FACTOR, UNLIKELY = 8, 48, 2.0**0.5, 8.0
 
 
 class Fit(NamedTuple):
@@ -38,15 +43,41 @@ def fit(log: Log) -> Fit:
     """Return the noise under which a log, which is placed, is likeliest.
 
     A fix brings its own covariance, so that a log without ranges tells of no range's noise.
+    Outliers are two numbers more, which the log must bear out: where its likelihood rises by less
+    than a factor of n, the sights, there are none.
+    Source: G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6(2), 1978.
     """
-    known = prepared(log)
-    noise = _likeliest(known, _guess(log), log.has_ranges)
-    track = filter_log(known, noise)
-    _, found = smooth_log(known, noise, track)
-    ahead, aside = found.states[-1, 2:4].tolist()
-    sds = np.sqrt(np.diagonal(found.covariances[-1])[2:4])
-    bias = replace(noise, bias=(ahead, aside), bias_sd=float(np.sqrt(np.mean(sds**2))))
-    return Fit(bias, float(track.seen["density"].sum()), (float(sds[0]), float(sds[1])))
+    known, guess = prepared(log), _guess(log)
+    plain = _likeliest(known, replace(guess, outlier_share=0.0, outlier_sd=0.0), log.has_ranges)
+    tailed = _likeliest(known, guess, log.has_ranges)
+    borne_out = _score(known, tailed) - _score(known, plain) > np.log(len(known.sights))
+    noise = tailed if borne_out else plain
+    (ahead, aside), sds = _bias(known, noise)
+    found = replace(noise, bias=(ahead, aside), bias_sd=float(np.sqrt(np.mean(sds**2))))
+    return Fit(found, _score(known, noise), (float(sds[0]), float(sds[1])))
+
+
+def _bias(log: Prepared, noise: Noise) -> tuple[list[float], Array]:
+    """Return the velocity bias ahead and aside (m/s), and its standard deviations (2,).
+
+    A bias is as sure as the random walk beside it is small, of which a log tells little: what each
+    walk leaves is weighed by its likelihood, all walks being as probable before.
+    """
+    best, weights, means, squares = _score(log, noise), [], [], []
+    for step in range(-WALKS_BELOW, MOST_WALKS):
+        factor = WALK_FACTOR**step
+        tried = replace(noise, random_walk=noise.random_walk * factor)
+        track = filter_log(log, tried)
+        less = best - float(track.seen["density"].sum())
+        if step > 0 and less > UNLIKELY:
+            break
+        _, found = smooth_log(log, tried, track)
+        bias = found.states[-1, 2:4]
+        weights.append(factor * np.exp(-less))
+        means.append(bias)
+        squares.append(bias**2 + np.diagonal(found.covariances[-1])[2:4])
+    mean, square = (np.average(it, axis=0, weights=weights) for it in (means, squares))
+    return mean.tolist(), np.sqrt(square - mean**2)
 
 
 def _guess(log: Log) -> Noise:
@@ -68,7 +99,8 @@ def _likeliest(log: Prepared, guess: Noise, has_ranges: bool) -> Noise:
     Source: R. Hooke, T. A. Jeeves, "Direct search" solution of numerical and statistical problems,
     Journal of the ACM 8(2), 1961.
     """
-    names = ["range_sd"] * has_ranges + ["random_walk", "outlier_share", "outlier_sd"]
+    names = ["range_sd"] * has_ranges + ["random_walk"]
+    names += ["outlier_share", "outlier_sd"] * (guess.outlier_share > 0.0)
     best, score, factor = guess, _score(log, guess), FIRST_FACTOR
     while factor > LAST_FACTOR:
         found = score

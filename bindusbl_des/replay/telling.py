@@ -6,7 +6,7 @@ from typing import Any
 
 from ..core.wording import aligned, plain, significant
 from ..scenario.scenario import Scenario
-from .fitting import LEAST_SHARE, Fit
+from .fitting import Fit
 from .log import Log
 
 Row = Mapping[str, Any]
@@ -86,7 +86,7 @@ def noise_keys(fit: Fit, log: Log) -> dict[str, tuple[Any, str]]:
         keys["usbl.travel_time_sd_s"] = (
             travel_time, f"a range of {significant(noise.range_sd)} m at {plain(speed)} m/s",
         )  # fmt: skip
-    if noise.outlier_share > LEAST_SHARE:
+    if noise.outlier_share > 0.0:
         keys["usbl.outlier_share"] = noise.outlier_share, "of the sights"
         keys["usbl.outlier_sd_m"] = noise.outlier_sd, "their further error"
     else:

@@ -139,6 +139,27 @@ def test_noise_is_found_again() -> None:
     assert np.mean([it.bias for it in found], axis=0) == pytest.approx(SEA.bias, abs=0.01)
 
 
+def test_without_outliers_none_are_found() -> None:
+    """Gaussian ranges leave nothing to a tail, and their spread is not split up to make one."""
+    sea = Sea(share=0.0)
+    found = [fit(made_up(sea, count=300, seed=seed)[0]).noise for seed in range(10)]
+    assert [it.outlier_share for it in found] == [0.0] * 10
+    sds = [it.range_sd for it in found]
+    assert np.mean(sds) == pytest.approx(sea.range_sd, abs=3 * np.std(sds, ddof=1) / np.sqrt(10))
+
+
+def test_the_bias_is_as_unsure_as_it_is_said_to_be() -> None:
+    """Squares of its errors in standard deviations, of 20 logs: 1 in the mean, chi-squared.
+
+    Of some of these logs the likeliest random walk is next to none, with which a bias seems far
+    surer than it is.
+    """
+    found = [fit(made_up(SEA, count=300, seed=seed)[0]) for seed in range(20)]
+    off = np.array([it.noise.bias for it in found]) - SEA.bias
+    squares = (off / np.array([it.bias_sds for it in found])) ** 2
+    assert squares.mean() == pytest.approx(1.0, abs=3 * np.sqrt(2 / squares.size))
+
+
 def test_the_noise_found_is_a_scenario(tmp_path: Path) -> None:
     """The file of `fit` is read as a scenario, and tells the noise that was found."""
     log, _ = made_up(SEA)
