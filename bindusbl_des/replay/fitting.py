@@ -24,8 +24,8 @@ LEAST_SHARE, MOST_SHARE = 1e-4, 0.5
 GAIN = 1e-2
 
 
-# Random walks from a 16th of the likeliest on, by this factor, are weighed for what they leave unsure
-# of the bias, up to one whose likelihood is e^8 times less.
+# What random walks leave unsure of the bias is weighed from a 16th of the likeliest on, by this
+# factor, up to one whose likelihood is e^8 times less.
 WALKS_BELOW, MOST_WALKS, WALK_FACTOR, UNLIKELY = 8, 48, 2.0**0.5, 8.0
 
 
