@@ -52,6 +52,26 @@ def caveats(found: Found) -> Iterator[str]:
         yield doubts
     if found.cut:
         yield f"{found.cut}; the same command goes on from here."
+    yield from _unvaried(found)
+
+
+def _unvaried(found: Found) -> Iterator[str]:
+    """Yield which goals' metrics never differed, and how rare what was not seen may be.
+
+    What happens in a share p of missions is not seen in n of them with a probability (1 - p)^n.
+    """
+    answer, question = found.selection.answer, found.question
+    if answer is None:
+        return
+    estimates, missions = found.selection.estimates[answer], found.selection.missions[answer]
+    pairs = zip(question.goals, estimates, strict=True)
+    same = [goal.metric for goal, it in pairs if it.low == it.high]
+    if same:
+        unseen = 100 * (1 - (1 - question.confidence) ** (1 / missions))
+        yield (
+            f"{' and '.join(same)} did not differ in {missions} missions of the answer, by which "
+            f"nothing is told of what happens in fewer than {unseen:.0f} % of missions."
+        )
 
 
 def would_told(found: Found) -> str | None:
