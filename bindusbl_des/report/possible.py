@@ -62,12 +62,18 @@ def _evenly(mission: Recording, rows: Whole) -> Whole:
     return rows[np.linspace(0, len(rows) - 1, most).astype(np.int64)]
 
 
-def _sights(mission: Recording, times: Floats) -> Sights:
-    """Return who was within range of whom at instants (k,), s, by the true tracks."""
+def _places(mission: Recording, times: Floats) -> Floats:
+    """Return where all vehicles, AUVs first, were by their tracks at instants (k,), s: (k, n, 3)."""
     places = np.empty((len(times), len(mission.truth["x_m"]), 3))
     for axis, name in enumerate(TRUTH[:3]):
         for vehicle, track in enumerate(mission.truth[name]):
             places[:, vehicle, axis] = np.interp(times, mission.times, track)
+    return places
+
+
+def _sights(mission: Recording, times: Floats) -> Sights:
+    """Return who was within range of whom at instants (k,), s, by the true tracks."""
+    places = _places(mission, times)
     return sights(mission.scenario, times, places[:, : mission.auvs], places[:, mission.auvs :])
 
 
@@ -108,9 +114,12 @@ def _rates(mission: Recording, limits: Limits) -> Iterator[Reached]:
 def _slots(mission: Recording) -> Iterator[Reached]:
     """Yield how few ping groups rounds had, and how many AUVs shared a slot, where each round has
     slots for all AUVs.
+
+    A schedule that goes by where it believes AUVs to be may make fewer than are free of conflicts.
     """
-    rounds, schedule = mission.rounds, mission.scenario.protocol.schedule
-    if mission.scenario.protocol.is_passive or schedule not in COLOURINGS:
+    rounds, protocol = mission.rounds, mission.scenario.protocol
+    schedule = protocol.schedule
+    if protocol.is_passive or schedule not in COLOURINGS or protocol.positions != "truth":
         return
     at = _evenly(mission, np.arange(len(rounds["round"])))
     if not at.size:  # while no ASV works nobody begins a round
@@ -172,14 +181,23 @@ def _latency(mission: Recording, limits: Limits) -> Reached:
     if arrived.size:
         rows = _evenly(mission, arrived)
         up, down = (
-            float(
-                _sights(mission, times).nearest_m[np.arange(rows.size), fixes["auv"][rows]].mean()
-            )
-            for times in (fixes[name][rows].astype(np.float64) for name in ENDS)
+            _nearest(mission, fixes[name][rows].astype(np.float64), fixes["auv"][rows])
+            for name in ENDS
         )
         late_s = float(fixes["latency_s"][rows].astype(np.float64).mean())
         least_s = least_latency(scenario, slots_of(scenario), up, down)
     return Reached("Latency, mean of all fixes", "s", late_s, least_s, meaning, least=True)
+
+
+def _nearest(mission: Recording, times: Floats, auvs: Whole) -> float:
+    """Return how far (m) AUVs (k,) were from the ASV nearest to each at instants (k,), s: a mean.
+
+    It may have failed by then: what was on its way from it still arrives.
+    """
+    places = _places(mission, times)
+    own = places[np.arange(len(auvs)), auvs]
+    apart = places[:, mission.auvs :] - own[:, np.newaxis]
+    return float(np.linalg.norm(apart, axis=2).min(axis=1).mean())
 
 
 def possible_told(mission: Recording) -> str:

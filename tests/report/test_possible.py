@@ -49,6 +49,27 @@ def test_a_mission_without_any_fix_has_its_limits_too() -> None:
     assert "Latency, mean of all fixes" not in rows
 
 
+def test_what_comes_from_an_asv_that_has_failed_was_possible() -> None:
+    """The first frame is still in the water when its ASV, the only one, fails."""
+    mission = still(2, duration_s=10.0)
+    arrival = simulate(mission, seed=0).tables["fixes"]["delivered_at_s"][0]
+    failures = [{"asv": 0, "at_s": arrival - 0.001}]
+    rows = found(still(2, duration_s=10.0, asvs={"count": 1, "failures": failures}))
+    latency = rows["Latency, mean of all fixes"]
+    assert latency.possible == pytest.approx(0.192 + 2 * 22.36 / 1500, abs=1e-3)
+    assert latency.share is not None
+    assert latency.share < 1.0
+
+
+def test_a_schedule_that_errs_about_places_is_not_better_than_possible() -> None:
+    """By beliefs it may make fewer groups than the truth allows without conflict: nothing is said."""
+    positions = {"positions": "last_fix"}
+    rows = found(still(2, duration_s=10.0, protocol=positions))
+    assert "Fixes per AUV, mean" in rows
+    assert "Ping groups in a round" not in rows
+    assert "AUVs in range that share a slot" not in rows
+
+
 def test_a_mission_without_any_round_has_a_page() -> None:
     nobody = [{"asv": 0, "at_s": 0.0}]
     result = simulate(scenario(duration_s=10.0, asvs={"count": 1, "failures": nobody}))
@@ -68,6 +89,7 @@ def drawn(draw: random.Random) -> Scenario:
         "ranging": draw.choice((*RANGINGS, "owtt_sync")),
         "frame_s": draw.choice((0.5, 1.0, 3.0)),
         "tick_rate_hz": draw.choice((None, 30.0)),
+        "positions": draw.choice(("truth", "last_fix", "carried_forward")),
     }
     if draw.random() < 0.5:
         protocol |= {"uplink_guard_s": 0.0, "shortest_uplink_slot_s": 0.0}
