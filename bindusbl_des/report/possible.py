@@ -63,7 +63,7 @@ def _evenly(mission: Recording, rows: Whole) -> Whole:
 
 
 def _places(mission: Recording, times: Floats) -> Floats:
-    """Return where all vehicles, AUVs first, were by their tracks at instants (k,), s: (k, n, 3)."""
+    """Return where all vehicles, AUVs first, truly were at instants (k,), s: (k, n, 3), m."""
     places = np.empty((len(times), len(mission.truth["x_m"]), 3))
     for axis, name in enumerate(TRUTH[:3]):
         for vehicle, track in enumerate(mission.truth[name]):

@@ -62,7 +62,7 @@ def test_what_comes_from_an_asv_that_has_failed_was_possible() -> None:
 
 
 def test_a_schedule_that_errs_about_places_is_not_better_than_possible() -> None:
-    """By beliefs it may make fewer groups than the truth allows without conflict: nothing is said."""
+    """By beliefs it may make fewer groups than are free of conflicts: nothing is said of them."""
     positions = {"positions": "last_fix"}
     rows = found(still(2, duration_s=10.0, protocol=positions))
     assert "Fixes per AUV, mean" in rows
