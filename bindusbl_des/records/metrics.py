@@ -45,7 +45,7 @@ class AuvMetrics:
     interval_max_s: float | None = column("s", "longest time between deliveries", worst=LARGEST)
     fix_age_mean_s: float = column(
         "s",
-        "time mean of the time since the last fix took effect, or since the start",
+        "time mean of the time since the last fix came, refused or not, or since the start",
         worst=LARGEST,
     )
     fix_age_p95_s: float = column("s", "95 % of the time that age is below this", worst=LARGEST)
