@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ..core.compiled import compiled
+from ..core.compiled import compiled, written_out
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
 from .array import arrival_differences, direction, rotation
@@ -76,6 +76,12 @@ class HandedInstrument(NamedTuple):
     array: Annotated[Floats, 2]
     metric: Annotated[Floats, 2]
     levels: Annotated[Rows, LEVELS]
+
+
+@written_out
+def instrument_of(handed: HandedInstrument, has_sheet: bool | None) -> Instrument:
+    """Return an instrument, of what was handed over, and whether it has a data sheet."""
+    return Instrument(handed.array, handed.metric, handed.levels[0], has_sheet)
 
 
 # What is handed over in the place of an instrument of somebody's own

@@ -8,9 +8,9 @@ from ...core.compiled import compiled, entry
 from ...core.handing.opened import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, Instrument
+from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.measurement import measured, note
-from ...usbl.systematic.errors import HandedErrors, Systematic
+from ...usbl.systematic.errors import HandedErrors, lasting_of
 from ...usbl.systematic.fused import measured_astray
 from ...usbl.two_way import Heard
 from ...vehicles.motion import Floats, Ints, Motion
@@ -169,20 +169,17 @@ def _make(
     Arguments as of :func:`settle` and :class:`Extras`.
     """
     by = opened(handed, Decided)
-    row, parts = by.fixes[fix], by.instrument
+    row = by.fixes[fix]
     row.fix = fix
     begin(row, ping, only)
-    if parts.array.size == 0:  # one of somebody's own measures later
+    if by.instrument.array.size == 0:  # one of somebody's own measures later
         return
-    instrument = Instrument(parts.array, parts.metric, parts.levels[0], has_sheet)
+    instrument = instrument_of(by.instrument, has_sheet)
     heard = Heard(ping, by.receptions[row.first : row.end], by.noise.taken_now)
     if errors is not None:
         told = opened(errors, HandedErrors)
-        lasting = Systematic(
-            told.levels[0], told.variances, told.misalignments, told.gnss, told.clocks
-        )
         place, covariance, lever, told.left[fix] = measured_astray(
-            heard, by.asvs, instrument, strayed, lasting
+            heard, by.asvs, instrument, strayed, lasting_of(told)
         )
         told.levers[fix] = lever[:2]
     else:

@@ -14,10 +14,10 @@ from ...core.compiled import compiled, entry
 from ...core.handing.opened import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, Instrument
+from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
-from ...usbl.systematic.errors import HandedErrors, Systematic
+from ...usbl.systematic.errors import HandedErrors, lasting_of
 from ...vehicles.motion import Floats, Ints, Motion, where
 from ..hf.reception import Noise, begin, by_luck
 
@@ -57,43 +57,49 @@ def settle(
     and fixes are on record; the rest as of :class:`..hf.reception.Extras`.
     """
     by = opened(handed, Decided)
-    noise, duration, parts = by.noise, by.duration, by.instrument
-    pings, receptions = by.pings[:ping_count], by.receptions[:reception_count]
-    for row in _ended(receptions, first, time, duration):
+    noise, pings, receptions = by.noise, by.pings[:ping_count], by.receptions[:reception_count]
+    for row in _ended(receptions, first, time, by.duration):
         it = receptions[row]
         if noise.taken[it.auv, it.asv] == noise.blocks.shape[1]:
             return fix, first, row
         drawn = noise.blocks[noise.shelf[it.auv, it.asv], noise.taken[it.auv, it.asv]]
         noise.taken[it.auv, it.asv] += 1  # whatever comes of it: worlds that differ share it
-        it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, duration, by.capture)
+        it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, by.duration, by.capture)
         it.snr_db += by.shadowing_sd_db * drawn[NOISE_WIDTH]
-        if it.outcome != HEARD:
-            continue
-        ping, line = pings[it.ping], by.fixes[fix]
-        ping.heard_by += 1
-        line.fix = fix
-        _begin_own(line, ping, it, row, duration)
-        if parts.array.size > 0:  # else one of somebody's own measures later
-            instrument = Instrument(parts.array, parts.metric, parts.levels[0], has_sheet)
-            x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)
-            measuring = drawn.copy()
-            measuring[9:12] = by.gnss_noise[it.ping]  # one error of the ASV for all that hear it
-            own = Hearing(ping, it, (x, y, z), yaw, measuring)
-            if errors is not None:
-                told = opened(errors, HandedErrors)
-                lasting = Systematic(
-                    told.levels[0], told.variances, told.misalignments, told.gnss, told.clocks
-                )
-                place, covariance, lever, told.left[fix] = located_astray(own, instrument, lasting)
-                told.levers[fix] = lever[:2]
-            else:
-                place, covariance = located_itself(own, instrument)
-            note(line, ping, place, covariance)
-            line.error_m = hypot(place[0] - x, place[1] - y)
-        fix += 1
+        if it.outcome == HEARD:
+            pings[it.ping].heard_by += 1
+            _make(fix, row, drawn, handed, has_sheet, errors)
+            fix += 1
     while first < len(receptions) and receptions[first].outcome != IN_FLIGHT:
         first += 1
     return fix, first, NONE
+
+
+@compiled
+def _make(
+    fix: int, row: int, drawn: Floats, handed: int, has_sheet: bool | None, errors: int | None
+) -> None:
+    """Write the row of a fix that an AUV makes of a reception, by the noise `drawn` for that."""
+    by = opened(handed, Decided)
+    it, line = by.receptions[row], by.fixes[fix]
+    ping = by.pings[it.ping]
+    line.fix = fix
+    _begin_own(line, ping, it, row, by.duration)
+    if by.instrument.array.size == 0:  # one of somebody's own measures later
+        return
+    instrument = instrument_of(by.instrument, has_sheet)
+    x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)
+    noise = drawn.copy()
+    noise[9:12] = by.gnss_noise[it.ping]  # one error of the ASV for all that hear it
+    own = Hearing(ping, it, (x, y, z), yaw, noise)
+    if errors is not None:
+        told = opened(errors, HandedErrors)
+        place, covariance, lever, told.left[fix] = located_astray(own, instrument, lasting_of(told))
+        told.levers[fix] = lever[:2]
+    else:
+        place, covariance = located_itself(own, instrument)
+    note(line, ping, place, covariance)
+    line.error_m = hypot(place[0] - x, place[1] - y)
 
 
 @compiled

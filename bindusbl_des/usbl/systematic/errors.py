@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...core.compiled import compiled
+from ...core.compiled import compiled, written_out
 from ...records.rows import Row, Rows
 from ...vehicles.currents import CONTROL_S
 from ...vehicles.motion import Floats
@@ -62,6 +62,14 @@ class HandedErrors(NamedTuple):
     clocks: Annotated[Floats, 2]
     levers: Annotated[Floats, 3]
     left: Annotated[Floats, 2]
+
+
+@written_out
+def lasting_of(handed: HandedErrors) -> Systematic:
+    """Return what lasts, of what was handed over."""
+    return Systematic(
+        handed.levels[0], handed.variances, handed.misalignments, handed.gnss, handed.clocks
+    )
 
 
 class Astray(NamedTuple):
