@@ -167,6 +167,21 @@ def test_a_part_of_ones_own_is_a_file_of_forty_lines() -> None:
         assert f"`{family.key}" in text, family.key
 
 
+def test_extending_names_the_commands_that_load_plugins() -> None:
+    """All that have the option are named where leave is told of, and no other."""
+    text = (ROOT / "docs" / "extending.md").read_text()
+    told = re.search(
+        r"^\* `--allow-plugins` of (.*?), for the files", text, re.MULTILINE | re.DOTALL
+    )
+    assert told is not None
+    offering = {
+        name
+        for name, command in main.commands.items()
+        if any("--allow-plugins" in option.opts for option in command.params)
+    }
+    assert set(re.findall(r"`(\w+)`", told[1])) == offering
+
+
 def test_every_page_has_its_place_in_the_site() -> None:
     """The navigation names each page of the manual once, and no page that is gone."""
     site = yaml.safe_load((ROOT / "mkdocs.yml").read_text())
