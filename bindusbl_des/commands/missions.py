@@ -105,14 +105,16 @@ def check_folder(folder: Path, force: bool) -> None:
     """Refuse, before anything is computed, a folder that cannot take the results.
 
     `--force` replaces the results of an earlier run, never a folder that holds other things.  What
-    runs left there that were killed is removed, or told where it may be of one that goes on.
+    runs and exports left there that were killed is removed, or told where it may be of one that
+    goes on.
     """
     from ..core.durable_folder import clear_killed, refusal
-    from ..results.result_folder import objection
+    from ..results.result_folder import CSV, objection
 
     with writing(folder):
-        for left in clear_killed(folder):
-            talk(f"{left}: of a run that was killed, or goes on elsewhere; delete it if none does")
+        for left in (*clear_killed(folder), *clear_killed(folder / CSV)):
+            what = "a run" if left.parent == folder.parent else "an export"
+            talk(f"{left}: of {what} that was killed, or goes on; delete it if none does")
     taken = refusal(folder, objection, force=force)
     if taken:
         refuse(f"{folder}: {taken}")

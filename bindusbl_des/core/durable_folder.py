@@ -41,12 +41,13 @@ def folder_draft(folder: Path, objection: Objection, *, force: bool = False) -> 
 
     By force an earlier folder gives way if there is no `objection` to that.  If the name was taken
     meanwhile, the new folder is kept beside it (`folder-2`).  Whatever goes wrong before, nothing
-    of it stays, and an earlier folder is as it was.
+    of it stays, and an earlier folder is as it was.  What killed processes left goes first.
 
     Raises:
         FolderTaken: at once, when the name cannot be taken; at the end, naming where it went.
         OSError: when it cannot be written, or the disk is full.
     """
+    clear_killed(folder)
     taken = refusal(folder, objection, force=force)
     if taken:
         raise FolderTaken(f"{folder}: {taken}")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.durable import DRAFT
-from ..core.durable_folder import folder_draft
+from ..core.durable_folder import clear_killed, folder_draft
 from ..core.kept_files import FOLDERS, KEPT
 from .effects import Advice, as_data
 from .schemas import TABLES
@@ -28,7 +28,7 @@ DRAWN = {f"{kind}.{suffix}" for kind in KINDS for suffix in ("png", "svg", "pdf"
 # What `export` makes of it: one file, or a folder of them; campaigns have a table of missions
 # as well.
 EXPORTED = ("mcap", "geojson", "kml")
-CSV_DICTIONARY = "columns.csv"
+CSV, CSV_DICTIONARY = "csv", "columns.csv"
 CSV_FILES = {CSV_DICTIONARY, "missions.csv", *(f"{name}.csv" for name in TABLES)}
 
 # Of what is not ours in a folder so much is named.
@@ -37,6 +37,7 @@ MOST_NAMED = 3
 
 def result_draft(folder: Path, *, force: bool = False) -> AbstractContextManager[Path]:
     """Return the context in which a run's folder is filled: see `folder_draft`."""
+    clear_killed(folder / CSV)  # an export within, which would be in the way
     return folder_draft(folder, objection, force=force)
 
 
@@ -70,7 +71,7 @@ def _foreign(folder: Path) -> Iterator[str]:
     """
     ours = {*WRITTEN, *(f"{exported_name(folder)}.{ending}" for ending in EXPORTED)}
     for path in folder.iterdir():
-        if path.name == "csv" and path.is_dir() and not objection_to_csv(path):
+        if path.name == CSV and path.is_dir() and not objection_to_csv(path):
             continue
         if path.name == FIGURES and path.is_dir():
             yield from (f"{FIGURES}/{it.name}" for it in path.iterdir() if not _is(it, DRAWN))

@@ -203,6 +203,12 @@ def test_what_a_killed_process_left_is_removed(tmp_path: Path) -> None:
     assert (folder / "ours").read_text() == "first"
 
 
+def test_whoever_writes_there_next_removes_what_a_killed_process_left(tmp_path: Path) -> None:
+    killed_process(tmp_path / "out")
+    write(tmp_path / "out", "second")
+    assert os.listdir(tmp_path) == ["out"]
+
+
 def test_what_may_be_of_a_living_process_is_left(tmp_path: Path) -> None:
     """A process that runs is left in peace, that of another machine is told, a link is no draft."""
     folder = tmp_path / "out"

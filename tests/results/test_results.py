@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -191,6 +192,18 @@ def test_a_failed_write_leaves_nothing(
     with pytest.raises(OSError, match="No space left"):
         result.write(tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_killed_export_is_in_nobodys_way(result: Result, tmp_path: Path) -> None:
+    """What it left within a run's folder goes when the run is written anew."""
+    folder = result.write(tmp_path / "out")
+    draft = folder / ".csv-abcd_123.draft"
+    draft.mkdir()
+    with pytest.raises(FileExistsError, match="holds .csv-abcd_123.draft, which no run wrote"):
+        result.write(folder, force=True)
+    (draft / "host").write_text(socket.gethostname())
+    result.write(folder, force=True)
+    assert not draft.exists()
 
 
 def test_a_killed_run_leaves_no_result(tmp_path: Path) -> None:
