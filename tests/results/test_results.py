@@ -199,7 +199,7 @@ def test_a_killed_export_is_in_nobodys_way(result: Result, tmp_path: Path) -> No
     folder = result.write(tmp_path / "out")
     draft = folder / ".csv-abcd_123.draft"
     draft.mkdir()
-    with pytest.raises(FileExistsError, match="holds .csv-abcd_123.draft, which no run wrote"):
+    with pytest.raises(FileExistsError, match=r"holds \.csv-abcd_123.draft, which no run wrote"):
         result.write(folder, force=True)
     (draft / "host").write_text(socket.gethostname())
     result.write(folder, force=True)
