@@ -231,8 +231,8 @@ def mistakes_told() -> Iterator[None]:
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:  # bad input, which `cli` tells
             raise
-        reason = error.strerror or str(error)
-        raise RunFailed(f"{error.filename or 'the folder'}: {reason}") from error
+        what = error.filename or "the output cannot be written"
+        raise RunFailed(f"{what}: {error.strerror or error}") from error
 
 
 def _remedy(error: OSError) -> str:

@@ -39,6 +39,10 @@ def draft_of(path: Path, *, replace: bool = True) -> Iterator[Path]:
             os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
         os.replace(draft, path)
         sync(path.parent)
+    except OSError as error:
+        if error.errno is not None and error.filename is None:
+            error.filename = str(path)  # a disk that is full does not say of what
+        raise
     finally:
         draft.unlink(missing_ok=True)
 

@@ -1,5 +1,6 @@
 """A mission as one MCAP file, for Foxglove, Lichtblick and PlotJuggler."""
 
+import errno
 import heapq
 import json
 from collections import Counter
@@ -112,4 +113,7 @@ class _Log:
     def close(self) -> None:
         for channel in self._channels.values():
             channel.close()
-        self._file.close()
+        try:
+            self._file.close()
+        except RuntimeError as error:  # what could not be written before is told here alone
+            raise OSError(errno.EIO, f"is the disk full? {error}") from error

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import resource
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -428,6 +429,19 @@ def test_a_missing_extra_is_named_with_its_remedy(
     assert outcome.exit_code == 2
     assert "bindusbl-des[mcap]" in outcome.output
     assert invoke("export", run, "--to", "csv", "--out", tmp_path / "csv").exit_code == 0
+
+
+def test_an_export_to_a_disk_that_is_full_leaves_nothing(run: Path, tmp_path: Path) -> None:
+    """No file may grow beyond 1000 bytes: in the middle of a recording, as on a full disk."""
+    most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, most[1]))
+    try:
+        outcome = invoke("export", run, "--to", "mcap", "--out", tmp_path / "a.mcap")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, most)
+    assert outcome.exit_code == 2
+    assert "a.mcap: cannot be written (is the disk full? " in outcome.output
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_broken_export_leaves_nothing(
