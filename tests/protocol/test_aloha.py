@@ -95,6 +95,14 @@ def test_slotted_aloha_meets_its_closed_form(count: int, every_s: float, pings: 
     assert sent == pytest.approx(slot_share(slot, every_s), rel=0.01)
 
 
+def test_two_of_a_slot_are_heard_where_their_ways_differ_by_more_than_a_ping() -> None:
+    """Two AUVs 4 and 30 m away, 17 ms apart by sound, lose nothing, though they share slots."""
+    places = {"route": {"kind": "hold", "positions_m": [[4.0, 0.0], [30.0, 0.0]]}}
+    plan = crowd(2, "slotted_aloha", 0.2, 2_000, auvs=places)
+    assert slotted_success(offered_load(2, slots_of(plan).uplink_slot, 0.2), 2) < 0.7
+    assert share_heard(simulate(plan, 1)) == 1.0
+
+
 def test_instants_are_poisson() -> None:
     """Intervals have the mean asked for, are as scattered as it, and know nothing of each other."""
     found = np.array([list(islice(own, 20_000)) for own in packets_of(Streams(5), 3, 2.5)])

@@ -47,7 +47,9 @@ def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
         f"{limits.decodes_hz:.1f} /s; {limits.cleared_hz:.1f} /s if each has 20 ms to die away",
     )
     if limits.capacity_hz is not None:
-        yield _line("  of ALOHA, at its best", f"{limits.capacity_hz:.2f} /s on average")
+        slotted = scenario.protocol.schedule == "slotted_aloha"
+        least = ", if no two of a slot are heard" * slotted
+        yield _line("  of ALOHA, at its best", f"{limits.capacity_hz:.2f} /s on average{least}")
     if limits.records_hz is not None:
         by = f", {limits.senders} ASVs at once" if limits.senders > 1 else ""
         a_frame = f"{scenario.auvs.count} a frame" if limits.groups is not None else "long frames"

@@ -38,7 +38,8 @@ def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
     yield f"{'offered load G':<22}{load.load:>10.3f} {unit} of {1e3 * load.lasts_s:.3f} ms"
     yield f"{'pings of all AUVs':<22}{load.pings_per_s:>10.3f} per s, about"
     if load.success is not None:
-        yield f"{'meet no other':<22}{100 * load.success:>10.1f} % at an ASV that hears all AUVs"
+        alone = "alone in their slot" if unit == "slots" else "meet no other"
+        yield f"{alone:<22}{100 * load.success:>10.1f} % at an ASV that hears all AUVs"
         throughput = load.load * load.success
         yield f"{'throughput S':<22}{throughput:>10.3f} {unit} clear, per {unit[:-1]}'s length"
     else:

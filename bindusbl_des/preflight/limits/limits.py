@@ -31,10 +31,10 @@ class Limits:
 
     `in_range` (n,) is the share of the time in which some ASV hears each AUV.  An ASV decodes
     `decodes_hz` pings (1/s) at most whose arrivals may touch, `cleared_hz` if each has `CLEARING_S`
-    to die away; with ALOHA `capacity_hz` on average, whatever the load.  The downlink carries
-    `records_hz` (1/s) at most, of as many `senders` as may broadcast at once.  A fix takes
-    `latency_s` (s) at least, a mean over AUVs in range.  `rates` are those of
-    :func:`.rates.rates_of`.
+    to die away; with ALOHA `capacity_hz` on average, whatever the load (slotted: if no two of a
+    slot are heard).  The downlink carries `records_hz` (1/s) at most, of as many `senders` as may
+    broadcast at once.  A fix takes `latency_s` (s) at least, a mean over AUVs in range.  `rates`
+    are those of :func:`.rates.rates_of`.
     """
 
     in_range: Floats

@@ -33,6 +33,8 @@ def aloha_success(load: float, senders: int) -> float:
 def slotted_success(load: float, senders: int) -> float:
     """Return how likely a ping of slotted ALOHA is alone in its slot (Roberts 1975, N senders).
 
+    Two of a slot are both heard where their ways differ by more than a ping is long.
+
     >>> round(slotted_success(0.5, 10), 4)
     0.6376
     """

@@ -37,6 +37,9 @@ def aloha_capacity(ping_s: float, auvs: int) -> float:
 def slotted_aloha_capacity(slot_s: float, auvs: int) -> float:
     """Return what :func:`aloha_capacity` does where pings begin with slots (s): 1/e of many.
 
+    A ping is decoded if it is alone in its slot.  More are where ways differ by more than it is
+    long, so that arrivals of one slot follow each other.
+
     >>> round(slotted_aloha_capacity(1.0, 1000), 3)
     0.368
     """
