@@ -147,11 +147,7 @@ def load(family: Family, name: str) -> Any:
     except (KeyboardInterrupt, Ended):
         raise
     except BaseException as error:  # a module may raise anything, and call sys.exit
-        known = getattr(sys.modules.get(module), "__dict__", ())
-        remedy = did_you_mean(path, [word for word in known if not word.startswith("_")]) or (
-            "; name an importable module:object (is its folder on PYTHONPATH?) or one of "
-            + ", ".join(family.siblings)
-        )
+        remedy = _remedy(family, module, path)
         raise PluginError(
             family.key, f"cannot load {name!r} ({_reason(error, name)}){remedy}"
         ) from None
@@ -230,6 +226,17 @@ def _whose(found: Any) -> str:
     """Return what to do about a class whose objects are meant."""
     is_meant = isinstance(found, type) and "__call__" in vars(found)
     return "; it is a class: name an object of it" if is_meant else ""
+
+
+def _remedy(family: Family, module: str, path: str) -> str:
+    """Return what to write in the place of an object that cannot be loaded."""
+    if module.endswith(".py"):
+        return f"; write {module.removesuffix('.py')}:{path}, the module without its file's ending"
+    known = getattr(sys.modules.get(module), "__dict__", ())
+    return did_you_mean(path, [word for word in known if not word.startswith("_")]) or (
+        "; name an importable module:object (is its folder on PYTHONPATH?) or one of "
+        + ", ".join(family.siblings)
+    )
 
 
 def _reason(error: BaseException, name: str) -> str:

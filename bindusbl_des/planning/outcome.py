@@ -8,6 +8,7 @@ from typing import Any
 
 from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..core.durable import write_text
+from ..scenario.families import leave_of
 from ..scenario.scenario import Scenario
 from .folder import BEST, MISSIONS, PAGE, PLAN
 from .found import Found
@@ -60,7 +61,9 @@ def written(found: Found, folder: Path) -> Plan:
         OSError: when one cannot be written.
     """
     scenario = found.question.source or str(folder / MISSIONS / "scenario.yaml")
-    run = f"bindusbl-des run {quote(str(folder / BEST) if found.team else scenario)}"
+    team = found.team
+    file, keys = (str(folder / BEST), team.scenario) if team else (scenario, found.question.base)
+    run = f"bindusbl-des run {quote(file)}{leave_of(keys)}"
     told = {**record(found, run), "scenario": scenario}
     if found.team is None:
         (folder / BEST).unlink(missing_ok=True)

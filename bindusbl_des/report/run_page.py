@@ -8,6 +8,7 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from ..results.summary import rounds_told
+from ..scenario.families import leave_of
 from ..scenario.instruments.own_sensors import drift_told
 from ..scenario.survey_area import area_of
 from .calibration import calibration_told
@@ -233,7 +234,7 @@ def origin(result: "Result") -> str:
     """Return the section that says which scenario, seed and version made the run."""
     run = result.run_record()
     versions = ", ".join(f"{name} {number}" for name, number in run["versions"].items())
-    command = f"bindusbl-des run scenario.yaml --seed {result.seed}"
+    command = f"bindusbl-des run scenario.yaml --seed {result.seed}{leave_of(result.scenario)}"
     text = json.dumps(run["scenario"], indent=2, ensure_ascii=False)
     return (
         filled(

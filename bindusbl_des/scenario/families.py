@@ -181,6 +181,13 @@ def plugins_of(scenario: ScenarioKeys) -> dict[str, str]:
     return {family.key: str(name) for family, name in parts_of(scenario) if is_plugin(name)}
 
 
+def leave_of(scenario: ScenarioKeys) -> str:
+    """Return what a command that runs a scenario needs behind it, so that its plug-ins are loaded:
+    " --allow-plugins", or nothing.
+    """
+    return " --allow-plugins" if plugins_of(scenario) else ""
+
+
 def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:
     """Admit and load the plug-ins that a scenario names; yield why any of them cannot be used."""
     for family, name in parts_of(scenario):

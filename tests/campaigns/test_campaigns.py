@@ -266,7 +266,8 @@ def test_a_mission_that_raises_is_a_failed_row(home: Path, tmp_path: Path) -> No
     missions = load_campaign(folder).missions
     failed = missions[missions["status"] == "failed"]
     told = "'accidents:raising' raised RuntimeError in round 0: seed 3 does not work"
-    assert list(failed["error"]) == [f"PluginError: protocol.schedule: {told}"] * 2
+    line = ", at accidents.py:24"
+    assert list(failed["error"]) == [f"PluginError: protocol.schedule: {told}{line}"] * 2
     assert failed["position_error_m"].isna().all()
     assert len(load_campaign(folder).auvs) == 14 * 3
     trace = json.loads(next((folder / "failures").iterdir()).read_text())["traceback"]

@@ -278,6 +278,7 @@ def test_a_plug_in_that_the_points_replace_needs_no_leave(
         ("stranger:absent", "cannot load 'stranger:absent' (module 'stranger' has no attribute"),
         ("stranger:fractoin", "no attribute 'fractoin'); did you mean 'fraction'?"),
         ("stranger:Framed", "too many positional arguments; it is a class: name an object of it"),
+        ("stranger.py:fair", "; write stranger:fair, the module without its file's ending"),
         ("stranger:number", "'stranger:number' is of the type int, which cannot be called"),
         ("stranger:prickly", "'stranger:prickly' raised RuntimeError as it was looked at: hands"),
         ("stranger:two", "cannot be called as a schedule is, with (view): missing a required"),

@@ -119,6 +119,14 @@ def test_the_answer_is_a_scenario_that_runs(
     assert found.record["run"] == "bindusbl-des run out/best.yaml"
 
 
+def test_the_answer_says_how_parts_of_ones_own_are_loaded() -> None:
+    own = {"schedule": "schedules_for_tests:all_at_once"}
+    base = Scenario.model_validate({**BASE.model_dump(exclude_unset=True), "protocol": own})
+    teams = {**TEAMS, "protocol.schedule": ["schedules_for_tests:all_at_once"]}
+    found = plan(base, "own", below=GOAL, vary=teams, budget_s=LONG_S, allow_plugins=True)
+    assert found.record["run"] == "bindusbl-des run own/best.yaml --allow-plugins"
+
+
 def test_sensitivity_is_what_paired_missions_show(found: bindusbl_des.Plan) -> None:
     """Twice the drift is twice the error here, and misses the goal; ranges do nothing."""
     conditions = {it["told"]: it for it in found.record["sensitivity"]}

@@ -130,6 +130,7 @@ def test_what_they_leave_can_be_read(home: Path, key: str, name: str) -> None:
     """Rounds without a ping, and several frames a round, are what a part may decide."""
     result = simulate(mission(key, name), 0)
     result.write(home / "r")
+    assert "run scenario.yaml --seed 0 --allow-plugins</code>" in result.report()
     found = load_result(home / "r")
     assert len(found.tables["rounds"]) == len(result.tables["rounds"]) >= 2
     assert len(found.tables["broadcasts"]) == len(result.tables["broadcasts"])

@@ -246,6 +246,7 @@ def test_what_is_no_plan_fails_the_run(home: Path, key: str, name: str, said: st
             "model: must be one of ring, positions, follow, assign, zigzag, track, module:object; "
             "got the text",
         ),
+        ("{kind: 'a:b'}", "kind: unknown key; asvs.formation is chosen by its `model`"),
         ("{model: ring, angel_deg: 3}", "angel_deg: unknown key; did you mean 'angle_deg'?"),
         (
             "{model: 'a:b', x: .nan}",

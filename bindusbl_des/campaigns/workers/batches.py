@@ -15,7 +15,7 @@ from ...core.kept_files import check_kept, named_files, placed
 from ...core.plugin_sources import source_sha256
 from ...core.plugins import allow
 from ...mission.simulation import simulate
-from ...scenario.families import plugins_of
+from ...scenario.families import leave_of
 from ...scenario.scenario import Scenario
 from ..experiments.experiment import as_written
 from ..experiments.plan import Mission, PlannedPoint, mission_id
@@ -162,7 +162,7 @@ def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> Non
     (folder / "failures").mkdir(exist_ok=True)
     values = [f"--set {shlex.quote(f'{k}={as_written(v)}')}" for k, v in point.sets.items()]
     scenario = shlex.quote(str(folder / "scenario.yaml"))
-    has_plugins = plugins_of(_scenario(point.scenario, folder)[0])
+    leave = leave_of(_scenario(point.scenario, folder)[0])
     write_json(
         folder / "failures" / f"{name}.json",
         {
@@ -174,13 +174,7 @@ def write_failure(batch: Batch, mission: Mission, error: str, trace: str) -> Non
             "error": error,
             "traceback": trace,
             "reproduce": " ".join(
-                [
-                    "bindusbl-des run",
-                    scenario,
-                    *values,
-                    f"--seed {mission.seed}",
-                    *(["--allow-plugins"] if has_plugins else []),
-                ]
+                ["bindusbl-des run", scenario, *values, f"--seed {mission.seed}{leave}"]
             ),
         },
     )

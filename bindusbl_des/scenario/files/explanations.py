@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from ...core.wording import described, did_you_mean, nearest, plain
+from ..families import FAMILIES
 from ..keys import REQUIRED, Key, items, keys, sections
 from .plain_yaml import Path, dotted, scalar
 
@@ -126,6 +127,10 @@ def _kind(path: Path, data: Any) -> str:
 
 def _unknown(path: Path, data: Any) -> Finding:
     section, name = dotted(path[:-1]), str(path[-1])
+    chooser = next((it.word for it in FAMILIES if it.word and it.key == section), "")
+    if chooser and name in ("kind", "model"):
+        message = f"unknown key; {section} is chosen by its `{chooser}`"
+        return Finding(path, message, True, ((*path[:2], chooser),))
     kind = _kind(path, data)
     here = _names(section, kind)
     others = [row for row in keys() if row.section == section and row.name == name]
