@@ -20,8 +20,6 @@ from bindusbl_des.campaigns.running import sweep
 from bindusbl_des.campaigns.storage.parts import committed
 from bindusbl_des.core.plugins import PERMISSION
 
-pytest.importorskip("distributed")
-
 SLOW = """
 import os, time
 
@@ -56,6 +54,7 @@ def start(home: Path, *words: str) -> "subprocess.Popen[bytes]":
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder with an experiment of missions that take a moment."""
+    pytest.importorskip("distributed")
     folder = tmp_path_factory.mktemp("cluster")
     (folder / "moments.py").write_text(SLOW)
     (folder / "base.yaml").write_text(

@@ -1,6 +1,7 @@
 """Plans from question to answer, where what missions come to is known beforehand."""
 
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -169,8 +170,9 @@ def test_goals_of_the_mean_and_of_a_share_are_easier() -> None:
 def test_several_goals_are_kept_together() -> None:
     """A second goal that only three ASVs keep decides over an easy first one."""
     easy = {"position_error_p95_m": 5.0}
-    assert asvs(made("one", below=easy)) == 1
-    dear = [it for it in made("dear", below=easy).record["candidates"] if it["asvs"] > 1]
+    one = made("one", below=easy)
+    assert asvs(one) == 1
+    dear = [it for it in one.record["candidates"] if it["asvs"] > 1]
     shown = [it["simulated"]["missions"] for it in dear if it["simulated"]]
     assert shown == [4, 4]  # one team of two and one of three, to show what more would bring
     assert {it["verdict"] for it in dear} == {"not needed"}
@@ -219,9 +221,10 @@ def test_a_plan_that_was_cut_short_goes_on(
     assert record == whole
 
 
-def test_folders_are_never_mixed_up() -> None:
+@pytest.mark.usefixtures("found")
+def test_folders_are_never_mixed_up(home: Path) -> None:
     """A finished plan, another plan and anything else stay as they are unless forced."""
-    made()
+    shutil.copytree(home / "out", "out")
     with pytest.raises(CampaignError, match="holds this plan, which is finished; --force"):
         made()
     with pytest.raises(

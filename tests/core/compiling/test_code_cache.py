@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 from numba.core.caching import _CacheLocator
+from numba.core.config import reload_config
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.cli import main
@@ -46,6 +47,8 @@ def _untold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(code_cache, "troubles", [])
     monkeypatch.setattr(code_cache, "folders", set())
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    reload_config()  # or the first test would still keep code where that said
     monkeypatch.chdir(tmp_path)
     Path("tiny.py").write_text(TINY)
 
