@@ -92,8 +92,10 @@ def sweep(
             _tell_estimate(plan, shard, workers, as_json)
             return
         from ..campaigns.running import sweep as sweep_experiment
+        from ..campaigns.workers.helping import Helper
 
-        with compiling_told():
+        helper = Helper(plan.scenario(0)) if backend == "local" else None
+        with compiling_told(helper=helper):
             campaign = sweep_experiment(
                 plan,
                 folder,
