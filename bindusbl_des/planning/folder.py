@@ -79,7 +79,7 @@ def resumed(folder: Path) -> Question:
         question = _question(record, folder)
         same = question.fingerprint() == record["fingerprint"]
     except (AttributeError, LookupError, TypeError, ValueError) as error:
-        raise _damaged(folder, str(error)) from None
+        raise _damaged(folder, _said(error)) from None
     if not same:
         raise _damaged(folder, "it was edited, or another version of bindusbl-des wrote it")
     return question
@@ -111,8 +111,12 @@ def _record(folder: Path) -> dict[str, Any] | None:
         record = read_json(folder / QUESTION)
         record["fingerprint"]
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise _damaged(folder, str(error)) from None
+        raise _damaged(folder, _said(error)) from None
     return dict(record)
+
+
+def _said(error: Exception) -> str:
+    return f"it has no {error}" if isinstance(error, KeyError) else str(error)
 
 
 def _damaged(folder: Path, why: str) -> PlanError:

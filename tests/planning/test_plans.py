@@ -240,7 +240,7 @@ def test_folders_are_never_mixed_up(home: Path) -> None:
     with pytest.raises(CampaignError, match="is not empty and no plan"):
         made("other")
     Path("out/question.json").write_text("{}")
-    with pytest.raises(CampaignError, match=r"question\.json: cannot be used"):
+    with pytest.raises(CampaignError, match=r"question\.json: cannot be used \(it has no 'fing"):
         made()
 
 
