@@ -9,9 +9,9 @@ from ..core.plugins import is_plugin
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 from .channel import AskedChannel, between
-from .channels import hf_channel, loss_of, mf_channel
 from .loss import LossTerms, loss_probability
 from .modem import messages_of
+from .named_channels import hf_channel, loss_of, mf_channel
 
 Floats = NDArray[np.float64]
 

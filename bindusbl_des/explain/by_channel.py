@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.channel import AskedChannel, Signals
-from ..acoustics.channels import echoing, hf_channel
+from ..acoustics.named_channels import echoing, hf_channel
 from ..core.plugins import is_plugin
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import simpy
 
-from ..acoustics.channels import hf_channel, loss_of, mf_channel, timing_sd_of
+from ..acoustics.named_channels import hf_channel, loss_of, mf_channel, timing_sd_of
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
 from ..navigation.navigators import Navigator

@@ -7,7 +7,7 @@ import pytest
 
 from bindusbl_des import Scenario
 from bindusbl_des.acoustics.channel import AskedChannel, Signals
-from bindusbl_des.acoustics.channels import hf_channel, mf_channel
+from bindusbl_des.acoustics.named_channels import hf_channel, mf_channel
 from bindusbl_des.protocol.slots import slots_of
 
 

@@ -10,7 +10,7 @@ from scipy.stats import binom  # type: ignore[import-untyped,unused-ignore]
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Result, Scenario, simulate
-from bindusbl_des.acoustics.channels import hf_channel
+from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.sonar.budget import link_budget
 from bindusbl_des.explain.telling import explain_ping
 from bindusbl_des.scenario.channel_settings import Sonar

@@ -9,8 +9,8 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Scenario, cautions, simulate
 from bindusbl_des.acoustics.channel import between
-from bindusbl_des.acoustics.channels import hf_channel
 from bindusbl_des.acoustics.echoes import Sea, blended, echoes
+from bindusbl_des.acoustics.named_channels import hf_channel
 from bindusbl_des.acoustics.sonar.budget import link_budget
 from bindusbl_des.acoustics.sonar.echoing import EchoingSonar
 from bindusbl_des.explain.telling import explain_ping

@@ -10,7 +10,7 @@ import simpy
 from numpy.typing import NDArray
 
 from ...acoustics.channel import AskedChannel, between
-from ...acoustics.channels import FrameChannel
+from ...acoustics.named_channels import FrameChannel
 from ...acoustics.travel_time import travel_time
 from ...core.clock import Clock
 from ...core.handing.handed import Handed

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....acoustics.channel import AskedChannel, between
-from ....acoustics.channels import hf_channel, loss_of, mf_channel
 from ....acoustics.loss import LossTerms, loss_probability
 from ....acoustics.modem import messages_of
+from ....acoustics.named_channels import hf_channel, loss_of, mf_channel
 from ....core.compiled import entry
 from ....core.plugins import is_plugin
 from ....mission.build import usbl_of
