@@ -19,6 +19,15 @@ def machine_cores() -> int:
     return os.cpu_count() or 1
 
 
+def idle_cores() -> float:
+    """Return how many cores nobody used, on average over the last minute.
+
+    Raises:
+        OSError: when the system does not tell.
+    """
+    return machine_cores() - os.getloadavg()[0]
+
+
 def machine_memory() -> float:
     """Return the memory (bytes) of this machine, or of the container that we are in; infinite where
     it cannot be told.

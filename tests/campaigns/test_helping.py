@@ -66,8 +66,8 @@ def test_a_rehearsal_has_neither_hulls_nor_code_of_strangers(
 
 
 @pytest.fixture
-def two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(helping, "machine_cores", lambda: 2)
+def idle_core(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(helping, "idle_cores", lambda: 1.0)
 
 
 class Counted(Helper):
@@ -98,7 +98,7 @@ def test_the_first_function_calls_the_helper_once() -> None:
     assert (helper.began, helper.ended) == (1, 1)
 
 
-@pytest.mark.usefixtures("two_cores")
+@pytest.mark.usefixtures("idle_core")
 def test_a_helper_is_gone_after_the_mission() -> None:
     helper = Helper(scenario())
     helper.begin()
@@ -117,7 +117,7 @@ def test_a_helper_goes_with_its_parent(tmp_path: Path) -> None:
         from bindusbl_des import Scenario
         from bindusbl_des.campaigns.workers import helping
         from bindusbl_des.vehicles import motion  # whose code is kept somewhere
-        helping.machine_cores = lambda: 2
+        helping.idle_cores = lambda: 1.0
         helper = helping.Helper(Scenario(name="left"))
         helper.begin()
         print(helper._process.pid, flush=True)
@@ -134,13 +134,13 @@ def test_a_helper_goes_with_its_parent(tmp_path: Path) -> None:
     assert not helper.exists()
 
 
-def test_nobody_helps_on_one_core_or_without_a_place_to_keep_code(
+def test_nobody_helps_on_a_busy_machine_or_without_a_place_to_keep_code(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     helper = Helper(scenario())
-    monkeypatch.setattr(helping, "machine_cores", lambda: 1)
+    monkeypatch.setattr(helping, "idle_cores", lambda: 0.9)
     helper.begin()
-    monkeypatch.setattr(helping, "machine_cores", lambda: 2)
+    monkeypatch.setattr(helping, "idle_cores", lambda: 1.0)
     monkeypatch.setattr(helping, "folders", set())
     helper.begin()
     assert (helper._process, helper.made) == (None, 0)
@@ -162,7 +162,7 @@ def test_two_processes_share_what_is_to_be_compiled(tmp_path: Path, vehicle: str
         from bindusbl_des.preflight.compiling import functions_to_compile
         auvs = {{"vehicle": {vehicle!r}, "speed_m_per_s": 0.6}}
         scenario = Scenario(name="first", duration_s=30.0, auvs=auvs)
-        helping.machine_cores = lambda: 2
+        helping.idle_cores = lambda: 1.0
         helper = helping.Helper(scenario)
         if __name__ == "__main__":
             with compiling_told(None, helper):

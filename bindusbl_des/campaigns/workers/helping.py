@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.compiled import watch_compiling
 from ...core.compiling.code_cache import TOLD, folders
-from ...preflight.machine import machine_cores
+from ...preflight.machine import idle_cores
 from ...scenario.families import without_plugins
 from ...scenario.scenario import Scenario
 
@@ -38,8 +38,11 @@ class Helper:
         return self._made.value if self._made else 0
 
     def begin(self) -> None:
-        """Begin, where there are a core to spare, a place for what is compiled, and turns."""
-        if machine_cores() < 2 or not folders or os.name != "posix":
+        """Begin, where there are a core to spare, a place for what is compiled, and turns.
+
+        On a busy machine the mission would wait longer for its helper than without it.
+        """
+        if os.name != "posix" or not folders or idle_cores() < 1.0:
             return
         from .processes import Spawn
 
