@@ -120,6 +120,8 @@ def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
         if strangers:
             raise ValueError(f"harms: the mission has no {min(strangers)[:30]!r}")
         return advice
+    except PermissionError as error:
+        raise ValueError(_unreadable(path, error)) from None
     except (OSError, ValueError) as error:
         raise ValueError(
             f"{path} is damaged or of another version ({_reason(error)}); delete it, then make the "
@@ -141,11 +143,17 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
         if run["scenario_sha256"] != _sha256(run["scenario"]):
             raise ValueError("scenario_sha256 is not that of its scenario: one of them was edited")
         return Scenario.model_validate(placed(run["scenario"], path.parent)), run
+    except PermissionError as error:
+        raise ValueError(_unreadable(path, error)) from None
     except (OSError, ValueError) as error:
         raise ValueError(
             f"{path} is damaged or of another version ({_reason(error)}); "
             f"{_again(path.parent, 'N')}"
         ) from None
+
+
+def _unreadable(path: Path, error: PermissionError) -> str:
+    return f"{path} cannot be read ({error.strerror}); ask its owner for the right to"
 
 
 def _is_number(value: Any) -> bool:

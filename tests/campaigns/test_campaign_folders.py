@@ -424,6 +424,23 @@ def test_a_record_of_wrong_values_is_refused(
     assert told.stderr[:-1].isprintable()
 
 
+@pytest.mark.parametrize("command", ["status", "resume"])
+def test_a_record_that_is_not_ours_to_read_is_not_called_damaged(
+    folder: Path, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = Path.read_text
+
+    def denied(path: Path, *args: Any, **more: Any) -> str:
+        if path.name == "campaign.json":
+            raise PermissionError(13, "Permission denied", str(path))
+        return read(path, *args, **more)
+
+    monkeypatch.setattr(Path, "read_text", denied)
+    told = call(command, "c")
+    assert told.exit_code == 2
+    assert "c/campaign.json cannot be read (Permission denied); ask its owner" in told.stderr
+
+
 def test_the_former_format_is_refused(folder: Path) -> None:
     record = json.loads((folder / "campaign.json").read_text())
     (folder / "campaign.json").write_text(json.dumps({**record, "format": 1}))

@@ -20,6 +20,7 @@ NAN = float("nan")
         ),
         ("position_error_m=deep", r"needs METRIC=VALUE"),
         ("position_error_m=nan", r"^position_error_m must be a number; met nan"),
+        ("position_error_m=-1", r"^position_error_m must be 0 or more .*; met -1"),
         ("hf_coverage=0.9", r"hf_coverage: more of it is better; ask for above 0\.9"),
     ],
 )

@@ -71,6 +71,23 @@ def test_a_sound_folder_is_read(folder: Path, command: tuple[str, ...]) -> None:
     assert call(command, folder)[0] == 0
 
 
+@pytest.mark.parametrize("name", ["run.json", "advice.json"])
+def test_a_record_that_is_not_ours_to_read_is_not_called_damaged(
+    folder: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Chmod stops no administrator, who may be running the tests."""
+
+    def denied(path: Path) -> Any:
+        if path.name == name:
+            raise PermissionError(13, "Permission denied", str(path))
+        return read_json(path)
+
+    monkeypatch.setattr("bindusbl_des.results.loading.read_json", denied)
+    code, told = call(("report", "--out", "page.html"), folder)
+    assert code == 2
+    assert f"{folder / name} cannot be read (Permission denied); ask its owner" in told
+
+
 RUN_KEYS = [
     "status", "scenario", "scenario_sha256", "seed", "warnings", "versions", "wall_time_s",
     "sim_seconds_per_second",

@@ -63,6 +63,10 @@ def write_scenario(folder: Path, given: Mapping[str, Any]) -> None:
 
 def damaged_record(folder: Path, error: Exception) -> CampaignError:
     """Return what to tell of a `campaign.json` that cannot be used, in one line."""
+    if isinstance(error, PermissionError):
+        return CampaignError(
+            f"{folder / RECORD} cannot be read ({error.strerror}); ask its owner for the right to"
+        )
     said = printable((str(error).splitlines() or [""])[0])[:200]
     return CampaignError(
         f"{folder / RECORD} is damaged or was edited ({type(error).__name__}: {said}); {ANEW}"

@@ -63,6 +63,9 @@ class Goal:
             raise ValueError(f"{self.metric}: needs either below or above; got {both}")
         if not isfinite(self.limit):
             refuse(self.metric, plain(self.limit), "be a number", "give one in its unit")
+        if self.below is not None and self.below < 0:
+            rule = "be 0 or more where it is an upper limit"
+            refuse(self.metric, plain(self.below), rule, "ask for one that a mission can keep")
         less = LESS_IS_BETTER.get(self.metric)
         if less is not None and less != self.is_below:
             better, right = ("less", "below") if less else ("more", "above")
