@@ -113,7 +113,8 @@ class Wrong:
         ({"auvs": (GOOD[0], (3.0, np.nan, 5.0, 0.0))}, "at 0.1 s has AUV1 at y = nan"),
         ({"auvs": ((1.0, 2.0, 5.0, np.inf), GOOD[1])}, "has AUV0 at yaw = inf"),
         ({"auvs": (GOOD[0], (3.0, 204.0, 5.0, 0.0))}, "AUV1 200 m from where it was 0.1 s before"),
-        ({"auvs": (GOOD[0], (3.0, 4.0, -200.0, 0.0))}, "AUV1 205 m from where it was"),
+        ({"auvs": (GOOD[0], (3.0, 4.0, 210.0, 0.0))}, "AUV1 205 m from where it was"),
+        ({"auvs": (GOOD[0], (3.0, 4.0, -200.0, 0.0))}, "AUV1 at z = -200; AUVs must be in the sea"),
     ],
 )
 def test_answers_that_cannot_be_used_are_refused(answer: Any, told: str) -> None:
