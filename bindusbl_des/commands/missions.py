@@ -179,11 +179,11 @@ class MissionProgress:
         self._line.end(self._text)
 
     def _text(self) -> str:
-        simulated, left = self._now - self._first, "?"
+        simulated, left = self._now - self._first, ""
         if self._began is not None and simulated:
             spent = monotonic() - self._began - self._compiling
-            left = duration(spent * (self._duration - self._now) / simulated)
-        return f"{self._now:.0f} of {self._duration:.0f} s simulated, {left} left"
+            left = f", {duration(spent * (self._duration - self._now) / simulated)} left"
+        return f"{self._now:.0f} of {self._duration:.0f} s simulated{left}"
 
 
 def _reason(error: BaseException) -> str:

@@ -405,7 +405,7 @@ def test_a_lock_is_held_once(tmp_path: Path) -> None:
 def test_progress_is_silent_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
     """Its line counts missions, failures, rate and time left."""
     progress = Progress(3)
-    assert progress.line() == "0/3 missions, 0.0/s, ? left"
+    assert progress.line() == "0/3 missions, 0.0/s"
     progress.note([Row(0, "ok", 0.1), Row(1, "failed", 0.1)])
     assert progress.line().startswith("2/3 missions, 1 failed, ")
     progress.end()

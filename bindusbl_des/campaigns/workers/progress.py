@@ -37,6 +37,6 @@ class Progress:
         """Return what there is to say."""
         spent = monotonic() - self._began
         rate = self.ran / spent if spent > 0 else 0.0
-        left = duration((self.total - self.ran) / rate) if rate else "?"
+        left = f", {duration((self.total - self.ran) / rate)} left" if rate else ""
         failed = f", {self.failed} failed" if self.failed else ""
-        return f"{self.ran}/{self.total} missions{failed}, {rate:.1f}/s, {left} left"
+        return f"{self.ran}/{self.total} missions{failed}, {rate:.1f}/s{left}"
