@@ -302,7 +302,7 @@ def test_run_writes_a_folder_and_prints_metrics() -> None:
     told = [  # while equations are compiled, it says how far the mission is
         line
         for line in result.stderr.splitlines()
-        if not line.startswith("Compiling") and " s simulated, " not in line
+        if not line.startswith("Compiling") and " s simulated" not in line
     ]
     assert told == [
         "tiny: 1 AUV (kinematic), 3 ASVs (moored), 5 s, spatial_reuse / sequential / rotate, "
