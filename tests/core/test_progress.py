@@ -53,4 +53,6 @@ def test_a_watched_mission_is_the_same(capsys: pytest.CaptureFixture[str]) -> No
     line.note(instants[99])
     line.end()
     assert capsys.readouterr().err == ""
-    assert line._text().startswith("10 of 20 s simulated, ")
+    assert line._text() == "10 of 20 s simulated"  # one instant tells of no speed
+    line.note(instants[-1])
+    assert line._text().endswith(" of 20 s simulated, 0 s left")
