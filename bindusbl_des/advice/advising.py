@@ -37,10 +37,11 @@ def advise(
     """Return what would change the worst AUV's error of a mission, as measured in so many seconds.
 
     Changes are chosen and measured in missions with other seeds than its own, which take `seconds`
-    of wall time together.  `again` reads the scenario as the user wrote it: what is proposed can
-    be laid over that with `--set`, and gives what was measured.  `progress` hears now and then how
-    many missions were flown and how much time (s) is left.  Assign the advice to `result.advice`
-    to have it in its summary, its report and its folder.
+    of wall time together, besides up to 10 s of compiling where code is used for the first time.
+    `again` reads the scenario as the user wrote it: what is proposed can be laid over that with
+    `--set`, and gives what was measured.  `progress` hears now and then how many missions were
+    flown and how much time (s) is left.  Assign the advice to `result.advice` to have it in its
+    summary, its report and its folder.
 
     Raises:
         ValueError: when `seconds` is no finite number.

@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.compiled import compiling_s
 from ..mission.mission import Mission
 from ..results.result import Result
 from ..scenario.scenario import Scenario
@@ -18,6 +19,9 @@ Told = Callable[[int, float], None]
 
 # What a mission may raise that cannot be flown: the change is no good, whatever the reason.
 FAILURES = (ValueError, ArithmeticError, RuntimeError, LookupError, MemoryError)
+
+# On a machine that has compiled nothing all time would go there: up to so much (s) of it is free.
+MOST_COMPILING_S = 10.0
 
 # So often within a mission it is asked whether there is still time for it.
 STEPS = 16
@@ -46,6 +50,7 @@ class Trials:
         `told` hears after each mission how many were flown, and how much time (s) is left.
         """
         self._began, self._seconds, self._told = perf_counter(), seconds, told
+        self._compiled = compiling_s()
         self._plan = changed(scenario, {"record.detail": "summary"}) or scenario
         self._flown: dict[tuple[Change, int], Trial] = {}
         self._spent: dict[Change, list[float]] = {}
@@ -58,8 +63,9 @@ class Trials:
 
     @property
     def spent(self) -> float:
-        """Time (s) since the trials began."""
-        return perf_counter() - self._began
+        """Time (s) since the trials began, without compiling."""
+        compiling = min(compiling_s() - self._compiled, MOST_COMPILING_S)
+        return perf_counter() - self._began - compiling
 
     @property
     def left(self) -> float:
@@ -68,8 +74,8 @@ class Trials:
 
     @property
     def quickest(self) -> float | None:
-        """How long (s) the quickest took: the first loads or compiles what others find; None where
-        none was flown.
+        """How long (s) the quickest took: the first loads what others find; None where none was
+        flown.
         """
         return min((min(it) for it in self._spent.values()), default=None)
 
@@ -99,13 +105,13 @@ class Trials:
             raise ValueError(self.failed[change])
         if self.left < self.cost(change):
             raise OutOfTime
-        began = perf_counter()
+        began = self.spent
         try:
             trial = self._flown[change, seed] = self._trial(change, seed)
         except FAILURES as error:
             self.failed[change] = str(error) or type(error).__name__
             raise ValueError(self.failed[change]) from error
-        self._spent.setdefault(change, []).append(perf_counter() - began)
+        self._spent.setdefault(change, []).append(self.spent - began)
         if self._told is not None:
             self._told(self.missions, self.left)
         return trial
