@@ -48,7 +48,8 @@ def mf_channel(scenario: Scenario) -> FrameChannel | None:
 
     @cache
     def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:
-        message = Message(airtime_s, 8 * size_bytes)
+        # a frame of neither header nor fix says all the same that it is one
+        message = Message(airtime_s, max(1, 8 * size_bytes))
         channel = _channel(scenario, MF_CHANNEL, message, mf.range_m)
         assert channel is not None
         return channel

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario
+from bindusbl_des import Scenario, simulate
 from bindusbl_des.acoustics.channel import AskedChannel, Signals
 from bindusbl_des.acoustics.named_channels import hf_channel, mf_channel
 from bindusbl_des.protocol.slots import slots_of
@@ -56,3 +56,12 @@ def _loss(scenario: Scenario) -> float:
     ranges = np.full((1, 1), 300.0)
     signals = Signals(0.0, np.zeros((1, 3)), np.array([[300.0, 0.0, 0.0]]), ranges, 100.0, True)
     return float(channel_of(56, airtime).prospects(signals)["loss"][0, 0])
+
+
+def test_a_frame_without_header_and_fixes_is_a_frame() -> None:
+    """Where no ping was heard, what is sent after it has no bytes at all."""
+    mf = {"channel": {"model": "sonar", "decoding": "dpsk"}, "header_bytes": 0}
+    acoustics = {"hf": {"range_m": 1.0}, "mf": mf}
+    data = {"name": "m", "acoustics": acoustics, "duration_s": 20.0}
+    sent = simulate(Scenario.model_validate(data), 0).arrow["broadcasts"]
+    assert 0 in sent["fixes"].to_pylist()

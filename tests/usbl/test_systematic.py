@@ -16,6 +16,7 @@ from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.fusion import fuse_shared
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument
+from bindusbl_des.usbl.systematic.effects import EFFECTS, changes
 from bindusbl_des.usbl.systematic.errors import SYSTEMATIC, Systematic
 from bindusbl_des.usbl.systematic.fused import measured_astray
 from bindusbl_des.usbl.two_way import Heard
@@ -239,3 +240,11 @@ def test_measurements_that_contradict_each_other_make_no_sure_fix() -> None:
         assert off @ np.linalg.solve(without[:2, :2], off) > 50.0
         assert (np.diag(covariance) > 20.0 * np.diag(without)).all()
         assert off @ np.linalg.solve(covariance[:2, :2], off) < 20.0
+
+
+@pytest.mark.parametrize("aside", [0.0, 1e-16, 1e-4])
+def test_a_fix_at_the_array_has_no_direction_to_turn(aside: float) -> None:
+    """A clock that is off may leave nothing of a range; rounding of the rest is not a direction."""
+    found = changes.py_func(np.ones((4, EFFECTS)), (aside, -aside, 10.0))
+    assert not found.any()
+    assert changes.py_func(np.ones((4, EFFECTS)), (1.0, 0.0, 10.0)).any()

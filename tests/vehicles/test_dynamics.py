@@ -801,6 +801,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"overrides": {"advance_at_speed": 0}}, r"advance_at_speed must be above zero"),
     ({"overrides": {"rudder_lift": np.nan}}, r"rudder_lift must be a finite number"),
     ({"overrides": {"diameter_m": 2.0}}, r"diameter_m 2.0 must be below length_m"),
+    ({"overrides": {"cg_below_cb_m": -0.1}}, r"cg_below_cb_m -0.1 must not be negative"),
+    ({"overrides": {"gravity_m_per_s2": -9.81}}, r"gravity_m_per_s2 must be above zero"),
 ]
 
 

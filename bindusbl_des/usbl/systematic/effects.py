@@ -17,6 +17,9 @@ from ..vectors import Vector, divided, dot, length, plus, scaled, turned, turned
 MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK = 0, 1, 3, 5, 6
 EFFECTS = 7
 
+# What is nearer (m) lies in no direction: a clock that is off may leave nothing of a range.
+AT_THE_ARRAY = 1e-3
+
 
 @compiled
 def kept(ahead: Vector, reach: float) -> float:
@@ -79,7 +82,7 @@ def changes(effects: Floats, ahead: Vector) -> Floats:
     of clocks and sound speeds that no geometry tells.
     """
     out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
-    if square == 0.0:
+    if square < AT_THE_ARRAY**2:
         return out
     for axis in range(2):
         grown, turn = ahead[axis] / square, (-ahead[1] if axis == 0 else ahead[0]) / square

@@ -14,6 +14,7 @@ from .frames import Floats
 _ABOVE_ZERO = (
     "_s", "mass_kg", "inertia_kg_m2", "_m3", "length_m", "diameter_m", "_rad", "_rpm", "_n",
     "oswald_efficiency", "reference_area_fraction", "advance_at_speed",
+    "gravity_m_per_s2",
 )  # fmt: skip
 
 

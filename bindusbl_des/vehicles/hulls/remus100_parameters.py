@@ -80,11 +80,18 @@ def lamb_factors(slenderness: float) -> tuple[float, float, float]:
 
 
 def pack(remus: Remus100) -> Floats:
-    """Return the vehicle as the compiled equations read it; ValueError if too thick."""
+    """Return the vehicle as the compiled equations read it; ValueError if too thick or
+    top-heavy.
+    """
     if remus.diameter_m >= remus.length_m:
         raise ValueError(
             f"remus100: diameter_m {remus.diameter_m} must be below length_m {remus.length_m}: "
             "the hull is a slender spheroid"
+        )
+    if remus.cg_below_cb_m < 0.0:
+        raise ValueError(
+            f"remus100: cg_below_cb_m {remus.cg_below_cb_m} must not be negative: the hull would "
+            "turn over"
         )
     p = np.zeros(SIZE)
     _pack_inertia(remus, p)
