@@ -51,6 +51,7 @@ UNSEEN = (
     ("protocol.conflict_margin_m", "auvs.feedback", "estimate"),
     ("protocol.conflict_margin_m", "auvs.vehicle", "bluerov2"),
     ("protocol.conflict_margin_m", "asvs.formation.model", "positions"),
+    ("protocol.conflict_margin_m", "protocol.schedule", "polling"),  # side_by_side heeds it
     ("protocol.recall_rounds", "protocol.knowledge", "broadcast"),
 )
 

@@ -117,6 +117,11 @@ PROTOCOL = (
         "no AUV pings by its own clock",
     ),
     Idle(
+        {"protocol.schedule": ("polling",)},
+        ("auvs.ping_late_s",),
+        "AUVs ping when they are called",
+    ),
+    Idle(
         {"protocol.schedule": RANDOM_ACCESS},
         ("auvs.ping_late_s",),
         "AUVs ping as they like",
