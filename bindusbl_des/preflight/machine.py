@@ -20,12 +20,11 @@ def machine_cores() -> int:
 
 
 def idle_cores() -> float:
-    """Return how many cores nobody used, on average over the last minute.
-
-    Raises:
-        OSError: when the system does not tell.
-    """
-    return machine_cores() - os.getloadavg()[0]
+    """Return how many cores nobody used, on average over the last minute; 0 if nobody knows."""
+    try:
+        return machine_cores() - os.getloadavg()[0]
+    except OSError:
+        return 0.0
 
 
 def machine_memory() -> float:

@@ -18,6 +18,7 @@ from bindusbl_des.campaigns.workers.helping import Helper
 from bindusbl_des.commands.console import compiling_told
 from bindusbl_des.core import compiled, plugins
 from bindusbl_des.mission import mission
+from bindusbl_des.preflight import machine
 
 PACKAGE = Path(__file__).parents[2]
 
@@ -180,3 +181,16 @@ def test_two_processes_share_what_is_to_be_compiled(tmp_path: Path, vehicle: str
     assert max(own, helped) < told * 3 / 4
     assert told * 0.9 < own + helped < told * 1.25
     assert done.stderr == "Compiling the equations, once; this takes 10 to 30 s ...\n"
+
+
+def test_a_core_is_idle_that_the_load_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody is called where the system tells of no load."""
+    monkeypatch.setattr(machine, "machine_cores", lambda: 4)
+    monkeypatch.setattr(os, "getloadavg", lambda: (1.5, 9.0, 9.0))
+    assert machine.idle_cores() == 2.5
+
+    def untold() -> tuple[float, float, float]:
+        raise OSError("load averages are unobtainable")
+
+    monkeypatch.setattr(os, "getloadavg", untold)
+    assert machine.idle_cores() == 0.0
