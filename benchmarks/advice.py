@@ -1,6 +1,6 @@
 """Whether the advice in reports keeps its promises: its effects measured again on fresh seeds.
 
-python benchmarks/advice.py [--reports 4] [--seeds 200] [--seconds 3] [SCENARIO ...]
+python benchmarks/advice.py [--reports 4] [--seeds 200] [--missions N] [SCENARIO ...]
 
 For each scenario some reports are made, of missions with different seeds.  Every effect stated in
 them is measured again on the same fresh seeds, which none of them has used: it holds if their mean
@@ -95,7 +95,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--reports", type=int, default=4)
     parser.add_argument("--seeds", type=int, default=200)
-    parser.add_argument("--seconds", type=float, default=3.0)
+    parser.add_argument("--missions", type=int)
     parser.add_argument("--json", help="Write all statements to this file.")
     parser.add_argument("scenarios", nargs="*", default=ASKED)
     asked = parser.parse_args()
@@ -105,7 +105,7 @@ def main() -> None:
         scenario, rows = load_scenario(path), []
         fresh = Fresh(scenario, asked.seeds)
         for seed in range(asked.reports):
-            advice = advise(simulate(scenario, seed=seed), asked.seconds)
+            advice = advise(simulate(scenario, seed=seed), missions=asked.missions)
             found = checked(advice, fresh)
             rows += found
             print(f"{name}, seed {seed}: {advice.missions} missions {advice.shortage}")

@@ -1,58 +1,120 @@
-"""How long plans take, as a user makes them: the questions of `experiments/plans` on two cores.
+"""Whether plans keep their promises: the shipped ones and the manual's, made twice and flown anew.
 
 python benchmarks/plans.py            measure and print
 python benchmarks/plans.py NAME       and keep it with the measurement NAME of history.json
 
-A plan has as long as it takes, so that all its missions are flown however busy the machine is.
-Another version is measured with `PYTHONPATH=ITS_CHECKOUT` before these words.
+Each plan is made on an idle machine and again beside a competing load, and both have to be the
+same.  Its answer is then flown with 100 seeds that no plan has flown; the mean that is stated holds
+if theirs lies within its interval.  The exit code is 1 if a plan differs, or two of five do not
+hold.
 """
 
 import json
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.benchmark.command_lines import call
 from bindusbl_des.benchmark.stopwatch import clocked
+from bindusbl_des.campaigns.statistics.intervals import interval
+from bindusbl_des.planning.selection.goals import goals_in
 
-HERE = Path(__file__).resolve().parent
-PLANS = HERE.parent / "experiments" / "plans"
-NAMES = ("survey_60m", "survey_100m", "survey_140m", "rectangle")
-WORKERS, LONG_S = 2, 36_000
+ROOT = Path(__file__).resolve().parents[1]
+PLANS = ROOT / "experiments" / "plans"
+NAMES = ("survey_60m", "survey_100m", "survey_140m", "rectangle", "team_plan")
+WORKERS, FRESH = 2, range(1_000_000, 1_000_100)
+MOST_FAILED = 1
+BUSY = [sys.executable, "-c", "while True: pass"]
 
 
 def plans(told: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
-    """Return what each plan takes, by the clock and in processor time (s), after one that loads
-    what is cached; how many missions it flew, and its answer.
+    """Return what each plan takes, by the clock and in processor time (s), how many missions it
+    flew, its answer, whether it is the same beside other work, and what fresh missions say.
     """
     found = {}
     with tempfile.TemporaryDirectory() as folder:
-        made(NAMES[0], Path(folder, "first"))
         for name in NAMES:
-            found[name] = made(name, Path(folder, name))
+            idle, record = made(name, Path(folder, name, "idle"))
+            loads = [subprocess.Popen(BUSY) for _ in range(WORKERS)]
+            try:
+                _, again = made(name, Path(folder, name, "busy"))
+            finally:
+                for load in loads:
+                    load.kill()
+                    load.wait()
+            found[name] = {**idle, "same": content(record) == content(again), **fresh(record)}
             told(line(name, found[name]))
     return found
 
 
-def made(name: str, out: Path) -> dict[str, Any]:
-    """Return what one plan takes."""
-    words = ["plan", str(PLANS / f"{name}.yaml"), "--out", str(out), "--workers", str(WORKERS)]
-    took = clocked(lambda: call([*words, "--budget-s", str(LONG_S), "-q"]))
+def made(name: str, out: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what one plan takes, and its record."""
+    out.parent.mkdir(exist_ok=True)
+    words = ["plan", str(file_of(name, out.parent)), "--out", str(out), "--workers", str(WORKERS)]
+    took = clocked(lambda: call([*words, "-q"]))
     record = json.loads((out / "plan.json").read_text(encoding="utf-8"))
-    return {
-        "wall_s": took.wall,
-        "processor_s": took.processor,
-        "missions": record["missions"],
-        "answer": record["answer"],
+    keys = ("missions", "settled", "answer")
+    times = {"wall_s": took.wall, "processor_s": took.processor}
+    return {**times, **{key: record[key] for key in keys}}, record
+
+
+def file_of(name: str, folder: Path) -> Path:
+    """Return the file of a plan that ships, or that of the manual written out."""
+    if name != "team_plan":
+        return PLANS / f"{name}.yaml"
+    text = (ROOT / "docs" / "planning.md").read_text(encoding="utf-8")
+    block = text.partition("# team_plan.yaml\n")[2].partition("```")[0]
+    path = folder / "team_plan.yaml"
+    path.write_text(block.replace("scenarios/", f"{ROOT / 'scenarios'}/"), encoding="utf-8")
+    return path
+
+
+def content(record: dict[str, Any]) -> dict[str, Any]:
+    """Return a record without the names of its folder."""
+    return {key: it for key, it in record.items() if key not in ("run", "scenario")} | {
+        "told": [it for it in record["told"] if "best.yaml" not in it]
     }
 
 
+def fresh(record: dict[str, Any]) -> dict[str, Any]:
+    """Return what the answer's first goal was said to be, and what it is with fresh seeds."""
+    if record["chosen"] is None:
+        return {"stated": None, "fresh": None, "holds": False}
+    stated = record["candidates"][record["chosen"]]["simulated"]
+    low, high = stated["low"][0], stated["high"][0]
+    goal = goals_in(record["goal"])[0]
+    scenario = scenario_of(record)
+    missions = (simulate(scenario, seed).auvs[goal.metric].to_numpy() for seed in FRESH)
+    own = interval([float(goal.of_fleets(values[None])[0]) for values in missions])
+    return {
+        "stated": [stated["mean"][0], low, high],
+        "fresh": [own.mean, own.low, own.high],
+        "holds": low <= own.mean <= high,
+    }
+
+
+def scenario_of(record: dict[str, Any]) -> Scenario:
+    """Return the scenario of a plan's answer."""
+    best = Path(record["run"].split()[2].strip("'"))
+    return load_scenario(best, overrides=["record.detail=summary"])
+
+
 def line(name: str, it: dict[str, Any]) -> str:
-    """Return what one plan took in words."""
+    """Return what one plan took, and came to, in words."""
     took = f"{it['wall_s']:.1f} s by the clock, {it['processor_s']:.1f} s of processor time"
-    return f"{name}: {took}, {it['missions']} missions; {it['answer']}"
+    spans = (
+        "-" if it[key] is None else "{:.3f} [{:.3f}, {:.3f}]".format(*it[key])
+        for key in ("stated", "fresh")
+    )
+    same, holds = ("yes" if it[key] else "NO" for key in ("same", "holds"))
+    return (
+        f"{name}: {took}, {it['missions']} missions; {it['answer']}; stated, fresh: "
+        f"{', '.join(spans)}; holds: {holds}; the same when busy: {same}"
+    )
 
 
 def main(words: list[str]) -> None:
@@ -64,6 +126,8 @@ def main(words: list[str]) -> None:
         everything = history()
         everything.setdefault(words[0], {})["plans"] = rounded(found)
         HISTORY.write_text(json.dumps(everything, indent=1) + "\n", encoding="utf-8")
+    failed = sum(not it["holds"] for it in found.values())
+    sys.exit(failed > MOST_FAILED or not all(it["same"] for it in found.values()))
 
 
 if __name__ == "__main__":

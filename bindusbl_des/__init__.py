@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .acoustics.modem import airtime
     from .acoustics.travel_time import travel_time
     from .advice.advising import advise
-    from .campaigns.campaign import Campaign, load_campaign
+    from .campaigns.campaign import Campaign, CampaignInterrupted, load_campaign
     from .campaigns.compare import compare
     from .campaigns.running import resume, sweep
     from .geometry.coverage import covered_area, covering_radius
@@ -47,6 +47,7 @@ _HOMES = {
     "AnchorView": "protocol.anchors.view",
     "BroadcastView": "protocol.broadcasters",
     "Campaign": "campaigns.campaign",
+    "CampaignInterrupted": "campaigns.campaign",
     "advise": "advice.advising",
     "compare": "campaigns.compare",
     "load_campaign": "campaigns.campaign",
@@ -89,6 +90,7 @@ __all__ = [
     "AnchorView",
     "BroadcastView",
     "Campaign",
+    "CampaignInterrupted",
     "Mission",
     "Plan",
     "PlanView",

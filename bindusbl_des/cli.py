@@ -27,9 +27,12 @@ from .commands.reproduction import reproduce
 from .commands.sweeps import merge, resume, status, sweep
 from .commands.verifying import verify
 from .core.garbage import collect_seldom, hand_back, leave_the_rest
-from .core.wording import printable, shortened
+from .core.wording import nearest, printable, shortened
 
 INTERRUPTED = 130
+
+# What people call commands that have another name here
+OTHER_WORDS = {"simulate": "run", "check": "validate", "view": "report", "keys": "params"}
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
@@ -45,7 +48,14 @@ class Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        name, command, rest = super().resolve_command(ctx, args)
+        try:
+            name, command, rest = super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            meant = OTHER_WORDS.get(args[0]) or nearest(args[0], self.commands)
+            if not meant:
+                raise
+            message = f"No such command {args[0]!r}; did you mean {meant!r}?"
+            raise click.UsageError(message, error.ctx) from None
         if command is None or ctx.resilient_parsing:  # a shell that completes
             return name, command, rest
         return name, command, [*handed_on(ctx.params, command), *rest]
@@ -77,7 +87,7 @@ class Commands(click.Group):
             click.echo(f"{name}: not UTF-8, which a name must be here; rename it", err=True)
             sys.exit(BAD_INPUT)
         except ValueError as error:
-            if "null byte" not in str(error):
+            if "embedded null" not in str(error):  # byte, or character
                 raise
             click.echo("a NUL character stands in a name of a file; no file has one", err=True)
             sys.exit(BAD_INPUT)

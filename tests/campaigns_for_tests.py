@@ -95,7 +95,7 @@ def hand_made(
             own["fix_benefit_m"] = own["imu_error_m"] - own["position_error_m"]
             rows.append(tuple(own.values()))
         metrics = np.array(rows, dtype=AUV_METRICS)
-        mission = mission_metrics(metrics, Utilisation(10, 0, 0.5, 0.5, None, None, 100.0))
+        mission = mission_metrics(metrics, Utilisation(10, 0, 0, 0.5, 0.5, None, None, 100.0))
         return SimpleNamespace(
             arrow={
                 "auvs": from_numbers("auvs", metrics),

@@ -39,7 +39,7 @@ WRITTEN, AT_AN_END, NULL = 0.35, 0.4, 0.3
 SETTLED = 0.9
 
 
-CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
+CURVE = str(Path(__file__).parents[1] / "bindusbl_des/presets/ahoi_delivery.csv")
 
 # Lists with an item per AUV (and an item, where none is drawn).
 LISTED: dict[tuple[str, str], list[Any]] = {

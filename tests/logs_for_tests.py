@@ -54,6 +54,26 @@ def made_up(sea: Sea, count: int = 400, seed: int = 0) -> tuple[Log, np.ndarray]
     return log, truth
 
 
+def still(
+    walk: float = 0.3, share: float = 0.0, outlier_sd: float = 20.0, *, seed: int = 0,
+    speed: tuple[float, float] = (0.0, 0.0), begin: tuple[float, float] = (0.0, 0.0),
+) -> tuple[Log, np.ndarray]:  # fmt: skip
+    """Return a log of fixes (0.5 m) as of USBL without a velocity log, and the truth: odometry
+    stands still, the vehicle walks at random (m/sqrt(s)) beside a speed (m/s), from where it began.
+    """
+    rng, count, every, sd = np.random.default_rng(seed), 300, 2.0, 0.5
+    times = np.arange(count) * every
+    walked = walk * np.sqrt(every) * rng.standard_normal((count - 1, 2))
+    truth = np.cumsum(np.vstack((begin, walked + np.multiply(speed, every))), axis=0)
+    measured = truth + sd * rng.standard_normal((count, 2))
+    wrong = (rng.random(count) < share)[:, None]
+    measured += wrong * outlier_sd * rng.standard_normal((count, 2))
+    fixes = Fixes(times, measured, np.tile((sd**2, sd**2, 0.0), (count, 1)))
+    nothing, nobody = np.zeros(count), Beacons((), np.zeros((0, 3)))
+    ranges = Ranges(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0))
+    return Log("still", times, np.zeros((count, 2)), nothing, nothing, nobody, ranges, fixes), truth
+
+
 def lost(log: Log, turn: float = 2.0) -> tuple[Log, Pose]:
     """Return a log whose odometry is in a frame of its own, and where it truly begins."""
     start = Pose(*log.places[0].tolist(), float(log.yaws[0]))

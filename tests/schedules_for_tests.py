@@ -7,6 +7,10 @@ def all_at_once(view: View) -> list[list[int]]:
     return [list(range(len(view.auvs)))]
 
 
+def each_alone(view: View) -> list[list[int]]:
+    return [[auv] for auv in range(len(view.auvs))]
+
+
 def no_groups(view: View) -> list[list[int]]:
     return []
 

@@ -35,8 +35,8 @@ PICTURES = (".png", ".svg")
 # Language, the file that it is if it has a title, and content
 FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
-# What `run` advises in three seconds depends on the machine, and no page's is compared.
-SHORTLY_ADVISED = ("--advice-s", "0.1")
+# What `run` advises takes seconds, and no page's is compared.
+SHORTLY_ADVISED = ("--advice-missions", "8")
 
 
 def blocks(name: str, language: str) -> list[str]:

@@ -22,7 +22,12 @@ MISSIONS = {
     "exact_clock": {"duration_s": 4.0, "protocol": {"downlink": "pipelined_group"}},
     "direct": {
         "duration_s": 5.0,
-        "protocol": {"downlink": "direct_reply", "schedule": "round_robin", "ranging": "twtt"},
+        "protocol": {
+            "downlink": "direct_reply",
+            "reply": "instant",
+            "schedule": "round_robin",
+            "ranging": "twtt",
+        },
     },
     "passive": {"duration_s": 1.0, "protocol": {"ranging": "passive"}},
 }

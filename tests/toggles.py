@@ -80,7 +80,7 @@ FORMATIONS: dict[str, Data] = {
 }
 
 # What a curve is of, where one is chosen
-CURVE = str(Path(__file__).parents[1] / "scenarios" / "ahoi_delivery.csv")
+CURVE = str(Path(__file__).parents[1] / "bindusbl_des/presets/ahoi_delivery.csv")
 # Parts that need settings, with some
 EXAMPLES: dict[str, Data] = {
     "curve": {"model": "curve", "file": CURVE},
@@ -132,6 +132,7 @@ OTHERS: dict[str, list[Any]] = {
     "navigation.gain": [0.4],
     "navigation.nis_gate": [0.1],
     "usbl.preset": ["tracklink_1500", "cerulean_rovl"],
+    "navigation.drift.preset": ["rlg_dvl_sea", "rlg_dvl_river"],
     **{family.key: list(family.siblings) for family in FAMILIES},
 }
 

@@ -193,6 +193,17 @@ WRONG = {
             "got the text '1.5 m/s'; write 1.5 alone, the unit is part of the key"
         ],
     ),
+    "another unit in the value": (
+        "duration_s: 3h\nauvs: {speed_m_per_s: 2 kn, count: 1-3}\n",
+        [
+            "2:13: duration_s: needs a number (>= 0.001 and <= 10000000 s); got the text '3h'; "
+            "write 10800, it is in s",
+            "3:23: auvs.speed_m_per_s: needs a number (>= 0.001 and <= 20 m/s); "
+            "got the text '2 kn'; write 1.02888889, it is in m/s",
+            "3:36: auvs.count: needs a whole number (>= 1 and <= 100000); got the text '1-3'; "
+            "a range to vary is written 1:3",
+        ],
+    ),
     "decimal comma": (
         "duration_s: 1,5\n",
         [
@@ -217,8 +228,8 @@ WRONG = {
     "null for none": (
         "acoustics: {loss: {law: null}}\n",
         [
-            "2:25: acoustics.loss.law: must be one of paper, thesis, head, none; got nothing; "
-            "did you mean 'none'?"
+            "2:25: acoustics.loss.law: must be one of scaled, paper, thesis, head, none; got "
+            "nothing; did you mean 'none'?"
         ],
     ),
     "section is empty": (
@@ -390,6 +401,13 @@ WRONG = {
             "'spatial_reuse'? (one of spatial_reuse, dsatur, one_per_slot, round_robin, random, "
             "worst_first, polling, super_tdma, aloha, slotted_aloha, csma, or your own as "
             "module:object)"
+        ],
+    ),
+    "a preset in a part's place": (
+        "usbl: {model: cerulean_rovl}\n",
+        [
+            "2:15: usbl.model: 'cerulean_rovl' is no instrument (one of array, datasheet, or your "
+            "own as module:object); it is a preset: set usbl.preset to cerulean_rovl"
         ],
     ),
     "too many samples": (

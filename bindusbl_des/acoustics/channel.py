@@ -48,7 +48,7 @@ class Receiver(NamedTuple):
 PLAIN = Receiver()
 
 # What stands for the compiled loss where another channel is asked
-NO_LOSS = LossTerms(np.zeros(4), 0, 0.0, 1.0)
+NO_LOSS = LossTerms(np.zeros(5), 0, 0.0, 1.0)
 
 # Adds up three axes: quicker than `sum` for the few signals of a slot
 AXES = np.ones(3)

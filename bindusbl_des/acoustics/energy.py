@@ -1,10 +1,10 @@
 """What modems draw: how long each vehicle sends and receives on a band, and the energy of that.
 
-Everybody listens for the whole mission.  A call counts at the ASV that sends it and at the AUVs
-that answer it, a frame at its ASV and at the AUVs within range as it begins.
+Everybody listens for the whole mission, and receives what others send within range, whomever it is
+for: pings and calls on HF, frames on MF.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from ..records.events import HEARD, OUT_OF_RANGE, Broadcast
 from ..records.recorder import Recorder
 from ..records.rows import NONE
+from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints
 
 
@@ -30,10 +31,15 @@ class OnAir(NamedTuple):
     receiving: Floats
 
 
-class Times(NamedTuple):
-    """How long (s) a signal of a band lasts, and the mission."""
+class Hf(NamedTuple):
+    """How long (s) a signal on HF lasts, how far (m) it is heard, by which distance, at which speed
+    of sound (m/s); how long (s) the mission lasts.
+    """
 
     signal: float
+    reach: float
+    by_slant: bool
+    sound_speed: float
     mission: float
 
 
@@ -52,29 +58,76 @@ def energy(on_air: OnAir, powers: Powers, duration: float | Floats) -> Floats:
     )
 
 
-def on_hf(record: Recorder, pinging: str, auvs: int, asvs: int, times: Times) -> dict[str, OnAir]:
-    """Return how long the vehicles of each kind, "auv" and "asv", send and receive pings and calls.
+def on_hf(record: Recorder, pinging: str, fleets: Mapping[str, Fleet], hf: Hf) -> dict[str, OnAir]:
+    """Return how long the vehicles of each of the `fleets`, "auv" and "asv", send and receive pings
+    and calls; two at once are received once.
 
-    Those of the kind `pinging` ping, the others listen.
+    Those of the kind `pinging` ping.  Who hears pings of the other kind is on record; all else is
+    heard within HF range.
     """
     pings, receptions = record.pings.rows, record.receptions.rows
-    called, answers = pings["call"] != NONE, pings["call"] == HEARD
-    sent, answered = pings[~called | answers], pings[answers]
+    called = pings["call"] != NONE
+    sent = pings[~called | (pings["call"] == HEARD)]
     begun = (receptions["outcome"] != OUT_OF_RANGE) & ~np.isnan(receptions["arrived_at_s"])
     met, calls = receptions[begun], np.unique(pings[called][["called_at_s", "called_by"]])
-    found = {"auv": OnAir(*np.zeros((2, auvs))), "asv": OnAir(*np.zeros((2, asvs)))}
-    listening = "asv" if pinging == "auv" else "auv"
-    _add(found[pinging].sending, sent[pinging], sent["sent_at_s"], times)
-    _add(found[listening].receiving, met[listening], met["arrived_at_s"], times)
-    _add(found["asv"].sending, calls["called_by"], calls["called_at_s"], times)
-    heard = answered["sent_at_s"] - times.signal  # at the latest: who answers has heard it out
-    _add(found["auv"].receiving, answered["auv"], heard, times)
+    callers = [
+        fleets["asv"].ways.of(it["called_by"], np.array([it["called_at_s"]])).truth[0, :3]
+        for it in calls
+    ]
+    by_call = Signals(calls["called_at_s"], calls["called_by"], np.reshape(callers, (-1, 3)))
+    places = np.column_stack([sent[name] for name in ("x_m", "y_m", "z_m")])
+    by_ping = Signals(sent["sent_at_s"], sent[pinging], places)
+    found = {}
+    for kind, fleet in fleets.items():
+        found[kind] = OnAir(*np.zeros((2, len(fleet))))
+        for number in range(len(fleet)):
+            heard = [_heard(by_call, fleet, number, kind == "asv", hf)]
+            if kind == pinging:
+                heard.append(_heard(by_ping, fleet, number, True, hf))
+                own = by_ping.at[by_ping.by == number]
+            else:
+                heard.append(met["arrived_at_s"][met[kind] == number])
+                own = np.empty(0)
+            if kind == "asv":
+                own = np.append(own, by_call.at[by_call.by == number])
+            times = (np.sort(own), np.sort(np.concatenate(heard)))
+            for total, begins in zip(found[kind], times, strict=True):
+                total[number] = covered(begins, hf.signal, hf.mission)
     return found
 
 
-def _add(total: Floats, vehicles: Ints, begins: Floats, times: Times) -> None:
-    """Add to what vehicles spend (s) the signals of a band that begin at instants (s)."""
-    np.add.at(total, vehicles, np.clip(times.mission - begins, 0.0, times.signal))
+class Signals(NamedTuple):
+    """When (n,), s, which vehicles (n,) of a kind sent signals, and where they were (n, 3), m."""
+
+    at: Floats
+    by: Ints
+    places: Floats
+
+
+def _heard(signals: Signals, fleet: Fleet, number: int, is_own: bool, hf: Hf) -> Floats:
+    """Return when (s) signals begin at a vehicle within range; none of those that it sent itself,
+    if they are of its kind (`is_own`), or that come while it has failed.
+    """
+    away = signals.places - fleet.ways.of(number, np.array(signals.at)).truth[:, :3]
+    slant = np.linalg.norm(away, axis=1)
+    near = (slant if hf.by_slant else np.hypot(away[:, 0], away[:, 1])) <= hf.reach
+    if is_own:
+        near &= signals.by != number
+    if fleet.failures is not None:
+        near &= np.array([number not in fleet.failed(time) for time in signals.at], dtype=bool)
+    return np.asarray((signals.at + slant / hf.sound_speed)[near])
+
+
+def covered(starts: Floats, length: float, end: float) -> float:
+    """Return the time (s) before `end` that intervals of one length cover, overlaps counted once.
+
+    `starts` (n,) rise.
+
+    >>> round(covered(np.array([0.0, 1.0, 1.0, 1.5, 9.5]), 1.0, 10.0), 9)
+    3.0
+    """
+    gaps = np.minimum(np.diff(starts, append=end), length)
+    return float(np.maximum(gaps, 0.0).sum())
 
 
 def on_mf(
@@ -82,21 +135,27 @@ def on_mf(
     places: tuple[Callable[[float], Floats], Callable[[float], Floats]],
     reach: float,
     duration: float,
+    failed: Callable[[float], Sequence[int]] = lambda _: (),
 ) -> tuple[OnAir, OnAir]:
     """Return how long AUVs and ASVs send and receive frames; two at once are received once.
 
     `places` tell where AUVs (n, 2+) and ASVs (m, 2+) are at an instant (s), m; frames reach
-    `reach` (m), as seen from above.
+    `reach` (m), as seen from above.  ASVs that have `failed` by then receive none.
     """
-    auvs, asvs = (OnAir(*np.zeros((2, len(where(0.0))))) for where in places)
-    over = np.zeros(len(auvs.receiving))  # what each AUV has received until then is counted
+    found = [OnAir(*np.zeros((2, len(where(0.0))))) for where in places]
+    over = [np.zeros(len(on_air.receiving)) for on_air in found]  # counted until then
     for frame in broadcasts:
         begins, lasts = frame.sent_at_s, min(frame.airtime_s, duration - frame.sent_at_s)
-        if lasts > 0.0:
-            away = places[0](begins)[:, :2] - places[1](begins)[frame.asv, :2]
-            asvs.sending[frame.asv] += lasts
-            near = np.hypot(*away.T) <= reach
-            more = np.where(over <= begins, lasts, np.maximum(begins + lasts - over, 0.0))
-            auvs.receiving[near] += more[near]
-            over[near] = np.maximum(over[near], begins + lasts)
-    return auvs, asvs
+        if lasts <= 0.0:
+            continue
+        here = places[1](begins)[frame.asv, :2]
+        found[1].sending[frame.asv] += lasts
+        for where, on_air, until, deaf in zip(
+            places, found, over, ((), (frame.asv, *failed(begins))), strict=True
+        ):
+            near = np.hypot(*(where(begins)[:, :2] - here).T) <= reach
+            near[list(deaf)] = False
+            more = np.where(until <= begins, lasts, np.maximum(begins + lasts - until, 0.0))
+            on_air.receiving[near] += more[near]
+            until[near] = np.maximum(until[near], begins + lasts)
+    return found[0], found[1]

@@ -1,28 +1,33 @@
 """How likely a ping from a place makes a fix that its AUV gets: what a survey's coverage means."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.plugins import is_plugin
+from ..scenario.planned import horizontal_reach
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 from .channel import AskedChannel, between
-from .loss import LossTerms, loss_probability
+from .loss import losses
 from .modem import messages_of
 from .named_channels import hf_channel, loss_of, mf_channel
 
 Floats = NDArray[np.float64]
 
-# The law of the disc's loss is looked up between so many ranges.
+# The range within which pings are heard is looked for among so many.
 LOOKED_UP = 1001
+
+# A chance of a half, but for what a threshold of SNR at the band's range is rounded by.
+HALF = 0.5 - 1e-3
 
 
 class Grid(NamedTuple):
-    """Square cells that cover a survey: their west, south, east and north (m), how many lie side by
-    side, the middles (n, 3), m, of all at the survey's depth, row by row from south to north, and
-    which of these lie inside (n,).
+    """Square cells that cover a survey: their south, west, north and east (m), how many lie along
+    x, the middles (n, 3), m, of all at the survey's depth, from south to north and then from west
+    to east, and which of these lie inside (n,).
     """
 
     box: tuple[float, float, float, float]
@@ -38,14 +43,14 @@ def survey_grid(scenario: Scenario, cells: int) -> Grid:
     size = max(box.x_max - box.x_min, box.y_max - box.y_min) / cells
     across = max(round((box.x_max - box.x_min) / size), 1)
     along = max(round((box.y_max - box.y_min) / size), 1)
-    east, north = box.x_min + across * size, box.y_min + along * size
+    north, east = box.x_min + across * size, box.y_min + along * size
     x, y = np.meshgrid(
         box.x_min + size * (np.arange(across) + 0.5), box.y_min + size * (np.arange(along) + 0.5)
     )
     depth = np.full(x.size, scenario.survey.deepest)
     middles = np.column_stack((x.ravel(), y.ravel(), depth))
     inside = area.contains(middles[:, :2])
-    return Grid((box.x_min, box.y_min, east, north), across, middles, inside)
+    return Grid((box.x_min, box.y_min, north, east), across, middles, inside)
 
 
 def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Floats | None:
@@ -53,61 +58,143 @@ def fix_chance(scenario: Scenario, stations: ArrayLike, places: ArrayLike) -> Fl
 
     `places` (n, 3) are those of AUVs, `stations` (m, 2) those of ASVs at the surface, in m.  No
     other sound overlaps the ping, nor the call, the answer or the frame that belong to it; an AUV
-    is called by its nearest ASV, and ASVs broadcast equally often where nothing fixes who does.
-    None where a channel of somebody's own decides: it is not asked.
+    is called, and answered directly, by its nearest ASV, and ASVs broadcast equally often where
+    nothing fixes who does.  None where a channel of somebody's own decides: it is not asked.
     """
     auvs = np.asarray(places, dtype=float)
     asvs = np.pad(np.asarray(stations, dtype=float), ((0, 0), (0, 1)))
-    acoustics, protocol = scenario.acoustics, scenario.protocol
-    replies = protocol.is_passive or protocol.downlink == "direct_reply"
-    if is_plugin(acoustics.hf.channel) or (not replies and is_plugin(acoustics.mf.channel)):
+    acoustics, frames = scenario.acoustics, scenario.protocol.sends_frames
+    if is_plugin(acoustics.hf.channel) or (frames and is_plugin(acoustics.mf.channel)):
         return None
     heard = _heard(scenario, auvs, asvs)
-    if protocol.is_passive:
-        return np.asarray(heard.mean(axis=1))
-    located = 1.0 - (1.0 - heard).prod(axis=1)
-    if protocol.calls:
-        located *= heard[np.arange(len(auvs)), _apart(auvs, asvs).argmin(axis=1)]
-    return np.asarray(located if replies else located * _told(scenario, auvs, asvs))
+    told = _told(scenario, auvs, asvs) if frames else heard
+    return made_and_delivered(scenario, heard, told, _apart(auvs, asvs))[1]
+
+
+def made_and_delivered(
+    scenario: Scenario, heard: Floats, told: Floats, away: Floats
+) -> tuple[Floats, Floats]:
+    """Return how likely a ping of each AUV makes a fix, and how likely that is delivered (..., n).
+
+    Each ASV decodes its pings as often as `heard` says, and it the frames of each ASV as often as
+    `told`, from `away` (m), all (..., n, m).  With passive ranging a ping is that of any ASV.
+    """
+    if scenario.protocol.is_passive:
+        return heard.mean(axis=-1), heard.mean(axis=-1)
+    nearest = away.argmin(axis=-1)[..., np.newaxis]
+    made = 1.0 - (1.0 - heard).prod(axis=-1)
+    if scenario.protocol.calls:
+        made = made * np.take_along_axis(heard, nearest, axis=-1)[..., 0]
+    if not scenario.protocol.sends_frames:
+        return made, made
+    rule, replies = scenario.protocol.broadcaster, scenario.protocol.replies
+    if rule == "fixed" and not replies:
+        by_all = told[..., rule.settings.get("asv", 0)]
+    elif replies or rule in ("nearest", "parallel"):
+        by_all = np.take_along_axis(told, nearest, axis=-1)[..., 0]
+    else:
+        by_all = told.mean(axis=-1)
+    return made, made * by_all
+
+
+def ping_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | None:
+    """Return how likely one ASV decodes pings over slant ranges (n,), m, from a depth (m).
+
+    Of the disc inside its reach, which does not count here.  None: a channel of somebody's own.
+    """
+    if is_plugin(scenario.acoustics.hf.channel):
+        return None
+    channel = hf_channel(scenario)
+    if channel is None:
+        return np.asarray(1.0 - losses(slants, *loss_of(scenario)))
+    return _decoded(channel, *below(slants, depth), scenario.acoustics.hf.range_m, False)[:, 0]
+
+
+def frame_chance(scenario: Scenario, slants: Floats, depth: float) -> Floats | None:
+    """Return how likely an AUV decodes frames with the fixes of all, as :func:`ping_chance`."""
+    mf = scenario.acoustics.mf
+    if is_plugin(mf.channel):
+        return None
+    channel = _frames(scenario)
+    if channel is None:
+        return np.ones(len(slants))
+    return _decoded(channel, *below(slants, depth), mf.range_m, True)[:, 0]
+
+
+def delivery(scenario: Scenario, band: str) -> tuple[float, float, float] | None:
+    """Return how well a band (hf or mf) carries over its range: that slant range (m), the
+    chance there, and the range (m) up to which it is a half or more, 0 if nowhere.
+
+    A disc's horizontal HF range is that to the deepest AUV.  None: a channel of somebody's own.
+    """
+    hf, depth = scenario.acoustics.hf, scenario.survey.deepest
+    reach = hf.range_m if band == "hf" else scenario.acoustics.mf.range_m
+    if band == "hf" and hf.channel == "disc" and hf.range_metric == "horizontal":
+        reach = math.hypot(reach, depth)
+    ranges = np.linspace(0.0, reach, LOOKED_UP)
+    chances = (ping_chance if band == "hf" else frame_chance)(scenario, ranges, depth)
+    if chances is None:
+        return None
+    enough = ranges[chances >= HALF]
+    return reach, float(chances[-1]), float(enough[-1]) if enough.size else 0.0
+
+
+def heard_m(scenario: Scenario) -> float:
+    """Return up to which distance (m), seen from above, an ASV decodes at least half the pings.
+
+    That is the HF range of a disc that loses fewer; and that range, too, where a channel of
+    somebody's own decides, which is not asked.
+    """
+    hf, depth = scenario.acoustics.hf, scenario.survey.deepest
+    reach = horizontal_reach(scenario)
+    farthest = reach if hf.channel == "disc" else max(2.0 * reach, 2.0 * area_of(scenario).across)
+    level = np.linspace(0.0, farthest, LOOKED_UP)
+    chance = ping_chance(scenario, np.hypot(level, depth), depth)
+    if chance is None:
+        return reach
+    enough = np.flatnonzero(chance >= HALF)
+    return float(level[enough[-1]]) if enough.size else 0.0
 
 
 def _heard(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
     """Return how likely the ping of each AUV is decoded by each ASV (n, m)."""
     channel, hf = hf_channel(scenario), scenario.acoustics.hf
     if channel is not None:
-        return _decoded(channel, auvs, asvs, hf.range_m)
+        return _decoded(channel, auvs, asvs, hf.range_m, False)
     away = _apart(auvs, asvs)
     counted = away if hf.range_metric == "slant" else _apart(auvs, asvs, axes=2)
-    lost = _lost(loss_of(scenario), away)
+    lost = losses(away.ravel(), *loss_of(scenario)).reshape(away.shape)
     return np.where(counted <= hf.range_m, 1.0 - lost, 0.0)
 
 
 def _told(scenario: Scenario, auvs: Floats, asvs: Floats) -> Floats:
-    """Return how likely each AUV decodes the frame with its fix (n,), whoever broadcasts it."""
-    mf, rule = scenario.acoustics.mf, scenario.protocol.broadcaster
-    channel, away = mf_channel(scenario), _apart(auvs, asvs, axes=2)
+    """Return how likely each AUV decodes the frame with its fix from each ASV (n, m)."""
+    reach, channel = scenario.acoustics.mf.range_m, _frames(scenario)
     if channel is None:
-        decoded = (away <= mf.range_m).astype(float)
-    else:
-        messages = messages_of(scenario)
-        fixes = messages.of(scenario.auvs.count)[0]
-        asked = channel(messages.payload_bytes(fixes), messages.airtime(fixes))
-        decoded = _decoded(asked, auvs, asvs, mf.range_m)
-    if rule == "fixed":
-        return np.asarray(decoded[:, rule.settings.get("asv", 0)])
-    if rule in ("nearest", "parallel"):
-        return np.asarray(decoded[np.arange(len(auvs)), away.argmin(axis=1)])
-    return np.asarray(decoded.mean(axis=1))
+        return (_apart(auvs, asvs, axes=2) <= reach).astype(float)
+    return _decoded(channel, auvs, asvs, reach, True)
 
 
-def _decoded(channel: AskedChannel, auvs: Floats, asvs: Floats, reach: float) -> Floats:
-    return 1.0 - channel.prospects(between(0.0, auvs, asvs, reach, calling=False))["loss"]
+def _frames(scenario: Scenario) -> AskedChannel | None:
+    """Return the channel of a frame with the fixes of all, or of an answer; None for the disc."""
+    channel = mf_channel(scenario)
+    if channel is None:
+        return None
+    messages = messages_of(scenario)
+    fixes = 1 if scenario.protocol.replies else messages.of(scenario.auvs.count)[0]
+    return channel(messages.payload_bytes(fixes), messages.airtime(fixes))
 
 
-def _lost(terms: LossTerms, away: Floats) -> Floats:
-    ranges = np.linspace(0.0, max(float(away.max()), 1.0), LOOKED_UP)
-    losses = [loss_probability(it, terms) for it in ranges.tolist()]
-    return np.interp(away, ranges, losses)
+def _decoded(
+    channel: AskedChannel, auvs: Floats, asvs: Floats, reach: float, calling: bool
+) -> Floats:
+    return 1.0 - channel.prospects(between(0.0, auvs, asvs, reach, calling))["loss"]
+
+
+def below(slants: Floats, depth: float) -> tuple[Floats, Floats]:
+    """Return places of AUVs so far (m) from an ASV, and that of the ASV."""
+    level = np.sqrt(np.maximum(slants**2 - depth**2, 0.0))
+    return np.column_stack((level, 0.0 * level, np.full(len(level), depth))), np.zeros((1, 3))
 
 
 def _apart(auvs: Floats, asvs: Floats, axes: int = 3) -> Floats:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled
+from ..core.compiled import compiled, entry
 from ..core.wording import refuse
 
 Floats = NDArray[np.float64]
@@ -17,19 +17,31 @@ Floats = NDArray[np.float64]
 # Range (m) beyond which the loss law is held constant (eq. fix_loss).
 LONGEST_LOSS_RANGE = 800.0
 
+# A law is fitted to pings within this range (m): `scaled` has it end where the HF range does.
+FITTED_RANGE = 100.0
+
 # Largest loss probability by range alone (eq. fix_loss_total; same cap in the thesis simulator).
 LARGEST_RANGE_LOSS = 0.999
 
 
 @dataclass(frozen=True)
 class LossLaw:
-    """How likely a ping is lost by range r (m): a e^(b r) + c e^(d r) (eq. fix_loss)."""
+    """How likely a ping is lost by range r (m): a e^(b r) + c e^(d r) (eq. fix_loss).
+
+    Beyond `longest_m` (m) it is held constant.
+    """
 
     a: float
     b: float
     c: float
     d: float
     source: str
+    longest_m: float = LONGEST_LOSS_RANGE
+
+    @property
+    def coefficients(self) -> Floats:
+        """What compiled code takes of it: a, b, c, d, and the longest range (m)."""
+        return np.array((self.a, self.b, self.c, self.d, self.longest_m))
 
 
 _SIMULATOR = "github.com/rwth-irt/USBL-Simulator (e9f29b7)"
@@ -52,6 +64,26 @@ LOSS_LAWS: Mapping[str, LossLaw] = MappingProxyType(
 )
 
 
+def loss_law(name: str, hf_range: float) -> LossLaw:
+    """Return the loss law that a scenario names, for its HF range (m).
+
+    `scaled` is the paper's at r min(1, 100 m / R_HF): the paper's law is a fit to less than 100 m
+    and exceeds 1 beyond 517.6 m, so that a longer range is to cost what 100 m cost there.
+
+    >>> round(range_loss(1200.0, loss_law("scaled", 1000.0)), 6)
+    0.014354
+    >>> loss_law("scaled", 100.0).coefficients.tolist() == LOSS_LAWS["paper"].coefficients.tolist()
+    True
+    """
+    if name != "scaled":
+        return LOSS_LAWS[name]
+    paper, shrink = LOSS_LAWS["paper"], min(1.0, FITTED_RANGE / hf_range)
+    return LossLaw(
+        paper.a, paper.b * shrink, paper.c, paper.d * shrink,
+        f"{paper.source}, at {shrink:.3g} of the range", paper.longest_m / shrink,
+    )  # fmt: skip
+
+
 def range_loss(slant_range: float, law: LossLaw = LOSS_LAWS["thesis"]) -> float:
     """Return the raw value of the loss law at a slant range (m): not yet a probability.
 
@@ -65,12 +97,12 @@ def range_loss(slant_range: float, law: LossLaw = LOSS_LAWS["thesis"]) -> float:
     """
     if not 0.0 <= slant_range < math.inf:
         refuse("slant range", slant_range, "be a finite number not below 0", "give it in metres")
-    return _law(slant_range, law.a, law.b, law.c, law.d)
+    return _law(slant_range, law.a, law.b, law.c, law.d, law.longest_m)
 
 
 @compiled
-def _law(slant_range: float, a: float, b: float, c: float, d: float) -> float:
-    reach = min(slant_range, LONGEST_LOSS_RANGE)
+def _law(slant_range: float, a: float, b: float, c: float, d: float, longest: float) -> float:
+    reach = min(slant_range, longest)
     return a * math.exp(b * reach) + c * math.exp(d * reach)
 
 
@@ -129,7 +161,7 @@ COMBINERS: Mapping[str, Callable[[float, float, float], float]] = MappingProxyTy
 
 
 class LossTerms(NamedTuple):
-    """How likely a ping is lost, as a scenario has it: the coefficients (4,) of a loss law, the
+    """How likely a ping is lost, as a scenario has it: the coefficients (5,) of a loss law, the
     number of a combiner in COMBINERS, what other AUVs add, and the largest probability.
     """
 
@@ -143,9 +175,23 @@ class LossTerms(NamedTuple):
 def loss_probability(slant_range: float, terms: LossTerms) -> float:
     """Return the probability that a ping is lost over a slant range (m)."""
     own = terms.coefficients
-    loss = _law(slant_range, own[0], own[1], own[2], own[3])
+    loss = _law(slant_range, own[0], own[1], own[2], own[3], own[4])
     if terms.combine == 0:
         return clamp_first(loss, terms.contention, terms.cap)
     if terms.combine == 1:
         return paper_raw(loss, terms.contention, terms.cap)
     return off(loss, terms.contention, terms.cap)
+
+
+@entry
+def losses(
+    ranges: Floats, coefficients: Floats, combine: int, contention: float, cap: float
+) -> Floats:
+    """Return the probabilities (n,) that pings are lost over slant ranges (n,), m; the others are
+    the fields of :class:`LossTerms`.
+    """
+    out = np.empty(ranges.size)
+    terms = LossTerms(coefficients, combine, contention, cap)
+    for k in range(ranges.size):
+        out[k] = loss_probability(ranges[k], terms)
+    return out

@@ -5,8 +5,6 @@ from functools import cache
 from operator import attrgetter
 from typing import TypeVar
 
-import numpy as np
-
 from ..core.plugins import Family, is_plugin
 from ..presets.catalogue import preset
 from ..scenario.channel_settings import Curve, PingSonar, Sonar, Sound, Table
@@ -16,7 +14,7 @@ from ..scenario.scenario import Scenario
 from ..scenario.water import sound_speed_of, water_of
 from .channel import AskedChannel, contention_of, own_channel
 from .curve import curve_channel
-from .loss import COMBINERS, LOSS_LAWS, LossTerms
+from .loss import COMBINERS, LossTerms, loss_law
 from .sonar.budget import link_budget
 from .sonar.decoding import Message, timing_sd_s
 from .sonar.echoing import echoing_sonar
@@ -97,9 +95,8 @@ def _table(scenario: Scenario, settings: Table, message: Message, range_m: float
 def loss_of(scenario: Scenario) -> LossTerms:
     """Return how likely a ping is lost on its way over the disc."""
     loss = scenario.acoustics.loss
-    law = LOSS_LAWS[loss.law]
     return LossTerms(
-        np.array((law.a, law.b, law.c, law.d)),
+        loss_law(loss.law, scenario.acoustics.hf.range_m).coefficients,
         list(COMBINERS).index(loss.combine),
         contention_of(scenario),
         loss.cap,

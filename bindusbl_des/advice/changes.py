@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..acoustics.fix_chance import HALF, delivery
 from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
 from ..scenario.families import is_random
@@ -89,6 +90,7 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
         _delays(scenario),
         _gains(scenario, min(row["fix_benefit_m"] for row in auvs) < 0, needless),
         *_formations(scenario, needless),
+        _losses(scenario),
         *_ranges(scenario, auvs, needless),
         *_protocols(scenario, needless),
     ]
@@ -135,10 +137,16 @@ def _protocols(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]
 
 
 def _downlinks(scenario: Scenario) -> tuple[str, ...]:
-    """Return the downlinks that differ: with random access all with broadcasts mean the same."""
+    """Return the downlinks that differ: with random access all with broadcasts mean the same.
+
+    Answers without airtime are not advised: no modem can give them.
+    """
+    instant = scenario.protocol.reply == "instant"
+    names = tuple(it for it in DOWNLINKS if it != "direct_reply" or not instant)
     if not is_random(scenario):
-        return DOWNLINKS
-    return ("sequential",) if scenario.protocol.downlink == "direct_reply" else ("direct_reply",)
+        return names
+    answers = scenario.protocol.downlink == "direct_reply"
+    return tuple(it for it in names if it == ("sequential" if answers else "direct_reply"))
 
 
 def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
@@ -183,6 +191,15 @@ def _ranges(
     else:
         found.append(_longer(scenario, mf=mf))
     return found if reached else found[::-1]  # who hears more must tell more
+
+
+def _losses(scenario: Scenario) -> Iterator[Change]:
+    """Yield a loss law that is made for the HF range, where most pings over that are lost."""
+    hf, law = scenario.acoustics.hf, scenario.acoustics.loss.law
+    found = delivery(scenario, "hf")
+    if hf.channel == "disc" and law != "scaled" and found is not None and found[1] < HALF:
+        words = f"pings that carry over {hf.range_m:g} m (loss law scaled instead of {law})"
+        yield Change("loss law", words, {"acoustics.loss.law": "scaled"})
 
 
 def _longer(scenario: Scenario, **now: float) -> Iterator[Change]:

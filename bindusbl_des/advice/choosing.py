@@ -6,9 +6,9 @@ from itertools import combinations
 
 from ..results.effects import FILTER
 from .changes import PAIR, Change, both, may_be_paired
-from .trials import AS_IT_IS, OutOfTime, Trials
+from .trials import AS_IT_IS, OutOfMissions, Trials
 
-# The first heat, one seed for every change, may take this share of the race's time.
+# The first heat, one seed for every change, may take this share of the race's missions.
 FIRST_HEAT = 0.75
 # Further heats: how many changes run on, how many of a kind, and at how many more seeds.
 HEATS = ((15, 3, 1), (8, 2, 2), (6, 1, 3))
@@ -31,15 +31,14 @@ class Race:
         self.inert: list[Change] = []
         self.tried: list[Change] = []
 
-    def run(self, until: float) -> None:
-        """Fly the heats until so many seconds after the beginning of the trials.
+    def run(self, until: int) -> None:
+        """Fly the heats until so many missions were flown.
 
         Raises:
-            OutOfTime: when not even the plan as it is can be flown once.
+            OutOfMissions: when not even the plan as it is can be flown once.
         """
         self._trials.fly(AS_IT_IS, self._first)
-        with suppress(OutOfTime):
-            self._try(AS_IT_IS, self._first + 1)  # tells what a mission costs once it is set up
+        with suppress(OutOfMissions):
             self._first_heat(FIRST_HEAT * until)
             for runners, each, more in HEATS:
                 self._fly(list(self._pairs()), until)
@@ -62,22 +61,19 @@ class Race:
                 self._running.append(change)
 
     def _must_end(self, until: float) -> bool:
-        """Tell whether the first heat is over; while nothing has helped it has all the time."""
-        if self._trials.left < MISSIONS_TO_MEASURE * self._trials.cost(AS_IT_IS):
+        """Tell whether the first heat is over; while nothing has helped it has all missions."""
+        if self._trials.left < MISSIONS_TO_MEASURE:
             return True
-        return self._trials.spent > until and bool(self.promising())
+        return self._trials.spent >= until and bool(self.promising())
 
-    def _fly(self, changes: Iterable[Change], until: float) -> None:
+    def _fly(self, changes: Iterable[Change], until: int) -> None:
         for change in changes:
             for seed in self.seeds:
-                self._check(until)
+                if self._trials.spent >= until:
+                    raise OutOfMissions
                 self._try(change, seed)
             if change not in self._running and change != AS_IT_IS:
                 self._running.append(change)
-
-    def _check(self, until: float) -> None:
-        if self._trials.spent > until:
-            raise OutOfTime
 
     def _try(self, change: Change, seed: int) -> None:
         with suppress(ValueError):  # it is noted among the failed

@@ -10,7 +10,7 @@ from ..campaigns.statistics.intervals import CONFIDENCE, student
 from ..results.effects import HARMS, HELPS, NEGLIGIBLE, NO_EFFECT, Effect, Harm
 from .changes import Change
 from .choosing import WORTHWHILE
-from .trials import AS_IT_IS, OutOfTime, Trial, Trials
+from .trials import AS_IT_IS, OutOfMissions, Trial, Trials
 
 Floats = NDArray[np.float64]
 
@@ -20,8 +20,6 @@ MOST_CHANGES, MOST_SEEDS = 6, 20
 SEEDS_OF_NONE = 6
 # Rather fewer changes than fewer seeds for each: Student's t is wide for few.
 SEEDS_EACH, SEEDS_OF_TWO, FEWEST_SEEDS = 5, 4, 3
-# Missions take now longer, now shorter than they did.
-SLACK = 0.95
 
 
 def measured(
@@ -29,7 +27,7 @@ def measured(
 ) -> tuple[list[Change], list[int]]:
     """Fly the most promising of the chosen changes on fresh seeds; return which, and the seeds.
 
-    How many depends on the time there is, never on a result, so that none can end the trials.
+    How many depends on the missions there are, never on a result, so that none can end the trials.
     """
     waiting, seeds = list(chosen[:MOST_CHANGES]), list[int]()
     count = len(waiting)
@@ -37,16 +35,12 @@ def measured(
         count -= 1
     now, waiting = waiting[:count], waiting[count:]
     more = _enough(count)
-    with suppress(OutOfTime):
+    with suppress(OutOfMissions):
         while more:
             fresh = [first_seed + len(seeds) + k for k in range(more)]
             seeds += fresh
             _fly(trials, [AS_IT_IS, *now], fresh)
-            while (
-                waiting
-                and len(seeds) >= _enough(len(now) + 1)
-                and _fits(trials, waiting[0], len(seeds))
-            ):
+            while waiting and _enough(len(now) + 1) <= len(seeds) <= trials.left:
                 now.append(waiting.pop(0))
                 _fly(trials, now[-1:], seeds)
             more = _more(trials, now, len(seeds))
@@ -62,16 +56,10 @@ def _fly(trials: Trials, changes: Sequence[Change], seeds: Sequence[int]) -> Non
                 trials.fly(change, seed)
 
 
-def _fits(trials: Trials, change: Change, seeds: int) -> bool:
-    return SLACK * trials.left > trials.setup + seeds * trials.cost(change)
-
-
 def _more(trials: Trials, chosen: Sequence[Change], flown: int) -> int:
-    """Return at how many more seeds all changes can be flown in the time that is left."""
-    changes = (AS_IT_IS, *chosen)
-    left = SLACK * trials.left - len(changes) * trials.setup * (flown == 0)
+    """Return at how many more seeds all changes can be flown with the missions that are left."""
     most = MOST_SEEDS if chosen else SEEDS_OF_NONE
-    return max(0, min(most - flown, int(left / sum(map(trials.cost, changes)))))
+    return max(0, min(most - flown, trials.left // (1 + len(chosen))))
 
 
 def _enough(changes: int) -> int:

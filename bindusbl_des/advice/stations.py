@@ -31,7 +31,8 @@ class Ways:
         self._area = area_of(scenario)
         self._hears, self._told = horizontal_reach(scenario), scenario.acoustics.mf.range_m
         self._choice = scenario.protocol.broadcaster == "nearest"
-        self._replies = scenario.protocol.downlink == "direct_reply"
+        self._choice |= scenario.protocol.replies
+        self._instant = not scenario.protocol.sends_frames
         count = scenario.auvs.count
         chosen = range(0, count, -(-count // MOST_AUVS))
         self.places = np.stack([_way(scenario, auv) for auv in chosen])
@@ -46,8 +47,8 @@ class Ways:
         away = np.hypot(apart[..., 0], apart[..., 1])
         nearest = away.min(axis=-1)
         reached = (away <= self._told).mean(axis=-1)
-        if self._replies or self._choice:
-            reached = (nearest <= self._told) | self._replies
+        if self._choice:
+            reached = (nearest <= self._told) | self._instant
         own = ((nearest <= self._hears) * reached).mean(axis=-1)
         return float(own.min()), float(own.mean()), -float(nearest.mean())
 

@@ -1,36 +1,34 @@
-"""Missions flown beside a plan, as long as there is time for them."""
+"""Missions flown beside a plan, as many as there are to be flown."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from statistics import median
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiling_s
-from ..mission.mission import Mission
-from ..results.result import Result
+from ..mission.simulation import simulate
+from ..preflight.effort import effort
 from ..scenario.scenario import Scenario
 from .changes import Change, changed
 
 Floats = NDArray[np.float64]
-Told = Callable[[int, float], None]
+Told = Callable[[int, int], None]
 
 # What a mission may raise that cannot be flown: the change is no good, whatever the reason.
 FAILURES = (ValueError, ArithmeticError, RuntimeError, LookupError, MemoryError)
 
-# On a machine that has compiled nothing all time would go there: up to so much (s) of it is free.
-MOST_COMPILING_S = 10.0
-
-# So often within a mission it is asked whether there is still time for it.
-STEPS = 16
+# So many missions are enough to choose well and to measure what was chosen, so many are needed to
+# tell anything; between them they are as many as together are estimated to take so long (s).  Where
+# the fewest would take longer than the longest, none is flown unasked.
+MOST, FEWEST, WORK_S, LONGEST_S = 150, 20, 10.0, 60.0
 
 AS_IT_IS = Change("", "the plan as it is", {})
 
 
-class OutOfTime(Exception):
-    """There is no time to end this mission."""
+class OutOfMissions(Exception):
+    """No more missions are to be flown."""
 
 
 @dataclass(frozen=True)
@@ -41,19 +39,33 @@ class Trial:
     own: Floats
 
 
+def missions_for(scenario: Scenario) -> int:
+    """Return how many missions are tried beside one of a scenario, by its size alone; 0 for one
+    that takes too long.
+    """
+    each = effort(scenario).seconds
+    return max(FEWEST, min(MOST, int(WORK_S / each))) if FEWEST * each <= LONGEST_S else 0
+
+
 class Trials:
-    """Trials of changes by seed, each flown once, until the time is up."""
+    """Trials of changes by seed, each flown once, `most` in all.
 
-    def __init__(self, scenario: Scenario, seconds: float, told: Told | None = None) -> None:
-        """Take the plan and how long (s) all trials may take from now on.
+    After `seconds`, in which compiling does not count, none is begun (`is_cut`).  `told` hears
+    after each mission how many were flown, and how many are left.
+    """
 
-        `told` hears after each mission how many were flown, and how much time (s) is left.
-        """
-        self._began, self._seconds, self._told = perf_counter(), seconds, told
-        self._compiled = compiling_s()
+    def __init__(
+        self,
+        scenario: Scenario,
+        most: int,
+        seconds: float | None = None,
+        told: Told = lambda flown, left: None,
+    ) -> None:
+        self.spent, self.is_cut = 0, False
+        self._most, self._seconds, self._told = most, seconds, told
+        self._began = perf_counter() - compiling_s()
         self._plan = changed(scenario, {"record.detail": "summary"}) or scenario
         self._flown: dict[tuple[Change, int], Trial] = {}
-        self._spent: dict[Change, list[float]] = {}
         self.failed: dict[Change, str] = {}
 
     @property
@@ -62,57 +74,32 @@ class Trials:
         return len(self._flown)
 
     @property
-    def spent(self) -> float:
-        """Time (s) since the trials began, without compiling."""
-        compiling = min(compiling_s() - self._compiled, MOST_COMPILING_S)
-        return perf_counter() - self._began - compiling
-
-    @property
-    def left(self) -> float:
-        """Time (s) that is left."""
-        return self._seconds - self.spent
-
-    @property
-    def quickest(self) -> float | None:
-        """How long (s) the quickest took: the first loads what others find; None where none was
-        flown.
-        """
-        return min((min(it) for it in self._spent.values()), default=None)
-
-    @property
-    def setup(self) -> float:
-        """How long (s) the first mission of a change takes more than others: routes are kept."""
-        extra = [spent[0] - median(spent[1:]) for spent in self._spent.values() if len(spent) > 1]
-        return max(0.0, median(extra)) if extra else 0.0
-
-    def cost(self, change: Change) -> float:
-        """Return how long (s) one more mission with a change takes, as far as one knows."""
-        spent, plain = self._spent.get(change), min(self._spent.get(AS_IT_IS, [0.0]))
-        if not spent:
-            return plain
-        return min(spent) if len(spent) > 1 else min(spent[0], max(spent[0] - self.setup, plain))
+    def left(self) -> int:
+        """How many missions are left."""
+        return self._most - self.spent
 
     def fly(self, change: Change, seed: int) -> Trial:
         """Return the trial of a change at a seed.
 
         Raises:
-            OutOfTime: when it would not be over in time.
+            OutOfMissions: when none is left, or the time is up.
             ValueError: when such a mission cannot be flown.
         """
         if (change, seed) in self._flown:
             return self._flown[change, seed]
         if change in self.failed:
             raise ValueError(self.failed[change])
-        if self.left < self.cost(change):
-            raise OutOfTime
-        began = self.spent
+        time = perf_counter() - compiling_s() - self._began
+        self.is_cut = self.is_cut or (self._seconds is not None and time > self._seconds)
+        if not self.left or self.is_cut:
+            raise OutOfMissions
+        self.spent += 1
         try:
             trial = self._flown[change, seed] = self._trial(change, seed)
         except FAILURES as error:
             self.failed[change] = str(error) or type(error).__name__
             raise ValueError(self.failed[change]) from error
-        self._spent.setdefault(change, []).append(self.spent - began)
-        if self._told is not None:
+        finally:
             self._told(self.missions, self.left)
         return trial
 
@@ -120,22 +107,10 @@ class Trials:
         plan = changed(self._plan, change.settings)
         if plan is None:
             raise ValueError(f"{change.words}: contradicts the plan")
-        tables = self._in_time(Mission(plan, seed)).arrow
+        tables = simulate(plan, seed).arrow
         mission, auvs = tables["mission"].to_pylist()[0], tables["auvs"]
         own = [auvs[name].to_numpy() for name in ("position_error_m", "imu_error_m")]
         return Trial(mission["worst_position_error_m"], np.column_stack(own))
-
-    def _in_time(self, mission: Mission) -> Result:
-        """Return what a mission comes to.
-
-        Raises:
-            OutOfTime: when the time is up before it ends.
-        """
-        for step in range(1, STEPS):
-            mission.advance(mission.scenario.duration_s * step / STEPS)
-            if self.left < 0:
-                raise OutOfTime
-        return mission.result()
 
     def differences(self, change: Change, seeds: list[int]) -> Floats:
         """Return what a change did (m) to the worst AUV's error at those seeds that were flown."""

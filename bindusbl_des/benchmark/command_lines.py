@@ -21,7 +21,12 @@ BASELINE: dict[str, Any] = {
     "auvs": {"count": 4, "turning_radius_m": 3, "route": {"end_margin_m": 5}},
     "asvs": {"count": 1},
     "acoustics": {"hf": {"range_m": 100}, "mf": {"range_m": 200}},
-    "protocol": {"schedule": "round_robin", "downlink": "direct_reply", "tick_rate_hz": 30},
+    "protocol": {
+        "schedule": "round_robin",
+        "downlink": "direct_reply",
+        "reply": "instant",
+        "tick_rate_hz": 30,
+    },
     "navigation": {"filter": "fixed_gain", "delay_compensation": "none"},
 }
 

@@ -55,6 +55,18 @@ class State:
         return self.missing / self.missions_per_s if self.missions_per_s else None
 
 
+class CampaignInterrupted(KeyboardInterrupt):
+    """Ctrl-C, or a request to end, left missions of a campaign unflown; `campaign` has the others.
+
+    Its `folder` is continued by `resume`, or by the same `sweep` again.
+    """
+
+    def __init__(self, campaign: "Campaign", how_to_go_on: str) -> None:
+        self.campaign, self.folder = campaign, campaign.folder
+        state = campaign.state()
+        super().__init__(f"{state.missing} of {state.missions} missions are left; {how_to_go_on}")
+
+
 class Campaign:
     """A campaign's folder and what it holds.
 

@@ -1,14 +1,15 @@
 """Campaigns, or points within one, compared: paired differences with confidence intervals."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
+from ..core.wording import lettered, plain, shortened
 from .campaign import Campaign, load_campaign
 from .experiments.experiment import laid_over
-from .statistics.comparison_table import sentence, unserved
+from .statistics.comparison_table import by_label, is_alone, sentence, unserved
 from .statistics.contents import in_intervals
 from .statistics.differences import Difference, difference, left_out
 from .statistics.findings import harm_said, starved_said
@@ -27,9 +28,10 @@ MOST_KEYS_NAMED = 4
 
 @dataclass(frozen=True)
 class Comparison:
-    """Differences of every pair and metric, and what must be said with them."""
+    """Differences of every pair and metric, what is called A, B, ..., and what must be said too."""
 
     differences: tuple[Difference, ...]
+    labels: Mapping[str, str]
     notes: tuple[str, ...]
 
     def records(self) -> list[dict[str, Any]]:
@@ -54,8 +56,8 @@ def compare(
 
     Each is a campaign or its folder.  A row per pair of points and metric: means of both over the
     seeds that both have, the mean difference, its 95 % interval (Student's t over paired
-    differences), and what that shows.  Each mission counts by its worst AUV unless other metrics
-    are asked for.
+    differences), and what that shows.  In words the baseline is A, and what is compared with it has
+    the letter of `label`.  Each mission counts by its worst AUV unless other metrics are asked for.
 
     Raises:
         CampaignError: when a folder is no campaign's, or nothing in them can be compared.
@@ -85,7 +87,11 @@ def compared(
             "them out: the first campaign is the baseline of the others"
         )
     else:
-        pairs = [pair for other in campaigns[1:] for pair in pairs_between(campaigns[0], other)]
+        pairs = [
+            pair
+            for number, other in enumerate(campaigns[1:], 1)
+            for pair in pairs_between(campaigns[0], other, lettered(number))
+        ]
     found = {campaign.folder: outcomes(campaign.folder, metrics) for campaign in campaigns}
     served = {folder: _unserved(folder, it) for folder, it in found.items()}
     differences = tuple(
@@ -94,11 +100,17 @@ def compared(
     if not any(it.missions for it in differences):
         raise CampaignError("nothing to compare: no seed has a result at both points of a pair")
     notes = (
-        *left_out(pairs, found), *_differing(campaigns, pairs), *_waits(metrics),
-        *_harms(campaigns, pairs, any(it.verdict == "unserved" for it in differences)),
+        *left_out(pairs, found), *_versions(campaigns), *_waits(metrics),
+        *_harms(campaigns, pairs, _unserved_said(differences)),
         *_contents(campaigns, pairs),
     )  # fmt: skip
-    return Comparison(differences, notes)
+    return Comparison(differences, dict(_labels(pairs)), notes)
+
+
+def _unserved_said(differences: Sequence[Difference]) -> bool:
+    """Tell whether tables of single pairs name the AUVs that lack something."""
+    tables = by_label(differences).values()
+    return any(it.lacks for rows in tables for it in rows) and all(map(is_alone, tables))
 
 
 def _unserved(folder: Path, found: Outcomes) -> Fleets:
@@ -122,22 +134,23 @@ def _harms(
     campaigns: Sequence[Campaign], pairs: Sequence[Pair], is_starved_said: bool
 ) -> Iterator[str]:
     """Yield at which of the points fixes make AUVs worse, and at which AUVs get none."""
-    for campaign in campaigns:
+    for number, campaign in enumerate(campaigns):
         points, plan = _points(campaign, pairs), campaign.plan
         found = fleets(campaign.folder, NEEDED)
         said = list(harm_said(harmed(found, plan), plan, points))
         if not is_starved_said:
             said += starved_said(starved(found), plan, points)
-        yield from (f"{campaign.folder}: {text}" if len(campaigns) > 1 else text for text in said)
+        whose = f"{lettered(number)}: " * (len(campaigns) > 1)
+        yield from (f"{whose}{text}" for text in said)
 
 
 def _contents(campaigns: Sequence[Campaign], pairs: Sequence[Pair]) -> Iterator[str]:
     """Yield what the intervals contain, once where that is the same of all campaigns."""
-    said = {it.folder: in_intervals(it.plan, _points(it, pairs)) for it in campaigns}
-    if len(set(said.values())) == 1:
-        yield said[campaigns[0].folder]
+    said = [in_intervals(it.plan, _points(it, pairs)) for it in campaigns]
+    if len(set(said)) == 1:
+        yield said[0]
     else:
-        yield from (f"{folder}: {text}" for folder, text in said.items())
+        yield from (f"{lettered(number)}: {text}" for number, text in enumerate(said))
 
 
 def _points(campaign: Campaign, pairs: Sequence[Pair]) -> list[int]:
@@ -155,29 +168,44 @@ def _campaign(folder: Path) -> Campaign:
     return load_campaign(folder)
 
 
-def _differing(campaigns: Sequence[Campaign], pairs: Sequence[Pair]) -> Iterator[str]:
-    """Yield in what the campaigns differ besides their folders."""
+def _versions(campaigns: Sequence[Campaign]) -> Iterator[str]:
+    """Yield which campaigns were run with another model than the first."""
     first = campaigns[0]
     for other in campaigns[1:]:
         one, two = first.record["model_version"], other.record["model_version"]
         if one != two:
             yield f"{first.folder} was run with model {one}, {other.folder} with {two}"
-        pair = next(pair for pair in pairs if pair.other.campaign is other)
-        keys = [key for key in _keys_that_differ(pair) if key != "name"]
-        named = ", ".join(keys[:MOST_KEYS_NAMED])
-        more = f" and {len(keys) - MOST_KEYS_NAMED} more keys" * (len(keys) > MOST_KEYS_NAMED)
-        what = f"differ in {named}{more}" if keys else "have the same scenario"
-        yield f"{first.folder} and {other.folder} {what}"
 
 
-def _keys_that_differ(pair: Pair) -> list[str]:
+def _labels(pairs: Sequence[Pair]) -> Iterator[tuple[str, str]]:
+    """Yield each letter with what it stands for, and in what that differs from the baseline."""
+    for pair in pairs[:1]:
+        side = pair.baseline
+        yield side.label, f"{pair.key}={side.name}" if pair.key else side.name
+    firsts = {pair.other.label: pair for pair in reversed(pairs)}
+    for label, pair in sorted(firsts.items(), key=lambda it: pairs.index(it[1])):
+        named = f"{pair.key}={pair.other.name}" if pair.key else pair.other.name
+        yield label, f"{named}, {_differing(pair)}" if not pair.key else named
+
+
+def _differing(pair: Pair) -> str:
+    """Return in what the scenarios of two campaigns differ besides the keys that both vary."""
     flat = []
     for side in (pair.baseline, pair.other):
         experiment = side.campaign.plan.experiment
         scenario = laid_over(experiment.given, experiment.points[side.point])
         flat.append(dict(_leaves(portable(scenario.model_dump(mode="json")), "")))
     one, other = flat
-    return [key for key in {**one, **other} if one.get(key) != other.get(key)]
+    keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
+    keys = [key for key in keys if key not in ("name", *pair.held)]
+    if not keys:
+        return "otherwise the same scenario" if pair.held else "the same scenario"
+    named = ", ".join(
+        f"{key}={shortened(plain(other.get(key)))} instead of {shortened(plain(one.get(key)))}"
+        for key in keys[:MOST_KEYS_NAMED]
+    )
+    more = f" and {len(keys) - MOST_KEYS_NAMED} more keys" * (len(keys) > MOST_KEYS_NAMED)
+    return f"{named}{more}"
 
 
 def _leaves(data: Any, name: str) -> Iterator[tuple[str, Any]]:
@@ -191,6 +219,7 @@ def _leaves(data: Any, name: str) -> Iterator[tuple[str, Any]]:
 def _record(it: Difference) -> dict[str, Any]:
     return {
         **it.pair.held,
+        "label": it.pair.other.label,
         "baseline": it.pair.baseline.name,
         "other": it.pair.other.name,
         "metric": it.metric,

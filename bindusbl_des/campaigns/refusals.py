@@ -9,7 +9,7 @@ from ..core.kept_files import check_kept
 from ..core.plugin_sources import source_sha256, sources_of
 from ..core.wording import printable
 from ..results.result import scenario_sha256
-from .campaign import Campaign
+from .campaign import Campaign, unfinished_campaign
 from .experiments.plan import Plan, model_version
 from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record
 
@@ -28,6 +28,16 @@ def check_name(folder: Path) -> None:
         raise CampaignError(f"{folder}: cannot be made, since {above} is {what}; name another")
 
 
+def is_unfinished(folder: Path, plan: Plan, shard: tuple[int, int] | None) -> bool:
+    """Tell whether a folder holds this plan's campaign, or this share of it, with missions left."""
+    if not (folder / RECORD).exists() or is_locked(folder):
+        return False
+    record = read_record(folder)
+    if record["plan_sha256"] != plan.fingerprint() or record["shard"] != (shard and list(shard)):
+        return False
+    return bool(len(unfinished_campaign(folder).missing()))
+
+
 def check_new(folder: Path, plan: Plan) -> None:
     """Refuse a folder that holds something.
 
@@ -40,11 +50,10 @@ def check_new(folder: Path, plan: Plan) -> None:
             raise CampaignError(f"{folder}: another process is running this campaign")
         record = read_record(folder)
         same = record["plan_sha256"] == plan.fingerprint()
-        which = "this campaign" if same else "another campaign"
         if why := _changed(folder, record):
             raise CampaignError(why)
-        command = f"`bindusbl-des resume {folder}` continues it"
-        raise CampaignError(f"{folder}: holds {which}; {command}, or name another folder")
+        which = "this campaign, complete" if same else "another campaign"
+        raise CampaignError(f"{folder}: holds {which}; name another folder")
     if folder.exists() and any(path.name != "campaign.lock" for path in folder.iterdir()):
         raise CampaignError(f"{folder}: is not empty and no campaign; name another folder")
 

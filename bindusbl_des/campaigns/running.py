@@ -24,12 +24,12 @@ from ..results.result import scenario_sha256, versions
 from ..scenario.files.shipped import located
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario
-from .campaign import Campaign, unfinished_campaign
+from .campaign import Campaign, CampaignInterrupted, unfinished_campaign
 from .experiments.experiment import Detail, Experiment
 from .experiments.experiment_file import load_experiment
 from .experiments.options import Asked
 from .experiments.plan import Plan
-from .refusals import check_new, check_unchanged
+from .refusals import check_name, check_new, check_unchanged, is_unfinished
 from .settings import HowToRun, Settings, settings_of
 from .storage.folder import (
     FORMAT,
@@ -75,7 +75,8 @@ def sweep(
     which a point stops, such as ``"5%"``).  `shard` (i, N) runs the i-th of N shares.
 
     Without `out` the campaign lies in a temporary folder that goes with the campaign; its `write`
-    keeps it.  Interrupted or killed, a campaign in a folder is continued by `resume`.
+    keeps it.  Interrupted or killed, a campaign in a folder is continued by `resume`, or by the
+    same call again.
 
     Settings: `workers` (processes at once, one per CPU), `backend` ("local" or "dask:ADDRESS"),
     `quiet` (True: no progress is told) and `mission_timeout_s` (s; a mission that takes longer is
@@ -87,6 +88,7 @@ def sweep(
         TypeError: when an argument is of another kind, or there is none of that name.
         PluginError: when a plug-in is not allowed.
         CampaignError: when the folder cannot take a new campaign.
+        CampaignInterrupted: at Ctrl-C, once the missions under way are finished.
         NotWritten: when the disk is full or the folder gone; what was written counts.
     """
     how = settings_of(settings, sweep)
@@ -109,6 +111,10 @@ def sweep(
     folder = Path(mkdtemp(prefix="bindusbl-sweep-"))
     try:
         campaign = _swept(plan, folder, shard, how)
+    except CampaignInterrupted as error:
+        finalize(error.campaign, _removed, folder, os.getpid())
+        go_on = "`error.campaign.write(FOLDER)` keeps the others, and `resume(FOLDER)` goes on"
+        raise CampaignInterrupted(error.campaign, go_on) from None
     except BaseException:
         rmtree(folder, ignore_errors=True)
         raise
@@ -123,9 +129,14 @@ def _removed(folder: Path, owner: int) -> None:
 
 
 def _swept(plan: Plan, folder: Path, shard: Shard | None, settings: Settings) -> Campaign:
-    """Run a campaign in a new folder."""
-    check_new(folder, plan)
+    """Run a campaign in a new folder, or go on with it in its own."""
+    check_name(folder)
     check_backend(settings)
+    if is_unfinished(folder, plan, shard):
+        if not settings.quiet:
+            say(f"{folder}: goes on with this campaign")
+        return _resumed(folder, settings, _warn)
+    check_new(folder, plan)
     folder.mkdir(parents=True, exist_ok=True)
     sync(folder.parent)
     with locked(folder):
@@ -171,9 +182,21 @@ def resume(
         PluginError: when a plug-in is not allowed.
         CampaignError: when the model, a track or an own part has changed since, when the folder
             holds links, or another process runs it.
+        CampaignInterrupted: at Ctrl-C, once the missions under way are finished.
         NotWritten: when the disk is full or the folder gone; what was written counts.
     """
     how = settings_of(settings, resume)
+    return _resumed(Path(folder), how, tell, retry_failed, allow_plugins)
+
+
+def _resumed(
+    folder: Path,
+    settings: Settings,
+    tell: Callable[[str], None],
+    retry_failed: bool = False,
+    allow_plugins: bool = False,
+) -> Campaign:
+    """Run what is missing of a campaign."""
     campaign = unfinished_campaign(folder)
     check_unchanged(campaign)
     check_plugins(campaign.plan, allow_plugins)
@@ -186,7 +209,7 @@ def resume(
         if retry_failed:
             rows = done(campaign.folder)
             compact(campaign.folder, leave_out=rows.numbers[rows.failed].tolist())
-        return _run(campaign, how)
+        return _run(campaign, settings)
 
 
 def first_record(plan: Plan, shard: Shard | None) -> dict[str, Any]:
@@ -227,7 +250,10 @@ def _run(campaign: Campaign, settings: Settings) -> Campaign:
         raise
     finally:
         _settle(folder, {**record, "status": status})
-    return Campaign(folder, campaign.plan, {**record, "status": status})
+    campaign = Campaign(folder, campaign.plan, {**record, "status": status})
+    if status == "interrupted":
+        raise CampaignInterrupted(campaign, f"`resume({str(folder)!r})` or the same sweep goes on")
+    return campaign
 
 
 def _begin(folder: Path, record: Mapping[str, Any]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..core.wording import counted
 from .geojson import read_geojson
+from .gpx import read_gpx_shapes
 from .kml import read_kml
 from .shapes import BadChart, Degrees, Shape
 
@@ -14,6 +15,7 @@ READERS: Mapping[str, Callable[[str | Path], list[Shape]]] = {
     ".geojson": read_geojson,
     ".json": read_geojson,
     ".kml": read_kml,
+    ".gpx": read_gpx_shapes,
 }
 # Of several polygons so many are named.
 MOST_NAMED = 4
@@ -45,7 +47,10 @@ def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
     if not areas:
         kinds = [shape.kind for shape in shapes]
         there = [counted(kinds.count(it), it) for it in dict.fromkeys(kinds)]
-        raise BadChart(f"{path}: holds no polygon ({', '.join(there) or 'nothing'}); draw the area")
+        raise BadChart(
+            f"{path}: holds no polygon ({', '.join(there) or 'nothing'}); draw the area"
+            + ", and end it where it begins" * ("line" in kinds)
+        )
     if len(areas) > 1:
         named = "; ".join(
             shape.told.removeprefix(f"{path}:").strip() for shape in areas[:MOST_NAMED]

@@ -1,12 +1,18 @@
-"""Tracks in GPX files (topografix 1.1): points of latitude, longitude, UTC time and elevation."""
+"""GPX files (topografix 1.1): tracks of latitude, longitude, UTC time and elevation; outlines."""
 
 import math
 from collections.abc import Iterator
 from datetime import UTC, datetime
+from itertools import pairwise
+from pathlib import Path
 
 from .samples import Sample, above_sea
-from .shapes import BadChart, position
+from .shapes import BadChart, Degrees, Shape, checked, position
 from .xml_file import Element, read_xml
+
+# A line whose ends are this near each other, as a share of its length, goes around an area: drawn
+# or driven by hand, its last point is seldom the first.
+CLOSED = 0.02
 
 
 def read_gpx(path: str) -> Iterator[tuple[str, Sample]]:
@@ -24,12 +30,47 @@ def read_gpx(path: str) -> Iterator[tuple[str, Sample]]:
             yield name, _sample(f"{path}:{point.line}", point)
 
 
-def _sample(told: str, point: Element) -> Sample:
+def read_gpx_shapes(path: str | Path) -> list[Shape]:
+    """Return routes, segments of tracks and waypoints as shapes; what ends where it began is a
+    polygon: GPX has no others.
+
+    Raises:
+        BadChart: naming file, line and remedy.
+    """
+    root = read_xml(path, "gpx")
+    lines = [_outline(path, it, "rtept") for it in root.within("rte")]
+    lines += [_outline(path, it, "trkpt") for it in root.within("trkseg")]
+    points = [(f"{path}:{it.line}: wpt", it) for it in root.within("wpt")]
+    return [*lines, *(Shape("point", told, (_place(told, it),)) for told, it in points)]
+
+
+def _outline(path: str | Path, line: Element, name: str) -> Shape:
+    told = f"{path}:{line.line}: {line.name}"
+    corners = tuple(_place(f"{path}:{it.line}", it) for it in line.within(name))
+    if len(corners) < 2:
+        raise BadChart(f"{told}: needs two positions; it has {len(corners)}")
+    around = sum(_apart(one, next_) for one, next_ in pairwise(corners))
+    gap = _apart(corners[0], corners[-1])
+    if len(corners) < 4 or gap > CLOSED * around:
+        return checked(Shape("line", told, corners), told)
+    return checked(Shape("polygon", told, corners[: -1 if gap == 0.0 else None]), told)
+
+
+def _apart(one: Degrees, other: Degrees) -> float:
+    """Return how far apart two places are (deg of latitude), for comparing."""
+    return math.hypot(other[0] - one[0], (other[1] - one[1]) * math.cos(math.radians(one[0])))
+
+
+def _place(told: str, point: Element) -> Degrees:
     try:
         lat, lon = float(point.attributes["lat"]), float(point.attributes["lon"])
     except (KeyError, ValueError):
-        raise BadChart(f"{told}: a trkpt needs numbers as lat and lon") from None
-    place = position(lat, lon, told, 'lat="latitude" lon="longitude"')
+        raise BadChart(f"{told}: a {point.name} needs numbers as lat and lon") from None
+    return position(lat, lon, told, 'lat="latitude" lon="longitude"')
+
+
+def _sample(told: str, point: Element) -> Sample:
+    place = _place(told, point)
     return Sample(told, _unix(told, point.said("time")), place, _depth(told, point), True)
 
 

@@ -1,7 +1,6 @@
 """The command `compare`: are two campaigns, or two points of one, different, and how surely?"""
 
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import click
@@ -47,7 +46,7 @@ def compare(
         check_file(Path(out), force, TABLES, "table")
     with mistakes_told():
         from ..campaigns.compare import compared
-        from ..campaigns.statistics.comparison_table import WIDEST, comparison_table
+        from ..campaigns.statistics.comparison_table import comparison_table, filled
         from ..campaigns.statistics.judging import JUDGED, MEANS
 
         judged = metrics or (MEANS if by_mean else JUDGED)
@@ -55,12 +54,12 @@ def compare(
         if out:
             _write_table(found, Path(out), force)
     if as_json:
-        print_json({"differences": found.records(), "notes": found.notes})
+        print_json({"labels": found.labels, "differences": found.records(), "notes": found.notes})
     else:
-        notes = (
-            fill(it, WIDEST, break_long_words=False, break_on_hyphens=False) for it in found.notes
-        )
-        say("\n".join([comparison_table(found.differences), *notes]))
+        labels = [f"{label}: {told}" for label, told in found.labels.items()]
+        labels[0] += " (baseline)"
+        say("\n".join([*map(filled, labels), ""]))
+        say("\n".join([comparison_table(found.differences), *map(filled, found.notes)]))
     if out:
         talk(f"Table: {out}")
 

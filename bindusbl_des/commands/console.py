@@ -53,6 +53,14 @@ def talk(text: str) -> None:
             say(text, err=True)
 
 
+def warn(text: str) -> None:
+    """Tell the user on stderr, in amber, what is less than was asked for."""
+    if not is_quiet():
+        color = False if os.environ.get("NO_COLOR") else None
+        with suppress(OSError):
+            click.secho(printable_lines(text), fg="yellow", err=True, color=color)
+
+
 def is_quiet() -> bool:
     """Tell whether the user has asked to hear only what is wrong."""
     context = click.get_current_context(silent=True)

@@ -38,6 +38,13 @@ def export(folder: str, kind: str, out: str | None, force: bool, as_json: bool) 
     AUVs, for maps, of a scenario that has a place on Earth.
     """
     source = Path(folder)
+    from ..planning.folder import is_plan_folder
+
+    if is_plan_folder(source):
+        refuse(
+            f"{source} is a plan, of many missions; export a run of its answer: `bindusbl-des run "
+            f"{source / 'best.yaml'}`, or the campaign {source / 'missions'} to csv"
+        )
     if kind == "csv":
         path, counts = _to_csv(source, out, force)
     else:

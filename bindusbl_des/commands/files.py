@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..scenario.files.shipped import KINDS, listed, located, shipped
+from ..scenario.files.shipped import ENDINGS, KINDS, listed, located, shipped
 from .console import BAD_INPUT, print_json, refuse, say, talk, write_new
 from .options import json_option, out_option, set_option, shipped_or_file
 
@@ -147,6 +147,8 @@ def _text_named(name: str) -> str:
             return shipped(kind)[name].read_text(encoding="utf-8")
     from ..scenario.files.templates import TEMPLATES, template
 
+    if name not in TEMPLATES and Path(name).suffix in ENDINGS:
+        refuse(f"{name}: init takes the name of a starter; `init --out {name}` writes one to it")
     if name not in TEMPLATES:
         from ..core.wording import did_you_mean
 
@@ -163,20 +165,27 @@ def _text_named(name: str) -> str:
 def params(pattern: str, as_json: bool) -> None:
     """List the keys of a scenario: default, range, meaning, source.
 
-    WORD selects keys that have it in their name, their meaning or their choices; with a * in it, as
-    in acoustics.*.range_m, it must match the whole name.
+    WORD selects keys that have it in their name, their meaning or their choices, and metrics; with
+    a * in it, as in acoustics.*.range_m, it must match the whole name.
     """
     from ..core.wording import did_you_mean
+    from ..records.quantities import metrics
     from ..scenario.keys import items, keys, settings
 
     rows = [row for row in (*keys(), *items(), *settings()) if _matches(row, pattern)]
-    if not rows:
-        hint = did_you_mean(pattern, [row.name for row in keys()])
+    measured = [
+        {"key": name, "kind": "metric", "unit": unit, "meaning": meaning}
+        for name, (unit, meaning) in metrics().items()
+        if pattern and pattern.lower() in f"{name} {meaning}".lower()
+    ]
+    if not rows and not measured:
+        hint = did_you_mean(pattern, [*(row.name for row in keys()), *metrics()])
         refuse(f"no key matches {pattern!r}{hint or '; `bindusbl-des params` lists all'}")
     if as_json:
-        print_json([asdict(row) for row in rows])
+        print_json([*map(asdict, rows), *measured])
     else:
-        say("\n".join(_paragraph(row) for row in rows))
+        told = [f"{it['key']}: metric, {it['unit']}\n    {it['meaning']}" for it in measured]
+        say("\n".join([*map(_paragraph, rows), *told]))
 
 
 def _matches(row: "Key", pattern: str) -> bool:
@@ -205,6 +214,8 @@ def presets(word: str, as_json: bool) -> None:
 
     KIND is modem, usbl or inertial.  Each figure is tagged: [M] the maker's own page, [S] the
     source code of a driver or simulator, [2] second hand, [calc] worked out from other figures.
+    A sheet of an inertial system says how far, not how: navigation.drift.line_m is over which way
+    its errors wander.
     """
     from ..presets.catalogue import selected
 

@@ -12,7 +12,7 @@ import click
 from ..core.ctrl_c import answered, end_now
 from ..core.progress import ProgressLine, duration
 from ..core.wording import counted
-from .advising import SECONDS, advice_on, advice_options
+from .advising import advice_on, advice_options
 from .console import (
     RunFailed,
     compiling_told,
@@ -51,7 +51,10 @@ if TYPE_CHECKING:
 @anyway_option
 @plugins_option
 @json_option("the mission's metrics")
-@advice_options(SECONDS, "Try changes of the plan for so long, and say what helps (default 3).")
+@advice_options(
+    "Try changes of the plan in so many missions, and say what helps (default: 20 to 150, by the "
+    "scenario's size)."
+)
 def run(
     scenario: str,
     seed: int,
@@ -61,7 +64,8 @@ def run(
     anyway: bool,
     allow_plugins: bool,
     as_json: bool,
-    advice_s: float,
+    advice_missions: int | None,
+    advice_s: float | None,
     no_advice: bool,
 ) -> None:
     """Run one mission; write its result folder and print a summary."""
@@ -85,7 +89,8 @@ def run(
     with writing(folder), result_draft(folder, force=force) as draft:
         helper = None if cost.is_worth_telling else Helper(mission)
         result = _simulated(mission, seed, draft, helper)
-        result.advice = advice_on(result, 0.0 if no_advice else advice_s, again)
+        result.overrides = overrides
+        result.advice = advice_on(result, 0 if no_advice else advice_missions, advice_s, again)
         result.fill(draft, text)
     if as_json:
         print_json(_metrics(result))

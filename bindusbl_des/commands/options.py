@@ -1,7 +1,8 @@
 """The options and arguments that several commands have, each written once and meaning the same."""
 
+import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from glob import escape, glob
 from typing import Any
 
@@ -55,6 +56,32 @@ def _named(_: click.Context, __: click.Parameter, given: str | None) -> str | No
     return given
 
 
+def scenario_keys(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Return what a shell offers for KEY=VALUE: keys, of the schema that ships for editors."""
+    path = next(iter(shipped("scenarios").values())).parent / "scenario.schema.json"
+    schema = json.loads(path.read_text(encoding="utf-8"))
+
+    def within(it: Any, above: str) -> Iterator[str]:
+        if "$ref" in it:
+            yield from within(schema["$defs"][it["$ref"].rpartition("/")[2]], above)
+        for name, inner in it.get("properties", {}).items():
+            key = f"{above}{name}"
+            below = list(within(inner, f"{key}."))
+            yield from below or (f"{key}=",)
+        for arm in it.get("anyOf", ()):
+            yield from within(arm, above)
+
+    names = dict.fromkeys(key for key in within(schema, "") if key.startswith(begun))
+    return [CompletionItem(key) for key in names]
+
+
+def goal_metrics(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Return what a shell offers for METRIC=VALUE."""
+    from ..records.quantities import metrics
+
+    return [CompletionItem(f"{name}=") for name in metrics() if name.startswith(begun)]
+
+
 def set_option(command: Any) -> Any:
     """Give a command the option ``--set dotted.key=value``."""
     return click.option(
@@ -62,6 +89,7 @@ def set_option(command: Any) -> Any:
         "overrides",
         metavar="KEY=VALUE",
         multiple=True,
+        shell_complete=scenario_keys,
         help="Override a key of the scenario, such as acoustics.hf.range_m=100; repeatable.",
     )(command)
 
@@ -189,6 +217,7 @@ def experiment_options(command: Any) -> Any:
     command = click.option(
         "--until-ci",
         metavar="METRIC=WIDTH",
+        shell_complete=goal_metrics,
         multiple=True,
         help="Stop a point when half the width of the metric's 95 % CI is at most this, such as "
         "5% of the mean or 0.02; --seeds is the largest number of seeds then (default 256).",
@@ -200,6 +229,7 @@ def experiment_options(command: Any) -> Any:
         "--vary",
         metavar="KEY=V1,V2",
         multiple=True,
+        shell_complete=scenario_keys,
         help="Vary a key, such as asvs.count=2,3, 2:5 (2, 3, 4, 5) or 0:90:15 (first:last:step); "
         "several make a grid.",
     )(command)

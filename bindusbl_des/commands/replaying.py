@@ -10,18 +10,19 @@ from .console import (
     check_file,
     compiling_told,
     print_json,
+    reading_from,
     refuse,
     say,
-    scenario_from,
     talk,
     write_new,
     writing,
 )
-from .options import json_option, out_option
+from .options import json_option, out_option, plugins_option
 
 if TYPE_CHECKING:
     from ..replay.log import Log
     from ..replay.replaying import Replay
+    from ..scenario.scenario import Scenario
 
 LOGS = (
     "LOG is a .pyfg file, an .mcap file, a folder of CSV files (odometry or tracks, ranges, "
@@ -52,6 +53,7 @@ def log_options(command: Any) -> Any:
     metavar="SCENARIO",
     help="Take the noise of a scenario file, such as `fit` writes; else it is fitted to each log.",
 )
+@plugins_option
 @out_option("DIR", "Folder for tables (Parquet and CSV) and figures.")
 @click.option("--force", is_flag=True, help="Replace the folder of an earlier replay.")
 @json_option("the figures of each log")
@@ -60,6 +62,7 @@ def replay(
     vehicle: str | None,
     speed: float,
     noise: str | None,
+    allow_plugins: bool,
     out: str | None,
     force: bool,
     as_json: bool,
@@ -68,16 +71,18 @@ def replay(
 
     Where odometry is in a frame of its own, its start is found from the ranges.  Where gtsam is
     installed and the log states its noise, distances from GTSAM's robust optimum are told.
+
+    A navigator of your own that --noise names at navigation.filter takes the filter's place.
     """
-    from ..replay.noise import noise_of
     from ..replay.outcome import tables
     from ..replay.telling import summary
 
-    told = None if noise is None else noise_of(scenario_from(noise))
+    told = None if noise is None else reading_from(noise, allow_plugins=allow_plugins).scenario
+    navigator = None if told is None else _navigator_of(told)
     read = [_read(name, vehicle, speed) for name in logs]
     if len({it.name for it in read}) < len(read):
         refuse("two logs have the same name; replay them one by one")
-    replays = [_replayed(it, told) for it in read]
+    replays = [_replayed(it, told, navigator) for it in read]
     found = tables(replays)
     rows, beacons = found["logs"].to_pylist(), found["beacons"].to_pylist()
     if out is not None:
@@ -137,14 +142,32 @@ def _read(name: str, vehicle: str | None, speed: float) -> "Log":
         refuse(str(error))
 
 
-def _replayed(log: "Log", noise: Any) -> "Replay":
+def _navigator_of(scenario: "Scenario") -> Any:
+    """Return the navigator of one's own that a scenario names; None for one that ships."""
+    from ..core.plugins import PluginError, is_plugin
+    from ..scenario.families import NAVIGATOR
+    from ..scenario.part_settings import own_part
+
+    chosen = scenario.navigation.filter
+    if is_plugin(chosen):
+        try:
+            return own_part(NAVIGATOR, chosen)
+        except PluginError as error:
+            refuse(str(error))
+    if chosen not in ("kalman", "smoother"):
+        talk(f"replay flies the Kalman filter and the smoother, not navigation.filter: {chosen}")
+    return None
+
+
+def _replayed(log: "Log", noise: Any, navigator: Any) -> "Replay":
+    from ..core.plugins import PluginError
     from ..replay.log import BadLog
     from ..replay.replaying import replay as replayed
 
     try:
         with compiling_told():
-            found = replayed(log, noise)
-    except BadLog as error:
+            found = replayed(log, navigator=navigator, noise=noise)
+    except (BadLog, PluginError) as error:
         refuse(str(error))
     if found.reference is None and log.stated is not None and log.has_ranges:
         talk("No robust optimum to compare with: python -m pip install 'bindusbl-des[replay]'")

@@ -24,12 +24,15 @@ CAMPAIGN = "campaign.json"
 @click.argument("folders", metavar="DIR...", nargs=-1, required=True)
 @out_option("FILE", "Where to write the page.")
 @click.option("--force", is_flag=True, help="Replace that file if it exists.")
-@advice_options(None, "Try changes of a run's plan for so long; else its recorded advice is shown.")
+@advice_options(
+    "Try changes of a run's plan in so many missions; else its recorded advice is shown."
+)
 @json_option("the page's name")
 def report(
     folders: tuple[str, ...],
     out: str | None,
     force: bool,
+    advice_missions: int | None,
     advice_s: float | None,
     no_advice: bool,
     as_json: bool,
@@ -40,14 +43,16 @@ def report(
     for several runs, unless --out names another.
     """
     alone = len(folders) == 1
-    advice_s = 0.0 if no_advice else advice_s
-    if advice_s and (not alone or (Path(folders[0]) / CAMPAIGN).is_file()):
-        refuse(f"--advice-s {advice_s:g}: advice is for one run; name the folder of one")
+    budget = (0, None) if no_advice else (advice_missions, advice_s)
+    tries = budget != (None, None) and 0 not in budget
+    if tries and (not alone or (Path(folders[0]) / CAMPAIGN).is_file()):
+        given = "--advice-s" if advice_missions is None else "--advice-missions"
+        refuse(f"{given}: advice is for one run; name the folder of one")
     path = Path(out or COMPARISON) if out or not alone else Path(folders[0]) / PAGE
     again = alone and not out  # the folder's own page gives way unasked
     if not again:
         check_file(path, force)
-    page = _page(folders[0], advice_s, keep=again) if alone else _comparison(folders)
+    page = _page(folders[0], budget, keep=again) if alone else _comparison(folders)
     _write(path, page, replace=again or force)
     if as_json:
         print_json({"report": str(path)})
@@ -67,7 +72,7 @@ def leave_report(campaign: "Campaign") -> None:
         talk(f"Open {campaign.folder / PAGE} in a browser.")
 
 
-def _page(folder: str, advice_s: float | None, *, keep: bool) -> str:
+def _page(folder: str, budget: tuple[int | None, float | None], *, keep: bool) -> str:
     """Return the page of a folder; new advice on a run is kept in its folder, if so wanted."""
     if (Path(folder) / CAMPAIGN).is_file():
         from ..campaigns.campaign import load_campaign
@@ -81,9 +86,9 @@ def _page(folder: str, advice_s: float | None, *, keep: bool) -> str:
     from ..results.result_folder import ADVICE, advice_text
 
     result = _result(folder)
-    if advice_s is not None:
-        result.advice = advice_on(result, advice_s, _as_written(folder, result.scenario))
-    if advice_s and result.advice is not None and keep:
+    if budget != (None, None):
+        result.advice = advice_on(result, *budget, _as_written(folder, result.scenario))
+    if budget != (None, None) and result.advice is not None and keep:
         _write(Path(folder) / ADVICE, advice_text(result.advice))
     return run_page(result)
 

@@ -66,7 +66,7 @@ def reproduce(
         refuse("--reading runs one joint reading, --readings counts all; give one of them")
     with mistakes_told():
         from ..reproduction import reproduce as ways
-        from ..reproduction.experiments.running import Interrupted, SomeFailed
+        from ..reproduction.experiments.running import SomeFailed
 
         one = _reading(reading) if reading is not None else None
         folder = Path(out or _folder(one, quick))
@@ -78,8 +78,6 @@ def reproduce(
                 _tell(ways.reproduce_reading(one, folder, **how), one, as_json)
             else:
                 _tell(ways.reproduce(folder, **how), None, as_json)
-        except Interrupted:
-            raise KeyboardInterrupt from None
         except SomeFailed as error:
             talk(str(error))
             context.exit(SOME_FAILED)

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -96,7 +97,8 @@ def sweep(
 
         helper = Helper(plan.scenario(0)) if backend == "local" else None
         with compiling_told(helper=helper):
-            campaign = sweep_experiment(
+            campaign = _as_far_as_it_came(
+                sweep_experiment,
                 plan,
                 folder,
                 workers=workers,
@@ -106,6 +108,16 @@ def sweep(
                 mission_timeout_s=mission_timeout,
             )
     _report(campaign, as_json)
+
+
+def _as_far_as_it_came(run: Callable[..., "Campaign"], *given: Any, **how: Any) -> "Campaign":
+    """Return the campaign that is run, or what an interrupt left of it, which is reported too."""
+    from ..campaigns.campaign import CampaignInterrupted
+
+    try:
+        return run(*given, **how)
+    except CampaignInterrupted as error:
+        return error.campaign
 
 
 def _weigh_heaviest(experiment: "Experiment", workers: int | None, anyway: bool) -> None:
@@ -152,7 +164,8 @@ def resume(
         from ..campaigns.running import resume as resume_campaign
 
         with compiling_told():
-            campaign = resume_campaign(
+            campaign = _as_far_as_it_came(
+                resume_campaign,
                 folder,
                 retry_failed=retry_failed,
                 allow_plugins=allow_plugins,

@@ -16,7 +16,7 @@ from .console import (
 )
 from .options import json_option, out_option, plugins_option, scenario_argument, set_option
 
-REFUSED = 1
+EXIT_CODES = {"accepted": 0, "refused": 1, "undecided": 3}
 
 
 @click.command()
@@ -59,8 +59,8 @@ def verify(
 ) -> None:
     """Decide whether any two signals of a protocol may overlap at a receiver.
 
-    Whatever AUVs, clocks and sound do within their bounds: accepted (exit code 0), or refused (1)
-    with a witness, a scenario in which two signals do overlap, and with what would be accepted.
+    Whatever AUVs, clocks and sound do within their bounds: accepted (exit code 0); refused (1) with
+    a witness, a scenario in which two signals do overlap; undecided (3), neither proved nor seen.
     """
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(reading.unloaded)
@@ -96,5 +96,4 @@ def verify(
         talk(f"Results: {folder}")
     elif verdict.witness is not None:
         talk("--out DIR writes the witness, a scenario to be run.")
-    if not verdict.accepted:
-        context.exit(REFUSED)
+    context.exit(EXIT_CODES[verdict.verdict])

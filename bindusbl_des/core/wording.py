@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from json import dumps
 from math import floor, isfinite, log10
+from string import ascii_uppercase
 from typing import NoReturn
 
 # Longer values are cut in messages, which stay one readable line.
@@ -16,10 +17,11 @@ MOST_DECIMALS = 6
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that was most likely meant, or None.
 
-    A missing or wrong unit comes first (depth, depth_km, dpth -> depth_m), then similar letters.
+    A missing or wrong unit comes first (depth, depth_km, dpth -> depth_m), then a word that has it
+    in it, then similar letters.
 
-    >>> nearest("depth", ["death_m", "depth_m"])
-    'depth_m'
+    >>> nearest("depth", ["death_m", "depth_m"]), nearest("error", ["position_error_m", "terror"])
+    ('depth_m', 'position_error_m')
     """
     words = list(known)
     asked = str(word).lower().replace("-", "_").replace(" ", "_")
@@ -27,7 +29,9 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     by_unit = [name for name in words if name.startswith(f"{asked}_")]
     by_unit += [name for name in words if name.startswith(f"{stem}_")] if stem != asked else []
     # A word spelled almost right (radius_n) beats one that only begins alike.
-    near = get_close_matches(asked, words, n=1, cutoff=0.9) or by_unit
+    by_part = [name for name in words if f"_{asked}_" in f"_{name}_"]
+    almost = [it for it in get_close_matches(asked, words, n=1, cutoff=0.9) if it[0] == asked[:1]]
+    near = almost or by_unit or by_part
     if near:
         return near[0]
     beginnings = {
@@ -157,6 +161,15 @@ def counted(count: int, noun: str) -> str:
     ('1 ping', '0 pings')
     """
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def lettered(number: int) -> str:
+    """Return the letter by which the first, second, ... of several is called.
+
+    >>> lettered(0), lettered(25), lettered(26)
+    ('A', 'Z', 'A1')
+    """
+    return f"{ascii_uppercase[number % 26]}{number // 26 or ''}"
 
 
 def refuse(name: str, value: object, rule: str, remedy: str) -> NoReturn:

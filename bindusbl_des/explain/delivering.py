@@ -67,14 +67,16 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         "range_m": away,
         "limit_m": limit,
     }
-    if result.scenario.protocol.downlink == "direct_reply":
-        why = "direct_reply: the first ASV to decode a ping answers it at once; " + (
+    protocol, mf = result.scenario.protocol, result.scenario.acoustics.mf
+    at_once = "direct_reply: the first ASV to decode a ping answers it at once"
+    if not protocol.sends_frames:
+        when = (
             "as the ping's front arrives (reply_at ping_front)"
-            if result.scenario.protocol.reply_at == "ping_front"
+            if protocol.reply_at == "ping_front"
             else "when the ping has arrived in full (reply_at ping_end)"
         )
+        why = f"{at_once}; {when}, without airtime (reply instant)"
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
-    mf = result.scenario.acoustics.mf
     within = (away > limit) == (fix.outcome == "out_of_range")
     told = compared(away, limit) if within else "at the edge of the"
     reached = f"horizontal range of {fix.auv} {told} MF range"
@@ -85,6 +87,9 @@ def broadcasting(result: "Result", fix: Any) -> Step:
     elif mf.channel != "disc":
         reached = f"{fix.auv} is {away:.1f} m away"
         reached += f"; {undecoded(mf, fix)}" if fix.outcome in ("lost", "out_of_range") else ""
+    if protocol.replies:
+        why = f"{at_once}; {_on_air(result, frame)}; {reached}"
+        return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)
     why = (
         f"{_why_then(result, fix, frame)}; {_why_it(result, fix, _turn(frames, frame))}; "
         f"{_on_air(result, frame)}; {reached}"
@@ -201,13 +206,13 @@ def latency(result: "Result", fix: Any) -> Iterator[Part]:
     frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
     known = known_at(result, fix)
     on_air = fix.broadcast_at_s + float(frame.airtime_s)
-    replies = result.scenario.protocol.downlink == "direct_reply"
-    until = "is heard by the first ASV" if replies else "has passed every ASV in range"
+    protocol = result.scenario.protocol
+    until = "is heard by the first ASV" if protocol.replies else "has passed every ASV in range"
     yield Part(f"way up: the ping {until}", known - fix.pinged_at_s)
     yield Part("wait for the broadcast", fix.broadcast_at_s - known)
     yield Part("frame on the air", float(frame.airtime_s))
     load = int(frame.fixes), int(frame.named)
-    handing = 0.0 if replies else slots_of(result.scenario).messages.delay(*load)
+    handing = slots_of(result.scenario).messages.delay(*load) if protocol.sends_frames else 0.0
     if handing:
         yield Part("modem hands it over", handing)
         on_air += handing

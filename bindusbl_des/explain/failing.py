@@ -47,7 +47,7 @@ def failed_while(result: "Result", asv: str, begin: float, end: float, doing: st
 
 def frame_cut(result: "Result", fix: Any) -> str:
     """Tell that the ASV failed that was broadcasting a fix; "" if it did not."""
-    if fix.broadcast_by is None or result.scenario.protocol.downlink == "direct_reply":
+    if fix.broadcast_by is None or not result.scenario.protocol.sends_frames:
         return ""
     frames = result.tables["broadcasts"]
     frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..acoustics.channel import contention_of
-from ..acoustics.loss import COMBINERS, LOSS_LAWS, range_loss
+from ..acoustics.loss import COMBINERS, FITTED_RANGE, loss_law, range_loss
 from ..core.plugins import is_plugin
 from .by_channel import decided_by_channel, levels, loss_by_channel
 from .chain import Step
@@ -127,11 +127,15 @@ def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
     if channel != "disc":
         return loss_by_channel(result.scenario, slant_range), ""
     loss, contention = result.scenario.acoustics.loss, contention_of(result.scenario)
-    raw = range_loss(slant_range, LOSS_LAWS[loss.law])
+    hf_range = result.scenario.acoustics.hf.range_m
+    raw = range_loss(slant_range, loss_law(loss.law, hf_range))
+    law = f"range law '{loss.law}'"
+    if loss.law == "scaled" and hf_range > FITTED_RANGE:
+        law += f" (the paper's at {slant_range * FITTED_RANGE / hf_range:.1f} m)"
     probability = COMBINERS[loss.combine](raw, contention, loss.cap)
     if loss.combine == "off":
-        return probability, f"loss probability {probability:.3f} by range law '{loss.law}'"
+        return probability, f"loss probability {probability:.3f} by {law}"
     return probability, (
-        f"loss probability {probability:.3f} ({loss.combine} of range law '{loss.law}' {raw:.3f} "
+        f"loss probability {probability:.3f} ({loss.combine} of {law} {raw:.3f} "
         f"and contention {contention:.3f})"
     )

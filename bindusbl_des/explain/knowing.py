@@ -55,8 +55,19 @@ def by_reckoning(result: "Result", ping: Any) -> str:
         return "it knows of no slot of its own, and tries its luck where it takes contention to be"
     return (
         f"it has heard of no slot since, and pings in the last it was told, {ping.slot}, when that "
-        "is by its reckoning"
+        f"is by its reckoning{_turn_of_others(result, ping)}"
     )
+
+
+def _turn_of_others(result: "Result", ping: Any) -> str:
+    """Name the AUVs whose slot it is by now in which an AUV pings by reckoning; "" for none."""
+    told = rows_where(result.tables["assignments"], outcome="known")
+    begun = told[told.starts_at_s <= ping.sent_at_s]
+    now = begun[(begun.starts_at_s == begun.starts_at_s.max()) & (begun.auv != ping.auv)]
+    if not len(now):
+        return ""
+    slot: Any = now.iloc[0]
+    return f"; that is slot {slot.slot} of round {slot['round']} by now, of {', '.join(now.auv)}"
 
 
 def _assigned(result: "Result", ping: Any) -> Any:

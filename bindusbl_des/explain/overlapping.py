@@ -88,7 +88,8 @@ def _own_pings(result: "Result", auv: str, begin: float, end: float) -> list[str
 
 def deafened(result: "Result", reception: Any) -> str:
     """Tell which frame an ASV was sending while a ping came, so that it was deaf; "" if none."""
-    if result.scenario.protocol.duplex == "per_band" or reception.outcome != "collided":
+    protocol = result.scenario.protocol
+    if not protocol.deafens_asvs or reception.outcome != "collided":
         return ""
     begin, frames = (
         reception.arrived_at_s,
@@ -100,4 +101,5 @@ def deafened(result: "Result", reception: Any) -> str:
         return ""
     frame = during.iloc[0]
     over = frame.sent_at_s + frame.airtime_s
-    return f"it sends a frame from {frame.sent_at_s:.4f} to {over:.4f} s (duplex per_node)"
+    why = "direct_reply" if protocol.replies else "duplex per_node"
+    return f"it sends a frame from {frame.sent_at_s:.4f} to {over:.4f} s ({why})"

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..core.palette import ALARM, INK, MF
+from ..core.palette import ALARM, HF, INK, MF
 from ..protocol.slots import slots_of
 from ..results.round_timeline import Span, broadcasts_of, downlink_slots, pings_sent, uplink_slots
 from ..scenario.families import is_random
@@ -58,7 +58,7 @@ def anatomy(result: "Result", width: float, number: int | None = None) -> Figure
     first = "first ping" if is_random(scenario) else "first slot"
     slot.set(xlabel=f"time since the {first} began (ms)", ylim=(len(rows) - 0.5, -2.1))
     whole.set_title(shortened(f"{scenario.name}, seed {result.seed}: round {number}", figure, 0.9))
-    legend_below(figure, _handles())
+    legend_below(figure, _handles(scenario.protocol.calls))
     return figure
 
 
@@ -91,7 +91,24 @@ def _draw_ways(axes: Axes, result: "Result", number: int, place: dict[str, int])
         for m in met.itertuples() if outcome in ("heard", "collided") else ():
             heard = Span(m.arrived_at_s, m.arrived_at_s + duration)
             _bar(axes, heard, place[getattr(m, down)], colour or colour_of(getattr(m, up)))
+    if protocol.calls:
+        _draw_calls(axes, result, number, place)
     _draw_frames(axes, result, number, place)
+
+
+def _draw_calls(axes: Axes, result: "Result", number: int, place: dict[str, int]) -> None:
+    """Draw each call as a bar at its ASV, and its way to the AUV that answers (twtt, polling)."""
+    duration, protocol = result.scenario.acoustics.hf.ping_s, result.scenario.protocol
+    turns: Any = result.tables["pings"]
+    turns = turns[(turns["round"] == number) & turns.auv.isin(place) & turns.called_by.isin(place)]
+    ways = []
+    for it in turns.itertuples():
+        _bar(axes, Span(it.called_at_s, it.called_at_s + duration), place[it.called_by], HF)
+        if it.call == "heard":
+            arrives = it.sent_at_s - protocol.turnaround_s - duration
+            ways.append([(it.called_at_s, place[it.called_by]), (arrives, place[it.auv])])
+            _bar(axes, Span(arrives, arrives + duration), place[it.auv], HF)
+    axes.add_collection(LineCollection(ways, colors=HF, lw=1.0, label="call"))
 
 
 def _draw_frames(axes: Axes, result: "Result", number: int, place: dict[str, int]) -> None:
@@ -142,9 +159,15 @@ def _annotate_round(axes: Axes, result: "Result", number: int) -> None:
 def _annotate_slot(axes: Axes, result: "Result", number: int) -> None:
     """Mark ping, longest way and guard of the first slot; show it in ms since its beginning."""
     slots, first = slots_of(result.scenario), _first_slot(result, number)
+    there = (slots.ping_duration, "$T_P$"), (slots.longest_travel_time, r"$\tau_{OT,max}$")
+    waits = result.scenario.protocol.turnaround_s
     parts = (
-        (slots.ping_duration, "$T_P$"),
-        (slots.longest_travel_time, r"$\tau_{OT,max}$"),
+        *(
+            [*there, *([(waits, "turnaround")] if waits else [])]
+            if result.scenario.protocol.calls
+            else []
+        ),
+        *there,
         *([] if is_random(result.scenario) else [(slots.uplink_guard, "$T_G$")]),
     )
     until = first.start
@@ -177,13 +200,18 @@ def _bracket(axes: Axes, span: Span, y: float, text: str) -> None:
     axes.text(middle, y - 0.15, shown, ha="center", va="bottom", fontsize=6.5)
 
 
-def _handles() -> list[Artist]:
+def _handles(is_called: bool) -> list[Artist]:
     names_of = {
         "heard": "ping heard (its sender's colour)", "collided": "collided", "lost": "lost",
         "out_of_range": "beyond HF range",
     }  # fmt: skip
+    calls = [Line2D([], [], color=HF, label="call of an ASV")] if is_called else []
     handles: list[Artist] = [
         Line2D([], [], color=WAYS[outcome][0] or INK, ls=WAYS[outcome][1], label=label)
         for outcome, label in names_of.items()
     ]
-    return [*handles, Line2D([], [], color=MF, marker="v", ms=4, label="frame and delivery")]
+    return [
+        *calls,
+        *handles,
+        Line2D([], [], color=MF, marker="v", ms=4, label="frame and delivery"),
+    ]

@@ -16,10 +16,11 @@ from ..core.plugins import is_plugin
 from ..geometry.area import Area
 from ..geometry.coverage import covered_area, loneliest_point
 from ..geometry.formation import keep_station
+from ..geometry.geodesy import east_north
 from ..scenario.planned import NoStations, asv_stations, horizontal_reach
 from ..scenario.survey_area import area_of
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
-from .trajectory import X_LABEL, Y_LABEL, frame
+from .trajectory import frame
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -103,11 +104,9 @@ def coverage_figure(
     if unheard is not None:
         label = f"pings in nobody's range: {len(unheard)}"
         handles += axes.plot(
-            unheard[:, 0], unheard[:, 1], label=label, marker=".", ls="", ms=3.0, color=ALARM
+            *east_north(unheard).T, label=label, marker=".", ls="", ms=3.0, color=ALARM
         )
-    frame(axes, area, np.array(stations), 1.2)
-    axes.set(xlabel=X_LABEL, ylabel=Y_LABEL)
-    axes.grid(visible=False)
+    frame(axes, scenario, np.array(stations), 1.2)
     axes.set_title(shortened(f"{scenario.name}: HF range {scenario.acoustics.hf.range_m:g} m "
                              f"({scenario.acoustics.hf.range_metric})", figure, 0.9))  # fmt: skip
     legend_below(figure, handles)
@@ -127,22 +126,24 @@ def _draw_chance(axes: Axes, scenario: "Scenario", stations: Points) -> AxesImag
     chance = fix_chance(scenario, stations, grid.middles)
     if chance is None:
         return None
-    west, south, east, north = grid.box
+    south, west, north, east = grid.box
     shaded = axes.imshow(
-        chance.reshape(-1, grid.across), vmin=0.0, vmax=1.0, cmap="cividis", alpha=0.75, zorder=0,
+        chance.reshape(-1, grid.across).T, vmin=0.0, vmax=1.0, cmap="cividis", alpha=0.75, zorder=0,
         extent=(west, east, south, north), origin="lower",
     )  # fmt: skip
-    shaded.set_clip_path(Polygon(area_of(scenario).outline, transform=axes.transData))
+    outline = east_north(area_of(scenario).outline)
+    shaded.set_clip_path(Polygon(outline, transform=axes.transData))
     return shaded
 
 
 def _draw_area(axes: Axes, area: Area, stations: Points, reach: float, *, plain: bool) -> None:
     """Draw survey, ASVs and HF circles; `plain` with what these cover, on the ground of nothing."""
-    ground = UNHEARD if plain else "none"
-    axes.add_patch(Polygon(area.outline, fc=ground, ec=INK, lw=0.8, zorder=0.5, label="survey"))
-    for number, place in enumerate(stations):
+    ground, outline = UNHEARD if plain else "none", east_north(area.outline)
+    axes.add_patch(Polygon(outline, fc=ground, ec=INK, lw=0.8, zorder=0.5, label="survey"))
+    east, north = east_north(stations).T
+    for number, place in enumerate(zip(east.tolist(), north.tolist(), strict=True)):
         if plain:
-            inside = Polygon(area.outline, transform=axes.transData)
+            inside = Polygon(outline, transform=axes.transData)
             under = axes.add_patch(Circle(place, reach, fc="white", lw=0, zorder=1))
             under.set_clip_path(inside)
             axes.add_patch(Circle(place, reach, fc=HF, alpha=0.25, lw=0, zorder=2))
@@ -152,14 +153,13 @@ def _draw_area(axes: Axes, area: Area, stations: Points, reach: float, *, plain:
         )
         if len(stations) <= LARGEST_LEGEND:
             axes.annotate(f"ASV{number}", place, (4, 4), textcoords="offset points")
-    x, y = zip(*stations, strict=True)
-    axes.scatter(x, y, s=60, c="k", marker="*", zorder=5, label="ASV")
+    axes.scatter(east, north, s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
 def _draw_corners(axes: Axes, area: Area, stations: Points) -> Artist:
     """Join each corner to its nearest ASV and say how far that is."""
-    places, middle = np.array(stations), np.array(area.centroid)
-    for corner in np.array(area.outline):
+    places, middle = east_north(stations), east_north(area.centroid)
+    for corner in east_north(area.outline):
         x, y = np.where(corner < middle, -1, 1)
         distances = np.hypot(*(places - corner).T)
         nearest = places[distances.argmin()]
@@ -176,6 +176,6 @@ def _draw_loneliest(axes: Axes, area: Area, stations: Points, reach: float) -> A
     x, y = loneliest_point(area, stations)
     radius = min(float(np.hypot(x - a, y - b)) for a, b in stations)
     verdict = "within" if radius <= reach else "beyond"
-    axes.plot([x], [y], "D", color=ALARM, ms=5, mfc="none", label="loneliest")
+    axes.plot([y], [x], "D", color=ALARM, ms=5, mfc="none", label="loneliest")
     label = f"loneliest point: {radius:.1f} m, {verdict} range"
     return Line2D([], [], color=ALARM, ls="", marker="D", mfc="none", ms=5, label=label)

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from ..core.palette import INK
 from ..core.wording import significant
+from ..report.service import shown_until
 from .fixes import deliveries
 from .style import (
     LARGEST_LEGEND,
@@ -56,7 +57,7 @@ def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str, counted: s
         values, colours = [together], [INK]
     # From zero: what matters of a delay is how far it is from none.
     edges = np.linspace(0.0, shown_until(together) * 1.02, BINS + 1)
-    beyond = int(np.sum(together > edges[-1]))
+    beyond = int(np.sum(together > shown_until(together)))
     held = [np.minimum(own, edges[-1]) for own in values]
     axes.hist(held, bins=list(edges), stacked=True, color=colours, ec="white", lw=0.2)
     for value, style, what in (
@@ -71,14 +72,3 @@ def _draw_histogram(axes: Axes, values: list[np.ndarray], label: str, counted: s
     axes.set_xlim(0.0, edges[-1])
     count_from_zero(axes, max(np.histogram(np.concatenate(held), edges)[0]))
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, borderaxespad=0.2)
-
-
-def shown_until(values: np.ndarray) -> float:
-    """Return where a histogram (s) ends: a few values far beyond all others leave room for these.
-
-    >>> shown_until(np.array([0.8] * 19 + [230.0])), shown_until(np.array([0.8, 0.9, 1.1]))
-    (1.6, 1.1)
-    """
-    largest = float(values.max())
-    most = 2.0 * float(np.sort(values)[int(0.95 * (len(values) - 1))])
-    return min(largest, most) if most > 0.0 else largest or 1.0

@@ -126,7 +126,7 @@ def without_titles(figure: Figure) -> Figure:
     """Return a figure whose titles are gone: where it stands it has a caption."""
     for axes in figure.axes:
         axes.set_title("")
-    figure.suptitle("").remove()
+    figure.suptitle("").set_in_layout(False)
     return figure
 
 

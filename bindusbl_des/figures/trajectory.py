@@ -1,5 +1,6 @@
 """The map of a mission: where the AUVs were, where they thought they were, and who heard them."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
 from ..core.palette import HF, INK, MF, PLANNED
-from ..geometry.area import Area
+from ..geometry.geodesy import east_north
 from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
 from .style import (
@@ -34,8 +35,6 @@ Floats = NDArray[np.float64]
 # Points at which a planned path is drawn
 PLAN_POINTS = 1000
 
-X_LABEL, Y_LABEL = "x (m)", "y (m)"
-
 
 def trajectory(result: "Result", width: float) -> Figure:
     """Draw the map of a mission with its legend."""
@@ -53,7 +52,7 @@ def draw_map(axes: Axes, result: "Result") -> None:
     """Draw planned, true, fused and IMU-only paths, ASVs and their HF and MF ranges."""
     scenario, tracks = result.scenario, by_vehicle(result.tables["tracks"])
     area = area_of(scenario)
-    axes.add_patch(Polygon(area.outline, fill=False, lw=0.8, ec=INK))
+    axes.add_patch(Polygon(east_north(area.outline), fill=False, lw=0.8, ec=INK))
     auvs = {name: track for name, track in tracks.items() if name.startswith("AUV")}
     plans = _plans(scenario)
     add_lines(axes, plans, [PLANNED] * len(plans), linewidths=0.6, label="planned")
@@ -63,21 +62,23 @@ def draw_map(axes: Axes, result: "Result") -> None:
         ("true", ["x_m", "y_m"], {"linewidths": 2.6, "alpha": 0.35}),
         ("fused", ["estimate_x_m", "estimate_y_m"], {"linewidths": 0.8}),
     ):
-        lines = [track[columns].to_numpy() for track in auvs.values()]
+        lines = [east_north(track[columns]) for track in auvs.values()]
         add_lines(axes, lines, colours, label=label, **looks)
-    starts = np.array([track[["x_m", "y_m"]].to_numpy()[0] for track in auvs.values()])
+    starts = np.array([east_north(track[["x_m", "y_m"]])[0] for track in auvs.values()])
     axes.scatter(starts[:, 0], starts[:, 1], s=18, c=colours, zorder=4, label="start")
     stations = {name: track for name, track in tracks.items() if name.startswith("ASV")}
     _draw_asvs(axes, scenario, stations)
-    _frame(axes, area, tracks)
+    columns = ["x_m", "y_m", "estimate_x_m", "estimate_y_m"]
+    places = [track[columns].to_numpy(float).reshape(-1, 2) for track in tracks.values()]
+    frame(axes, scenario, np.concatenate(places), 1.15)
 
 
 def _plans(scenario: "Scenario") -> list[Any]:
-    """Return the planned paths (n, 2), none where AUVs hold or repeat a track."""
+    """Return the planned paths (n, 2), east and north, none where AUVs hold or repeat a track."""
     if scenario.auvs.route.kind not in ("lawnmower", "waypoints"):
         return []
     return [
-        path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]
+        east_north(path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2])
         for path in planned_paths(scenario)
     ]
 
@@ -87,7 +88,7 @@ def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
         (scenario.acoustics.hf.range_m, HF, "--", "HF range"),
         (scenario.acoustics.mf.range_m, MF, ":", "MF range"),
     )
-    paths = {name: track[["x_m", "y_m"]].to_numpy() for name, track in asvs.items()}
+    paths = {name: east_north(track[["x_m", "y_m"]]) for name, track in asvs.items()}
     add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")
     for name, path in paths.items():
         place = (float(path[0, 0]), float(path[0, 1]))
@@ -101,23 +102,46 @@ def _draw_asvs(axes: Axes, scenario: "Scenario", asvs: dict[str, Any]) -> None:
     axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
-def _frame(axes: Axes, area: Area, tracks: dict[str, Any]) -> None:
-    """Show the survey, the vehicles and what the AUVs believed; ranges may leave the picture."""
-    columns = ["x_m", "y_m", "estimate_x_m", "estimate_y_m"]
-    places = [track[columns].to_numpy(float).reshape(-1, 2) for track in tracks.values()]
-    frame(axes, area, np.concatenate(places), 1.15)
-    axes.set(xlabel=X_LABEL, ylabel=Y_LABEL)
-    axes.grid(visible=False)
-
-
-def frame(axes: Axes, area: Area, places: Floats, margin: float) -> None:
-    """Show the survey, `margin` times as large, and places (n, 2), m; NaN is no place."""
-    box = area.box
+def frame(axes: Axes, scenario: "Scenario", places: Floats, margin: float) -> None:
+    """Show the survey, `margin` times as large, and places (n, 2), x and y in m, NaN for none, on
+    a map with the current; ranges may leave the picture.
+    """
+    box, water = area_of(scenario).box, scenario.environment
     middle = np.array([box.x_min + box.x_max, box.y_min + box.y_max]) / 2
     half = max(box.x_max - box.x_min, box.y_max - box.y_min) / 2
     limit = max(margin * half, 1.1 * float(np.nanmax(np.abs(places - middle))))
-    (left, right), (low, high) = ((at - limit, at + limit) for at in middle)
-    axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
+    (left, right), (low, high) = ((at - limit, at + limit) for at in east_north(middle))
+    axes.set(xlim=(left, right), ylim=(low, high))
+    chart_axes(axes)
+    axes.grid(visible=False)
+    if water.current_m_per_s:
+        told = f"current\n{water.current_m_per_s:g} m/s"
+        _arrow(axes, math.radians(water.current_direction_deg), 0.83, HF)
+        _write(axes, told, (0.985, 0.785), HF, ha="right")
+
+
+def chart_axes(axes: Axes) -> None:
+    """Make axes those of a map, with an arrow to the north."""
+    axes.set(xlabel="east (m)", ylabel="north (m)", aspect="equal")
+    _write(axes, "N", (0.965, 0.985), INK, ha="center")
+    _arrow(axes, 0.0, 0.915, INK)
+
+
+def _arrow(axes: Axes, heading: float, height: float, colour: str) -> None:
+    """Draw an arrow along a heading (rad) at the right edge, at a height (share of the axes)."""
+    right, up = (0.035 * math.sin(heading), 0.035 * math.cos(heading))
+    axes.annotate(
+        "", (0.965 + right, height + up), (0.965 - right, height - up), xycoords="axes fraction",
+        arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.0, "shrinkA": 0, "shrinkB": 0},
+    )  # fmt: skip
+
+
+def _write(axes: Axes, text: str, top: tuple[float, float], colour: str, ha: str) -> None:
+    """Write below a place (shares of the axes)."""
+    axes.text(
+        *top, text, transform=axes.transAxes, ha=ha, va="top", color=colour,
+        bbox={"fc": "w", "lw": 0, "alpha": 0.7, "pad": 0.5},
+    )  # fmt: skip
 
 
 def map_handles(scenario: "Scenario") -> list[Artist]:

@@ -211,23 +211,21 @@ def coverage_map(
 ) -> list[str]:
     """Return the survey as lines of text: what no ASV, one ASV or several ASVs hear.
 
-    x runs to the right and y upwards, as in the figures; with x North and
-    y East (NED) the map is therefore a chart mirrored about its rising diagonal.  A cell shows its
-    middle: '.' heard by none, 'o' by one, '#' by several, ' ' outside the survey; ASVs within its
-    bounds appear as their number, '*' from the eleventh on and where they share a cell.  `columns`
-    characters wide, of a square half as many lines.  Raises ValueError for less than one column
-    and as :func:`covered_area` does.
+    North (x) is up, east (y) to the right.  A cell shows its middle: '.' heard by none, 'o' by one,
+    '#' by several, ' ' outside the survey; ASVs within its bounds appear as their number, '*' from
+    the eleventh on and where they share a cell.  `columns` characters wide, of a square half as
+    many lines.  Raises ValueError for less than one column and as :func:`covered_area` does.
 
     >>> for line in coverage_map(140.0, [(0.0, 0.0), (50.0, 0.0)], 40.0, columns=20):
     ...     print(f"|{line}|")
-    |....................|
-    |....................|
-    |.......oooooo.oooooo|
-    |.....ooooooo###ooooo|
-    |....oooooooo####oooo|
-    |....oooooo0o####o1oo|
-    |.....ooooooo###ooooo|
-    |.......oooooo.oooooo|
+    |.....oooooooooo.....|
+    |....oooooo1ooooo....|
+    |.....oo######oo.....|
+    |.....o########o.....|
+    |....oooooooooooo....|
+    |....oooooo0ooooo....|
+    |.....oooooooooo.....|
+    |.......oooooo.......|
     |....................|
     |....................|
     """
@@ -235,20 +233,20 @@ def coverage_map(
     if columns < 1:
         raise ValueError(f"a map must have at least one column; met {columns}; 48 suit a terminal")
     box = area.box
-    wide, high = box.x_max - box.x_min, box.y_max - box.y_min
+    high, wide = box.x_max - box.x_min, box.y_max - box.y_min
     rows = max(1, round(columns / CHARACTER_HEIGHT * high / wide))
-    x = box.x_min + wide * (np.arange(columns) + 0.5) / columns
-    y = box.y_max - high * (np.arange(rows) + 0.5) / rows
-    points = np.stack(np.meshgrid(x, y), axis=-1)
+    x = box.x_max - high * (np.arange(rows) + 0.5) / rows
+    y = box.y_min + wide * (np.arange(columns) + 0.5) / columns
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     heard = _heard_by(points, asvs, hf_range)
     heard[~area.contains(points.reshape(-1, 2)).reshape(heard.shape)] = -1
     signs = (UNCOVERED, ONCE, SEVERAL, OUTSIDE)
     cells = [[signs[min(count, 2)] for count in row] for row in heard.tolist()]
     taken: set[tuple[int, int]] = set()
-    for number, (right, up) in enumerate(stations(asvs).tolist()):
-        if box.beyond(right, up) <= 0.0:
-            row = min(int((box.y_max - up) / high * rows), rows - 1)
-            column = min(int((right - box.x_min) / wide * columns), columns - 1)
+    for number, (north, east) in enumerate(stations(asvs).tolist()):
+        if box.beyond(north, east) <= 0.0:
+            row = min(int((box.x_max - north) / high * rows), rows - 1)
+            column = min(int((east - box.y_min) / wide * columns), columns - 1)
             alone = number < 10 and (row, column) not in taken
             cells[row][column] = str(number) if alone else STATION
             taken.add((row, column))

@@ -31,6 +31,16 @@ def enu_from_ned(positions: ArrayLike) -> Floats:
     return np.asarray(positions, dtype=np.float64) @ NED_TO_ENU
 
 
+def east_north(places: ArrayLike) -> Floats:
+    """Return places of the survey, x and y of shape (..., 2) (m), as maps draw them: what lies east
+    to the right, what lies north up.
+
+    >>> east_north([[3.0, 1.0]]).tolist()
+    [[1.0, 3.0]]
+    """
+    return np.asarray(places, dtype=np.float64)[..., ::-1]
+
+
 def enu_covariance(covariance: ArrayLike) -> Floats:
     """Return the uncertainty of a place, NED covariance of shape (..., 3, 3) (m2), in ENU.
 

@@ -49,7 +49,8 @@ RUNNING = Section(
 )  # fmt: skip
 HELD = Section(
     "What one holds", "",
-    ("Scenario", "ScenarioError", "Result", "Campaign", "Plan", "Verdict", "Mission"),
+    ("Scenario", "ScenarioError", "Result", "Campaign", "CampaignInterrupted", "Plan", "Verdict",
+     "Mission"),
 )  # fmt: skip
 
 # What parts of one's own are called with, or answer

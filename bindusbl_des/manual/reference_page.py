@@ -38,8 +38,8 @@ plug-in. Experiment files have ranges as well, in a list or in its stead: `vary:
 COMPLETION = """\
 ### Completion in shells
 
-Commands, options, files and the names of what ships are completed after one line in the shell's own
-file (bash 4.4 or newer):
+Commands, options, files, the names of what ships, keys after `--set` and `--vary` and metrics after
+`--below` are completed after one line in the shell's own file (bash 4.4 or newer):
 
 * bash, `~/.bashrc`: `eval "$(_BINDUSBL_DES_COMPLETE=bash_source bindusbl-des)"`
 * zsh, `~/.zshrc`: `eval "$(_BINDUSBL_DES_COMPLETE=zsh_source bindusbl-des)"`
@@ -62,7 +62,7 @@ TABLE_MEANING = {
     "pings": "a ping",
     "receptions": "a ping at an ASV",
     "broadcasts": "an MF frame",
-    "frame_receptions": "an MF frame at an AUV; answers of `direct_reply` are none",
+    "frame_receptions": "an MF frame at an AUV; instant answers are none",
     "assignments": "a slot of an AUV that it has to be told (`knowledge: broadcast`)",
     "fixes": "a fix, fused over the ASVs that heard the same ping",
     "tracks": "a vehicle at an instant, at `record.tracks_hz`",

@@ -27,7 +27,7 @@ from ..protocol.passive.beacons import Beacons
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.passive.outcomes import PassiveOutcomes
 from ..protocol.ranging import ranging_of, strayed
-from ..protocol.replies import Replies
+from ..protocol.replies import Replies, reply_delay_of
 from ..protocol.schedules.named import is_framed, schedule_named
 from ..protocol.schedules.polling import Answers
 from ..protocol.slots import slots_of
@@ -85,7 +85,7 @@ def build_world(
         asvs = launch_asvs(scenario, streams, water)
     if scenario.asvs.failures:
         asvs = replace(asvs, failures=failures_of(scenario))
-    reckoning, navigator = equip_auvs(scenario, auvs, wrong, record.levers)
+    reckoning, navigator = equip_auvs(scenario, auvs, wrong, record)
     make = _passive if scenario.protocol.is_passive else _network
     network = make(env, scenario, auvs, asvs, navigator, record, streams)
     if anchors is not None:
@@ -145,13 +145,15 @@ def _network(
         Measuring(instrument, streams, len(auvs), len(asvs), record),
         None if protocol.ranging == "owtt_sync" else strayed(scenario, auvs),
         record,
-        downlink.frames if protocol.duplex == "per_node" else None,
+        downlink.frames if protocol.deafens_asvs else None,
     )
     replies = answers = None
-    if protocol.downlink == "direct_reply":
-        replies = Replies(env, outcomes, downlink, record, reply_delay_of(scenario))
+    if protocol.replies:
+        message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
+        delay = reply_delay_of(scenario)
+        replies = Replies(env, asvs, outcomes, downlink, record, message, delay)
     if protocol.schedule == "polling":
-        answers = Answers(env, outcomes, record, slots.clock)
+        answers = Answers(env, outcomes, record, slots)
     schedule = schedule_named(protocol.schedule)
     framed = is_framed(protocol.schedule)
     network = Network(
@@ -273,8 +275,3 @@ def usbl_of(scenario: Scenario) -> Usbl:
         sheet_of(scenario),
         timing_sd_of(scenario),
     )
-
-
-def reply_delay_of(scenario: Scenario) -> float:
-    """Return how long after a ping's front an ASV answers it (s)."""
-    return scenario.acoustics.hf.ping_s if scenario.protocol.reply_at == "ping_end" else 0.0

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..acoustics.energy import Powers, Times, energy, on_hf, on_mf
-from ..records.events import COLLIDED, DELIVERED, HEARD
+from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf
+from ..records.events import DELIVERED, HEARD
 from ..records.metrics import AuvMetrics, Utilisation
 from ..records.recorder import Recorder
 from ..records.rows import NONE, Rows, row_type
@@ -18,10 +18,17 @@ from ..results.schemas import never_null
 from ..scenario.families import UNEQUAL_SLOTS, is_random
 from ..scenario.sections.acoustics import Band
 from ..scenario.survey_area import area_of
+from ..scenario.water import sound_speed_of
 from ..vehicles.motion import places
 from .outcomes.accuracy import note_accuracy, refuse
-from .outcomes.reach import heard_by_auvs, heard_of_auvs
-from .outcomes.service import note_service
+from .outcomes.reach import (
+    calls_destroyed,
+    destroyed,
+    frames_destroyed,
+    heard_by_auvs,
+    heard_of_auvs,
+)
+from .outcomes.service import MOST, note_service
 from .samples import instants
 from .world import World
 
@@ -39,13 +46,15 @@ PLACES = [NAMES.index(name) for name in NUMBERS]
 def auv_metrics(world: World) -> Rows:
     """Return the metrics of every AUV, (n,) :data:`AUV_METRICS`, in index order; NaN is none."""
     scenario, count = world.scenario, len(world.auv_fleet)
-    times = instants(scenario.duration_s, scenario.record.metrics_hz)
+    begin = scenario.record.metrics_from_s
+    times = instants(scenario.duration_s, scenario.record.metrics_hz, begin)
     metrics, errors = np.zeros(count, dtype=AUV_METRICS), np.empty(len(times))
     metrics["auv"] = np.arange(count)
     look = heard_by_auvs if scenario.protocol.is_passive else heard_of_auvs
-    for name, its_own in (look(world.record, count) | world.voyage.metrics).items():
+    for name, its_own in (look(world.record, count, begin) | world.voyage.metrics).items():
         metrics[name] = its_own
-    note_service(metrics, world.record.fixes.rows, scenario.duration_s, _slot(world))
+    fixes, judged_s = _since(world.record.fixes.rows, begin), scenario.duration_s - begin
+    note_service(metrics, fixes, judged_s, _slot(world))
     if scenario.protocol.is_passive:
         metrics["latency_from_broadcast_s"] = math.nan
     for auv in range(count):
@@ -71,6 +80,18 @@ def _refuse_missing(metrics: Rows) -> None:
             refuse(int(lost.argmax()), f"{name} is no number")
 
 
+def _since(fixes: Rows, begin: float) -> Rows:
+    """Return the fixes that were made or came from an instant (s) on, their times counted from it:
+    an age begins there at the earliest.
+    """
+    if begin == 0.0:
+        return fixes
+    late = fixes[(fixes["pinged_at_s"] >= begin) | (fixes["delivered_at_s"] >= begin)].copy()
+    for name in ("pinged_at_s", "broadcast_at_s", "delivered_at_s"):
+        late[name] -= begin
+    return late
+
+
 def _slot(world: World) -> float:
     """Return how long uplink slots are (s); NaN where no fix waits for the end of one, or pings do
     not begin with them.
@@ -92,22 +113,42 @@ def utilisation(world: World) -> Utilisation:
     """Return what only the mission as a whole has."""
     record, duration = world.record, world.scenario.duration_s
     ping = world.network.slots.ping_duration
-    covered, area = world.voyage.covered_m2, area_of(world.scenario)
+    swept, area = world.voyage.covered_m2, area_of(world.scenario)
     energies = modem_energies(world)
     drawn = None if energies is None else float(energies[0].sum() + energies[1].sum())
     delivered = int(np.sum(record.fixes.rows["outcome"] == DELIVERED))
     return Utilisation(
         rounds=len(record.rounds),
-        collisions=int(np.sum(record.receptions.rows["outcome"] == COLLIDED)),
-        hf_utilisation=_covered(_sounds(record), ping, duration) / duration,
+        collisions=len(destroyed(record)) + len(calls_destroyed(record)),
+        frame_collisions=len(frames_destroyed(record)),
+        hf_utilisation=covered(_sounds(record), ping, duration) / duration,
         mf_utilisation=_on_air(world.broadcasts, duration) / duration,
         energy_j=drawn,
         energy_per_fix_j=_each(drawn, delivered),
         duration_s=float(duration),
-        area_covered_m2=covered,
-        area_covered_share=None if covered is None else covered / area.square_m,
+        area_covered_m2=swept,
+        area_covered_share=None if swept is None else swept / area.square_m,
         survey_finished_at_s=world.voyage.finished_at_s,
+        **_service(world),
     )
+
+
+def _service(world: World) -> dict[str, float | None]:
+    """Return what all fixes that were delivered tell of a network (Jain et al., DEC-TR-301)."""
+    scenario, begin = world.scenario, world.scenario.record.metrics_from_s
+    fixes, lasts = _since(world.record.fixes.rows, begin), scenario.duration_s - begin
+    delivered = fixes["outcome"] == DELIVERED
+    latencies, auvs = fixes["latency_s"][delivered], fixes["auv"][delivered]
+    each = np.bincount(auvs, minlength=len(world.auv_fleet)).astype(np.float64)
+    throughput = 8.0 * scenario.acoustics.mf.fix_bytes * len(auvs) / lasts
+    found = {"throughput_bps": throughput if scenario.protocol.sends_frames else None}
+    if not len(auvs):
+        return found
+    median, most = np.quantile(latencies, (0.5, MOST)).tolist()
+    fairness = float(each.sum() ** 2 / (each.size * (each**2).sum()))
+    return {
+        **found, "fairness": fairness, "fix_latency_p50_s": median, "fix_latency_p95_s": most
+    }  # fmt: skip
 
 
 def _on_air(broadcasts: Rows, end: float) -> float:
@@ -133,17 +174,22 @@ def modem_energies(world: World) -> tuple[Array, Array] | None:
     scenario, record = world.scenario, world.record
     bands, protocol, end = scenario.acoustics, scenario.protocol, scenario.duration_s
     fleets = world.auv_fleet, world.asv_fleet
-    broadcasts = not protocol.is_passive and protocol.downlink != "direct_reply"
     drawn: list[tuple[Array, Array]] = []
     failures = fleets[1].failures
     worked = end if failures is None else failures.worked_s(end)
     if (powers := _powers(bands.hf)) is not None:
-        times, counts = Times(bands.hf.ping_s, end), (len(fleets[0]), len(fleets[1]))
-        on_air = on_hf(record, protocol.pinging, *counts, times)
+        signals = Hf(
+            bands.hf.ping_s,
+            bands.hf.range_m,
+            bands.hf.range_metric == "slant",
+            sound_speed_of(scenario),
+            end,
+        )
+        on_air = on_hf(record, protocol.pinging, {"auv": fleets[0], "asv": fleets[1]}, signals)
         drawn.append((energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, worked)))
-    if broadcasts and (powers := _powers(bands.mf)) is not None:
+    if protocol.sends_frames and (powers := _powers(bands.mf)) is not None:
         where = partial(places, fleets[0].motion), partial(places, fleets[1].motion)
-        auvs, asvs = on_mf(record.broadcasts, where, bands.mf.range_m, end)
+        auvs, asvs = on_mf(record.broadcasts, where, bands.mf.range_m, end, fleets[1].failed)
         drawn.append((energy(auvs, powers, end), energy(asvs, powers, worked)))
     if not drawn:
         return None
@@ -165,17 +211,6 @@ def _sounds(record: Recorder) -> Array:
     called = pings["call"] != NONE
     answered = ~called | (pings["call"] == HEARD)
     return np.sort(np.concatenate((pings["called_at_s"][called], pings["sent_at_s"][answered])))
-
-
-def _covered(starts: Array, length: float, end: float) -> float:
-    """Return the time (s) before `end` that intervals of one length cover, overlaps counted once.
-
-    `starts` (n,) rise.
-
-    >>> round(_covered(np.array([0.0, 1.0, 1.0, 1.5, 9.5]), 1.0, 10.0), 9)
-    3.0
-    """
-    return float(np.minimum(np.diff(starts, append=end), length).sum())
 
 
 def mission_metrics(auvs: Rows, whole: Utilisation) -> dict[str, float | None]:

@@ -246,7 +246,7 @@ class Mission:
         """Return the frames that are on the air now: who sends each, since when, how long.
 
         One is on the air while its ASV (a row of `asvs`) sends it; several are where ASVs broadcast
-        at once (`parallel`).  Answers of `direct_reply` take no time.
+        at once (`parallel`, `direct_reply`).  Instant answers take no time.
         """
         return [replace(it) for it in on_air(self._world.record.broadcasts, self._time)]
 

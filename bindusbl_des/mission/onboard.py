@@ -8,7 +8,7 @@ from ..navigation.navigators import LinearNavigator, Navigator
 from ..navigation.own_navigator import OwnNavigator
 from ..navigation.smoother import Smoother
 from ..navigation.weighing import WEIGHED, Rule
-from ..records.recorder import Levers
+from ..records.recorder import Recorder
 from ..records.rows import LEARNT
 from ..scenario.families import NAVIGATOR
 from ..scenario.part_settings import own_part
@@ -19,11 +19,11 @@ from .told import told_to
 
 
 def equip_auvs(
-    scenario: Scenario, fleet: Fleet, wrong: Wrong, levers: Levers
+    scenario: Scenario, fleet: Fleet, wrong: Wrong, record: Recorder
 ) -> tuple[DeadReckoning, Navigator]:
     """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer.
 
-    `levers` tell how fixes depend on errors that last.
+    The record has what fixes are made of, and how they depend on errors that last.
     """
     navigation = scenario.navigation
     reckoning = DeadReckoning(fleet.motion, wrong)
@@ -40,7 +40,9 @@ def equip_auvs(
         make = own_part(NAVIGATOR, navigation.filter)
         return reckoning, OwnNavigator(navigation.filter, make, reckoning, steering[0])
     first, growth = told_to(scenario)
-    navigator = LinearNavigator(reckoning, _rule(scenario), growth, first, *steering, levers)
+    navigator = LinearNavigator(
+        reckoning, _rule(scenario), growth, first, *steering, record.levers, record.receptions
+    )
     if navigation.filter != "smoother":
         return reckoning, navigator
     lag = navigation.filter.settings.get("lag_s")

@@ -16,16 +16,17 @@ COUNT_TOLERANCE = 1e-9
 
 
 @lru_cache(maxsize=8)
-def instants(duration: float, rate: float) -> Array:
-    """Return the instants k / rate in [0, duration) (s); read-only, since missions share them.
+def instants(duration: float, rate: float, begin: float = 0.0) -> Array:
+    """Return the instants k / rate in [begin, duration) (s); read-only, since missions share them.
 
-    The first is always the start, however low the rate.
+    Of those from the start on the first is always the start, however low the rate.
 
     >>> instants(3.0, 1e-12).tolist()
     [0.0]
     """
     count = max(1, int(np.ceil(duration * rate - COUNT_TOLERANCE)))
     times: Array = np.arange(count) / rate
+    times = times[times.searchsorted(begin) :]
     times.setflags(write=False)
     return times
 

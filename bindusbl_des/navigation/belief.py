@@ -29,7 +29,7 @@ import numpy as np
 
 from ..core.compiled import compiled, inlined, written_out
 from ..records.rows import Rows
-from ..vehicles.expected_drift import Drift, Told, expected_error, way_since
+from ..vehicles.expected_drift import Drift, Told, Way, expected_error, way_since
 from ..vehicles.motion import Floats
 from .dead_reckoning import Reckoned, reckoned
 
@@ -154,8 +154,7 @@ def carry(belief: Belief, told: Told, growth: Growth) -> None:
     moment.at_s, moment.cosine_s, moment.sine_s = told.time, told.cosine, told.sine
     moment.x_m, moment.y_m = told.x, told.y
     for k in range(state.size):  # F P ...
-        spread[0, k] += ahead * spread[2, k] - aside * spread[3, k] - passed * spread[4, k]
-        spread[1, k] += aside * spread[2, k] + ahead * spread[3, k] - passed * spread[5, k]
+        spread[0, k], spread[1, k] = _carried(spread, k, way)
     for k in range(state.size):  # ... F^T
         spread[k, 0] += ahead * spread[k, 2] - aside * spread[k, 3] - passed * spread[k, 4]
         spread[k, 1] += aside * spread[k, 2] + ahead * spread[k, 3] - passed * spread[k, 5]
@@ -172,6 +171,53 @@ def carry(belief: Belief, told: Told, growth: Growth) -> None:
     _fade(belief, grown, growth)
     if growth.wandering > 0 and grown > 0.0:
         _roam(spread, ahead / grown, aside / grown, grown, growth)
+
+
+@inlined
+def _carried(spread: Floats, k: int, way: Way) -> tuple[float, float]:
+    """Return how both errors go together with a state k after some way, F P."""
+    passed, ahead, aside = way.passed, way.ahead, way.aside
+    x = ahead * spread[2, k] - aside * spread[3, k] - passed * spread[4, k]
+    y = aside * spread[2, k] + ahead * spread[3, k] - passed * spread[5, k]
+    return spread[0, k] + x, spread[1, k] + y
+
+
+@inlined
+def error_spread(belief: Belief, told: Told, growth: Growth) -> tuple[float, float, float]:
+    """Return xx, yy, xy (m2) of the error's covariance at another instant, as :func:`carry` does,
+    where nothing stretches the way and no bias wanders.
+    """
+    way = way_since(expected(belief, growth), told, growth.in_body)
+    passed, ahead, aside, p = way.passed, way.ahead, way.aside, belief.covariance
+    x0, _ = _carried(p, 0, way)
+    x1, y1 = _carried(p, 1, way)
+    x2, y2 = _carried(p, 2, way)
+    x3, y3 = _carried(p, 3, way)
+    x4, _ = _carried(p, 4, way)
+    x5, y5 = _carried(p, 5, way)
+    grown = max(passed, 0.0)
+    more = growth.walk * grown + growth.wander * grown**3 / 3.0
+    xx = x0 + (ahead * x2 - aside * x3 - passed * x4) + more
+    yy = y1 + (aside * y2 + ahead * y3 - passed * y5) + more
+    return xx, yy, x1 + (aside * x2 + ahead * x3 - passed * x5)
+
+
+@compiled
+def between(belief: Belief, told: Told, before: Told, growth: Growth) -> float:
+    """Return the variance (m2), along any direction, of the way that is believed to lie between two
+    instants near to each other: that of the walk, of velocities, and of a stretch and turn.
+    """
+    passed, spread = told.time - before.time, belief.covariance
+    speed = spread[2, 2] + spread[3, 3] + spread[4, 4] + spread[5, 5]
+    if growth.wandering > 0:
+        speed += spread[growth.wandering, growth.wandering]
+        speed += spread[growth.wandering + 1, growth.wandering + 1]
+    out = growth.walk * passed + 0.5 * speed * passed**2
+    if growth.stretched > 0:
+        way = (told.x - before.x) ** 2 + (told.y - before.y) ** 2
+        skew = spread[growth.stretched, growth.stretched]
+        out += 0.5 * way * (skew + spread[growth.stretched + 1, growth.stretched + 1])
+    return float(out)
 
 
 @compiled

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiled import compiled, entry
-from ..vehicles.motion import Floats
+from ..vehicles.motion import Floats, Ints
 
 Noise = tuple[float, float, float]
 
@@ -41,14 +41,33 @@ class Expected(NamedTuple):
 
 
 @compiled
-def said_of(fix: Said, levers: Floats, own: Expected, common: Floats) -> Said:
+def at_place(
+    at: tuple[float, float], levers: Floats, x: float, y: float, spread: Floats, common: Floats
+) -> float:
+    """Write to `common` (2, n), m per unit, J at a place (m), of `levers` as of :func:`said_of`;
+    return the variance (m2) of what the last n states, of the covariance `spread`, add to a fix.
+    """
+    n, unsure = common.shape[1], 0.0
+    begin = len(spread) - n
+    for k in range(n):
+        for i in range(2):
+            common[i, k] = levers[i, k]
+            common[i, k] += (x - at[0]) * levers[i, n + k] + (y - at[1]) * levers[i, 2 * n + k]
+            unsure += common[i, k] ** 2 * spread[begin + k, begin + k]
+    return unsure
+
+
+@compiled
+def said_of(
+    fix: Said, at: tuple[float, float], levers: Floats, own: Expected, common: Floats
+) -> Said:
     """Return what a fix says to who expects something; write by what the last n states add to it,
     `common` (2, n), m per unit.
 
-    `levers` (2, 4 n) are J at the fix, its derivatives along x and along y, and B.
+    `levers` (2, 4 n) are J `at` a place (m), its derivatives along x and along y, and B.
     """
     n = own.errors.size
-    place, at, (xx, yy, xy) = np.array((own.x, own.y)), np.array((fix.x, fix.y)), fix.noise
+    place, seen, (xx, yy, xy) = np.array((own.x, own.y)), np.array((fix.x, fix.y)), fix.noise
     first, second, slope = place.copy(), np.zeros(2), np.eye(2)
     left = np.array(((xx, xy), (xy, yy)))
     for k in range(n):
@@ -70,7 +89,7 @@ def said_of(fix: Said, levers: Floats, own: Expected, common: Floats) -> Said:
     common[:] = 0.0
     for i in range(2):
         for j in range(2):
-            told[i] += back[i, j] * (at[j] - first[j] - second[j])
+            told[i] += back[i, j] * (seen[j] - first[j] - second[j])
             for k in range(n):  # J where the fix is expected
                 lever = levers[j, k]
                 for m in range(2):
@@ -96,19 +115,25 @@ def _turned(spread: Floats, by: Floats) -> Noise:
 
 @entry
 def said_of_all(
-    places: Floats, noise: Floats, levers: Floats, believed: Floats, errors: Floats,
-    variances: Floats,
+    polar: Ints, places: Floats, at: Floats, noise: Floats, levers: Floats, believed: Floats,
+    errors: Floats, variances: Floats,
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Return the positions (n, 2), m, noise xx, yy, xy (n, 3), m2, and dependence (n, 2, m) of
     fixes on m errors that are believed, of an AUV that took itself to be at `believed` (n, 2), m.
+    J is that `at` places (n, 2), m; of what is `polar` (n,) it is linear.
     """
     count = len(places)
     told, left = np.empty((count, 2)), np.empty((count, 3))
     common, together = np.empty((count, 2, errors.size)), np.zeros((2, errors.size))
+    nothing = np.zeros((errors.size, errors.size))
     for k in range(count):
         own = Expected(believed[k, 0], believed[k, 1], errors, variances, together)
         fix = Said(places[k, 0], places[k, 1], (noise[k, 0], noise[k, 1], noise[k, 2]))
-        said = said_of(fix, levers[k], own, common[k])
+        if polar[k]:
+            at_place((at[k, 0], at[k, 1]), levers[k], own.x, own.y, nothing, common[k])
+            said = fix
+        else:
+            said = said_of(fix, (at[k, 0], at[k, 1]), levers[k], own, common[k])
         told[k, 0], told[k, 1] = said.x, said.y
         left[k, 0], left[k, 1], left[k, 2] = said.noise
     return told, left, common

@@ -1,18 +1,20 @@
 """How fixes correct what AUVs believe, each in its place among those before and after it."""
 
-from math import hypot, nan
+from math import hypot, isnan, nan
 
 import numpy as np
 
 from ..core.compiled import compiled, entry
 from ..core.handing.opened import opened
-from ..records.rows import Rows
+from ..records.events import HEARD
+from ..records.rows import NONE, Row, Rows
 from ..vehicles.expected_drift import Told, expected_error, learn, way_since
-from ..vehicles.motion import Floats, Ints
-from .belief import Belief, carry, expected, next_stop, one, step_on, write
-from .common_errors import Expected, Said, said_of
+from ..vehicles.motion import Floats, Ints, where
+from .belief import Belief, between, carry, expected, next_stop, one, step_on, write
+from .common_errors import Expected, Said, at_place, said_of
 from .dead_reckoning import reckoned
 from .memory import REMEMBERED, Known
+from .turning import Believed, turned
 from .weighing import WEIGHED, take
 
 
@@ -72,18 +74,27 @@ def _take_in(
         write(one(memory.before, past[begin].before), latest)
     memory.known[auv] = end
     fixes[row].innovation_m = fixes[row].nis = nan
+    _note(fixes[row], _by_itself(fixes, left, row), False)
     taken = False
     for k in range(begin, end):
         write(latest, one(memory.before, past[k].before))
         number = past[k].fix
-        fix = fixes[number]
+        fix, said = fixes[number], _by_itself(fixes, left, number)
         time = fix.valid_at_s if by.rule.at_ping else fixes[row].delivered_at_s
         step_on(latest, auv, time, growth, by.reckoning)
         told = reckoned(auv, time, by.reckoning)
         carry(latest, told, growth)
-        said = Said(fix.x_m, fix.y_m, (fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2))
-        if common is not None and left is not None:
-            said = _without(said, common[number], left[number], latest, told, by.desk.common)
+        at, polar, unsure = (fix.x_m, fix.y_m), False, 0.0
+        if by.rule.gain == WEIGHED and fix.first != NONE:
+            if common is not None:
+                x, y = told.x - latest.state[0], told.y - latest.state[1]
+                unsure = at_place(at, common[number], x, y, latest.covariance, by.desk.common)
+            receptions = by.receptions[fix.first : fix.end]
+            own = _believed(receptions, auv, told, latest, unsure, handed)
+            said, polar = turned(receptions, said, own)
+            _note(fix, said, polar)
+        if common is not None and not polar:
+            said = _without(said, at, common[number], latest, told, by.desk.common)
         off, weight, is_taken = take(latest, said, by.desk.common, told, by.rule, by.desk.shares)
         if number == row:
             fix.innovation_m, fix.nis, taken = off, weight, is_taken
@@ -91,11 +102,50 @@ def _take_in(
 
 
 @compiled
+def _believed(
+    receptions: Rows, auv: int, told: Told, belief: Belief, unsure: float, handed: int
+) -> Believed:
+    """Return where an AUV believes to have been as it pinged, and as it heard what it answers;
+    `unsure` (m2) as of :func:`.common_errors.at_place`.
+    """
+    by, spread = opened(handed, Known), belief.covariance
+    depth = where(by.reckoning.motion, auv, told.time)[2]  # as its pressure sensor has it
+    place = told.x - belief.state[0], told.y - belief.state[1], depth
+    called, moved = place, 0.0
+    for it in receptions:
+        if it.outcome == HEARD and not isnan(it.caller_x_m):
+            before = reckoned(auv, told.time - it.called_before_s, by.reckoning)
+            drift = expected(belief, by.growth)
+            x, y = expected_error(drift, way_since(drift, before, by.growth.in_body))
+            called = before.x - x, before.y - y, depth
+            moved = between(belief, told, before, by.growth)
+            break
+    return Believed(place, spread, called, moved, unsure)
+
+
+@compiled
+def _by_itself(fixes: Rows, left: Floats | None, row: int) -> Said:
+    """Return what a fix says to somebody who believes in no place."""
+    fix = fixes[row]
+    if left is not None:
+        return Said(fix.x_m, fix.y_m, (left[row, 0], left[row, 1], left[row, 2]))
+    return Said(fix.x_m, fix.y_m, (fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2))
+
+
+@compiled
+def _note(fix: Row, said: Said, polar: bool) -> None:
+    """Note what a fix has been taken for."""
+    fix.said_polar = int(polar)
+    fix.said_x_m, fix.said_y_m = said.x, said.y
+    fix.said_xx_m2, fix.said_yy_m2, fix.said_xy_m2 = said.noise
+
+
+@compiled
 def _without(
-    fix: Said, levers: Floats, left: Floats, belief: Belief, told: Told, common: Floats
+    fix: Said, at: tuple[float, float], levers: Floats, belief: Belief, told: Told, common: Floats
 ) -> Said:
-    """Return what a fix says to an AUV that believes in a position already, without errors that
-    fixes have in common; write what these add to it to `common` (2, m).
+    """Return what a fix `at` a place (m) says to an AUV that believes in a position already,
+    without errors that fixes have in common; write what these add to it to `common` (2, m).
     """
     state, spread, count = belief.state, belief.covariance, common.shape[1]
     begin = state.size - count
@@ -105,7 +155,7 @@ def _without(
         for axis in range(2):  # of the place, which is less what dead reckoning errs by
             together[axis, k] = -spread[axis, begin + k]
     own = Expected(told.x - state[0], told.y - state[1], state[begin:], variances, together)
-    return said_of(Said(fix.x, fix.y, (left[0], left[1], left[2])), levers, own, common)
+    return said_of(fix, at, levers, own, common)
 
 
 @compiled

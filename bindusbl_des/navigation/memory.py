@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ..records.rows import LEARNT, Rows
+from ..records.rows import LEARNT, RECEPTION, Rows
 from ..vehicles.motion import Floats, Ints
 from .belief import Belief, Beliefs, Growth, copies
 from .dead_reckoning import Reckoned
@@ -68,7 +68,8 @@ def desk_for(first: Belief, common: int) -> Desk:
 
 class Known(NamedTuple):
     """What the navigators of n AUVs know: how fixes change beliefs, how these become less sure,
-    dead reckoning, what is remembered, and what has been believed since when.  For autopilots,
+    dead reckoning, what is remembered, what has been believed since when, and the receptions that
+    fixes are made of.  For autopilots,
     what to add to dead reckoning, `corrections` (n, 2), m, and which bias and current go on
     carrying it off since when, `learnt` (n,), :data:`.rows.LEARNT`.
     """
@@ -79,5 +80,6 @@ class Known(NamedTuple):
     memory: Memory
     held: Holding
     desk: Desk
+    receptions: Annotated[Rows, RECEPTION]
     corrections: Annotated[Floats, 2]
     learnt: Annotated[Rows, LEARNT]

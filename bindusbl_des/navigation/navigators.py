@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.handing.handed import Handed
-from ..records.recorder import Levers
-from ..records.rows import Rows
+from ..records.recorder import EventBuffer, Levers
+from ..records.rows import RECEPTION, Rows
 from ..vehicles.motion import Ints
 from .belief import Belief, Growth, begun_at, copies
 from .correcting import correct
@@ -57,11 +57,13 @@ class LinearNavigator:
         corrections: Array,
         learnt: Rows,
         common: Levers = NOTHING,
+        receptions: EventBuffer | None = None,
     ) -> None:
         """Take dead reckoning, how to correct it, and what is believed at first.
 
         `first` as of :func:`.belief.first_belief`; for autopilots, `corrections` and `learnt` are
-        written as of :class:`.memory.Known`.  Fixes contain of the last states what `common` says.
+        written as of :class:`.memory.Known`.  Fixes contain of the last states what `common` says,
+        and are made of some of the `receptions`.
         """
         #: What each fix contains of the last states.
         self.common = common
@@ -71,9 +73,12 @@ class LinearNavigator:
                 start.moments[auv] = begun_at(first, reckoning.at(auv, 0.0)).moment[0]
         self._held = Held(start)
         memory, desk = memory_of(first, start), desk_for(first, common.columns)
+        receptions = EventBuffer(RECEPTION) if receptions is None else receptions
+        known, held, rows = reckoning.known, self._held.all, receptions.array
         self._known = Handed(
-            Known(rule, growth, reckoning.known, memory, self._held.all, desk, corrections, learnt)
+            Known(rule, growth, known, memory, held, desk, rows, corrections, learnt)
         )
+        receptions.hand_on(self._known, "receptions")
 
     def correct(self, fixes: Rows, due: Ints) -> None:
         """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""

@@ -35,17 +35,16 @@ class Believed(NamedTuple):
 
 
 class Known(NamedTuple):
-    """Fixes (n,), what they have of m common errors (n, 2, 4 m), and what is left of their
-    covariances without those (n, 3), m2, as :class:`.recorder.Levers` has them.
+    """Fixes (n,), and what they have of m common errors (n, 2, 4 m), as :class:`.recorder.Levers`
+    has it.
     """
 
     rows: Rows
     common: Array
-    left: Array
 
     def of(self, which: Ints) -> "Known":
         """Return some of them, by their numbers."""
-        return Known(self.rows[which], self.common[which], self.left[which])
+        return Known(self.rows[which], self.common[which])
 
 
 class Smoother:
@@ -75,9 +74,9 @@ class Smoother:
         self._filter.correct(fixes, due)
         refused = np.isnan(fixes["correction_m"][due]) & ~np.isnan(fixes["innovation_m"][due])
         kept, common = due[~refused], self._filter.common
-        told = Known(np.array(fixes[kept]), np.zeros((len(kept), 2, 0)), np.zeros((len(kept), 3)))
+        told = Known(np.array(fixes[kept]), np.zeros((len(kept), 2, 0)))
         if common.columns:
-            told = told._replace(common=common.of[kept], left=common.left[kept])
+            told = told._replace(common=common.of[kept])
         self._told.append(told)
         self._latest = None
 
@@ -126,7 +125,7 @@ class Smoother:
         if len(self._told) > 1:  # put together once, not for each AUV
             self._told = [Known(*map(np.concatenate, zip(*self._told, strict=True)))]
         if not self._told:
-            return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)), np.zeros((0, 3)))
+            return Known(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)))
         [told] = self._told
         own = np.flatnonzero(told.rows["auv"] == auv)
         return told.of(own[np.argsort(told.rows["valid_at_s"][own], kind="stable")])
@@ -164,15 +163,23 @@ class Smoother:
         """
         rows, states = known.rows, len(self._first.state)
         then = self._reckoning.sample(auv, rows["valid_at_s"])[1]
-        places = np.column_stack((rows["x_m"], rows["y_m"]))
-        xx, yy, xy = rows["sd_x_m"] ** 2, rows["sd_y_m"] ** 2, rows["cov_xy_m2"]
+        places = np.column_stack((rows["said_x_m"], rows["said_y_m"]))
+        xx, yy, xy = rows["said_xx_m2"], rows["said_yy_m2"], rows["said_xy_m2"]
         slopes = np.zeros((len(rows), 2, states))
         slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
         if count := known.common.shape[2] // 4:  # expanded about what the filter has believed
-            noise, levers = known.left, np.ascontiguousarray(known.common)
+            noise, levers = np.column_stack((xx, yy, xy)), np.ascontiguousarray(known.common)
+            at = np.column_stack((rows["x_m"], rows["y_m"]))
             believed, (errors, spread) = self._filter.estimate(auv, then), self._filter.latest(auv)
             places, noise, common = said_of_all(
-                places, noise, levers, believed, errors[-count:], np.diag(spread)[-count:].copy()
+                np.array(rows["said_polar"]),
+                places,
+                at,
+                noise,
+                levers,
+                believed,
+                errors[-count:],
+                np.diag(spread)[-count:].copy(),
             )
             xx, yy, xy = noise.T
             slopes[:, :, states - count :] -= common

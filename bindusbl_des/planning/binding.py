@@ -48,7 +48,8 @@ def _reliefs(inputs: Inputs, candidate: Candidate, goal: Goal, now: float) -> It
     for what, words, improved in IMPROVED:
         value = value_of(goal, predict(improved(inputs), candidate.stations))
         if excess(goal, value) < excess(goal, now) - NOTEWORTHY:
-            told = f"{words}: {goal.metric} {said(goal, value)} instead of {said(goal, now)}"
+            values = f"{said(goal, value)} instead of {said(goal, now)}, as predicted"
+            told = f"{words}: {goal.metric} {values}"
             yield Relief(what, value, told, excess(goal, value) < 0)
 
 
@@ -85,7 +86,12 @@ def _uplink(inputs: Inputs) -> Inputs:
 
 def _downlink(inputs: Inputs) -> Inputs:
     slots = inputs.slots
-    halved = replace(slots, downlink_s=slots.downlink_s / 2, frame_s=slots.frame_s / 2)
+    halved = replace(
+        slots,
+        downlink_s=slots.downlink_s / 2,
+        frame_s=slots.frame_s / 2,
+        answer_s=slots.answer_s / 2,
+    )
     return replace(inputs, slots=halved)
 
 

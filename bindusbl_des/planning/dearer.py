@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..campaigns.statistics.intervals import Intervals, intervals
+from ..campaigns.statistics.intervals import intervals
+from .selection.evidence import estimated
 from .selection.goals import Floats, Goal
-from .selection.selection import Estimate, Sample, Selection
+from .selection.selection import Sample, Selection
 from .teams.candidates import Candidate
 
 # So many missions of each show about where it is: the first so many where these tell the means of
@@ -40,23 +41,11 @@ def with_dearer(
     estimates, missions = list(selection.estimates), list(selection.missions)
     for n, its in values.items():
         if len(its):
-            estimates[n], missions[n] = _estimates(its), len(its)
+            estimates[n], missions[n] = tuple(map(estimated, its.T)), len(its)
     return replace(selection, estimates=tuple(estimates), missions=tuple(missions))
-
-
-def _known(values: Floats) -> Intervals:
-    """Return the intervals of the goals of missions (k, g)."""
-    return intervals(values.T)
 
 
 def _is_narrow(values: Floats) -> bool:
     """Tell whether the means of all goals are known well enough."""
-    known = _known(values)
+    known = intervals(values.T)
     return bool(np.all(known.half_width <= NARROW * np.abs(known.mean)))
-
-
-def _estimates(values: Floats) -> tuple[Estimate, ...]:
-    """Return what is known of the goals; nan where a mission has no value."""
-    known = _known(np.where(np.isfinite(values).all(axis=0), values, np.nan))
-    found = [known.at(goal) for goal in range(values.shape[1])]
-    return tuple(Estimate(it.mean, it.low, it.high, float("nan")) for it in found)

@@ -1,17 +1,20 @@
 """How a team fares where the world is worse than the scenario has it, on the answer's own seeds."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
+from ..scenario.instruments.own_sensors import wanders_over_m
+from ..scenario.sections.navigation import Drift
 from ..scenario.sections.vehicles import Formation
 from ..scenario.water import assumed_sound_speed_of
 from .questions.question import Question
-from .selection.evidence import Evidence, OutOfTime
-from .selection.goals import Goal
+from .selection.evidence import CutOff, Evidence, estimated
+from .selection.goals import Floats, Goal
 from .selection.looks import SPENT, looks_at_each
 from .selection.selection import Estimate, Sample
 from .teams.candidates import FORMATION, Candidate, candidate
@@ -22,7 +25,11 @@ from .teams.placing import place_keys, placed
 # dead reckoning.
 SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
 
-# What is told of a condition is told with so much confidence, after so many missions at most.
+# So much sooner errors of scale and heading wander off than a sheet is read, or if not at all.
+SOONER, USUAL_LINE_M = 3.0, Drift.model_fields["line_m"].default
+
+# Whether the goals are met in a condition is known with so much confidence, after so many missions
+# at most.
 CONFIDENCE, SEEDS = 0.95, max(SPENT)
 
 HF, MF = "acoustics.hf", "acoustics.mf"
@@ -39,29 +46,30 @@ DRIFTS = (
 
 @dataclass(frozen=True)
 class Doubt:
-    """A condition that is worse: what it is, and the team in it."""
+    """A condition that is worse: what it is, and the team in it.
+
+    `without` is the team without the condition, judged over the same time; None is the answer.
+    """
 
     told: str
     keys: Mapping[str, Any]
     team: Candidate
+    without: Candidate | None = None
 
 
 @dataclass(frozen=True)
 class Doubted:
     """What became of the goals in it: an estimate each, and whether they are still met.
 
-    `met` is None where neither is certain.
+    `as_planned` are the estimates without the condition, over the same seeds.  `met` is None where
+    neither is certain.
     """
 
     doubt: Doubt
     missions: int
     estimates: tuple[Estimate, ...]
+    as_planned: tuple[Estimate, ...]
     met: bool | None
-
-    @property
-    def is_told(self) -> bool:
-        """Whether more missions would not be flown."""
-        return self.met is not None or self.missions == SEEDS
 
     def record(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -69,10 +77,9 @@ class Doubted:
             "told": self.doubt.told,
             "keys": dict(self.doubt.keys),
             "missions": self.missions,
-            "mean": [_known(it.mean) for it in self.estimates],
-            "low": [_known(it.low) for it in self.estimates],
-            "high": [_known(it.high) for it in self.estimates],
+            **plainly(self.estimates),
             "met": self.met,
+            "as_planned": plainly(self.as_planned),
         }
 
 
@@ -117,10 +124,13 @@ def _lost(question: Question, team: Candidate, foresight: Foresight) -> list[Dou
     lost = -max(missed)[1] if missed else 0
     failures = [it.model_dump(mode="json") for it in team.scenario.asvs.failures]
     fails = {"asv": lost, "at_s": team.scenario.duration_s / 2}
-    keys = {"asvs.failures": [*failures, fails]}
-    until = candidate(question, {**team.keys, **keys})
-    halfway = None if until is None else Doubt(f"ASV{lost} lost halfway", keys, until)
-    return [it for it in (*rests[lost : lost + 1], halfway) if it is not None]
+    after = {"record.metrics_from_s": fails["at_s"]}  # or the time before would hide it
+    keys = {"asvs.failures": [*failures, fails], **after}
+    halfway, without = (candidate(question, {**team.keys, **it}) for it in (keys, after))
+    if halfway is None or without is None:
+        return [it for it in rests[lost : lost + 1] if it is not None]
+    later = Doubt(f"ASV{lost} lost halfway, from then on", keys, halfway, without)
+    return [it for it in (*rests[lost : lost + 1], later) if it is not None]
 
 
 def _without(question: Question, team: Candidate, lost: int) -> Doubt | None:
@@ -151,34 +161,57 @@ def _drift(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
             keys[f"{NAVIGATION}.{name}"] = doubled
     if keys:
         yield f"drift x {DRIFTIER:g}", keys
+    line = navigation.drift.line_m
+    if wanders_over_m(team.scenario) or (navigation.drift.is_stated and line is None):
+        sooner = USUAL_LINE_M if line is None else line / SOONER
+        told = f"drift wanders over {sooner:.3g} m, not {'at all' if line is None else f'{line:g}'}"
+        yield told, {f"{NAVIGATION}.drift.line_m": float(f"{sooner:.3g}")}
 
 
-def doubted(conditions: Sequence[Doubt], goals: Sequence[Goal], sample: Sample) -> list[Doubted]:
-    """Fly a team in each condition until it is told whether the goals are still met.
+def teams_of(conditions: Sequence[Doubt]) -> list[Candidate]:
+    """Return the teams that are flown: those in the conditions, and after them those without."""
+    without = [it.without for it in conditions if it.without is not None]
+    return [*(it.team for it in conditions), *without]
 
-    Returned are those that were flown, which are all unless `sample` returns too few missions.
+
+def doubted(
+    conditions: Sequence[Doubt],
+    goals: Sequence[Goal],
+    sample: Sample,
+    answer: Callable[[Sequence[int]], Floats],
+) -> list[Doubted]:
+    """Fly a team in each condition until it is known whether the goals are still met, and at the
+    same seeds without it.
+
+    `sample` flies :func:`teams_of` the conditions, `answer` the answer at some seeds (numbers).
+    Returned are those that were flown, which are all unless these return too few missions.
     """
     looks = looks_at_each(CONFIDENCE, len(goals))
     evidence = Evidence(len(conditions), goals, looks, 0.0, sample)
     numbers = range(len(conditions))
-    with suppress(OutOfTime):
+    with suppress(CutOff):
         for look in range(len(looks)):
-            untold = [it for it in numbers if evidence.verdicts[it] is None]
-            evidence.fly(untold, look)
-            for it in untold:
+            unknown = [it for it in numbers if evidence.verdicts[it] is None]
+            evidence.fly(unknown, look)
+            for it in unknown:
                 evidence.judge(it, look)
     is_met = {"met": True, "not met": False}
-    return [
-        Doubted(
-            conditions[it],
-            evidence.missions(it),
-            evidence.estimates(it),
-            is_met.get(evidence.verdicts[it] or ""),
-        )
-        for it in numbers
-        if evidence.missions(it)
-    ]
+    found, extra = [], len(conditions)
+    for it in numbers:
+        seeds = range(evidence.missions(it))
+        if conditions[it].without is None:
+            as_planned = answer(seeds)
+        else:
+            as_planned = sample([(extra, seed) for seed in seeds])
+            extra += 1
+        if len(seeds) and len(as_planned) == len(seeds):
+            estimates = evidence.estimates(it), tuple(map(estimated, as_planned.T))
+            met = is_met.get(evidence.verdicts[it] or "")
+            found.append(Doubted(conditions[it], len(seeds), *estimates, met))
+    return found
 
 
-def _known(value: float) -> float | None:
-    return value if value == value else None
+def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:
+    """Return means and the ends of their intervals as plain data, one for each goal."""
+    ends = {name: [getattr(it, name) for it in estimates] for name in ("mean", "low", "high")}
+    return {name: [it if isfinite(it) else None for it in own] for name, own in ends.items()}

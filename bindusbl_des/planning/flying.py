@@ -74,21 +74,27 @@ class Flights:
     def __len__(self) -> int:
         return len(self._rows)
 
-    def rows(self, pairs: Sequence[Pair], until: float = math.inf) -> list[dict[str, Any]]:
+    def lacking(self, pairs: Sequence[Pair]) -> int:
+        """Return how many missions have not been flown."""
+        return len({self._number(pair) for pair in pairs} - self._rows.keys())
+
+    def rows(
+        self, pairs: Sequence[Pair], until: float = math.inf, most: int | None = None
+    ) -> list[dict[str, Any]]:
         """Return the columns of missions, which are flown where that has not been done.
 
         A failed mission is an empty row; columns of AUVs are lists.  `until` is the instant (by
-        `time.monotonic`) at which no further mission is begun; if that comes first, the rows are
-        those of the first missions alone, up to one that was not flown.
+        `time.monotonic`) at which no further mission is begun, `most` how many are flown; if either
+        is not enough, the rows are those of the first missions alone, up to one that was not flown.
 
         Raises:
             Stopped: when the user interrupted them.
             NotWritten: when the folder cannot be written.
         """
         numbers = [self._number(pair) for pair in pairs]
-        missing = np.array([it for it in dict.fromkeys(numbers) if it not in self._rows], np.int64)
-        if len(missing):
-            self._fly(missing, until)
+        missing = [it for it in dict.fromkeys(numbers) if it not in self._rows][:most]
+        if missing:
+            self._fly(np.array(missing, np.int64), until)
         flown = takewhile(self._rows.__contains__, numbers)
         return [self._rows[it] for it in flown]
 

@@ -43,7 +43,8 @@ def begin(question: Question, folder: Path, *, force: bool = False) -> Question:
     if record is not None:
         same = record["fingerprint"] == question.fingerprint()
         if same and not force and _status(folder) != COMPLETE:
-            return replace(resumed(folder), budget_s=question.budget_s)
+            seconds, missions = question.budget_s, question.budget_missions
+            return replace(resumed(folder), budget_s=seconds, budget_missions=missions)
         if not force:
             which = "this plan, which is finished" if same else "another plan"
             raise PlanError(
@@ -55,7 +56,8 @@ def begin(question: Question, folder: Path, *, force: bool = False) -> Question:
     sync(folder.absolute().parent)
     for number in range(len(question.experiment.points)):
         keep(copies_of(question.experiment.scenario(number).model_dump(mode="json")), folder)
-    asked = {**question.record(), "source": question.source, "budget_s": question.budget_s}
+    budget = {"budget_s": question.budget_s, "budget_missions": question.budget_missions}
+    asked = {**question.record(), "source": question.source, **budget}
     text = json.dumps({**asked, "fingerprint": question.fingerprint()}, indent=2)
     write_text(folder / QUESTION, f"{text}\n")
     return resumed(folder)
@@ -98,6 +100,7 @@ def _question(record: dict[str, Any], folder: Path) -> Question:
         listed=record["listed"],
         confidence=record["confidence"],
         budget_s=record["budget_s"],
+        budget_missions=record["budget_missions"],
         costs=record["costs"],
         seed=record["seed"],
     )

@@ -17,8 +17,8 @@ from .teams.narrowing import LeftOut
 class Found:
     """All that was found out for a plan.
 
-    `missions` is how many were flown, those of doubts included; `cut` tells what the time was too
-    short for, if it was.
+    `missions` is how many were flown, those of doubts included; `cut` is the option that cut the
+    plan off, empty if none did.
     """
 
     question: Question
@@ -34,7 +34,7 @@ class Found:
 
     @property
     def team(self) -> Candidate | None:
-        """The least team that meets the goals."""
+        """The least team that is shown to meet the goals."""
         answer = self.selection.answer
         return None if answer is None else self.candidates[answer]
 

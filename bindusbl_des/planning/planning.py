@@ -5,20 +5,23 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 
 * ``name``, ``scenario`` (as it was named), ``scenario_sha256``, ``versions``, ``seed``,
 * ``goal``: a list of ``{metric, below or above, of}``, where `of` is ``"worst"`` (of each mission's
-  AUVs), ``"mean"``, or a share of them; ``confidence``; ``budget_s``,
-* ``missions``: how many were flown; ``status``: ``complete``, or ``cut`` where the time was up,
-* ``answer``: null, or the keys and values of the least team; ``chosen``: its number among the
-  candidates, or null; ``would``: where the answer is null, what would meet the goals,
+  AUVs), ``"mean"``, or a share of them; ``confidence``; ``budget_s``, ``budget_missions``,
+* ``missions``: how many were flown; ``settled``: whether the answer has that confidence;
+  ``status``: ``complete``, or ``cut`` where a budget was used up before all was flown,
+* ``answer``: null, or the keys and values of the least team that is shown to meet the goals;
+  ``chosen``: its number among the candidates, or null; ``would``: where none does, what would,
 * ``told``: sentences, the first of which is the answer; ``run``: the command that flies it,
 * ``candidates``: all that could plausibly be the answer, each ``{keys, cost, asvs, stations,
-  predicted, simulated, verdict, team, told}``.  `predicted` is ``{value: [one for each goal]}``,
-  `simulated` null or ``{missions, mean, low, high}``, the latter three with one for each goal,
+  predicted, simulated, verdict, team, told}``.  `predicted` is ``{value, low, high}``, nine of ten
+  predictions being as near to what is flown, `simulated` null or ``{missions, mean, low, high}``,
+  all but the number of missions with one for each goal,
 * ``excluded``: ``[{told, count}]``, what was not flown and why,
 * ``runners_up``: numbers of candidates, the best first,
 * ``binding``: ``[{what, told, value}]``, what holds the team back, the most first: ``coverage``,
   ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is what the first goal's metric is
   predicted to be were that twice as good,
-* ``sensitivity``: ``[{told, keys, missions, mean, low, high, met}]``, the team in worse conditions,
+* ``sensitivity``: ``[{told, keys, missions, mean, low, high, met, as_planned}]``, the team in worse
+  conditions, and `as_planned`, ``{mean, low, high}``, in the same missions without them,
 * ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
 
 Any number that is not known is null.
@@ -30,7 +33,6 @@ from functools import partial
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from time import monotonic
 from typing import Any, TypedDict, Unpack
 from weakref import finalize
 
@@ -43,13 +45,13 @@ from ..scenario.files.shipped import located
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from .binding import binding
-from .clock import Clock
+from .budget import Budget
 from .dearer import with_dearer
-from .doubting import SEEDS, Doubted, doubted, doubts
-from .flying import Flights, Pair, flights, local_workers
+from .doubting import SEEDS, Doubted, doubted, doubts, teams_of
+from .flying import flights, local_workers
 from .folder import DOUBTS, MISSIONS, begin
 from .found import Found, ranked
-from .measuring import values, wanted
+from .measuring import wanted
 from .outcome import Plan, written
 from .questions.asking import Asking, goals_of_arguments
 from .questions.plan_file import read_plan
@@ -63,15 +65,18 @@ from .teams.foresight import Foresight
 from .teams.further import further
 from .teams.narrowing import narrowed
 from .teams.proposals import proposed
+from .telling import best_told
 
 
 class HowToPlan(TypedDict, total=False):
-    """How a plan is made: `confidence` and `budget_s` as in its file, its `seed`, how many
-    `workers`, whether an earlier plan in the folder gives way (`force`), and `quiet`.
+    """How a plan is made: `confidence`, `budget_s` and `budget_missions` as in its file, its
+    `seed`, how many `workers`, whether an earlier plan in the folder gives way (`force`), and
+    `quiet`.
     """
 
     confidence: float
     budget_s: float
+    budget_missions: int
     seed: int
     workers: int | None
     force: bool
@@ -98,8 +103,11 @@ def plan(
     proposed.  The folder `out` keeps the plan, and goes on with one of the same question that was
     cut short; without it all lies in a temporary folder that goes with the plan.
 
-    Settings: `confidence` (0.95), `budget_s` (120), `seed` (0), `workers` (processes at once, one
-    for each CPU), `force` (False) and `quiet` (True).
+    It stops when the answer is settled, which is decided by the missions alone; `budget_missions`
+    and `budget_s` (seconds of flying) cut it off before, which the record says (`settled`).
+
+    Settings: `confidence` (0.95), `budget_missions` and `budget_s` (None), `seed` (0), `workers`
+    (processes at once, one for each CPU), `force` (False) and `quiet` (True).
 
     Raises:
         ScenarioError: when a file, a key, a value or a goal is wrong, listing every mistake.
@@ -108,7 +116,6 @@ def plan(
         CampaignError: when the folder holds something else.
         NotWritten: when the disk is full or the folder gone; what was flown counts.
     """
-    began = monotonic()
     for name in how:
         if name not in HowToPlan.__annotations__:
             hint = did_you_mean(name, (*HowToPlan.__annotations__, "below", "above", "of", "vary"))
@@ -119,18 +126,19 @@ def plan(
         Asked(vary),
         how.get("confidence"),
         how.get("budget_s"),
+        how.get("budget_missions"),
         how.get("seed"),
         allow_plugins,
     )
     question = read_plan(located(scenario) if isinstance(scenario, str) else scenario, asking)
     admitted(question, allow_plugins)
-    clock = Clock(question.budget_s, began, quiet=how.get("quiet", True))
+    budget = Budget(question, quiet=how.get("quiet", True))
     if out is not None:
         begun = begin(question, Path(out), force=how.get("force", False))
-        return planned(begun, Path(out), clock, how.get("workers"))
+        return planned(begun, Path(out), budget, how.get("workers"))
     folder = Path(mkdtemp(prefix="bindusbl-plan-"))
     try:
-        found = planned(begin(question, folder), folder, clock, how.get("workers"))
+        found = planned(begin(question, folder), folder, budget, how.get("workers"))
     except BaseException:
         rmtree(folder, ignore_errors=True)
         raise
@@ -156,7 +164,7 @@ def _removed(folder: Path, owner: int) -> None:
         rmtree(folder, ignore_errors=True)
 
 
-def planned(question: Question, folder: Path, clock: Clock, workers: int | None = None) -> Plan:
+def planned(question: Question, folder: Path, budget: Budget, workers: int | None = None) -> Plan:
     """Find the least team that keeps to the goals, and write down what was found on the way.
 
     Raises:
@@ -166,38 +174,45 @@ def planned(question: Question, folder: Path, clock: Clock, workers: int | None 
     """
     goals = question.goals
     foresight = Foresight(goals)
-    with local_workers(workers) as pool, clock.told():
-        candidates, left_out = narrowed(proposed(question, foresight), foresight, goals)
-        seeds = question.seeds()
-        fly = partial(flights, asked=wanted(goals), pool=pool, note=clock.note)
-        clock.begin(f"choosing among {counted(len(candidates), 'team')}")
-        with fly(_experiment(question, candidates, seeds), folder / MISSIONS) as missions:
-            sample = partial(_sampled, question, missions, clock.selected_by)
-            selection = _selected(question, candidates, foresight, sample, clock)
-            if not clock.is_late:
+    try:
+        with local_workers(workers) as pool:
+            candidates, left_out = narrowed(proposed(question, foresight), foresight, goals)
+            fly = partial(flights, asked=wanted(goals), pool=pool, note=budget.note)
+            budget.begin(f"choosing among {counted(len(candidates), 'team')}")
+            teams = _experiment(question, candidates, question.seeds())
+            with fly(teams, folder / MISSIONS) as missions:
+                sample = partial(budget.sample, missions)
+                selection = _selected(question, candidates, foresight, sample, budget)
                 selection = with_dearer(selection, candidates, goals, sample)
-            looked_at = _looked_at(question, candidates, selection, foresight)
-            is_found = selection.answer is not None
-            conditions = doubts(question, looked_at, foresight) if is_found else []
-            told, flown_in_doubt = list[Doubted](), 0
-            if conditions:
-                clock.begin("doubting the answer")
-                worse = _experiment(question, [it.team for it in conditions], seeds[:SEEDS])
-                with fly(worse, folder / DOUBTS) as doubtful:
-                    sample = partial(_sampled, question, doubtful, clock.doubted_by)
-                    told = doubted(conditions, goals, sample)
-                    flown_in_doubt = len(doubtful)
+                looked_at = _looked_at(question, candidates, selection, foresight)
+                is_found = selection.answer is not None and not budget.cut_by
+                number = candidates.index(looked_at)
+
+                def as_planned(seeds: Sequence[int]) -> Floats:
+                    return sample([(number, seed) for seed in seeds])
+
+                conditions = doubts(question, looked_at, foresight) if is_found else []
+                told, flown_in_doubt = list[Doubted](), 0
+                if conditions:
+                    budget.begin("doubting the answer")
+                    worse = _experiment(question, teams_of(conditions), question.seeds()[:SEEDS])
+                    with fly(worse, folder / DOUBTS) as doubtful:
+                        sampled = partial(budget.sample, doubtful)
+                        told = doubted(conditions, goals, sampled, as_planned)
+                        flown_in_doubt = len(doubtful)
+    finally:
+        budget.end()
     found = Found(
         question=question,
         candidates=candidates,
         selection=selection,
         foresight=foresight,
         left_out=left_out,
-        reliefs=binding(looked_at, foresight, goals),
+        reliefs=[] if budget.cut_by else binding(looked_at, foresight, goals),
         further="" if is_found else further(question, candidates, foresight),
         doubted=told,
         missions=len(missions) + flown_in_doubt,
-        cut=_cut(selection, clock, len(conditions), told),
+        cut=budget.cut_by,
     )
     return written(found, folder)
 
@@ -215,22 +230,21 @@ def _selected(
     candidates: Sequence[Candidate],
     foresight: Foresight,
     sample: Sample,
-    clock: Clock,
+    budget: Budget,
 ) -> Selection:
     """Fly what it takes to know which team is the least that keeps to the goals."""
+
+    def note(selection: Selection) -> None:
+        budget.best = best_told(question.goals, candidates, selection)
+
     return select(
         [Choice(it.cost, foresight.values(it).tolist()) for it in candidates],
         sample,
         question.goals,
         confidence=question.confidence,
         most_seeds=len(question.seeds()),
-        is_over=lambda: clock.is_late,
+        note=note,
     )
-
-
-def _sampled(question: Question, missions: Flights, until: float, pairs: Sequence[Pair]) -> Floats:
-    """Return the goals' values of missions, of the first of them where the time was up."""
-    return values(question.goals, missions.rows(pairs, until))
 
 
 def _looked_at(
@@ -244,11 +258,3 @@ def _looked_at(
         return candidates[selection.answer]
     nearest = ranked(question.goals, candidates, selection)[:1]
     return candidates[nearest[0]] if nearest else min(candidates, key=foresight.rank)
-
-
-def _cut(selection: Selection, clock: Clock, asked: int, told: Sequence[Doubted]) -> str:
-    """Return what the time was too short for; empty if it was not."""
-    if clock.is_late and not selection.is_settled:
-        return "The time was up before the answer was settled"
-    all_told = len(told) == asked and all(it.is_told for it in told)
-    return "" if all_told else "The time was up before the answer was doubted"

@@ -8,9 +8,11 @@ import numpy as np
 from ..core.kept_files import portable
 from ..results.result import scenario_sha256, versions
 from ..scenario.scenario import Scenario
+from .doubting import plainly
 from .folder import COMPLETE, CUT
 from .found import Found
 from .prediction.stated_error import STATED_ERROR
+from .teams.foresight import band
 from .telling import answer_told, caveats, reached, would_told
 from .wording import team_told
 
@@ -32,6 +34,8 @@ def record(found: Found, run: str) -> dict[str, Any]:
         "goal": [goal.record() for goal in goals],
         "confidence": question.confidence,
         "budget_s": question.budget_s,
+        "budget_missions": question.budget_missions,
+        "settled": found.selection.is_settled,
         "status": CUT if found.cut else COMPLETE,
         "missions": found.missions,
         "answer": None if found.team is None else dict(found.team.keys),
@@ -56,22 +60,24 @@ def record(found: Found, run: str) -> dict[str, Any]:
 def _candidate(found: Found, number: int) -> dict[str, Any]:
     candidate, selection = found.candidates[number], found.selection
     estimates, missions = selection.estimates[number], selection.missions[number]
-    simulated = {
-        "missions": missions,
-        "mean": [_known(it.mean) for it in estimates],
-        "low": [_known(it.low) for it in estimates],
-        "high": [_known(it.high) for it in estimates],
+    values = found.foresight.values(candidate).tolist()
+    bands = [band(goal, it) for goal, it in zip(found.question.goals, values, strict=True)]
+    predicted = {
+        "value": [_known(it) for it in values],
+        "low": [_known(low) for low, _ in bands],
+        "high": [_known(high) for _, high in bands],
     }
+    simulated = {"missions": missions, **plainly(estimates)}
     return {
         "keys": dict(candidate.keys),
         "cost": candidate.cost,
         "asvs": candidate.asvs,
         "stations": candidate.stations.round(3).tolist(),
-        "predicted": {"value": [_known(it) for it in found.foresight.values(candidate).tolist()]},
+        "predicted": predicted,
         "simulated": simulated if missions else None,
         "verdict": selection.verdicts[number],
         "team": team_told(candidate),
-        "told": reached(found, number) if missions else "",
+        "told": reached(found.question.goals, estimates) if missions else "",
     }
 
 

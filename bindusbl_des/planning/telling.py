@@ -1,36 +1,74 @@
 """What a plan says: its answer, its doubts, and what would help."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import isfinite
 from textwrap import fill
 from typing import Any
 
 from ..core.wording import counted, significant
-from .found import Found
+from .found import Found, ranked
+from .selection.goals import Goal
+from .selection.selection import Estimate, Selection
+from .teams.candidates import Candidate
+from .teams.foresight import band, excess
+from .teams.proposals import is_instant
 from .wording import limits, said, team_told
 
 WIDEST = 80
 
 
-def reached(found: Found, number: int) -> str:
-    """Return what a candidate's missions came to, a goal after the other."""
-    estimates = found.selection.estimates[number]
+def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
+    """Return what missions came to, a goal after the other.
+
+    >>> reached([Goal("position_error_m", below=1.0)], [Estimate(0.39, 0.28, 0.51, float("nan"))])
+    'position_error_m 0.390 m (95 % interval 0.280 to 0.510)'
+    """
     return ", ".join(
         f"{goal.metric} {said(goal, it.mean)} (95 % interval {significant(it.low)} to "
         f"{significant(it.high)})"
-        for goal, it in zip(found.question.goals, estimates, strict=True)
+        for goal, it in zip(goals, estimates, strict=True)
     )
+
+
+def best_told(goals: Sequence[Goal], candidates: Sequence[Candidate], found: Selection) -> str:
+    """Return which of the teams that were flown is the best so far; empty where none was."""
+    flown = ranked(goals, candidates, found)[:1]
+    if not flown:
+        return ""
+    number = flown[0]
+    means = ", ".join(
+        f"{f'{goal.metric} ' if len(goals) > 1 else ''}{said(goal, it.mean)}"
+        + (f" ({significant(it.low)} to {significant(it.high)})" if it.low == it.low else "")
+        for goal, it in zip(goals, found.estimates[number], strict=True)
+    )
+    after = counted(found.missions[number], "mission")
+    return f"{counted(candidates[number].asvs, 'ASV')}, {means} after {after}"
 
 
 def answer_told(found: Found) -> str:
     """Return the answer in one sentence."""
-    question, answer = found.question, found.selection.answer
+    question, selection, answer = found.question, found.selection, found.selection.answer
     goals = limits(question.goals)
     flown = counted(found.missions, "mission")
+    if not selection.is_settled:
+        return f"Not settled: {_open(found)}; {goals} ({flown})."
     if answer is None:
         return f"No team that was flown is shown to keep {goals} ({flown})."
-    team = found.candidates[answer]
+    team, estimates = found.candidates[answer], selection.estimates[answer]
     sure = f"{100 * question.confidence:g} % confidence"
-    return f"{team_told(team)}: {reached(found, answer)}; {goals}, with {sure} ({flown})."
+    return (
+        f"{team_told(team)}: {reached(question.goals, estimates)}; {goals}, with {sure} ({flown})."
+    )
+
+
+def _open(found: Found) -> str:
+    """Return how many teams may still be the answer, and which is the best so far."""
+    selection = found.selection
+    still = sum(it in ("met", "needs more missions", "not flown") for it in selection.verdicts)
+    best = best_told(found.question.goals, found.candidates, selection)
+    return f"{still} of {counted(len(found.candidates), 'team')} may do" + (
+        f"; best so far {best}" if best else ""
+    )
 
 
 def _candidate_told(candidate: Mapping[str, Any]) -> str:
@@ -40,19 +78,28 @@ def _candidate_told(candidate: Mapping[str, Any]) -> str:
 
 def _doubt_told(doubted: Mapping[str, Any]) -> str:
     """Return what becomes of the goals in a condition."""
-    met = {True: "still met", False: "not met", None: "too close to tell"}[doubted["met"]]
-    means = ", ".join("-" if it is None else significant(it) for it in doubted["mean"])
-    return f"{doubted['told']}: {means}, {met}"
+    met = {True: "still met", False: "not met", None: "needs more missions"}[doubted["met"]]
+    means, planned = (
+        ", ".join("-" if it is None else significant(it) for it in it["mean"])
+        for it in (doubted, doubted["as_planned"])
+    )
+    return f"{doubted['told']}: {means} instead of {planned}, {met}"
 
 
 def caveats(found: Found) -> Iterator[str]:
-    """Yield what the answer lacks: what could not be told, and what the time was too short for."""
+    """Yield what the answer lacks, and how predictions compare with flights."""
     _, _, doubts = found.selection.why.partition(". ")  # its first sentence is the answer
-    if doubts and not found.selection.is_settled:
+    if doubts and not found.selection.is_settled and found.team is not None:
         yield doubts
     if found.cut:
-        yield f"{found.cut}; the same command goes on from here."
+        yield f"Cut off by {found.cut}; the same command goes on from here."
+    if any(is_instant(found.question, it) for it in found.question.experiment.points):
+        yield (
+            "protocol.reply: instant costs no time on the air, which no modem can do; all teams "
+            "were flown with protocol.reply: frame."
+        )
     yield from _unvaried(found)
+    yield from _predicted(found)
 
 
 def _unvaried(found: Found) -> Iterator[str]:
@@ -74,15 +121,40 @@ def _unvaried(found: Found) -> Iterator[str]:
         )
 
 
+def _predicted(found: Found) -> Iterator[str]:
+    """Yield what was predicted of the answer, how wrong predictions are, and were in this plan."""
+    answer, selection = found.selection.answer, found.selection
+    if answer is None or found.cut:
+        return
+    for place, goal in enumerate(found.question.goals):
+        values = [float(found.foresight.values(it)[place]) for it in found.candidates]
+        low, high = band(goal, values[answer])
+        means = [estimates[place].mean for estimates in selection.estimates]
+        ratios = [mean / value for mean, value in zip(means, values, strict=True) if value > 0]
+        if not low <= high:
+            continue
+        known = [it for it in ratios if isfinite(it)]
+        yield (
+            f"{goal.metric} of the answer was predicted to be {said(goal, values[answer])}; nine "
+            f"in ten teams so predicted lie from {significant(low)} to {said(goal, high)}. Flights "
+            f"of this plan gave {significant(min(known))} to {significant(max(known))} times what "
+            "was predicted."
+        )
+
+
 def would_told(found: Found) -> str | None:
-    """Return what would meet the goals, where no team does; None where one does."""
-    if found.team is not None:
+    """Return what would meet the goals, where it is settled that no team does, or the nearest does
+    not; None otherwise.
+    """
+    nearest = found.ranked[0] if found.ranked else None
+    if found.team is not None or found.cut or nearest is None:
         return None
-    if not found.ranked:
-        return "No team was flown in that time; give it more with --budget-s."
-    nearest = found.ranked[0]
+    estimates = found.selection.estimates[nearest]
+    goals = found.question.goals
+    if all(excess(goal, it.mean) <= 0 for goal, it in zip(goals, estimates, strict=True)):
+        return None
     said_first = (
-        f"The nearest is {team_told(found.candidates[nearest])}: {reached(found, nearest)}."
+        f"The nearest is {team_told(found.candidates[nearest])}: {reached(goals, estimates)}."
     )
     helping = [it.told for it in found.reliefs if it.meets]
     if helping:

@@ -52,7 +52,7 @@ def _random(scenario: Scenario) -> dict[str, float]:
     """Return what :func:`_protocol` does where AUVs ping as they like."""
     auvs, asvs, load = scenario.auvs.count, scenario.asvs.count, offered(scenario)
     heard, duration = _heard(scenario), scenario.duration_s
-    share = min(float(heard.sum()) / auvs, asvs)
+    share = heard_share(scenario)
     pings = duration * load.pings_per_s
     fixes = duration * load.fixes_per_s * min(share, 1.0)
     rounds = rounds_of(scenario)
@@ -90,7 +90,9 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     share = min(float(heard.sum()) / auvs, asvs)
     edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2)
     whole, schedule = scenario.record.detail == "full", scenario.protocol.schedule
-    frames = number * {"direct_reply": 0, "pipelined_group": groups}.get(downlink, 1)
+    fixes, frames = pings * min(share, 1.0), number * {"pipelined_group": groups}.get(downlink, 1)
+    if scenario.protocol.replies:
+        frames = fixes if scenario.protocol.sends_frames else 0.0
     met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
     return {
         "rounds": number,
@@ -98,7 +100,7 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
         "ways": pings * asvs,
         "receptions": pings * (asvs if whole else share),
         "frame_receptions": frames * auvs if whole else 0.0,
-        "fixes": pings * min(share, 1.0),
+        "fixes": fixes,
         "edges": edges * number if ":" in schedule else 0.0,
         "choices": float(auvs) ** 2 * number if schedule == "dsatur" else 0.0,
         "pairs": float(auvs * asvs),
@@ -127,6 +129,11 @@ def _heard(scenario: Scenario) -> NDArray[np.float64]:
         return near
     share = min(1.0, math.pi * reach**2 / area_of(scenario).square_m)
     return np.full(asvs, share * count)
+
+
+def heard_share(scenario: Scenario) -> float:
+    """Return by about how many ASVs an AUV is heard when the mission begins."""
+    return min(float(_heard(scenario).sum()) / scenario.auvs.count, scenario.asvs.count)
 
 
 def _sampling(scenario: Scenario) -> dict[str, float]:

@@ -1,17 +1,35 @@
-"""What is worth knowing of a scenario's modems, of messages that overflow, of short guards, and of
-what the fleet believes.
+"""What is worth knowing of a scenario's modems, of ranges over which most signals are lost, of
+messages that overflow, of short guards, and of what the fleet believes.
 """
 
+import math
 from collections.abc import Iterator
+from itertools import combinations
 from typing import Any
 
 from ..core.wording import plain
 from ..presets.airtimes import airtime_table
 from ..scenario.agreement.problem import Problem
+from ..scenario.agreement.telling import RENUMBERING
+from ..scenario.families import is_random
+from ..scenario.files.curve_file import read_curve
+from ..scenario.planned import known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.sections.acoustics import modem_values
 from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of
+from .whereabouts import shapes
+
+# What decides how many fixes the downlink carries
+_MESSAGE = tuple(
+    f"acoustics.mf.{it}" for it in ("bit_rate_bps", "modem", "payload_bytes", "overfull")
+)
+
+# Schedules by which AUVs share slots that no ASV hears two of
+SHARING = ("spatial_reuse", "dsatur", "worst_first", "super_tdma")
+
+# Within so far (m) no law of loss takes half of all pings: the most is 12 %.
+SAFE_M = 200.0
 
 
 def modems(scenario: Scenario) -> Iterator[Problem]:
@@ -31,10 +49,50 @@ def modems(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _same(key: str, given: Any, value: Any) -> bool:
-    """Tell whether a key has the value of a sheet; of tables what is in them counts."""
+    """Tell whether a key has the value of a sheet; of tables and curves what is in them counts."""
+    if key == "channel" and given == "curve":
+        return read_curve(given.settings["file"]) == read_curve(value.settings["file"])
     if key == "airtimes" and given is not None:
         return airtime_table(given) == airtime_table(value)
     return bool(given == value)
+
+
+def deliveries(scenario: Scenario) -> Iterator[Problem]:
+    """Yield over which band's range most of its signals are lost."""
+    loss = scenario.acoustics.loss
+    for band, what in (("hf", "pings"), ("mf", "frames")):
+        if not _may_lose_half(scenario, band):
+            continue
+        from ..acoustics.fix_chance import HALF, delivery  # brings numpy
+
+        if (found := delivery(scenario, band)) is None or found[1] >= HALF:
+            continue
+        reach, chance, half_m = found
+        on_disc = getattr(scenario.acoustics, band).channel == "disc"
+        chooser = "acoustics.loss.law" if on_disc else f"acoustics.{band}.channel"
+        other = ", or acoustics.loss.law scaled" if on_disc and loss.law != "scaled" else ""
+        most = f"at least half of them up to {half_m:.4g} m" if half_m else "nowhere half of them"
+        yield Problem(
+            f"acoustics.{band}.range_m",
+            f"over {reach:.4g} m {100 * chance:.3g} % of {what} are decoded, {most}: slots and "
+            f"formation are made for a range over which most are lost; make it less{other}",
+            (chooser, f"acoustics.{band}.modem"),
+        )
+
+
+def _may_lose_half(scenario: Scenario, band: str) -> bool:
+    """Tell whether a band's channel has to be asked, for which `validate` does not wait where a
+    disc cannot lose half the signals.
+    """
+    hf, loss = scenario.acoustics.hf, scenario.acoustics.loss
+    if band == "mf":
+        return scenario.acoustics.mf.channel != "disc" and scenario.protocol.sends_frames
+    if hf.channel != "disc":
+        return True
+    away = math.hypot(hf.range_m, scenario.survey.deepest)
+    shrink = min(1.0, SAFE_M / 2.0 / hf.range_m) if loss.law == "scaled" else 1.0
+    shared = loss.combine != "off" and scenario.auvs.count * loss.contention_per_auv > 0.3
+    return shared or (loss.law != "none" and away * shrink > SAFE_M)
 
 
 def messages(scenario: Scenario) -> Iterator[Problem]:
@@ -58,17 +116,71 @@ def messages(scenario: Scenario) -> Iterator[Problem]:
         )
 
 
+def last_slots(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that who pings in its last slot pings in that of another."""
+    protocol = scenario.protocol
+    if not tells_slots(scenario) or protocol.missed != "last_slot":
+        return
+    if protocol.schedule in RENUMBERING and scenario.auvs.count > 1:
+        yield Problem(
+            "protocol.missed",
+            f"{protocol.schedule} deals its slots anew in every round: an AUV that misses a frame "
+            "and pings in its last slot pings in that of another; use silent, or a schedule that "
+            "keeps them, such as one_per_slot",
+            ("protocol.schedule",),
+        )
+
+
+def backlog(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that AUVs that ping as they like bring more fixes than the downlink carries."""
+    if not is_random(scenario) or scenario.protocol.replies:
+        return
+    from .counts import heard_share  # brings the whole protocol, which others do not need
+    from .offered_load import carried_per_s, offered
+
+    made = offered(scenario).least_fixes_per_s * min(heard_share(scenario), 1.0)
+    carried, lasts = carried_per_s(scenario), scenario.duration_s
+    if made > carried:
+        late = lasts * (1 - carried / made)
+        yield Problem(
+            "protocol.frame_s",
+            f"the downlink carries {carried:.3g} fixes a second at most, and about {made:.3g} are "
+            f"made: they queue up, and by {lasts:g} s come about {late:.3g} "
+            "s late; lengthen frame_s, or make frames shorter",
+            ("protocol.schedule", "auvs.count", *_MESSAGE),
+        )
+
+
+def answers(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that answers to AUVs that share a slot may destroy each other."""
+    protocol, mf = scenario.protocol, scenario.acoustics.mf
+    shares = protocol.schedule in SHARING or protocol.schedule.settings.get("side_by_side")
+    if not (protocol.replies_in_frames and shares) or scenario.auvs.count == 1:
+        return
+    apart = [math.dist(*both) for both in combinations(known_stations(scenario), 2)]
+    if apart and min(apart) < 2 * mf.range_m:
+        yield Problem(
+            "protocol.downlink",
+            f"direct_reply answers AUVs that share a slot at once: between ASVs {min(apart):.4g} m "
+            f"apart an AUV hears both within MF range ({mf.range_m:g} m), and gets neither fix; "
+            "use schedule one_per_slot, or another downlink",
+            ("protocol.schedule", "acoustics.mf.range_m", *shapes(scenario)),
+        )
+
+
 def guards(scenario: Scenario) -> Iterator[Problem]:
     """Yield that slots of one's own end before what was sent in them has passed."""
     protocol, mf = scenario.protocol, scenario.acoustics.mf
     own = protocol.downlink_guard_s, protocol.shortest_downlink_slot_s
-    if own == (None, None) or protocol.is_passive or protocol.downlink == "direct_reply":
+    if own == (None, None) or not protocol.sends_frames:
         return
     from .round_lengths import rounds_of
 
     slots = rounds_of(scenario).slots
     way = mf.range_m / assumed_sound_speed_of(scenario)
     left = slots.downlink_slot(0) - slots.airtime(0)
+    if protocol.replies:  # what an uplink slot has for an answer
+        left = slots.downlink_guard
     if left < way:
         yield Problem(
             "protocol.downlink_guard_s",

@@ -161,11 +161,11 @@ def pace_of(scenario: Scenario, slots: Slots) -> tuple[Slots, Slots] | None:
     schedule, ping = scenario.protocol.schedule, slots.ping_duration
     if schedule == "polling":
         way = min(map(scenario.survey.depth, range(scenario.auvs.count))) / slots.sound_speed
-        answered = 2.0 * (ping + way) + scenario.protocol.turnaround_s
+        answered = 2.0 * (ping + way) + scenario.protocol.turnaround_s + slots.answer
         return replace(slots, uplink_slot=min(answered, slots.uplink_slot)), slots
     settings = settings_of(SCHEDULE, schedule) if schedule == "super_tdma" else None
     if isinstance(settings, SuperTdma):
-        lasts = ping + settings.clear_s
+        lasts = ping + settings.clear_s + slots.answer
         first = slots.longest_travel_time / scenario.auvs.count
         return replace(slots, uplink_slot=lasts), replace(slots, uplink_slot=lasts + first)
     return None

@@ -7,12 +7,15 @@ from ..scenario.agreement.problem import Problem
 from ..scenario.on_earth import positioned, positioned_stations, recorded_track
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import Placed
-from ..scenario.sections.routes import Hold, Waypoints
+from ..scenario.sections.routes import Hold, Lawnmower, Waypoints
 from ..scenario.sections.vehicles import Formation
-from ..scenario.survey_area import area_of
+from ..scenario.survey_area import area_of, lanes_heading
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
+
+# A lane is outside an area where it is so for longer than this (m).
+SHORTEST_GAP_M = 0.1
 
 # Instants at which a track is looked at, to tell for how long it is outside the survey.
 LOOKS = 2001
@@ -126,6 +129,52 @@ def routes(scenario: Scenario) -> Iterator[Problem]:
             f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
             "the survey",
             tuple(shapes(scenario)),
+        )
+
+
+def bays(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which lanes leave an area and come back, straight across a bay of it."""
+    route, area = scenario.auvs.route, area_of(scenario)
+    if not isinstance(route, Lawnmower) or area.is_rectangle:
+        return
+    import shapely  # which rectangles do not need
+
+    from ..scenario.plans import shares_of
+
+    inside = area.along(lanes_heading(scenario)).shape
+    if inside.equals(inside.convex_hull):
+        return
+    try:
+        shares = shares_of(scenario, route)
+    except ValueError:
+        return  # which is told as a mistake
+    crossed: dict[int, int] = {}
+    gaps: list[tuple[float, float]] = []
+    for auv, share in enumerate(shares):
+        for lane in share.lanes:
+            line = shapely.LineString([(lane.x_min, lane.y), (lane.x_max, lane.y)])
+            ends = lane.x_min + SHORTEST_GAP_M, lane.x_max - SHORTEST_GAP_M
+            own = [
+                gap
+                for gap in shapely.get_parts(line.difference(inside)).tolist()
+                if gap.length > SHORTEST_GAP_M
+                and ends[0] < gap.bounds[0]
+                and gap.bounds[2] < ends[1]
+            ]
+            crossed[auv] = crossed.get(auv, 0) + bool(own)
+            for gap in own:
+                looks = [gap.interpolate(n / 20, normalized=True) for n in range(21)]
+                gaps.append((gap.length, float(shapely.distance(inside, looks).max())))
+    if gaps:
+        lanes = sum(len(share.lanes) for share in shares)
+        whose = ", ".join(f"AUV{auv} on {many}" for auv, many in crossed.items() if many)
+        yield Problem(
+            f"survey.{scenario.survey.shapes[0]}",
+            f"{sum(crossed.values())} of {lanes} lanes leave the area and come back across a bay "
+            f"({whose}): {sum(gap for gap, _ in gaps):.4g} m in all, {max(gaps)[0]:.4g} m at a "
+            f"stretch, up to {max(away for _, away in gaps):.3g} m beyond its edge; turn the lanes "
+            "(auvs.route.lane_heading_deg), or survey the parts one by one",
+            ("auvs.route.lane_heading_deg", "auvs.route.lane_spacing_m"),
         )
 
 

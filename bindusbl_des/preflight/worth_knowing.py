@@ -14,8 +14,8 @@ from ..scenario.scenario import Scenario
 from .failing import failing
 from .idle.keys import idle_keys
 from .idle.settings import cast, levels, sheet, sonar
-from .messages import believed, guards, messages, modems
-from .whereabouts import anchors, formation, routes, shapes, tracks
+from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
+from .whereabouts import anchors, bays, formation, routes, shapes, tracks
 
 # Means over fewer samples than this say little.
 FEWEST_SAMPLES = 10
@@ -41,7 +41,11 @@ def cautions(scenario: Scenario) -> list[Caution]:
             _former_words,
             believed,
             modems,
+            deliveries,
             messages,
+            last_slots,
+            answers,
+            backlog,
             guards,
             formation,
             anchors,
@@ -52,6 +56,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
             levels,
             cast,
             routes,
+            bays,
             tracks,
             _frames,
             _ticks,

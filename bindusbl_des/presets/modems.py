@@ -12,6 +12,13 @@ DESERT = (
     "was recorded is not stated there"
 )
 RESELLERS = "figures of the data sheet as repeated by others"
+DCCOMMS = f"{RESELLERS} (github.com/dcentelles/dccomms_utils)"
+LECOM = (
+    "E. Pinto, LECOM, UFMG, simulation of acoustic and optical modems, which cites "
+    "EvoLogics_S2CR_1834_Product_Information.pdf"
+)
+WATER_LINKED_DOCS = "Water Linked, documentation (github.com/waterlinked/docs)"
+MICRO_RANGER = "Sonardyne's figures of Micro-Ranger 2 as repeated by others"
 AS_SIMULATED = "as set by others who simulate it"
 OF_THE_BAND = "of the band that is stated"
 SEATRAC = "Blueprint Subsea's figures as repeated by others"
@@ -40,9 +47,10 @@ MODEMS = (
         "s2cr_18_34",
         "EvoLogics S2CR 18/34",
         {
-            "range_m": Figure(3500.0, "m", "2", RESELLERS),
-            "bit_rate_bps": Figure(13900.0, "bit/s", "2", RESELLERS),
+            "range_m": Figure(3500.0, "m", "2", DCCOMMS),
+            "bit_rate_bps": Figure(13900.0, "bit/s", "2", DCCOMMS),
             "transmit_w": Figure(35.0, "W", "2", f"{RESELLERS}; 2.8 W where 1,000 m are enough"),
+            "receive_w": Figure(1.3, "W", "S", LECOM),
             "source_level_db": Figure(184.0, "dB re 1 uPa at 1 m", "2", AS_SIMULATED),
             "frequency_khz": Figure(26.0, "kHz", "2", AS_SIMULATED),
             "bandwidth_khz": Figure(8.0, "kHz", "2", AS_SIMULATED),
@@ -98,6 +106,43 @@ MODEMS = (
         },
     ),
     Preset(
+        "m16",
+        "Water Linked Modem M16",
+        {
+            "range_m": Figure(1000.0, "m", "M", f"{WATER_LINKED_DOCS}, Modem M16"),
+            "bit_rate_bps": Figure(10.0, "bit/s", "M", f"{WATER_LINKED_DOCS}, Modem M16"),
+            "overhead": Figure(
+                1.0, "1", "M", f"{WATER_LINKED_DOCS}, Modem M16: 16 bits a package of 1.6 s"
+            ),
+            "payload_bytes": Figure(
+                2, "B", "M", f"{WATER_LINKED_DOCS}, Modem M16: 16 bits a package"
+            ),
+            "frequency_khz": Figure(58.5, "kHz", "M", f"{WATER_LINKED_DOCS}, Modem M16"),
+        },
+    ),
+    Preset(
+        "ugps_g2_u1",
+        "Water Linked Underwater GPS G2 R300, locator U1 on channel 3",
+        {
+            "range_m": Figure(300.0, "m", "M", f"{WATER_LINKED_DOCS}, system selector"),
+            "frequency_khz": Figure(
+                109.375, "kHz", "calc", f"middle {OF_THE_BAND}, 93.75-125 kHz: {WATER_LINKED_DOCS}"
+            ),
+            "bandwidth_khz": Figure(
+                31.25, "kHz", "calc", f"width {OF_THE_BAND}, 93.75-125 kHz: {WATER_LINKED_DOCS}"
+            ),
+        },
+    ),
+    Preset(
+        "sonardyne_micro_ranger",
+        "Sonardyne Micro-Ranger 2, its pings",
+        {
+            "range_m": Figure(995.0, "m", "2", MICRO_RANGER),
+            "frequency_khz": Figure(27.0, "kHz", "calc", f"middle {OF_THE_BAND}, 20-34 kHz"),
+            "bandwidth_khz": Figure(14.0, "kHz", "calc", f"width {OF_THE_BAND}, 20-34 kHz"),
+        },
+    ),
+    Preset(
         "micromodem_psk6",
         "WHOI Micromodem, PSK rate 6",
         {
@@ -142,6 +187,9 @@ MODEMS = (
         "ahoi modem (TUHH)",
         {
             "bit_rate_bps": Figure(195.3, "bit/s", "S", AHOI),
+            "channel": Figure(
+                "ahoi_delivery.csv", "", "S", f"{AHOI}: delivery measured over 12 to 200 m"
+            ),
             "source_level_db": Figure(156.0, "dB re 1 uPa at 1 m", "S", AHOI),
             "frequency_khz": Figure(50.0, "kHz", "S", AHOI),
             "bandwidth_khz": Figure(25.0, "kHz", "S", AHOI),

@@ -9,6 +9,10 @@ CERULEAN = "Cerulean Sonar's error budget of its ROVL: CEP = sqrt(5^2 + (sin(ang
 MICRO_RANGER = "Sonardyne's figures as repeated by others"
 SEATRAC = "Blueprint Subsea's figures as repeated by others"
 TRACKLINK = "LinkQuest's figures as repeated by others"
+UGPS = (
+    "Water Linked, documentation of the Underwater GPS G2, system selector "
+    "(github.com/waterlinked/docs)"
+)
 IN_EACH = "; taken for standard deviations of bearing and elevation"
 
 
@@ -26,6 +30,11 @@ def _cerulean(name: str, compass: str, angle_deg: float, percent: float) -> Pres
         },
     )
 
+
+UGPS_FIGURES = {
+    "bearing_sd_deg": Figure(1.0, "deg", "M", f"{UGPS}: below 1 deg{IN_EACH}"),
+    "range_sd_percent": Figure(0.2, "%", "M", f"{UGPS}: below 0.2 %, at worst"),
+}
 
 USBLS = (
     Preset(
@@ -59,6 +68,21 @@ USBLS = (
         {
             "bearing_sd_deg": Figure(1.0, "deg", "2", f"{SEATRAC}: about 1 deg{IN_EACH}"),
             "range_sd_percent": Figure(2.0, "%", "2", f"{SEATRAC}: about 2 %"),
+        },
+    ),
+    Preset(
+        "ugps_g2",
+        "Water Linked Underwater GPS G2, a short baseline, with position and heading from outside",
+        UGPS_FIGURES,
+    ),
+    Preset(
+        "ugps_g2_gnss",
+        "Water Linked Underwater GPS G2, a short baseline, with its own GNSS",
+        {
+            **UGPS_FIGURES,
+            "gnss_correlated_sd_m": Figure(
+                2.123, "m", "calc", f"{UGPS}: 2.5 m (CEP) / 1.1774, taken to be slow"
+            ),
         },
     ),
     Preset(

@@ -20,6 +20,7 @@ from .hf.calling import choose_callers
 from .hf.handed import members
 from .hf.uplink import Uplink
 from .own.ranging import OwnRanging
+from .own.steps import moment
 from .schedules.polling import Answers
 from .schedules.view import View
 
@@ -47,7 +48,7 @@ class OneWay:
             return
         for auv in group:
             pings_at = time + self._late[auv]
-            event = self._env.timeout(pings_at - self._env.now)
+            event = moment(self._env, pings_at)
             event.callbacks.append(partial(self._ping, (round_number, slot, auv), pings_at))
 
     def _ping(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:

@@ -4,29 +4,46 @@ from functools import partial
 
 import simpy
 
+from ..acoustics.modem import Message
 from ..records.events import IN_FLIGHT, Broadcast
 from ..records.recorder import Recorder
+from ..scenario.scenario import Scenario
+from ..vehicles.fleet import Fleet
 from .hf.outcomes import Outcomes
 from .mf.downlink import MfDownlink
+
+
+def reply_delay_of(scenario: Scenario) -> float:
+    """Return how long after a ping's front an ASV answers it (s); a frame waits for its end."""
+    protocol = scenario.protocol
+    early = protocol.reply_at == "ping_front" and not protocol.replies_in_frames
+    return 0.0 if early else scenario.acoustics.hf.ping_s
 
 
 class Replies:
     """The first ASV that decodes a ping answers it with a fix of its own; no fix waits.
 
-    The answer sets out `after` (s) the ping's front has arrived.  0 is what the paper's latencies
-    need, although nobody can have decoded the ping by then; its duration is the earliest in truth.
+    An answer is a frame of its own (`message`), which sets out once the ping is decoded.  An ASV
+    hears no ping while it answers one, as transponders are locked out meanwhile, so that it never
+    has two to answer; another ASV may hear the ping and answer it.
+
+    Without a message answers take no airtime.  They set out `after` (s) the ping's front has
+    arrived: 0 is what the paper's latencies need, although nobody can have decoded the ping by
+    then; its duration is the earliest in truth.
     """
 
     def __init__(
         self,
         env: simpy.Environment,
+        asvs: Fleet,
         outcomes: Outcomes,
         downlink: MfDownlink,
         record: Recorder,
+        message: Message | None,
         after: float,
     ) -> None:
         self._env, self._outcomes, self._downlink, self._record = env, outcomes, downlink, record
-        self._after = after
+        self._asvs, self._message, self._after = asvs, message, after
 
     def expect(self, pings: range) -> None:
         """Wait for each ping at each ASV in range by itself."""
@@ -48,9 +65,19 @@ class Replies:
         if arrived > expected:  # the ASV was predicted to be nearer
             self._hear_at(arrived, ping, row)
         elif self._outcomes.decide(ping, row):
-            fix, reception = self._record.fixes.count - 1, self._record.receptions.array[row]
-            asv, time = int(reception["asv"]), float(reception["arrived_at_s"]) + self._after
+            asv = int(self._record.receptions.array[row]["asv"])
             number = int(self._record.pings.array[ping]["round"])
-            self._record.broadcasts.append(Broadcast(number, asv, time, 0.0, 0, 1))
             self._record.rounds[number].fixes += 1
+            self._answer(asv, number, arrived + self._after)
+
+    def _answer(self, asv: int, number: int, time: float) -> None:
+        """Let an ASV answer with the last fix, in a round, at an instant (s)."""
+        fix, frames = self._record.fixes.count - 1, self._record.broadcasts
+        if self._message is None:
+            frames.append(Broadcast(number, asv, time, 0.0, 0, 1))
             self._downlink.reply(fix, asv, time)
+            return
+        _, _, size, airtime, delay = self._message
+        on_air = self._asvs.works_for(asv, time, airtime)
+        frames.append(Broadcast(number, asv, time, on_air, size, 1))
+        self._downlink.send([fix], asv, time, airtime, delay, size)

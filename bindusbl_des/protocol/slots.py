@@ -102,6 +102,9 @@ def _chosen(own: float | None, papers: float) -> float:
 class Slots:
     """Every duration (s) of the protocol for one survey, derived once and configured nowhere else,
     and the speed of sound (m/s) that the fleet assumes.
+
+    Where pings are answered in frames, an uplink slot holds the `answer` as well: the frame of one
+    fix and the guard of a downlink slot; else that is 0.
     """
 
     crossing_time: float
@@ -114,6 +117,7 @@ class Slots:
     messages: Messages
     clock: Clock
     sound_speed: float
+    answer: float = 0.0
 
     def payload_bytes(self, fix_count: int, named: int = 0) -> int:
         """Return the bytes of a broadcast, of all its messages: of `fix_count` fixes, and of slots
@@ -162,9 +166,12 @@ def slots_of(scenario: Scenario) -> Slots:
         _chosen(protocol.downlink_guard_s, DOWNLINK_GUARD * crossing),
         _chosen(protocol.shortest_downlink_slot_s, SHORTEST_DOWNLINK * crossing),
     )
+    messages, answer = messages_of(scenario), 0.0
+    if protocol.replies_in_frames:
+        answer = messages.airtime(1) + guards[1]
     return Slots(
-        crossing, hf.ping_s, longest, _uplink_slot_of(scenario, longest, crossing), *guards,
-        messages_of(scenario), clock_of(scenario), sound_speed,
+        crossing, hf.ping_s, longest, _uplink_slot_of(scenario, longest, crossing) + answer,
+        *guards, messages, clock_of(scenario), sound_speed, answer,
     )  # fmt: skip
 
 

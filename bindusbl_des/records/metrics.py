@@ -35,7 +35,16 @@ class AuvMetrics:
         "1", "receptions in range lost to the channel, or their call", worst=LARGEST
     )
     collisions: int = column(
-        "1", "receptions destroyed by an overlapping ping or call, or their call", worst=LARGEST
+        "1",
+        "receptions of its pings (passive: of pings at it) and of calls at it, on HF, that another "
+        "ping or call destroyed",
+        worst=LARGEST,
+    )
+    frame_collisions: int = column(
+        "1",
+        "receptions of frames at it, on MF, that another frame (protocol.duplex: or its ping) "
+        "destroyed",
+        worst=LARGEST,
     )
     fix_rate_hz: float = column("Hz", "fixes delivered / duration", worst=SMALLEST)
     interval_mean_s: float | None = column("s", "mean time between deliveries", worst=LARGEST)
@@ -45,7 +54,8 @@ class AuvMetrics:
     interval_max_s: float | None = column("s", "longest time between deliveries", worst=LARGEST)
     fix_age_mean_s: float = column(
         "s",
-        "time mean of the time since the last fix came, refused or not, or since the start",
+        "time mean of the time since the ping of the newest fix that the navigator has taken, or "
+        "since the start",
         worst=LARGEST,
     )
     fix_age_p95_s: float = column("s", "95 % of the time that age is below this", worst=LARGEST)
@@ -141,7 +151,10 @@ class Utilisation:
 
     rounds: int = column("1", "rounds begun")
     collisions: int = column(
-        "1", "receptions destroyed by an overlapping ping or call, or their call, all AUVs"
+        "1", "receptions of pings and calls, on HF, that another one destroyed, of all AUVs"
+    )
+    frame_collisions: int = column(
+        "1", "receptions of frames, on MF, that another frame or ping destroyed, at all AUVs"
     )
     hf_utilisation: float = column(
         "1", "share of the time in which some ping or call is being sent"
@@ -160,4 +173,21 @@ class Utilisation:
     area_covered_share: float | None = column("1", "that area / the area of the survey", None)
     survey_finished_at_s: float | None = column(
         "s", "instant at which the last AUV had flown all its lanes; null if one has not", None
+    )
+    fairness: float | None = column(
+        "1",
+        "Jain's index of the AUVs' fix rates: 1 where all are equal, 1 / number of AUVs where one "
+        "has all; null without any fix",
+        None,
+    )
+    throughput_bps: float | None = column(
+        "bit/s",
+        "8 x acoustics.mf.fix_bytes x fixes delivered / duration; null where no frame carries them",
+        None,
+    )
+    fix_latency_p50_s: float | None = column(
+        "s", "median time from ping to delivery of all fixes delivered", None
+    )
+    fix_latency_p95_s: float | None = column(
+        "s", "95 % quantile of the time from ping to delivery of all fixes delivered", None
     )

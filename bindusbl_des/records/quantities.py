@@ -15,7 +15,8 @@ NAMES = {
     "fixes_lost": "fixes not decoded on MF",
     "fixes_in_flight": "fixes in flight at the end",
     "receptions_lost": "receptions lost",
-    "collisions": "receptions collided",
+    "collisions": "collisions on HF",
+    "frame_collisions": "collisions on MF",
     "fix_rate_hz": "fix rate",
     "interval_mean_s": "mean interval between fixes",
     "interval_p95_s": "interval between fixes, 95 % below",
@@ -55,6 +56,10 @@ NAMES = {
     "area_covered_m2": "area covered",
     "area_covered_share": "survey covered",
     "survey_finished_at_s": "survey finished at",
+    "fairness": "fairness of fix rates",
+    "throughput_bps": "throughput of fixes",
+    "fix_latency_p50_s": "median latency of all fixes",
+    "fix_latency_p95_s": "latency of all fixes, 95 % below",
 }
 
 UNITS: dict[str, str] = {
@@ -65,7 +70,7 @@ UNITS: dict[str, str] = {
 # What has no unit is a count, but for these.
 SHARES = (
     "hf_coverage", "saturated_share", "hf_utilisation", "mf_utilisation", "lanes_flown_share",
-    "area_covered_share",
+    "area_covered_share", "fairness",
 )  # fmt: skip
 
 WORST = "worst_"
@@ -90,6 +95,13 @@ def unit_of(metric: str) -> str:
     """
     own = metric.removeprefix(WORST)
     return ("share" if own in SHARES else "count") if UNITS[own] == "1" else UNITS[own]
+
+
+def metrics() -> dict[str, tuple[str, str]]:
+    """Return unit and meaning of each metric of an AUV or a mission, by its name."""
+    columns = [column for it in (AuvMetrics, Utilisation) for column in fields(it)]
+    names = [column for column in columns if column.name in NAMES]
+    return {it.name: (unit_of(it.name), it.metadata["meaning"]) for it in names}
 
 
 def quantity(metric: str) -> str:

@@ -78,7 +78,7 @@ class Recorder:
     """The event rows of one mission; it is told, it never asks.
 
     Pings, receptions and fixes are many: they are kept as records (:mod:`.rows`).  Without
-    `everything` receptions out of range are not kept, and none of frames.
+    `everything` receptions out of range are not kept, and of frames only those destroyed.
     """
 
     everything: bool = True

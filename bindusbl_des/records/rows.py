@@ -59,6 +59,22 @@ PING = row_type(
     },
 )
 
+# What who has heard a ping measured of it: where the array took itself to be (m), the offset from
+# there to the AUV (m) as measured; and what both err by: variances of the range, of the array's own
+# place along each axis (m2), of what turns all directions about the vertical, and of the direction
+# beside that: level, across that, and of both (rad2).  NaN in `range_m2`: it is not known apart
+# from what others measured.  Of an answer to a call the offset is as long as the whole way of both,
+# `range_m2` is the variance of that; where the caller took itself to be (m; NaN: nobody called),
+# how long before its ping the AUV had heard the call, and whether who has heard the answer called.
+SIGHT = dict.fromkeys(
+    (
+        *("from_x_m", "from_y_m", "from_z_m", "ahead_x_m", "ahead_y_m", "ahead_z_m"),
+        *("range_m2", "from_m2", "turn_rad2", "level_rad2", "steep_rad2", "both_rad2"),
+        *("caller_x_m", "caller_y_m", "caller_z_m", "called_before_s", "is_caller"),
+    ),
+    float,
+)
+
 RECEPTION = row_type(
     Reception,
     {
@@ -66,6 +82,7 @@ RECEPTION = row_type(
         "sound": float,  # how strong it is where it overlaps others (:data:`.propagation.PROSPECT`)
         "late_s": float,  # how much later it seems to come where rays bend or echoes blend into it,
         "lowered": float,  # and by how much more the sine of its depression; NaN where none do
+        **SIGHT,
     },
     without=("level_db", "margin_db"),
 )
@@ -82,6 +99,12 @@ FIX = row_type(
         "end": int,  # up to but not this one
         "arrives_at_s": float,  # when it reaches its AUV
         "frame": int,  # the frame that carries it
+        "said_x_m": float,  # what its AUV's filter has taken it for (:mod:`.navigation.turning`),
+        "said_y_m": float,
+        "said_xx_m2": float,  # and the noise of that
+        "said_yy_m2": float,
+        "said_xy_m2": float,
+        "said_polar": int,  # 1: a range and a direction, in which common errors are linear
     },
     without=("asvs",),
 )

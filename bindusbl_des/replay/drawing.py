@@ -6,6 +6,8 @@ from matplotlib.figure import Figure
 
 from ..core.palette import ALARM, COLOURS, INK, PLANNED
 from ..figures.style import TWO_COLUMNS, new_figure
+from ..figures.trajectory import chart_axes
+from ..geometry.geodesy import east_north
 from .replaying import Replay
 
 HEIGHT = 3.6
@@ -28,16 +30,22 @@ def drawn(replay: Replay) -> Figure:
 
 
 def _draw_plan(axes: Axes, replay: Replay) -> None:
+    """Draw the tracks, north up; in a frame of its file's own, which knows no north, x and y."""
+    drawn = np.asarray if replay.log.start_found else east_north
     reference = None if replay.reference is None else replay.reference.places
     tracks = (replay.log.places, reference, replay.filter.places, replay.smoother.places)
     for (label, colour, style, width), places in zip(LOOKS, tracks, strict=True):
         if places is not None:
-            axes.plot(*places.T, color=colour, ls=style, lw=width, label=label)
+            axes.plot(*drawn(places).T, color=colour, ls=style, lw=width, label=label)
     beacons = replay.log.beacons
-    axes.plot(*beacons.places[:, :2].T, "k^", ms=5, label="beacon")
-    for name, place in zip(beacons.names, beacons.places, strict=True):
+    stations = drawn(beacons.places[:, :2])
+    axes.plot(*stations.T, "k^", ms=5, label="beacon")
+    for name, place in zip(beacons.names, stations, strict=True):
         axes.annotate(name, (place[0], place[1]), (4, 4), textcoords="offset points")
-    axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    if replay.log.start_found:
+        axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    else:
+        chart_axes(axes)
     axes.legend(loc="best")
 
 

@@ -5,6 +5,7 @@ it from those before.  Source: F. C. Schweppe, Evaluation of likelihood function
 signals, IEEE Transactions on Information Theory 11(1), 1965.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -43,15 +44,19 @@ def fit(log: Log) -> Fit:
     """Return the noise under which a log, which is placed, is likeliest.
 
     A fix brings its own covariance, so that a log without ranges tells of no range's noise.
-    Outliers are two numbers more, which the log must bear out: where its likelihood rises by less
-    than a factor of n, the sights, there are none.
+    Outliers are two numbers more, and that the start is unsure one, which the log must bear out:
+    each number must make its n sights more likely by a factor of the root of n.
     Source: G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6(2), 1978.
     """
-    known, guess = prepared(log), _guess(log)
-    plain = _likeliest(known, replace(guess, outlier_share=0.0, outlier_sd=0.0), log.has_ranges)
-    tailed = _likeliest(known, guess, log.has_ranges)
-    borne_out = _score(known, tailed) - _score(known, plain) > np.log(len(known.sights))
-    noise = tailed if borne_out else plain
+    known, tailed, walks = prepared(log), _guess(log), _walks(log)
+    plain = replace(tailed, outlier_share=0.0, outlier_sd=0.0)
+    guesses = [(plain, 0.0), (tailed, 2.0)]
+    if not log.start_found and (off := _first_off(log)) > 0.0:
+        guesses += [(replace(it, start_sd=off), more + 1.0) for it, more in guesses]
+    tried = [_likeliest(known, guess, walks, log.has_ranges) for guess, _ in guesses]
+    worth = 0.5 * np.log(len(known.sights))
+    scores = [_score(known, it) - worth * n for it, (_, n) in zip(tried, guesses, strict=True)]
+    noise = tried[int(np.argmax(scores))]
     (ahead, aside), sds = _bias(known, noise)
     found = replace(noise, bias=(ahead, aside), bias_sd=float(np.sqrt(np.mean(sds**2))))
     return Fit(found, _score(known, noise), (float(sds[0]), float(sds[1])))
@@ -81,25 +86,83 @@ def _bias(log: Prepared, noise: Noise) -> tuple[list[float], Array]:
 
 
 def _guess(log: Log) -> Noise:
-    """Return noise to begin with: of metres, and of a hundredth of the way."""
-    speed = log.distance / float(log.times[-1])
+    """Return noise to begin with: of metres, and of a tenth of the way.
+
+    Odometry that stands still, as without a velocity log, misses the vehicle's own speed.
+    """
+    speed, apparent = _speed(log), 0.0
+    for times, off in _offsets(log):
+        lag = len(times) // 2
+        if lag and (times[lag:] > times[:-lag]).all():
+            moved = np.linalg.norm(off[lag:] - off[:-lag], axis=1)
+            apparent = max(apparent, float(np.median(moved / (times[lag:] - times[:-lag]))))
     guess = Noise(
         range_sd=2.0,
         outlier_share=0.1,
         outlier_sd=20.0,
-        random_walk=0.1 * speed,
-        bias_sd=BIAS_SHARE * speed,
+        random_walk=0.0,
+        bias_sd=max(BIAS_SHARE * speed, apparent),
     )
     return guess.with_start_found() if log.start_found else guess
 
 
-def _likeliest(log: Prepared, guess: Noise, has_ranges: bool) -> Noise:
-    """Return the likeliest noise, by pattern search: each number in turn, by ever smaller factors.
+def _walks(log: Log) -> list[float]:
+    """Return random walks (m/sqrt(s)) to begin with: of a tenth of the way, and by how much sights
+    move against odometry from one to the next, half of all of them.
+    """
+    squares = [np.zeros(0)]
+    for times, off in _offsets(log):
+        passed = np.diff(times)
+        moved = np.sum(np.diff(off, axis=0) ** 2, axis=1) / off.shape[1]
+        squares.append(moved[passed > 0.0] / passed[passed > 0.0])
+    each = np.concatenate(squares)
+    found = [0.1 * _speed(log), float(np.sqrt(np.median(each))) if each.size else 0.0]
+    return [walk for walk in found if walk > 0.0] or [0.0]
+
+
+def _speed(log: Log) -> float:
+    return log.distance / float(log.times[-1])
+
+
+def _first_off(log: Log) -> float:
+    """Return how far (m, along an axis) odometry is from the first fix, or range; the median of
+    the first five, of which one may be an outlier.
+    """
+    off = [np.median(np.abs(off[:5]), axis=0).max() for _, off in _offsets(log) if len(off)]
+    return float(max(off, default=0.0))
+
+
+def _offsets(log: Log) -> Iterator[tuple[Array, Array]]:
+    """Yield instants (k,), s, and by how much odometry is off there (k, 1 or 2), m: of fixes along
+    both axes, of ranges to a beacon along the line to it.
+    """
+    ranges, fixes = log.ranges, log.fixes
+    yield fixes.times, log.at(log.places, fixes.times) - fixes.places
+    away = np.column_stack((log.at(log.places, ranges.times), log.at(log.depths, ranges.times)))
+    off = np.linalg.norm(away - log.beacons.places[ranges.beacons], axis=1) - ranges.metres
+    for beacon in range(len(log.beacons.names)):
+        rows = ranges.beacons == beacon
+        yield ranges.times[rows], off[rows, None]
+
+
+def _likeliest(log: Prepared, guess: Noise, walks: list[float], has_ranges: bool) -> Noise:
+    """Return the likeliest noise, from each random walk to begin with; the first of equals."""
+    best, score = guess, -np.inf
+    for walk in walks:
+        found = _searched(log, replace(guess, random_walk=walk), has_ranges)
+        if (value := _score(log, found)) > score + 1.0:
+            best, score = found, value
+    return best
+
+
+def _searched(log: Prepared, guess: Noise, has_ranges: bool) -> Noise:
+    """Return likelier noise, by pattern search: each number in turn, by ever smaller factors.
 
     Source: R. Hooke, T. A. Jeeves, "Direct search" solution of numerical and statistical problems,
     Journal of the ACM 8(2), 1961.
     """
     names = ["range_sd"] * has_ranges + ["random_walk"]
+    names += ["start_sd"] * (guess.start_sd > 0.0 and not guess.heading_sd)
     names += ["outlier_share", "outlier_sd"] * (guess.outlier_share > 0.0)
     best, score, factor = guess, _score(log, guess), FIRST_FACTOR
     while factor > LAST_FACTOR:

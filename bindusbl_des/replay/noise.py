@@ -23,7 +23,8 @@ class Noise:
     """What is unsure in a log: of ranges (m), a share of outliers and their further error (m), dead
     reckoning's random walk (m/sqrt(s)) and velocity bias (m/s, ahead and to the side of y).
 
-    `bias_sd` is what a bias may be beyond the one given (m/s); the scale of the way is off by
+    `bias_sd` is what a bias may be beyond the one given (m/s), which wanders with a time constant
+    `bias_lasts` (s) or, if that is infinite, is constant; the scale of the way is off by
     `scale_sd`, its heading by `heading_sd` (rad), both constant.  A sight that not even the
     variance of an outlier explains is refused: its normalised square is above `gate`; 0: none is.
     """
@@ -39,6 +40,7 @@ class Noise:
     in_body: bool = True
     scale_sd: float = 0.0
     heading_sd: float = 0.0
+    bias_lasts: float = inf
 
     def with_start_found(self) -> "Noise":
         """Return noise that leaves a start that was found free to move."""
@@ -52,13 +54,31 @@ class Noise:
 
     def first(self) -> Belief:
         """Return what is believed at the start."""
-        ahead, aside = (hypot(bias, self.bias_sd) for bias in self.bias)
-        return first_belief(self.start_sd, (ahead, aside), 0.0, (self.scale_sd, self.heading_sd))
+        constant = 0.0 if self.wanders else self.bias_sd
+        ahead, aside = (hypot(bias, constant) for bias in self.bias)
+        return first_belief(self.start_sd, (ahead, aside), 0.0, self._further[0])
+
+    @property
+    def wanders(self) -> bool:
+        """Whether the bias beyond the one given changes with time."""
+        return self.bias_sd > 0.0 and self.bias_lasts < inf
+
+    @property
+    def _further(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The standard deviations and time constants (s) of states 6 and 7, which stretch and turn
+        the way, and of 8 and 9, a bias that wanders, if it does.
+        """
+        sds, lasting = (self.scale_sd, self.heading_sd), (inf, inf)
+        if not self.wanders:
+            return sds, lasting
+        return (*sds, self.bias_sd, self.bias_sd), (*lasting, self.bias_lasts, self.bias_lasts)
 
     def growth(self) -> Growth:
-        """Return how beliefs become less sure; states 6 and 7 stretch and turn the way."""
-        sds, lasting = np.array((self.scale_sd, self.heading_sd)), np.full(2, inf)
-        return Growth(float(self.random_walk) ** 2, 0.0, self.in_body, STATES, 0, sds, lasting)
+        """Return how beliefs become less sure."""
+        sds, lasting = map(np.array, self._further)
+        wandering = STATES + 2 if self.wanders else 0
+        walk = float(self.random_walk) ** 2
+        return Growth(walk, 0.0, self.in_body, STATES, wandering, sds, lasting)
 
 
 def noise_of(scenario: Scenario) -> Noise:
@@ -79,4 +99,5 @@ def noise_of(scenario: Scenario) -> Noise:
         navigation.bias_frame == "body",
         sensors.scale_factor_sd,
         radians(sensors.heading_sd_deg),
+        inf if sensors.bias_time_constant_s is None else sensors.bias_time_constant_s,
     )

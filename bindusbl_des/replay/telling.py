@@ -98,6 +98,8 @@ def noise_keys(fit: Fit, log: Log) -> dict[str, tuple[Any, str]]:
         list(noise.bias), f"ahead, and to the side of y; +- {sds}",
     )  # fmt: skip
     keys["navigation.velocity_bias_sd_m_per_s"] = noise.bias_sd, "how sure that is"
+    if noise.start_sd > 0.0 and not log.start_found:
+        keys["navigation.initial_position_sd_m"] = noise.start_sd, "odometry begins elsewhere"
     return {name: (_rounded(value), said) for name, (value, said) in keys.items()}
 
 

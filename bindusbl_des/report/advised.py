@@ -11,8 +11,8 @@ HOW = (
     "with missions of the plan as it is; the intervals (Student's t) hold together with 95 %."
 )
 NOTHING_TRIED = (
-    "No change was tried. <code>bindusbl-des report DIR --advice-s 3</code> simulates changes for "
-    "3 s and says what was measured."
+    "No change was tried. <code>bindusbl-des report DIR --advice-missions 100</code> simulates "
+    "changes and says what was measured."
 )
 
 
@@ -73,7 +73,7 @@ def _others(advice: Advice) -> Iterator[str]:
         ("left the worst AUV's error as it was", advice.inert),
         ("promised less in the first trials, and were not measured", advice.dropped),
         ("no need to try", advice.needless),
-        ("no time was left to try (--advice-s)", advice.untried),
+        ("no mission was left to try (--advice-missions)", advice.untried),
     )
     lists = "".join(f"<dt>{words}</dt><dd>{_listed(it)}</dd>" for words, it in groups if it)
     if lists:

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
-from ..core.wording import plain
+from ..core.wording import lettered, plain
 from .packing import Packer
-from .page import assembled, asset, filled, number, table
+from .page import assembled, asset, filled, flat, number, table
 from .recording import recording
 from .run_data import run_data
 from .run_page import AUV_COLUMNS, MAP, TILES, described, footer, mission_row
@@ -32,7 +32,7 @@ WORST: tuple[tuple[str, str, str, int, float], ...] = (
     ("position error, mean over time", "m", "position_error_m", 2, 1),
     ("position error, 95 % of the time below", "m", "position_error_p95_m", 2, 1),
     ("error saved by fixes (negative: they harm)", "m", "fix_benefit_m", 2, 1),
-    ("longest time without a fix", "s", "fix_age_max_s", 1, 1),
+    ("largest age of the last fix", "s", "fix_age_max_s", 1, 1),
     ("pings in HF range", "%", "hf_coverage", 1, 100),
     ("latency", "s", "latency_mean_s", 3, 1),
 )
@@ -47,21 +47,22 @@ def comparison_page(runs: Sequence[Named]) -> str:
     The runs may differ in anything; those that recorded metrics only have no map.
     """
     packer = Packer()
-    names = list(_names(runs))
+    names = [lettered(number) for number in range(len(runs))]
     data: dict[str, Any] = {"runs": []}
     verdicts = []
     for name, (_, result) in zip(names, runs, strict=True):
+        title = f"{name}: {result.scenario.name}, seed {result.seed}"
         said = "recorded metrics only (record.detail: summary)."
         if "tracks" in result.arrow:
             mission = recording(result)
             told = story(mission)
             said = f"{told.warning} {told.verdict}".lstrip()
-            data["runs"].append({**run_data(mission, told.services, packer), "name": name})
+            data["runs"].append({**run_data(mission, told.services, packer), "name": title})
         verdicts.append(filled("<li><b>{name}</b>: {said}</li>", name=name, said=said))
     body = (
         _head(names, runs)
-        + f'<section id="story"><h2>What happened</h2><ul>{"".join(verdicts)}</ul></section>'
         + _differences(names, runs)
+        + f'<section id="story"><h2>What happened</h2><ul>{"".join(verdicts)}</ul></section>'
         + _missions(names, runs)
         + (asset("comparison.html") if data["runs"] else "")
         + _auvs(names, runs)
@@ -73,20 +74,16 @@ def comparison_page(runs: Sequence[Named]) -> str:
     )  # fmt: skip
 
 
-def _names(runs: Sequence[Named]) -> Iterator[str]:
-    """Yield a name for each run: its scenario's, with seed and folder where that is not enough."""
-    scenarios = [result.scenario.name for _, result in runs]
-    for folder, result in runs:
-        name = result.scenario.name
-        if scenarios.count(name) > 1:
-            name = f"{name}, seed {result.seed} ({folder})"
-        yield name
-
-
 def _head(names: Sequence[str], runs: Sequence[Named]) -> str:
     lines = "".join(
-        filled("<p><b>{name}</b>: {what}</p>", name=name, what=described(result))
-        for name, (_, result) in zip(names, runs, strict=True)
+        filled(
+            "<p><b>{name}</b>: {scenario} ({folder}), {what}</p>",
+            name=name,
+            scenario=result.scenario.name,
+            folder=folder,
+            what=described(result),
+        )
+        for name, (folder, result) in zip(names, runs, strict=True)
     )
     return (
         f"<header><div><h1>{len(runs)} runs side by side</h1>{lines}</div>"
@@ -97,7 +94,7 @@ def _head(names: Sequence[str], runs: Sequence[Named]) -> str:
 def _differences(names: Sequence[str], runs: Sequence[Named]) -> str:
     """Return the table of scenario keys that are not the same in all runs."""
     scenarios = [
-        {"seed": result.seed, **dict(_flat(portable(result.scenario.model_dump(mode="json"))))}
+        {"seed": result.seed, **dict(flat(portable(result.scenario.model_dump(mode="json"))))}
         for _, result in runs
     ]
     keys = dict.fromkeys(key for it in scenarios for key in it if key != "name")
@@ -112,14 +109,6 @@ def _differences(names: Sequence[str], runs: Sequence[Named]) -> str:
         else "<p>Nothing: they are the same scenario with the same seed.</p>"
     )
     return f'<section id="differences"><h2>What differs in the scenarios</h2>{shown}</section>'
-
-
-def _flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in data.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def _missions(names: Sequence[str], runs: Sequence[Named]) -> str:
@@ -142,9 +131,9 @@ def _missions(names: Sequence[str], runs: Sequence[Named]) -> str:
         + table(headings, worst, "What the worst AUV got")
         + "<h3>Means over the AUVs</h3>"
         + table(headings, means, "Metrics of the missions")
-        + '<p class="note">In brackets the difference from the first run. One seed each: '
-        "differences may be chance; <code>bindusbl-des sweep</code> and <code>compare</code> tell."
-        "</p></section>"
+        + '<p class="note">In brackets the difference from A. Of one mission each no difference is '
+        "shown: it may be chance. <code>bindusbl-des sweep</code> and <code>compare</code> show "
+        "over many seeds what is better or worse.</p></section>"
     )
 
 

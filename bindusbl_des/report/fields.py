@@ -28,7 +28,7 @@ QUANTA = {"chance": 1e-3, "age": 1e-2, "error": 1e-3}
 
 
 def fields(mission: Recording, packer: Packer) -> dict[str, Any] | None:
-    """Return the fields of a mission's survey, packed cell by cell, row by row from low y on.
+    """Return the fields of a mission's survey, packed in the order of the cells of its grid.
 
     None where ASVs move, and where somebody's own channel decides what is decoded: it is not asked
     again.

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..core.wording import counted
 from ..scenario.families import is_random
-from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording
+from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording, works
 
 Floats = NDArray[np.float64]
 
@@ -68,23 +68,18 @@ def _losses(mission: Recording) -> list[str]:
 
 
 def _collisions(mission: Recording) -> list[str]:
-    collided = int(np.sum(mission.fate == COLLIDED))
-    if not collided:
+    hf, schedule = mission.metrics.mission["collisions"], mission.scenario.protocol.schedule
+    if not hf:
         return []
-    schedule = mission.scenario.protocol.schedule
+    met = f"<b>Collisions:</b> {counted(hf, 'reception')} on HF met another"
     if mission.scenario.protocol.is_passive:
-        return [
-            f"<b>Collisions:</b> {counted(collided, 'reception')} overlapped another at an AUV."
-        ]
+        return [f"{met} at an AUV."]
+    collided = int(np.sum(mission.fate == COLLIDED))
+    why = f"under the schedule {escape(schedule)}"
     if is_random(mission.scenario):
-        return [
-            f"<b>Collisions:</b> {counted(collided, 'ping')} of {len(mission.fate)} overlapped "
-            f"another at an ASV and were decoded by none: AUVs ping as they like "
-            f"({escape(schedule)})."
-        ]
+        why = f"AUVs ping as they like ({escape(schedule)})"
     return [
-        f"<b>Collisions:</b> {counted(collided, 'ping')} overlapped another at an ASV and were "
-        f"decoded by none, under the schedule {escape(schedule)}."
+        f"{met}, {why}; for that no ASV decoded {collided} of {counted(len(mission.fate), 'ping')}."
     ]
 
 
@@ -126,7 +121,7 @@ def _beyond_reach(mission: Recording) -> list[str]:
 
 
 def _broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
-    """Return of fixes beyond MF range how far (m) their broadcaster and the nearest ASV were."""
+    """Return of fixes beyond MF range how far (m) broadcaster and nearest working ASV were."""
     fixes = mission.fixes
     rows = np.flatnonzero(fixes["outcome"] == "out_of_range")
     times = fixes["broadcast_at_s"][rows]
@@ -134,7 +129,9 @@ def _broadcast_distances(mission: Recording) -> tuple[Floats, Floats]:
     x, y = mission.truth["x_m"][:, column], mission.truth["y_m"][:, column]
     auv, every = fixes["auv"][rows], np.arange(len(rows))
     away = np.hypot(x[mission.auvs :] - x[auv, every], y[mission.auvs :] - y[auv, every])
-    return away[fixes["broadcast_by"][rows], every], away.min(axis=0)
+    sent_from = away[fixes["broadcast_by"][rows], every]
+    away[~works(mission.scenario, np.arange(len(away))[:, None], times)] = np.inf
+    return sent_from, away.min(axis=0)
 
 
 def _loss_by_listeners(mission: Recording) -> dict[int, tuple[int, int]]:

@@ -179,12 +179,12 @@ def _latency(mission: Recording, limits: Limits) -> Reached:
     arrived = np.flatnonzero(fixes["outcome"] == "delivered")
     late_s = least_s = None
     if arrived.size:
+        late_s = float(fixes["latency_s"][arrived].astype(np.float64).mean())
         rows = _evenly(mission, arrived)
         up, down = (
             _nearest(mission, fixes[name][rows].astype(np.float64), fixes["auv"][rows])
             for name in ENDS
         )
-        late_s = float(fixes["latency_s"][rows].astype(np.float64).mean())
         least_s = least_latency(scenario, slots_of(scenario), up, down)
     return Reached("Latency, mean of all fixes", "s", late_s, least_s, meaning, least=True)
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..results.arrow import numpy_columns
+from ..scenario.failing import failures_of
 from .chances import chances, depth_at
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class Recording:
     Tracks have the shape (vehicles, instants): `truth` of AUVs then ASVs by TRUTH, `own` of AUVs by
     OWN; `swept` (instants,) is what of the survey all have swept by then (m2), None if not known.
     Events are columns by their names in the tables, vehicles by number (-1: none).  `fate` says
-    what became of each ping, `nearest` how far (m) its nearest ASV was, as the HF range counts it,
+    what became of each ping, `nearest` how far (m) the nearest ASV that works, as HF range counts,
     `metrics` what came of it all.
 
     With passive ranging each AUV has a row of `pings` for each ping of an ASV, its own chance to be
@@ -128,7 +129,7 @@ def recording(result: "Result") -> Recording:
         broadcasts=_events(result, "broadcasts"),
         rounds=_events(result, "rounds"),
         fate=_fates(len(pings["ping"]), receptions, fixes, of),
-        nearest=_nearest(scenario, depth, receptions),
+        nearest=_nearest(scenario, depth, pings["sent_at_s"], receptions),
         metrics=metrics_of(result),
     )
 
@@ -144,7 +145,7 @@ def _swept(column: NDArray[Any] | None, scenario: "Scenario") -> Floats | None:
 
 def _events(result: "Result", name: str) -> Columns:
     columns = numpy_columns(result.arrow[name])
-    for column in ("auv", "asv", "broadcast_by"):
+    for column in ("auv", "asv", "broadcast_by", "called_by"):
         if column in columns:
             columns[column] = np.array(
                 [int(vehicle[3:]) if vehicle else -1 for vehicle in columns[column]], dtype=np.int64
@@ -172,14 +173,24 @@ def _fates(pings: int, receptions: Columns, fixes: Columns, of: Whole) -> Whole:
     return fate
 
 
-def _nearest(scenario: "Scenario", depth: Floats, receptions: Columns) -> Floats:
-    """Return each ping's distance (m) to its nearest ASV, slant or horizontal as for the range.
+def works(scenario: "Scenario", asvs: Whole, times: Floats) -> NDArray[np.bool_]:
+    """Return whether ASVs work at instants (s), by their numbers; both broadcast."""
+    failures = failures_of(scenario)
+    if failures is None:
+        return np.ones(np.broadcast_shapes(asvs.shape, times.shape), dtype=np.bool_)
+    return ~failures.met(asvs, times, times)[0]
 
-    `depth` (pings,), m, is that of the AUV.
+
+def _nearest(scenario: "Scenario", depth: Floats, sent: Floats, receptions: Columns) -> Floats:
+    """Return each ping's distance (m) to the nearest ASV that works, slant or horizontal as for the
+    range; infinite if none does.
+
+    `depth` (pings,), m, is that of the AUV, `sent` the instants (s) of the pings.
     """
     away = receptions["slant_range_m"].astype(np.float64)
     if scenario.acoustics.hf.range_metric == "horizontal":  # ASVs float at the surface
         away = np.sqrt(np.maximum(away**2 - depth[receptions["ping"]] ** 2, 0.0))
     nearest = np.full(len(depth), np.inf)
+    away[~works(scenario, receptions["asv"], sent[receptions["ping"]])] = np.inf
     np.minimum.at(nearest, receptions["ping"], away)
     return nearest

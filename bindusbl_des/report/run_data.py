@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scenario.on_earth import origin_of
 from ..scenario.planned import horizontal_reach
 from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
@@ -13,8 +14,10 @@ from .envelope import error_envelope
 from .fields import fields
 from .packing import Packer
 from .recording import FATES, Recording
+from .service import intervals, latencies, shown_until
 
 if TYPE_CHECKING:
+    from ..scenario.scenario import Scenario
     from .service import Service
 
 # A page stays quick to open up to about so many numbers of each kind.
@@ -27,7 +30,7 @@ MOST_PLAN_POINTS = 30_000
 CENTIMETRE, MILLIMETRE, TENTH_OF_MS, CENTIRADIAN = 0.01, 0.001, 1e-4, 0.01
 
 OUTCOMES = ("heard", "lost", "collided", "in_flight")
-FIX_OUTCOMES = ("delivered", "out_of_range", "in_flight", "lost")
+FIX_OUTCOMES = ("delivered", "out_of_range", "in_flight", "lost", "collided")
 
 
 def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer) -> dict[str, Any]:
@@ -38,16 +41,16 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
     return {
         "name": scenario.name,
         "duration": scenario.duration_s,
-        "outline": area_of(scenario).outline,
+        **survey_data(scenario),
         "hf": {"range": acoustics.hf.range_m, "reach": horizontal_reach(scenario)},
         "mf": {"range": acoustics.mf.range_m},
         "discs": {"hf": acoustics.hf.channel == "disc", "mf": acoustics.mf.channel == "disc"},
-        "broadcasting": not scenario.protocol.is_passive
-        and scenario.protocol.downlink != "direct_reply",
+        "broadcasting": scenario.protocol.sends_frames,
         "fields": fields(mission, packer),
         "soundSpeed": sound_speed_of(scenario),
         "pingLength": acoustics.hf.ping_s,
         "passive": scenario.protocol.is_passive,
+        "calls": _calls_are_told(mission),
         "round": float(np.median(np.diff(mission.rounds["started_at_s"])))
         if len(mission.rounds["round"]) > 1
         else scenario.duration_s,
@@ -61,7 +64,23 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         "fixes": _fixes(mission, packer),
         "broadcasts": _broadcasts(mission, packer),
         "covered": _covered(mission, track_step, packer),
+        "shownUntil": {
+            "latency": shown_until(latencies(mission)),
+            "interval": shown_until(intervals(mission)),
+        },
         "thinned": _thinned(mission, track_step, kept),
+    }
+
+
+def survey_data(scenario: "Scenario") -> dict[str, Any]:
+    """Return what all maps of a page show: the survey (m), the latitude and longitude (deg) of its
+    x = y = 0, None where it is nowhere, and the current (m/s) with the heading it flows to (deg).
+    """
+    water = scenario.environment
+    return {
+        "outline": [list(corner) for corner in area_of(scenario).outline],
+        "origin": origin_of(scenario),
+        "current": {"speed": water.current_m_per_s, "direction": water.current_direction_deg},
     }
 
 
@@ -162,6 +181,20 @@ def _pings(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[
         "y": packer.add(pings["y_m"][kept], quantum=CENTIMETRE),
         "fate": packer.add(mission.fate[kept]),
         **({"asv": packer.add(pings["asv"][kept])} if mission.scenario.protocol.is_passive else {}),
+        **(_calls(pings, kept, packer) if _calls_are_told(mission) else {}),
+    }
+
+
+def _calls_are_told(mission: Recording) -> bool:
+    return mission.scenario.protocol.calls and "call" in mission.pings  # older folders lack them
+
+
+def _calls(pings: dict[str, NDArray[Any]], kept: NDArray[np.bool_], packer: Packer) -> Any:
+    """Pack when and by which ASV each turn to ping was called, and whether its AUV answered."""
+    return {
+        "called": packer.add(pings["called_at_s"][kept], quantum=TENTH_OF_MS),
+        "caller": packer.add(pings["called_by"][kept]),
+        "answered": packer.add((pings["call"][kept] == "heard").astype(np.int64)),
     }
 
 

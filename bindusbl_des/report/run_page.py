@@ -7,6 +7,8 @@ from importlib.metadata import version
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from ..core.kept_files import portable
+from ..core.wording import plain
 from ..results.summary import rounds_told
 from ..scenario.families import leave_of
 from ..scenario.instruments.own_sensors import drift_told
@@ -14,10 +16,11 @@ from ..scenario.survey_area import area_of
 from .calibration import calibration_told
 from .envelope import envelope_made_of
 from .packing import Packer
-from .page import assembled, asset, filled, number, table
+from .page import assembled, asset, filled, flat, number, table
 from .possible import possible_told
 from .recording import metrics_of, recording
 from .run_data import run_data
+from .service import intervals, latencies, spread_told
 from .story import Story, short_story, story
 
 if TYPE_CHECKING:
@@ -57,8 +60,8 @@ AUV_TABLES: tuple[tuple[str, tuple[Column, ...]], ...] = (
         ("made", "", "fixes", 0, 1),
         ("beyond MF", "", "fixes_out_of_range", 0, 1),
         ("delivered", "", "fixes_delivered", 0, 1),
+        ("collided", "", "frame_collisions", 0, 1),
         ("mean latency", "s", "latency_mean_s", 3, 1),
-        ("distance", "m", "distance_m", 0, 1),
     )),
 )  # fmt: skip
 AUV_COLUMNS: tuple[Column, ...] = tuple(it for _, columns in AUV_TABLES for it in columns)
@@ -67,7 +70,7 @@ TILES: tuple[tuple[str, str, str, int, float], ...] = (
     ("95 % of the time below", "m", "position_error_p95_m", 2, 1),
     ("without any fix", "m", "imu_error_m", 2, 1),
     ("age of the last fix", "s", "fix_age_mean_s", 2, 1),
-    ("longest without a fix", "s", "fix_age_max_s", 1, 1),
+    ("largest age of the last fix", "s", "fix_age_max_s", 1, 1),
     ("fixes per AUV", "", "fixes_delivered", 1, 1),
     ("between fixes", "s", "interval_mean_s", 2, 1),
     ("pings in HF range", "%", "hf_coverage", 1, 100),
@@ -96,6 +99,8 @@ def run_page(result: "Result") -> str:
         data, scripts = run_data(mission, told.services, packer), SCRIPTS
         middle = Template(asset("run.html")).substitute(
             story=_told(told),
+            latency=html.escape(spread_told(latencies(mission))),
+            interval=html.escape(spread_told(intervals(mission))),
             thinned=_sentences(data["thinned"]),
             calibration=calibration_told(mission),
             envelope=html.escape(envelope_made_of(result.scenario.navigation.filter)),
@@ -113,16 +118,22 @@ def run_page(result: "Result") -> str:
         + auv_tables(result)
         + origin(result)
     )
-    title = f"{result.scenario.name}, seed {result.seed}"
+    title = f"{_named(result)}, seed {result.seed}"
     return assembled(title, body, scripts, data, packer.text())
 
 
 def _head(result: "Result") -> str:
     return (
-        f"<header><div><h1>{html.escape(result.scenario.name)}</h1>"
+        f"<header><div><h1>{html.escape(_named(result))}</h1>"
         f"<p>{html.escape(described(result))}</p><p>{html.escape(drift_told(result.scenario))}</p>"
         f"</div>{asset('theme.html')}</header>"
     )
+
+
+def _named(result: "Result") -> str:
+    """Return the scenario's name, and what was set beside its file (`--set`)."""
+    changed = ", ".join(result.overrides)
+    return f"{result.scenario.name} with {changed}" if changed else result.scenario.name
 
 
 def described(result: "Result") -> str:
@@ -130,9 +141,11 @@ def described(result: "Result") -> str:
     scenario, protocol = result.scenario, result.scenario.protocol
     auvs, asvs, area = scenario.auvs, scenario.asvs, area_of(scenario)
     over = f"{area.side:g} m by {area.side:g} m" if area.side else area.told
-    parts = f"{protocol.schedule}, {protocol.downlink} downlink"
+    parts = f"{protocol.schedule}, {protocol.downlink} downlink, {protocol.ranging} ranging"
     if protocol.is_passive:
         parts = "passive ranging"
+    elif protocol.calls:
+        parts += " (an AUV pings when an ASV calls it)"
     return (
         f"{auvs.count} AUV{'s' * (auvs.count != 1)} ({auvs.vehicle}) and {asvs.count} "
         f"ASV{'s' * (asvs.count != 1)} ({asvs.told}) over {over} for "
@@ -211,14 +224,15 @@ def auv_tables(result: "Result") -> str:
         '<p class="note">Bold: the worst AUV. Errors are horizontal |estimate &minus; truth|, '
         "means over time; “without fixes” is dead reckoning alone. Intervals are between delivered "
         "fixes; the age of the last fix also counts the waits before the first and after the last. "
-        "“lost” and “collided” count receptions, one ping at one ASV each.</p></section>"
+        "Of pings “lost” and “collided” count receptions, one ping at one ASV each; of fixes "
+        "“collided” counts frames that were destroyed at the AUV.</p></section>"
     )
 
 
 def _auv_table(title: str, columns: Sequence[Column], auvs: Sequence[Row], mission: Row) -> str:
     # The mission counts collisions of the whole fleet; a mean beside its AUVs would be another.
     rows = [(str(row["auv"]), row) for row in auvs]
-    rows.append(("mean", {**mission, "collisions": None}))
+    rows.append(("mean", {**mission, "collisions": None, "frame_collisions": None}))
     cells = [[name, *(number(row[c[2]], c[3], c[4]) for c in columns)] for name, row in rows]
     worst = {
         (place, column)
@@ -236,11 +250,18 @@ def origin(result: "Result") -> str:
     versions = ", ".join(f"{name} {number}" for name, number in run["versions"].items())
     command = f"bindusbl-des run scenario.yaml --seed {result.seed}{leave_of(result.scenario)}"
     text = json.dumps(run["scenario"], indent=2, ensure_ascii=False)
+    defaults = dict(flat(portable(type(result.scenario)(name="x").model_dump(mode="json"))))
+    changed = ", ".join(
+        f"{key}: {plain(value)}"
+        for key, value in flat(run["scenario"])
+        if key != "name" and (key not in defaults or defaults[key] != value)
+    )
     return (
         filled(
             '<section id="origin"><h2>What made this run</h2><dl class="origin">'
             "<dt>Scenario</dt><dd>{name}, sha256 <code>{sha256}</code></dd>"
             "<dt>Seed</dt><dd>{seed}</dd><dt>Versions</dt><dd>{versions}</dd>"
+            "<dt>Not as the package's defaults</dt><dd>{changed}</dd>"
             "<dt>Computed</dt><dd>{computed} s of computing for {duration} s of mission</dd>"
             "<dt>Again</dt><dd><code>{command}</code> with the scenario.yaml of this folder</dd>"
             "</dl><details><summary>The scenario in full, as JSON (JSON is YAML)</summary>"
@@ -249,6 +270,7 @@ def origin(result: "Result") -> str:
             sha256=run["scenario_sha256"],
             seed=result.seed,
             versions=versions,
+            changed=changed or "nothing",
             computed=f"{run['wall_time_s']:.2f}",
             duration=f"{result.scenario.duration_s:g}",
             command=command,

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..core.spreads import wandering_rms
+from ..core.wording import significant
 from ..preflight.round_lengths import rounds_of
 from ..scenario.families import is_random
 from ..scenario.instruments.own_sensors import straight_drift_rms
@@ -14,6 +16,8 @@ from .recording import FATES, Recording
 
 if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
+
+Floats = NDArray[np.float64]
 
 # An AUV starves when dead reckoning alone would have drifted this far (m) since its last fix ...
 TOLERATED_DRIFT_M = 1.0
@@ -45,10 +49,13 @@ class Patience:
 
 @dataclass(frozen=True)
 class Gap:
-    """A time without any fix: from the fix before (or the start) to the next (or the end), in s."""
+    """A time without any fix: from the ping of the fix before (or the start) to the next that the
+    AUV takes (or the end), in s.
+    """
 
     start: float
     end: float
+    is_first: bool
 
     @property
     def length(self) -> float:
@@ -60,8 +67,8 @@ class Gap:
 class Service:
     """How one AUV was served: its gaps, and its pings in them by what became of them.
 
-    `furthest` and `median` are distances (m) to the nearest ASV of the pings in gaps that no ASV
-    could hear, nan without any; errors (m) are time means inside and outside of the gaps.
+    `furthest` and `median` are distances (m) to the nearest working ASV of pings in gaps that no
+    ASV could hear, nan without any; errors (m) are time means inside and outside of the gaps.
     """
 
     auv: int
@@ -75,7 +82,8 @@ class Service:
     @property
     def starved(self) -> float:
         """Time (s) in gaps."""
-        return sum(gap.length for gap in self.gaps)
+        ends = (0.0, *(gap.end for gap in self.gaps))
+        return sum(it.end - max(it.start, end) for it, end in zip(self.gaps, ends, strict=False))
 
 
 def patience(mission: Recording) -> Patience:
@@ -114,9 +122,55 @@ def _patience(scenario: "Scenario", length: float, initial_sd: float) -> float:
 
 def _drift(scenario: "Scenario", time: float, initial_sd: float) -> float:
     """Return the RMS (m) of the error after so long (s) without a fix, on a straight way; that of
-    the position at first adds 2 sd^2.
+    the position at first adds 2 sd^2.  A log of the way through the water misses the current.
     """
-    return math.hypot(straight_drift_rms(scenario, time), math.sqrt(2) * initial_sd)
+    drift, water = straight_drift_rms(scenario, time), scenario.environment
+    if scenario.navigation.velocity == "through_water":
+        wandered = wandering_rms(
+            time, water.current_variation_m_per_s, water.current_variation_time_s
+        )
+        drift = math.hypot(drift, water.current_m_per_s * time, math.sqrt(2) * wandered)
+    return math.hypot(drift, math.sqrt(2) * initial_sd)
+
+
+def latencies(mission: Recording) -> Floats:
+    """Return from ping to delivery (s) of each delivered fix."""
+    fixes = mission.fixes
+    found: Floats = fixes["latency_s"][fixes["outcome"] == "delivered"].astype(np.float64)
+    return found
+
+
+def intervals(mission: Recording) -> Floats:
+    """Return the times (s) between deliveries of all AUVs."""
+    arrivals = mission.fixes["delivered_at_s"]
+    own = [np.diff(arrivals[mission.delivered_to(auv)]) for auv in range(mission.auvs)]
+    return np.concatenate(own).astype(np.float64)
+
+
+def shown_until(values: Floats) -> float:
+    """Return where a histogram (s) ends: a few values far beyond all others leave room for these.
+
+    >>> shown_until(np.array([0.8] * 19 + [230.0])), shown_until(np.array([0.8, 0.9, 1.1]))
+    (1.6, 1.1)
+    """
+    if not len(values):
+        return 1.0
+    largest = float(values.max())
+    most = 2.0 * float(np.sort(values)[int(0.95 * (len(values) - 1))])
+    return min(largest, most) if most > 0.0 else largest or 1.0
+
+
+def spread_told(values: Floats) -> str:
+    """Return mean, 95 % quantile and largest of values (s), and how many a histogram leaves out."""
+    if not len(values):
+        return "none"
+    beyond = int(np.sum(values > shown_until(values)))
+    more = f" (the last bar holds the {beyond} beyond)" if beyond else ""
+    return (
+        f"mean of all {significant(float(values.mean()))} s, 95 % below "
+        f"{significant(float(np.quantile(values, 0.95)))} s, largest "
+        f"{significant(float(values.max()))} s{more}"
+    )
 
 
 def service(mission: Recording, auv: int, wait: Patience) -> Service:
@@ -125,14 +179,13 @@ def service(mission: Recording, auv: int, wait: Patience) -> Service:
     The waits before the first fix and after the last count like any other: the longest of all is
     the metric `fix_age_max_s`.
     """
-    arrivals = mission.fixes["delivered_at_s"][mission.delivered_to(auv)]
-    instants = [0.0, *arrivals.tolist(), mission.scenario.duration_s]
-    waits = [Gap(a, b) for a, b in pairwise(instants)]
-    gaps = tuple(it for it in waits if it.length > (wait.later if it.start else wait.first))
+    waited = waits(mission, auv)
+    gaps = tuple(it for it in waited if it.length > (wait.first if it.is_first else wait.later))
     sent = mission.pings["sent_at_s"]
     inside = (mission.pings["auv"] == auv) & _within(sent, gaps)
     fates = {name: int(np.sum(mission.fate[inside] == code)) for code, name in enumerate(FATES)}
     unheard = mission.nearest[inside & (mission.pings["in_range_of"] == 0)]
+    unheard = unheard[np.isfinite(unheard)]  # else no ASV worked
     error = mission.own["position_error_m"][auv]
     starved = _within(mission.times, gaps)
     return Service(
@@ -146,8 +199,18 @@ def service(mission: Recording, auv: int, wait: Patience) -> Service:
     )
 
 
+def waits(mission: Recording, auv: int) -> list[Gap]:
+    """Return how long an AUV waited for each fix that it has taken, and after the last."""
+    rows = mission.delivered_to(auv)
+    rows = rows[~np.isnan(mission.fixes["correction_m"][rows])]
+    newest = np.maximum.accumulate(mission.fixes["pinged_at_s"][rows])
+    begins = (0.0, *newest.tolist())
+    ends = (*mission.fixes["delivered_at_s"][rows].tolist(), mission.scenario.duration_s)
+    return [Gap(*both, number == 0) for number, both in enumerate(zip(begins, ends, strict=True))]
+
+
 def _within(instants: np.ndarray, gaps: tuple[Gap, ...]) -> np.ndarray:
     inside = np.zeros(len(instants), dtype=bool)
     for gap in gaps:
-        inside |= (instants >= gap.start) & (instants < gap.end)
+        inside |= ((instants > gap.start) | gap.is_first) & (instants < gap.end)
     return inside

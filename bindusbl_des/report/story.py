@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from html import escape
 from math import isnan
 
-import numpy as np
-
 from ..core.wording import counted
 from ..explain.numbers import out_of_range
 from ..results.effects import harm_told
@@ -99,9 +97,8 @@ def _verdict(mission: Recording, starving: list[Service], wait: Patience, *, har
         return f"{told} {_starved(mission, starving)} {wait.rule}".lstrip()
     if not harmless:  # however often they come, fixes that do harm are no service
         return told
-    waits = [_longest_wait(mission, auv) for auv in range(mission.auvs)]
-    auv = int(np.argmax(waits))
-    told += f" No AUV starved; the longest wait for a fix was {waits[auv]:.1f} s, of AUV{auv}."
+    oldest, auv = (mission.metrics.mission[f"worst_fix_age_max_s{it}"] for it in ("", "_auv"))
+    told += f" No AUV starved; the last fix was never older than {oldest:.1f} s ({auv})."
     return f"{told} {wait.rule}".lstrip()
 
 
@@ -127,13 +124,6 @@ def _starved(mission: Recording, starving: list[Service]) -> str:
         f"gaps without fixes, the longest {longest.length:.0f} s, from {longest.start:.0f} to "
         f"{longest.end:.0f} s."
     )
-
-
-def _longest_wait(mission: Recording, auv: int) -> float:
-    """Return the longest time (s) without a fix, the beginning and the end included."""
-    arrivals = mission.fixes["delivered_at_s"][mission.delivered_to(auv)]
-    instants = np.concatenate(([0.0], arrivals, [mission.scenario.duration_s]))
-    return float(np.diff(instants).max())
 
 
 def _starvation(mission: Recording, auv: Service) -> tuple[str, ...]:
@@ -167,10 +157,14 @@ def _why(mission: Recording, auv: Service) -> str:
             also = ": it had no slot, or did not know it"
         return f"<b>Why:</b> {why} in those gaps{also}."
     pings = f"{counted(sent, 'ping')} {'of the ASVs' if passive else 'it sent'} in those gaps"
+    calls = mission.scenario.protocol.calls
+    if calls:  # whose turns without an answer have no ping
+        pings = f"{counted(sent, 'turn')} in which an ASV called it in those gaps"
     if not fates:
         return f"<b>Why:</b> {pings}, and all led to fixes: there were too few."
     ordered = sorted(fates.items(), key=lambda it: -it[1])
-    told = {"out_of_hf": f"were sent {escape(out_of_range(mission.scenario.acoustics.hf))}"}
+    were = "were" if calls else "were sent"
+    told = {"out_of_hf": f"{were} {escape(out_of_range(mission.scenario.acoustics.hf))}"}
     told |= REASONS | (HEARD_BY_ITSELF if passive else {})
     if mission.scenario.acoustics.mf.channel != "disc":
         told["out_of_mf"] = UNDECODED
@@ -178,13 +172,19 @@ def _why(mission: Recording, auv: Service) -> str:
         told["out_of_mf"] += ", or as its ASV failed"
     if "collided" in mission.fixes["outcome"]:
         told["out_of_mf"] += ", or met another frame"
-    reasons = ", ".join(f"{n} ({100 * n / sent:.0f} %) {told[name]}" for name, n in ordered)
+    reasons = ", ".join(
+        f"{n} ({100 * n / sent:.0f} %) {told[name].replace('were', 'was', n == 1)}"
+        for name, n in ordered
+    )
     text = f"<b>Why:</b> of {pings}, {reasons}"
     if late:
         text += f"; {late} led to the fixes that ended them"
-    if fates.get("out_of_hf"):
+    if fates.get("out_of_hf") and isnan(auv.median):
+        text += ". No ASV worked then"
+    elif fates.get("out_of_hf"):
+        nearest = "nearest ASV" + " that worked" * bool(mission.scenario.asvs.failures)
         text += (
-            f". The {'one that pinged' if passive else 'nearest ASV'} was {auv.median:.0f} m away "
+            f". The {'one that pinged' if passive else nearest} was {auv.median:.0f} m away "
             f"then (median, at most {auv.furthest:.0f} m)"
         )
     return text + "."

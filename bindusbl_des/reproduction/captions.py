@@ -4,7 +4,7 @@ CAPTIONS = {
     "baseline": "Baseline, L = 60 m: four AUVs, one ASV that hears them all. One run: "
     "map, and position errors; ticks are fixes delivered.",
     "failure_and_recovery": "Coverage failure and recovery, L = 140 m: one ASV and three, paths of "
-    "one run. AUV0 is the lowest path.",
+    "one run. AUV0's path is the westernmost.",
     "errors_and_fixes": "Failure (above) and recovery (below): position error with the bias in "
     "the body frame (the paper's equation) and in the world frame, and fixes delivered; means and "
     "range over the runs.",

@@ -75,7 +75,7 @@ def reproduce(folder: str | Path, **how: Unpack[How]) -> Reproduction:
 
     Raises:
         CampaignError: when the folder holds other things or other campaigns.
-        Interrupted: when the user stopped it.
+        CampaignInterrupted: when the user stopped it.
         SomeFailed: when a mission failed.
     """
     folder, quick = Path(folder), how.get("quick", False)

@@ -64,7 +64,8 @@ def too_many_rows(scenario: Scenario, rows: Mapping[str, int]) -> Iterator[tuple
         instants = int(duration * scenario.record.tracks_hz) + 2
         named = auvs * rows["rounds"] if told else 0
         broadcasts = LARGEST_COUNT if own else rows["fixes"] + rows["rounds"] + named
-        frames = 0 if scenario.protocol.downlink == "direct_reply" else rows["broadcasts"]
+        instant = scenario.protocol.replies and not scenario.protocol.sends_frames
+        frames = 0 if instant else rows["broadcasts"]
         limits |= {
             "pings": (0, LARGEST_COUNT if own else int(pinging * (duration / ping_s + 2))),
             "receptions": (pings * listening, pings * listening),

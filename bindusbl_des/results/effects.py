@@ -68,15 +68,19 @@ class Harm:
 class Advice:
     """What was tried beside a mission, and what came of it.
 
+    At most `budget_missions` were to be flown, in `budget_s` (None: however long it takes); whether
+    that time cut them off says `is_cut`.
     `error_m` is the worst AUV's mean error of the plan as it is, over the seeds of the effects.
     `effects` are ranked, the best first.  `harm_seeds` is how many missions decided about `harms`,
     0 where there were too few.  Changes that got no statement are named in words: `inert` left the
     worst AUV's error as it was in the first trial, `needless` would have (each with its reason),
-    `dropped` promised less than others in the first trials, `untried` found no time.  `shortage`
+    `dropped` promised less than others in the first trials, `untried` found no mission.  `shortage`
     says why nothing was measured, `fixed_gain` whether the plan's filter has a fixed gain.
     """
 
-    budget_s: float
+    budget_missions: int
+    budget_s: float | None = None
+    is_cut: bool = False
     missions: int = 0
     error_m: float | None = None
     effects: tuple[Effect, ...] = ()
@@ -178,7 +182,7 @@ def _harm_of_one_mission(auvs: Sequence[Mapping[str, Any]]) -> list[str]:
     )
     return [
         f"In this mission fixes made {named}. It may be chance: other seeds, which would tell, "
-        "were not tried (--advice-s 3)."
+        "were not tried (--advice-missions 100)."
     ]
 
 

@@ -50,8 +50,9 @@ def load_result(folder: str | Path) -> Result:
     told = [Caution(it["key"], it["message"]) for it in run.get("warnings", ())]
     broken = violations_in(run.get("violations"))
     result = Result(
-        scenario, run["seed"], arrow, float(run["wall_time_s"]), told, violations=broken
-    )
+        scenario, run["seed"], arrow, float(run["wall_time_s"]), told, violations=broken,
+        overrides=run.get("overrides", ()),
+    )  # fmt: skip
     result.advice = _read_advice(folder, scenario)
     return result
 
@@ -125,7 +126,7 @@ def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
     except (OSError, ValueError) as error:
         raise ValueError(
             f"{path} is damaged or of another version ({_reason(error)}); delete it, then make the "
-            f"advice again: bindusbl-des report {folder} --advice-s 3"
+            f"advice again: bindusbl-des report {folder} --advice-missions 100"
         ) from None
 
 
@@ -142,7 +143,7 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
                 raise ValueError(f"{key} is {'not ' if key in run else 'missing; it is '}{meaning}")
         if run["scenario_sha256"] != _sha256(run["scenario"]):
             raise ValueError("scenario_sha256 is not that of its scenario: one of them was edited")
-        return Scenario.model_validate(placed(run["scenario"], path.parent)), run
+        return Scenario.model_validate(placed(_as_flown(run["scenario"]), path.parent)), run
     except PermissionError as error:
         raise ValueError(_unreadable(path, error)) from None
     except (OSError, ValueError) as error:
@@ -150,6 +151,14 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
             f"{path} is damaged or of another version ({_reason(error)}); "
             f"{_again(path.parent, 'N')}"
         ) from None
+
+
+def _as_flown(scenario: dict[str, Any]) -> dict[str, Any]:
+    """Return a scenario on record with what an older version did where it had no key for it."""
+    protocol = scenario.get("protocol")
+    if not isinstance(protocol, dict) or "reply" in protocol:
+        return scenario
+    return {**scenario, "protocol": {**protocol, "reply": "instant"}}
 
 
 def _unreadable(path: Path, error: PermissionError) -> str:
@@ -170,6 +179,10 @@ def _is_caution(value: Any) -> bool:
     )
 
 
+def _is_texts(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(it, str) for it in value)
+
+
 def _is_versions(value: Any) -> bool:
     return isinstance(value, dict) and all(isinstance(it, str) for it in value.values())
 
@@ -182,6 +195,7 @@ RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "wall_time_s": (_is_number, "a number of seconds above 0"),
     "sim_seconds_per_second": (_is_number, "a number above 0"),
     "status": (lambda it: it == "complete", '"complete"'),
+    "overrides": (_is_texts, "a list of KEY=VALUE"),
     "warnings": (_is_cautions, "a list of keys with messages"),
     "violations": (is_violations, "null, or a count and the first"),
     "versions": (_is_versions, "a version for each package"),

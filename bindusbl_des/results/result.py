@@ -49,15 +49,18 @@ class Result:
         warnings: Sequence[Caution] | None = None,
         *,
         violations: Violations | None = None,
+        overrides: Sequence[str] = (),
     ) -> None:
         """Take the Arrow tables by name; with `record.detail: summary` only auvs and mission.
 
         `warnings` are what was worth knowing when the mission was run, by default now; `violations`
-        what broke its schedule, None where that is not known or AUVs ping as they like.
+        what broke its schedule, None where that is not known or AUVs ping as they like; `overrides`
+        what was set beside the scenario's file, KEY=VALUE each.
         """
         self.scenario, self.seed = scenario, seed
         self.arrow = dict(arrow)
         self.wall_time_s, self.violations = wall_time_s, violations
+        self.overrides = tuple(overrides)
         self.advice: Advice | None = None
         self._told = warnings
 
@@ -132,6 +135,7 @@ class Result:
             "scenario": portable(self.scenario.model_dump(mode="json")),
             "scenario_sha256": scenario_sha256(self.scenario),
             "seed": self.seed,
+            "overrides": list(self.overrides),
             "warnings": [{"key": it.key, "message": it.message} for it in self.warnings],
             "violations": None if self.violations is None else self.violations.data(),
             "versions": {"python": platform.python_version(), **versions()},

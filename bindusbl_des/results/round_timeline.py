@@ -91,14 +91,15 @@ def downlink_slots(result: "Result", number: int) -> list[Span]:
     parts of one in which other ASVs broadcast (`parallel`).
     """
     slots, frames = slots_of(result.scenario), broadcasts_of(result, number)
-    frames = frames[frames.airtime_s > 0.0]  # a direct reply takes no slot
+    frames = frames[frames.airtime_s > 0.0]  # an instant reply takes no slot
     broadcast = frames.index
     if "part" in frames:  # no older version
         broadcast = (frames.part == 0).groupby(frames.asv).cumsum()
     sent = frames.groupby(["asv", broadcast]).agg(
         begins=("sent_at_s", "min"), fixes=("fixes", "sum"), named=("named", "sum")
     )
-    shares = result.scenario.protocol.broadcaster == "parallel"
+    protocol = result.scenario.protocol
+    shares = protocol.broadcaster == "parallel" or protocol.replies
     lasts = slots.frame_slot if shares else slots.downlink_slot
     longest: dict[float, float] = {}
     for it in sent.sort_values("begins").itertuples():

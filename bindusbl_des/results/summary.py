@@ -79,10 +79,14 @@ def summary_table(auvs: Sequence[Row], mission: Row) -> str:
 def rounds_told(mission: Row) -> str:
     """Return how many rounds a mission had, and how many collisions.
 
-    >>> rounds_told({"rounds": 1, "collisions": 2})
+    >>> rounds_told({"rounds": 1, "collisions": 2, "frame_collisions": 0})
     '1 round, 2 collisions'
+    >>> rounds_told({"rounds": 2, "collisions": 1, "frame_collisions": 3})
+    '2 rounds, 4 collisions (1 on HF, 3 on MF)'
     """
-    return ", ".join(counted(int(mission[f"{noun}s"]), noun) for noun in ("round", "collision"))
+    hf, mf = int(mission["collisions"]), int(mission.get("frame_collisions") or 0)
+    said = counted(hf + mf, "collision") + (f" ({hf} on HF, {mf} on MF)" if mf else "")
+    return f"{counted(int(mission['rounds']), 'round')}, {said}"
 
 
 def _extremes(auvs: Sequence[Row], pick: Callable[..., Any]) -> Row:
@@ -144,5 +148,5 @@ def _rest(advice: Advice, helpful: int) -> str:
     if none:
         parts.append(f"No measurable effect: {'; '.join(it.words for it in advice.of(NO_EFFECT))}.")
     if advice.untried:
-        parts.append(f"No time was left for {len(advice.untried)} changes (--advice-s).")
+        parts.append(f"{len(advice.untried)} changes were not tried (--advice-missions).")
     return " ".join([*parts, "The report tells all that was tried."])

@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..core.plugins import PluginError, load
-from ..geometry.formation import formation, formation_radius
 from .families import PLACEMENT, ROUTE
 from .on_earth import positioned, positioned_stations, recorded_tracks
 from .part_choice import PartChoice
@@ -98,6 +97,8 @@ def asv_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
     given = positioned_stations(scenario)
     if given is not None:
         return list(given)
+    from ..geometry.formation import formation, formation_radius
+
     radius = asked.radius_m
     if radius is None:
         radius = formation_radius(scenario.acoustics.hf.range_m, asked.clearance_m)
@@ -167,6 +168,8 @@ def known_stations(scenario: ScenarioKeys) -> list[tuple[float, float]]:
     try:
         return asv_stations(scenario)
     except (NoStations, PluginError):
+        from ..geometry.formation import formation, formation_radius
+
         radius = formation_radius(scenario.acoustics.hf.range_m)
         return _about_centroid(scenario, formation(scenario.asvs.count, radius))
 

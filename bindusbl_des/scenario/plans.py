@@ -56,7 +56,7 @@ def plans_of(scenario: ScenarioKeys) -> tuple[FlightPlan, ...]:
 def _plans(scenario: ScenarioKeys, route: object) -> tuple[FlightPlan, ...]:
     auvs = range(scenario.auvs.count)
     if isinstance(route, Lawnmower):
-        shares = _shares(scenario, route)
+        shares = shares_of(scenario, route)
         return tuple(_over_lanes(scenario, route, shares[auv], auv) for auv in auvs)
     points = getattr(route, "points_m", None)
     if points is None:
@@ -65,8 +65,12 @@ def _plans(scenario: ScenarioKeys, route: object) -> tuple[FlightPlan, ...]:
     return tuple(_along_points(scenario, points[auv], auv) for auv in auvs)
 
 
-def _shares(scenario: ScenarioKeys, route: Lawnmower) -> list[Share]:
-    """Return the lanes of each AUV, in the frame of the lanes."""
+def shares_of(scenario: ScenarioKeys, route: Lawnmower) -> list[Share]:
+    """Return the lanes of each AUV, in the frame of the lanes.
+
+    Raises:
+        ValueError: when there are fewer lanes than AUVs that are to share them.
+    """
     spacing, margin = route.lane_spacing_m, route.end_margin_m
     ruling = Ruling(spacing, spacing / 2 if margin is None else margin)
     divide = strips if route.division == "strips" else equal_lengths

@@ -26,6 +26,9 @@ class Record(Part):
     metrics_hz: Real = key(
         30.0, "Hz", "rate at which time means are sampled", PAPER, ge=1e-6, le=1e3
     )
+    metrics_from_s: Real = key(
+        0.0, "s", "instant from which metrics of errors, pings and fixes are taken", ge=0
+    )
     detail: Literal["full", "summary"] = key("full", "", "every event, or the metrics only")
 
 

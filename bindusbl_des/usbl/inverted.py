@@ -17,8 +17,9 @@ from ..records.rows import NONE, Row
 from ..vehicles.motion import Floats
 from .array import rotation
 from .fusion import product
-from .instrument import Instrument, clocked, locate, offset_of, placed, sighted
+from .instrument import Instrument, clocked, offset_of, placed, sighted
 from .sheet import path_sd
+from .sights import note_sight
 from .systematic.effects import (
     CLOCK,
     EFFECTS,
@@ -32,7 +33,7 @@ from .systematic.effects import (
     lengthen,
 )
 from .systematic.errors import Systematic, astray, jump
-from .systematic.levers import add, add_own, noise_of
+from .systematic.levers import add, add_own, level_part, noise_of
 from .two_way import Sighting
 from .vectors import Vector, minus, negative, turned
 
@@ -57,11 +58,14 @@ def located_itself(own: Hearing, instrument: Instrument) -> tuple[Floats, Floats
 
     It is the ASV's place less the offset measured.
     """
-    it = own.reception
+    it, levels = own.reception, instrument.levels
     beneath, above = negative(own.place), negative(_source(own))
-    image, covariance = locate(
-        beneath, above, own.yaw, it.travel_time_s, it.snr_db, own.noise, instrument
+    unit, believed = sighted(beneath, above, own.yaw, it.snr_db, own.noise, instrument)
+    reach = levels.sound_speed_m_per_s * clocked(it.travel_time_s, own.noise, instrument)
+    image, covariance = placed(
+        above, unit, believed, reach, path_sd(reach, levels), it.snr_db, own.noise, instrument
     )
+    note_sight(it, -image, negative(unit), reach, covariance, instrument)
     return -image, covariance
 
 
@@ -97,7 +101,9 @@ def located_astray(
     jump(fix, own.noise, lasting.levels)
     levers, count = _columns(effects, moved, bend, it, lasting), lasting.variances.size
     told = np.concatenate((levers[:, 3 * count :], levers[:, :count]), axis=1)
-    return fix, covariance, levers, noise_of(covariance, told, lasting.variances)
+    left = noise_of(covariance, told, lasting.variances)
+    note_sight(it, fix, negative(seen.unit), path, left, instrument)
+    return fix, covariance, levers, level_part(left)
 
 
 @compiled

@@ -9,7 +9,9 @@ from ..records.events import HEARD
 from ..records.rows import Row
 from ..vehicles.motion import Floats, Motion, where
 from .fusion import fuse_pair
-from .instrument import Instrument, locate
+from .instrument import Instrument, clocked, placed, sighted
+from .sheet import path_sd
+from .sights import note_sight
 from .two_way import Heard, seeming, travelled, two_way
 
 
@@ -25,6 +27,7 @@ def measured(
     if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
         if not isnan(ping.call_time_s):
             return two_way(heard, asvs, instrument, strayed[ping.auv])
+    levels = instrument.levels
     estimate, covariance, first = np.zeros(3), np.zeros((3, 3)), True
     for row in range(len(heard.receptions)):
         it = heard.receptions[row]
@@ -32,10 +35,15 @@ def measured(
             continue
         x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
         vessel = x, y, z
-        fix, spread = locate(
-            seeming(ping, vessel, it), vessel, yaw, travelled(it), it.snr_db, heard.noise[row],
-            instrument,
-        )  # fmt: skip
+        noise = heard.noise[row]
+        unit, believed = sighted(
+            seeming(ping, vessel, it), vessel, yaw, it.snr_db, noise, instrument
+        )
+        reach = levels.sound_speed_m_per_s * clocked(travelled(it), noise, instrument)
+        fix, spread = placed(
+            vessel, unit, believed, reach, path_sd(reach, levels), it.snr_db, noise, instrument
+        )
+        note_sight(it, fix, unit, reach, spread, instrument)
         if first:
             estimate, covariance, first = fix, spread, False
         else:

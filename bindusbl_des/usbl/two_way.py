@@ -19,6 +19,7 @@ from .fusion import fuse_shared
 from .instrument import Instrument, clocked, gnss_noise, placed, sighted
 from .round_trip import OwnRange, PathErrors, dated, own_range
 from .sheet import path_sd, spread_sd
+from .sights import note_answer, note_sight
 from .vectors import NOTHING, Vector, dot, minus, plus, scaled
 
 
@@ -69,10 +70,12 @@ def two_way(
     alone = by_itself(seen, baseline, heard, reference, instrument, strayed)
     state, spread, lever = np.zeros(4), alone.covariance, np.empty((3, 1))
     state[:3] = alone.fix
+    _note(heard, reference, seen, asvs, instrument)
     call_way = seen.path - alone.own.reach
     for row in range(len(heard.receptions)):
         if heard.receptions[row].outcome == HEARD and row != reference:
             seen = answered(heard, row, asvs, instrument)
+            _note(heard, row, seen, asvs, instrument)
             fix, other = placed(
                 seen.vessel, seen.unit, seen.believed, max(seen.path - call_way, 0.0),
                 path_sd(seen.path, instrument.levels), seen.snr_db, heard.noise[row], instrument,
@@ -81,6 +84,19 @@ def two_way(
                 lever[k, 0] = -seen.unit[k]
             state, spread, _, _ = fuse_shared(state, spread, fix, other, lever)
     return state[:3].copy(), spread[:3, :3].copy()
+
+
+@compiled
+def _note(heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument) -> None:
+    """Note what an ASV has measured of an answer."""
+    half, levels = seen.path / 2, instrument.levels
+    fix, noise = placed(
+        seen.vessel, seen.unit, seen.believed, half, path_sd(half, levels), seen.snr_db,
+        heard.noise[row], instrument,
+    )  # fmt: skip
+    it, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instrument)
+    note_sight(it, fix, seen.unit, half, noise, instrument)
+    note_answer(it, heard.ping, seen.path, baseline, levels)
 
 
 @compiled

@@ -5,17 +5,13 @@ yaw are cubic polynomials through both ends with the rates there (Hermite), whic
 is within a micrometre of the motion itself.
 """
 
-from math import hypot
+from math import cos, hypot, sin
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry, inlined
-from ..core.lanes.blocks import block
-from ..core.lanes.numbers import LANES
-from ..core.lanes.places import columns, enter
-from ..core.lanes.sines import sincos
 
 Floats = NDArray[np.float64]
 Place = tuple[float, float, float, float]
@@ -78,10 +74,9 @@ def headings(
 
     `yaw` (rad) and its rate `turn` (rad/s) are those of that later instant.
     """
-    s_before, c_before = sincos(log[line, YAW])
-    s_now, c_now = sincos(yaw)
-    was = Bearing(c_before, s_before, log[line, RATES + YAW])
-    ahead, aside = turned_over(was, Bearing(c_now, s_now, turn), duration)
+    began = log[line, YAW]
+    was = Bearing(cos(began), sin(began), log[line, RATES + YAW])
+    ahead, aside = turned_over(was, Bearing(cos(yaw), sin(yaw), turn), duration)
     return log[line, COS] + ahead, log[line, SIN] + aside
 
 
@@ -157,35 +152,17 @@ def headings_at(log: Floats, first: int, end: int, step: float, time: float) -> 
 
 
 @entry
-def look_up(
-    log: Floats, first: int, end: int, step: float, times: Floats, rows: Floats, out: Floats
-) -> None:
-    """Write what :func:`.motion.lines` returns, (n, 8), of four instants at a time.
-
-    `rows` (2, LANES) is room to work in.
-    """
-    shares, places, numbers = block(rows, 0), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
-    for k in range(0, times.size, LANES):
-        for lane in range(LANES):  # of the last four some may be the same
-            numbers[lane] = min(k + lane, times.size - 1)
-            found = before(first, end, step, times[numbers[lane]])
-            places[lane], rows[0, lane], rows[1, lane] = found
-        share, past = shares[0], shares[1]
-        x, y, z, yaw = columns(log, places, X)
-        u, v, w, turn = columns(log, places, RATES)
-        _, ahead, aside, _ = columns(log, places, COS - 1)
-        next_x, next_y, next_z, next_yaw = columns(log, places, COLUMNS + X)
-        next_u, next_v, next_w, next_turn = columns(log, places, COLUMNS + RATES)
-        sine, cosine = sincos(yaw)
-        began = Bearing(cosine, sine, turn)
-        x, _ = between(x, next_x, u, next_u, share, step)
-        y, _ = between(y, next_y, v, next_v, share, step)
-        z, _ = between(z, next_z, w, next_w, share, step)
-        yaw, turn = between(yaw, next_yaw, turn, next_turn, share, step)
-        sine, cosine = sincos(yaw)
-        more_ahead, more_aside = turned_over(began, Bearing(cosine, sine, turn), past)
-        enter(out, numbers, 0, (x, y, z, yaw))
-        enter(out, numbers, 4, (ahead + more_ahead, aside + more_aside, cosine, sine))
+def look_up(log: Floats, first: int, end: int, step: float, times: Floats, out: Floats) -> None:
+    """Write what :func:`.motion.lines` returns, (n, 8)."""
+    for k in range(times.size):
+        line, share, past = before(first, end, step, times[k])
+        x, _ = read(log, line, share, step, X)
+        y, _ = read(log, line, share, step, Y)
+        z, _ = read(log, line, share, step, Z)
+        yaw, turn = read(log, line, share, step, YAW)
+        ahead, aside = headings(log, line, past, yaw, turn)
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
+        out[k, 4], out[k, 5], out[k, 6], out[k, 7] = ahead, aside, cos(yaw), sin(yaw)
 
 
 @inlined

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, entry, inlined
-from ..core.lanes.numbers import LANES
 from . import logs
 
 Floats = NDArray[np.float64]
@@ -169,7 +168,7 @@ def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) 
     """
     begin, end, out = first[vehicle], first[vehicle + 1], np.empty((times.size, 8))
     if step > 0.0:
-        logs.look_up(table, begin, end, step, times, np.zeros((2, LANES)), out)
+        logs.look_up(table, begin, end, step, times, out)
     else:
         _lines_of_legs(table, begin, end, times, out)
     return out

@@ -11,10 +11,14 @@ from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
 from ..scenario.planned import NoStations, asv_stations, tracks_of
 from ..scenario.scenario import Scenario
+from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of
-from .bounds import Bounds
+from .bounds import FASTEST, SLOWEST, Bounds
 
 Array = NDArray[np.float64]
+
+# Autopilots may take an AUV so much deeper than it is told to be.
+OVERSHOOT_M = 1.0
 
 
 @dataclass(frozen=True)
@@ -39,12 +43,20 @@ class Case:
         """The slowest and the fastest that sound may travel (m/s)."""
         assumed = assumed_sound_speed_of(self.scenario)
         error = self.bounds.sound_speed_error_m_per_s
-        return assumed - error, assumed + error
+        return max(assumed - error, SLOWEST), min(assumed + error, FASTEST)
 
     @property
     def late_s(self) -> float:
         """How much later (s) one AUV may ping than another whose slot is the same."""
         return 2 * self.bounds.clock_error_s if self.scenario.protocol.ranging != "twtt" else 0.0
+
+    @property
+    def recalls(self) -> int:
+        """How many AUVs a round may call back that have not been heard for long: 1, else 0."""
+        protocol = self.scenario.protocol
+        if not tells_slots(self.scenario) or protocol.missed == "contention":
+            return 0
+        return int((protocol.forget_after_s or math.inf) < self.scenario.duration_s)
 
     @property
     def closing_m_per_s(self) -> float:
@@ -98,6 +110,8 @@ class Case:
     def longest_m(self, auv: int) -> float:
         """Return the longest way (m) that a ping of an AUV is heard over."""
         hf, deepest = self.scenario.acoustics.hf, self.depths[auv][1]
+        if self.scenario.auvs.vehicle.flies_paths:
+            deepest += OVERSHOOT_M
         return hf.range_m if hf.range_metric == "slant" else math.hypot(hf.range_m, deepest)
 
     def shortest_m(self, auv: int) -> float:

@@ -1,27 +1,30 @@
 """Every kind of pair of signals that may meet at a receiver, and what is decided of it."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 from ..core.plugins import is_plugin
 from ..scenario.families import is_random
 from ..scenario.telling import tells_slots
+from .answers import answers
 from .case import Case
-from .frames import beacons, broadcasts, rounds_in_frames
+from .frames import beacons, broadcasts
 from .pair import Pair, undecided
 from .random_access import random_access
 from .reuse import REUSING, same_slot
 from .two_way import answer_and_next_call, call_and_answer, calls_of_a_slot
 from .uplink import consecutive_slots
+from .witnesses.pings import groups_shown
 
 Rule = Callable[[Case], Iterator[Pair]]
 
 # Schedules of which something is proved here
 SCHEDULED = (*REUSING, "one_per_slot", "round_robin", "random")
 
-DOWNLINK: tuple[Rule, ...] = (broadcasts, rounds_in_frames)
+FRAMES: tuple[Rule, ...] = (broadcasts, answers)
 RULES: dict[str, tuple[Rule, ...]] = {
-    "owtt_sync": (same_slot, consecutive_slots, *DOWNLINK),
-    "twtt": (same_slot, calls_of_a_slot, call_and_answer, answer_and_next_call, *DOWNLINK),
+    "owtt_sync": (same_slot, consecutive_slots, *FRAMES),
+    "twtt": (same_slot, calls_of_a_slot, call_and_answer, answer_and_next_call, *FRAMES),
     "passive": (beacons,),
 }
 
@@ -38,22 +41,30 @@ def pairs_of(case: Case) -> list[Pair]:
 
 
 def _unknown(case: Case) -> Iterator[Pair]:
-    """Yield what of a protocol lies beyond what is proved here: it is refused as such."""
-    protocol, hf = case.scenario.protocol, case.scenario.acoustics.hf
+    """Yield what of a protocol lies beyond what is proved here."""
+    protocol, acoustics = case.scenario.protocol, case.scenario.acoustics
     for name in (protocol.schedule, protocol.downlink, protocol.ranging):
         if is_plugin(str(name)):
-            yield undecided("part of one's own", str(name), "who sends when only the plug-in says")
+            why = "who sends when only the plug-in says: nothing is proved beyond what was played"
+            yield undecided("part of one's own", str(name), why, partial(groups_shown, case))
     if protocol.duplex != "per_band":
         yield undecided("half duplex", "pings and frames", "who sends on one band is deaf on both")
-    if hf.channel != "disc":
-        why = f"with the channel {str(hf.channel)!r} sound ends at no range"
-        yield undecided("sound without a range", "pings", why)
+    bands = [("pings", acoustics.hf.channel)]
+    if not protocol.is_passive:
+        bands.append(("frames", acoustics.mf.channel))
+    for what, channel in bands:
+        if channel != "disc":
+            why = f"with the channel {str(channel)!r} sound ends at no range"
+            yield undecided("sound without a range", what, why)
     known = protocol.is_passive or is_plugin(str(protocol.schedule)) or is_random(case.scenario)
     if not known and protocol.schedule not in SCHEDULED:
-        yield undecided("schedule", str(protocol.schedule), "nothing is proved of this schedule")
+        why = "nothing is proved of this schedule beyond what was played"
+        yield undecided("schedule", str(protocol.schedule), why, partial(groups_shown, case))
     if tells_slots(case.scenario) and protocol.missed != "silent":
         why = "AUVs that were not told their slots ping when they reckon these to be"
-        yield undecided("slots that are told", f"missed {protocol.missed}", why)
+        shown = partial(groups_shown, case)
+        yield undecided("slots that are told", f"missed {protocol.missed}", why, shown)
     elif tells_slots(case.scenario) and protocol.schedule in REUSING:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
-        yield undecided("slots that are told", str(protocol.schedule), why)
+        shown = partial(groups_shown, case)
+        yield undecided("slots that are told", str(protocol.schedule), why, shown)

@@ -1,8 +1,9 @@
 """Sound of ASVs at AUVs: frames of fixes on MF, and pings of passive ranging on HF."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -10,10 +11,13 @@ from ..preflight.round_lengths import rounds_of
 from .case import Array, Case
 from .pair import Pair, by_time, undecided
 from .uplink import frame_s, slot_gap
-from .witnesses.broadcasts import beacons_meet, frames_meet, rounds_slip
+from .witnesses.broadcasts import beacons_meet, frames_meet
 
-# Of more fixes than this only the largest frame is looked at.
-MANY = 200
+# Fixes in a frame, and AUVs that it tells their slots
+Size = tuple[int, int]
+
+# Of more sizes than this only the largest frame is looked at.
+MANY = 400
 
 
 def spread_m(apart: float, reach: float, depth: float) -> float | None:
@@ -64,11 +68,9 @@ def beacons(case: Case) -> Iterator[Pair]:
     moved = case.closing_m_per_s * (case.slot_s + hf.range_m / slowest)
     wide, apart = widest(case, case.in_turn_m, hf.range_m, hf.range_metric == "slant", moved)
     margin = slot_gap(case) - hf.ping_s - wide / slowest
-    still = widest(case, case.in_turn_m, hf.range_m, hf.range_metric == "slant", 0.0)[0]
     why = f"an AUV may be {wide:.4g} m farther from one ASV than from the next"
     witnesses = partial(beacons_meet, case, apart)
-    what, unshown = "pings of ASVs at an AUV", (wide - still) / slowest
-    yield by_time("consecutive beacons", what, margin, why, witnesses, unshown)
+    yield by_time("consecutive beacons", "pings of ASVs at an AUV", margin, why, witnesses)
 
 
 def broadcasts(case: Case) -> Iterator[Pair]:
@@ -88,11 +90,9 @@ def broadcasts(case: Case) -> Iterator[Pair]:
         return
     margin = downlink_gap(case) - frame_spread(case)
     wide, apart = _widest_frames(case, _moved(case))
-    unshown = (wide - _widest_frames(case, 0.0)[0]) / case.sound_speeds[0]
-    unshown += steady_gap(case) - downlink_gap(case)
     why = f"an AUV may be {wide:.4g} m farther from one ASV than from the next to broadcast"
     witnesses = partial(frames_meet, case, apart)
-    yield by_time(kind, what, margin, why, witnesses, unshown)
+    yield by_time(kind, what, margin, why, witnesses)
 
 
 def most_fixes(case: Case) -> int:
@@ -103,7 +103,7 @@ def most_fixes(case: Case) -> int:
     scenario, messages = case.scenario, case.slots.messages
     most = scenario.auvs.count
     if rounds_of(scenario).frame:
-        most = 1
+        most = 1 + case.recalls
     elif scenario.protocol.downlink == "pipelined_group":
         most = min(most, fixes_of_group(case))
     return most if messages.splits or messages.most is None else min(most, messages.most)
@@ -119,63 +119,62 @@ def downlink_gap(case: Case) -> float:
 
     Whatever the round before, the next one has as few slots as there may be.
     """
-    return _least_gap(case, lambda _: rounds_of(case.scenario).fewest)
+    return min(_gap(case, size) for size in sizes(case))
 
 
-def steady_gap(case: Case) -> float:
-    """Return the same where rounds are alike: as many slots as it takes for the fixes before."""
-    fewest, of_slot = rounds_of(case.scenario).fewest, fixes_of_group(case)
-    return _least_gap(case, lambda fixes: max(fewest, math.ceil(fixes / of_slot)))
+def fewest_slots(case: Case) -> int:
+    """Return the fewest slots of a round; an AUV that is lost has none."""
+    return 1 if case.recalls else rounds_of(case.scenario).fewest
 
 
-def _least_gap(case: Case, slots_with: Callable[[int], int]) -> float:
-    """Return the least time of any number of fixes, where a round has so many slots with them."""
-    return min(_gap(case, fixes, slots_with(fixes)) for fixes in sizes(case))
+def sizes(case: Case) -> list[Size]:
+    """Return how many fixes a broadcast may carry, and of how many AUVs it may tell the slots; of
+    many numbers the largest alone.
+    """
+    rounds = rounds_of(case.scenario)
+    named = min(rounds.named + case.recalls, case.scenario.auvs.count)
+    fewest = named if rounds.fewest == rounds.most and not case.recalls else 0
+    if (named - fewest + 1) * (most_fixes(case) + 1) > MANY:
+        return [(most_fixes(case), named)]
+    return list(product(range(most_fixes(case) + 1), range(fewest, named + 1)))
 
 
-def sizes(case: Case) -> Sequence[int]:
-    """Return how many fixes a broadcast may carry, of many the largest number alone."""
-    most = most_fixes(case)
-    return range(most + 1) if most < MANY else (most,)
+def _gap(case: Case, size: Size) -> float:
+    """Return that time after a frame of a size.
 
-
-def _gap(case: Case, fixes: int, groups: int) -> float:
-    """Return that time after a frame of so many fixes, in a round of so many slots."""
+    Where only the largest is looked at, a slot is not rounded up to ticks: another may just fit.
+    """
     slots, downlink = case.slots, case.scenario.protocol.downlink
-    lasts = slots.clock.after(0.0, slots.downlink_slot(fixes))
-    meanwhile = case.slot_s * (1 if downlink == "pipelined_group" else groups)
+    lasts = slots.downlink_slot(*size)
+    if len(sizes(case)) > 1:
+        lasts = slots.clock.after(0.0, lasts)
+    meanwhile = case.slot_s * (1 if downlink == "pipelined_group" else fewest_slots(case))
     every = lasts + meanwhile if downlink == "sequential" else max(lasts, meanwhile)
-    return max(every, frame_s(case)) - slots.airtime(fixes)
+    return max(every, frame_s(case)) - slots.airtime(*size)
 
 
 def frame_spread(case: Case) -> float:
-    """Return how much later (s) a frame's end may come than a front that leaves another ASV."""
-    return _widest_frames(case, _moved(case))[0] / case.sound_speeds[0]
+    """Return how much later (s) a frame's end may come than a front that leaves another ASV.
+
+    The frame after next comes from any ASV, later by the shortest frame and a gap more: of that
+    spread it takes what is left, shared by two gaps.
+    """
+    moved, slowest = _moved(case), case.sound_speeds[0]
+    next_m, after_m = _widest_frames(case, moved)[0], _widest_frames(case, 2 * moved, 2)[0]
+    return max(next_m / slowest, (after_m / slowest - case.slots.airtime(0)) / 2)
 
 
 def _moved(case: Case) -> float:
     """Return how far (m) AUVs and ASVs come from where they were when a frame began."""
-    lasts = case.slots.downlink_slot(most_fixes(case)) + downlink_gap(case)
+    lasts = max(case.slots.downlink_slot(*size) for size in sizes(case)) + downlink_gap(case)
     way = case.scenario.acoustics.mf.range_m / case.sound_speeds[0]
     return case.closing_m_per_s * (lasts + way)
 
 
-def _widest_frames(case: Case, moved: float) -> tuple[float, float]:
-    name = case.scenario.protocol.broadcaster
-    apart = {"fixed": np.empty(0), "rotate": case.in_turn_m}.get(str(name), case.apart_m)
-    return widest(case, apart, case.scenario.acoustics.mf.range_m, False, moved)
-
-
-def rounds_in_frames(case: Case) -> Iterator[Pair]:
-    """Yield whether a round is over when the frame of the next one begins (round_robin, random).
-
-    A round is an uplink slot and, unless pings are answered at once, the broadcast of one fix.
-    Where that is longer than a frame, rounds begin later and later against their frames.
-    """
-    rounds = rounds_of(case.scenario)
-    if not rounds.frame:
-        return
-    lasts = rounds.length(1, 0 if rounds.policy == "direct_reply" else 1)
-    why = f"a round lasts {lasts:.4g} s, its frame {rounds.frame:.4g} s"
-    witnesses = partial(rounds_slip, case, lasts)
-    yield by_time("round and its frame", "an AUV's turn", rounds.frame - lasts, why, witnesses)
+def _widest_frames(case: Case, moved: float, later: int = 1) -> tuple[float, float]:
+    """Return :func:`widest` of the ASVs that send a frame and one so many frames `later`."""
+    name, reach = str(case.scenario.protocol.broadcaster), case.scenario.acoustics.mf.range_m
+    apart = case.in_turn_m if name == "rotate" and later == 1 else case.apart_m
+    if name == "fixed" and not case.scenario.asvs.failures:
+        apart = np.empty(0)
+    return widest(case, apart, reach, False, moved)

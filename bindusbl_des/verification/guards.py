@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..preflight.round_lengths import rounds_of
 from .case import Case
-from .frames import downlink_gap, frame_spread, sizes
+from .frames import downlink_gap, fewest_slots, frame_spread, sizes
 from .pair import Pair
-from .two_way import answering_s
+from .uplink import answering_s
 
 # Pairs whose margin grows by as much as an uplink slot does
-OF_SLOTS = ("consecutive slots", "answer and next call", "consecutive beacons")
+OF_SLOTS = (
+    "consecutive slots", "answer and next call", "consecutive beacons", "consecutive answers",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,9 @@ def _busy_s(case: Case) -> float:
     """Return what an uplink slot holds beside its guard (s), at the speed of sound assumed."""
     slots = case.slots
     if case.scenario.protocol.ranging == "twtt":
-        return slots.ping_duration + answering_s(case) + 2 * slots.longest_travel_time
-    return slots.ping_duration + slots.longest_travel_time
+        answered = slots.ping_duration + answering_s(case) + 2 * slots.longest_travel_time
+        return answered + slots.answer
+    return slots.ping_duration + slots.longest_travel_time + slots.answer
 
 
 def downlink_guard(case: Case) -> Guard | None:
@@ -57,12 +59,12 @@ def downlink_guard(case: Case) -> Guard | None:
     if protocol.is_passive or protocol.downlink == "direct_reply":
         return None
     guard = min(
-        slots.clock.after(0.0, slots.downlink_slot(fixes)) - slots.airtime(fixes)
-        for fixes in sizes(case)
+        slots.clock.after(0.0, slots.downlink_slot(*size)) - slots.airtime(*size)
+        for size in sizes(case)
     )
     needed = frame_spread(case)
     if protocol.downlink == "sequential":
-        needed -= rounds_of(case.scenario).fewest * case.slot_s
+        needed -= fewest_slots(case) * case.slot_s
     if downlink_gap(case) >= frame_spread(case):  # whatever comes between
         needed = min(needed, guard)
     return Guard(guard, max(needed, 0.0))

@@ -41,20 +41,18 @@ def by_time(
     margin_s: float,
     why: str,
     witnesses: Callable[[], Iterator[Plan]],
-    unshown_s: float = 0.0,
 ) -> Pair:
-    """Return a pair that a time between two signals decides; touching is no overlap.
-
-    Of the margin so much (`unshown_s`) is for what vehicles do while sound is under way, which no
-    witness shows: what it alone makes negative is undecided.
-    """
+    """Return a pair that a time between two signals decides; touching is no overlap."""
     if margin_s > -TOUCH:
         return Pair(kind, what, ACCEPTED, why, margin_s)
-    if margin_s + unshown_s > -TOUCH:
-        return Pair(kind, what, UNDECIDED, why, margin_s)
     return Pair(kind, what, REFUSED, why, margin_s, None, witnesses)
 
 
-def undecided(kind: str, what: str, why: str) -> Pair:
-    """Return a pair that nothing here proves safe: it counts as refused, without a witness."""
-    return Pair(kind, what, UNDECIDED, why)
+def undecided(
+    kind: str,
+    what: str,
+    why: str,
+    witnesses: Callable[[], Iterator[Plan]] | None = None,
+) -> Pair:
+    """Return a pair that nothing here proves safe; a witness, if there is one, proves it unsafe."""
+    return Pair(kind, what, UNDECIDED, why, witnesses=witnesses)

@@ -17,6 +17,9 @@ def random_access(case: Case) -> Iterator[Pair]:
     else:
         why = f"with {name} nothing keeps two AUVs from pinging at once"
         yield Pair(kind, "pings of AUVs", REFUSED, why, witnesses=partial(out_of_hearing, case))
-    if scenario.asvs.count > 1 and scenario.protocol.downlink != "direct_reply":
+    if scenario.protocol.replies_in_frames:
+        why = f"with {name} pings come whether an ASV answers or not"
+        yield undecided("consecutive answers", "pings at an ASV that answers", why)
+    elif scenario.asvs.count > 1 and scenario.protocol.sends_frames:
         why = f"with {name} fixes are broadcast as they come"
         yield undecided("consecutive frames", "broadcasts at an AUV", why)

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..core.durable_folder import folder_draft
 from ..core.kept_files import FOLDERS, copies_of, keep, portable
+from .bounds import CHANCE
 from .guards import Guard
 from .verdict import Verdict
 from .witnesses.playing import Signal, Witness
@@ -21,6 +22,7 @@ def record(verdict: Verdict) -> Data:
     bounds, case = verdict.bounds, verdict.case
     slowest, fastest = case.sound_speeds
     return {
+        "verdict": verdict.verdict,
         "accepted": verdict.accepted,
         "scenario": verdict.scenario.name,
         "bounds": {
@@ -29,8 +31,10 @@ def record(verdict: Verdict) -> Data:
             "clock_error_s": bounds.clock_error_s,
             "sound_speed_error_m_per_s": bounds.sound_speed_error_m_per_s,
             "sound_speed_m_per_s": [slowest, fastest],
-            "position_error_m": bounds.position_error_m,
+            "position_error_m": verdict.position_error_m,
             "position_age_s": verdict.position_age_s,
+            "chance": CHANCE,
+            "standard_deviations": bounds.sigmas,
         },
         "pairs": [
             {

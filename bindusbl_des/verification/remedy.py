@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..core.wording import plain
-from ..preflight.round_lengths import rounds_of
 from ..scenario.scenario import Scenario
 from .case import Case
 from .deciding import pairs_of
@@ -73,9 +72,6 @@ def _lacking(case: Case, pairs: list[Pair]) -> Iterator[tuple[str, Any]]:
     if "call and answer" in refused:
         lacks = -(refused["call and answer"].margin_s or 0.0)
         yield "turnaround_s", _up(case.scenario.protocol.turnaround_s + lacks, STEP_S)
-    if "round and its frame" in refused:
-        rounds = rounds_of(case.scenario)
-        yield "frame_s", _up(rounds.length(1, int(rounds.policy != "direct_reply")), 1e-3)
 
 
 def _changed(case: Case, changes: Changes) -> Case:

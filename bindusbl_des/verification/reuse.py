@@ -6,10 +6,15 @@ from functools import partial
 
 import numpy as np
 
+from ..core.plugins import is_plugin
+from ..mission.build import usbl_of
 from ..protocol.schedules.worst_first import SLOTS
+from ..scenario.instruments.lasting_kinds import kinds
+from ..scenario.planned import route_of
+from ..usbl.bounds import Beside, farthest_off
 from .case import Case
-from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair, Plan, undecided
-from .uplink import slot_gap
+from .pair import ACCEPTED, REFUSED, Pair, Plan, undecided
+from .uplink import answering_s, slot_gap
 from .witnesses.pings import at_the_edge, come_in_together, rounds_shown
 from .witnesses.reuse import comes_into_range
 
@@ -52,45 +57,56 @@ def same_slot(case: Case) -> Iterator[Pair]:
     margin, needed = scenario.protocol.conflict_margin_m, margin_needed(case)
     spare = margin - needed
     why = f"{_told(case)}: {needed:.3g} m of conflict margin needed, {margin:.3g} m set"
+    if needed == math.inf:
+        why = "nothing bounds how far AUVs may be from where they are believed"
     if spare > -TOUCH_M:
         yield Pair(KIND, WHAT, ACCEPTED, why, margin_m=max(spare, 0.0))
-    elif margin < _shown(case):
-        witnesses = partial(_witnesses, case, _slots_shown(case))
-        yield Pair(KIND, WHAT, REFUSED, why, margin_m=spare, witnesses=witnesses)
     else:
-        yield Pair(KIND, WHAT, UNDECIDED, why, margin_m=spare)
+        witnesses = partial(_witnesses, case)
+        yield Pair(KIND, WHAT, REFUSED, why, margin_m=bounded(spare), witnesses=witnesses)
+
+
+def bounded(value: float) -> float | None:
+    """Return a number, None for one that is infinite."""
+    return value if math.isfinite(value) else None
 
 
 def margin_needed(case: Case) -> float:
     """Return the least conflict margin (m) with which no ASV hears two AUVs of one group."""
     if case.scenario.protocol.schedule not in REUSING or case.scenario.auvs.count < 2:
         return 0.0
-    speed, error = case.closing_m_per_s, 0.0
-    if case.scenario.protocol.positions == "carried_forward":
-        speed += max(case.scenario.auvs.speeds)
-    if case.scenario.protocol.positions != "truth":
-        error = case.bounds.position_error_m
-    return _nearer(case, speed * age_s(case)) + error
+    return _nearer(case, case.closing_m_per_s * age_s(case)) + believed_off_m(case)
 
 
-def _shown(case: Case) -> float:
-    """Return the conflict margin (m) up to which witnesses show that it is too small.
+def believed_off_m(case: Case) -> float:
+    """Return how far (m) an AUV may have been from where it is believed, as it was fixed.
 
-    Positions carried forward are wrong by what AUVs do against their plan, which none does here.
+    Infinite where nothing bounds it: of instruments of one's own; of fixes of several ASVs, since
+    where ranges nearly agree in direction, weighing makes any way across of what both err by; and
+    of fixes carried along a tour, which may be taken for those of another leg.
     """
-    if case.scenario.protocol.positions == "carried_forward":
+    scenario, hf = case.scenario, case.scenario.acoustics.hf
+    positions, usbl = scenario.protocol.positions, scenario.usbl
+    if positions == "truth":
         return 0.0
-    if case.scenario.protocol.positions == "last_fix":
-        return margin_needed(case)
-    age = _slots_shown(case) * case.slot_s + case.late_s
-    return _nearer(case, case.closing_m_per_s * age)
-
-
-def _slots_shown(case: Case) -> int:
-    """Return the last slot that two AUVs share whom others between the same ASVs keep waiting."""
-    protocol, reach = case.scenario.protocol, case.scenario.acoustics.hf.range_m
-    shared = 2 * (reach + protocol.conflict_margin_m)
-    return most_shared_slot(case) if bool(np.any(case.apart_m <= shared)) else 0
+    tours = route_of(scenario).kind not in ("hold", "track")
+    if is_plugin(usbl.model) or (positions == "carried_forward" and tours):
+        return math.inf
+    many = len(case.apart_m) and float(case.apart_m.min()) <= 2 * hf.range_m
+    both_ways = scenario.protocol.ranging == "twtt"
+    if many or (both_ways and case.bounds.asv_speed_m_per_s > 0.0):
+        return math.inf
+    lasting, auvs = {it.name: it.sds[0] for it in kinds(scenario)}, range(scenario.auvs.count)
+    beside = Beside(
+        lasting.get("misalignment", 0.0),
+        lasting.get("gnss", 0.0),
+        usbl.outlier_sd_m if usbl.outlier_share > 0.0 else 0.0,
+        0.0 if both_ways else case.bounds.clock_error_s,
+        case.bounds.sound_speed_error_m_per_s,
+        case.closing_m_per_s * answering_s(case) if both_ways else 0.0,
+    )
+    nearest, longest = min(map(case.shortest_m, auvs)), max(map(case.longest_m, auvs))
+    return farthest_off(usbl_of(scenario), nearest, longest, beside, case.bounds.sigmas)
 
 
 def _nearer(case: Case, moved: float) -> float:
@@ -147,15 +163,16 @@ def _told(case: Case) -> str:
     return f"slot {slot} is {1e3 * age:.4g} ms after the round's start, at {speed:.3g} m/s"
 
 
-def _witnesses(case: Case, slots: int) -> Iterator[Plan]:
+def _witnesses(case: Case) -> Iterator[Plan]:
     margin, speed = case.scenario.protocol.conflict_margin_m, case.closing_m_per_s
-    if case.scenario.protocol.positions == "last_fix":
-        if speed > 0.0:
-            shown = min(margin / speed + rounds_shown(case), case.scenario.duration_s)
-            yield come_in_together(case, shown)
+    positions = case.scenario.protocol.positions
+    if positions == "last_fix" and speed > 0.0:
+        shown = min(margin / speed + rounds_shown(case), case.scenario.duration_s)
+        yield come_in_together(case, shown)
+    if positions != "truth":
         yield at_the_edge(case)
         return
-    if slots:
+    if most_shared_slot(case):
         yield from comes_into_range(case)
     if case.late_s:
         yield come_in_together(case, rounds_shown(case), case.late_s)

@@ -4,12 +4,19 @@ from collections.abc import Iterator
 from textwrap import wrap
 
 from ..core.wording import significant
+from .bounds import CHANCE
 from .guards import Guard
-from .pair import ACCEPTED, Pair
+from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair
 from .verdict import Verdict
 from .witnesses.playing import Witness
 
 WIDTH = 80
+
+MEANT = {
+    ACCEPTED: "accepted: no two signals overlap",
+    REFUSED: "refused: two signals overlap",
+    UNDECIDED: "undecided: not proved safe, nor seen to collide",
+}
 
 
 def told(verdict: Verdict) -> str:
@@ -18,9 +25,12 @@ def told(verdict: Verdict) -> str:
 
 
 def _lines(verdict: Verdict) -> Iterator[str]:
-    word = "accepted: no two signals overlap" if verdict.accepted else "refused"
-    yield f"{verdict.scenario.name}: {word}"
+    yield f"{verdict.scenario.name}: {MEANT[verdict.verdict]}"
     yield _bounds(verdict)
+    yield (
+        f"Gaussian errors within {verdict.bounds.sigmas:.2f} standard deviations: all but "
+        f"{CHANCE:g} of missions"
+    )
     yield ""
     rows = [("signals", "where", "margin", "verdict"), *map(_row, verdict.pairs)]
     widths = [max(len(row[k]) for row in rows) for k in range(4)]
@@ -39,7 +49,7 @@ def _lines(verdict: Verdict) -> Iterator[str]:
     if verdict.witness is not None:
         yield from wrap(f"Witness: {_seen(verdict.witness)}.", WIDTH)
     else:
-        yield from wrap("No witness: it is not proved safe, and not proved unsafe either.", WIDTH)
+        yield "No witness: in all missions played, no two signals overlapped."
     if verdict.remedy is None:
         yield "No guard, margin or schedule is known that would be accepted."
         return
@@ -81,9 +91,16 @@ def _guards(verdict: Verdict) -> Iterator[str]:
         if guard is not None:
             yield _guard(name, guard)
     margin = verdict.conflict_margin
+    frame = verdict.frame
+    if frame is not None and not frame["fits"]:
+        yield (
+            f"A round may last {frame['round_s']:.4g} s, its frame {frame['frame_s']:.4g} s: "
+            "rounds begin late."
+        )
     if margin is not None:
-        needed, is_set = (significant(margin[name]) for name in ("needed_m", "set_m"))
-        yield f"{'conflict margin':<16} {is_set:>8} m set, {needed:>8} m needed"
+        is_set, least = margin["set_m"] or 0.0, margin["needed_m"]
+        needed = "none is enough" if least is None else f"{significant(least):>8} m needed"
+        yield f"{'conflict margin':<16} {significant(is_set):>8} m set, {needed}"
 
 
 def _guard(name: str, guard: Guard) -> str:
@@ -95,11 +112,9 @@ def _guard(name: str, guard: Guard) -> str:
 
 
 def _seen(witness: Witness) -> str:
-    if not witness.signals:
-        return witness.told
     one, other = witness.signals
     both = " and ".join(f"{it.sender}'s {it.what}" for it in (one, other))
     return (
-        f"{both} are at {witness.receiver} together for {_ms(witness.overlap_s or 0.0)} ms, from "
+        f"{both} are at {witness.receiver} together for {_ms(witness.overlap_s)} ms, from "
         f"{other.begins_at_s:.4f} s on"
     )

@@ -9,13 +9,8 @@ import numpy as np
 from .case import Case
 from .pair import ACCEPTED, REFUSED, Pair, by_time, undecided
 from .reuse import REUSING, age_s
-from .uplink import round_gap, slot_gap
+from .uplink import answering_s, round_gap, slot_gap
 from .witnesses.calls import answer_late, answer_passing, two_calls
-
-
-def answering_s(case: Case) -> float:
-    """Return how long after it has heard a call's front an AUV answers (s)."""
-    return case.slots.ping_duration + case.scenario.protocol.turnaround_s
 
 
 def calls_of_a_slot(case: Case) -> Iterator[Pair]:
@@ -84,9 +79,7 @@ def answer_and_next_call(case: Case) -> Iterator[Pair]:
     far, later = case.longest_m(auv), 1e3 * gap
     why = f"AUV{auv} answers from {far:.4g} m; the next call is {later:.4g} ms later"
     witnesses = partial(answer_late, case, auv, gap)
-    still = case.slots.ping_duration + answering_s(case) + 2 * far / case.sound_speeds[0]
-    unshown = two_way_needed(case) - still
-    yield by_time("answer and next call", "at an ASV", margin, why, witnesses, unshown)
+    yield by_time("answer and next call", "at an ASV", margin, why, witnesses)
 
 
 def two_way_needed(case: Case) -> float:

@@ -1,6 +1,7 @@
 """Pings in slots that follow each other: the last sound of one, the first of the next (one way)."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -42,9 +43,12 @@ def consecutive_slots(case: Case) -> Iterator[Pair]:
         f"{1e3 * worst.gap_s:.4g} ms later AUV{worst.second} from "
         f"{case.shortest_m(worst.second):.4g} m"
     )
-    wanders = case.bounds.asv_speed_m_per_s
-    unshown = 2 * case.longest_m(worst.first) * wanders / (case.sound_speeds[0] - wanders) ** 2
-    yield by_time(KIND, what, margin, why, partial(_witnesses, case, followers), unshown)
+    yield by_time(KIND, what, margin, why, partial(_witnesses, case, followers))
+
+
+def answering_s(case: Case) -> float:
+    """Return how long after it has heard a call's front an AUV answers (s)."""
+    return case.slots.ping_duration + case.scenario.protocol.turnaround_s
 
 
 def slot_gap(case: Case) -> float:
@@ -65,9 +69,24 @@ def round_gap(case: Case) -> float:
 
 
 def frame_s(case: Case) -> float:
-    """Return the least time (s) from one frame to the next; 0 where rounds have no frames."""
-    frame, clock = rounds_of(case.scenario).frame, case.slots.clock
-    return max(frame - (1.0 / clock.rate if clock.rate else 0.0), 0.0)
+    """Return the least time (s) from one round to the next by their frames.
+
+    0 where rounds have none.  Where some outlast theirs, one that begins late may be followed by
+    one that does not: after the shortest round there is.
+    """
+    rounds, clock = rounds_of(case.scenario), case.slots.clock
+    frame = max(rounds.frame - (1.0 / clock.rate if clock.rate else 0.0), 0.0)
+    if round_s(case) <= rounds.frame:
+        return frame
+    return min(frame, replace(rounds, named=0).least(1, 0))
+
+
+def round_s(case: Case) -> float:
+    """Return how long (s) the longest round of a schedule with frames lasts."""
+    rounds = rounds_of(case.scenario)
+    turns = 1 + case.recalls
+    told = replace(rounds, named=min(rounds.named, 1) * turns)
+    return told.length(turns, 0 if rounds.policy == "direct_reply" else turns)
 
 
 def _margin(case: Case, it: Succession) -> float:
@@ -94,7 +113,9 @@ def _followers(case: Case) -> Iterator[Succession]:
     """Yield who may ping after whom: of fleets whose order is free the worst pairs."""
     count, schedule = case.scenario.auvs.count, case.scenario.protocol.schedule
     within, between = slot_gap(case), round_gap(case)
-    if schedule == "round_robin":
+    if case.recalls:  # whoever is lost leaves its slot to the next, and may be called back last
+        yield from (Succession(i, k, within) for i, k in _worst(case, count))
+    elif schedule == "round_robin":
         yield from (Succession(i, (i + 1) % count, between) for i in range(count))
         yield from (Succession(i, k, 2 * between) for i, k in _worst(case, count))
     elif schedule == "one_per_slot":

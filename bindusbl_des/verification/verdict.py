@@ -1,4 +1,6 @@
-"""The verdict on a scenario's protocol: accepted, or refused with two signals that overlap."""
+"""The verdict on a scenario's protocol: accepted, refused with two signals that overlap, or
+undecided.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,18 +14,20 @@ from .bounds import Bounds, bounds_of
 from .case import Case
 from .deciding import pairs_of
 from .guards import Guard, downlink_guard, uplink_guard
-from .pair import Pair
+from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair
 from .remedy import Remedy, remedy_of
-from .reuse import REUSING, age_s, margin_needed
-from .witnesses.playing import Witness, witness_of
+from .reuse import REUSING, age_s, believed_off_m, bounded, margin_needed
+from .uplink import round_s
+from .witnesses.playing import Witness, witnessed
 
 
 @dataclass(frozen=True)
 class Verdict:
     """What was decided of a scenario, for which bounds, and why.
 
-    `pairs` are all kinds of pairs of signals that may meet; a `witness` shows two that overlap, and
-    `remedy` what would be accepted.  Both are None where nothing is refused, or none is known.
+    `pairs` are all kinds of pairs of signals that may meet; a `witness` shows two that overlap:
+    there is one if anything is refused.  `remedy` is what would be accepted, None where all is, or
+    nothing is known that would be.
     """
 
     case: Case
@@ -34,7 +38,16 @@ class Verdict:
     @property
     def accepted(self) -> bool:
         """Whether no two signals may overlap."""
-        return all(pair.is_safe for pair in self.pairs)
+        return self.verdict == ACCEPTED
+
+    @property
+    def verdict(self) -> str:
+        """Accepted: no two signals may overlap; refused: some do in a scenario that has been run;
+        else undecided.
+        """
+        if self.witness is not None:
+            return REFUSED
+        return ACCEPTED if all(pair.is_safe for pair in self.pairs) else UNDECIDED
 
     @property
     def scenario(self) -> Scenario:
@@ -69,21 +82,28 @@ class Verdict:
         return age_s(self.case) if self.reuses else None
 
     @property
-    def conflict_margin(self) -> dict[str, float] | None:
-        """The conflict margin that is set and the least that is needed (m)."""
+    def position_error_m(self) -> float | None:
+        """How far (m) fixes may be off by which AUVs share a slot; None where none do, or nothing
+        bounds it.
+        """
+        return bounded(believed_off_m(self.case)) if self.reuses else None
+
+    @property
+    def conflict_margin(self) -> dict[str, float | None] | None:
+        """The conflict margin that is set and the least that is needed (m), None for none."""
         if not self.reuses:
             return None
         is_set = self.scenario.protocol.conflict_margin_m
-        return {"set_m": is_set, "needed_m": margin_needed(self.case)}
+        return {"set_m": is_set, "needed_m": bounded(margin_needed(self.case))}
 
     @property
     def frame(self) -> dict[str, Any] | None:
-        """How long frames are, and rounds with a fix (s); None where rounds have no frames."""
-        rounds = rounds_of(self.scenario)
-        if not rounds.frame:
+        """How long frames are, and the longest rounds (s); None where rounds have no frames."""
+        frame = rounds_of(self.scenario).frame
+        if not frame:
             return None
-        lasts = rounds.length(1, int(rounds.policy != "direct_reply"))
-        return {"frame_s": rounds.frame, "round_s": lasts, "fits": lasts <= rounds.frame}
+        lasts = round_s(self.case)
+        return {"frame_s": frame, "round_s": lasts, "fits": lasts <= frame}
 
 
 def verify(
@@ -108,7 +128,9 @@ def verify(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     case = Case(scenario, bounds_of(scenario, max_speed, clock_error, sound_speed_error))
-    pairs = tuple(pairs_of(case))
+    found = [witnessed(pair) for pair in pairs_of(case)]
+    pairs = tuple(pair for pair, _ in found)
     if all(pair.is_safe for pair in pairs):
         return Verdict(case, pairs, None, None)
-    return Verdict(case, pairs, witness_of(pairs), remedy_of(case))
+    witness = next((it for _, it in found if it is not None), None)
+    return Verdict(case, pairs, witness, remedy_of(case))

@@ -31,12 +31,15 @@ SHOWN_AT = 128.0
 # Size of the window (CSS px), and what is left above and below what is cut out of it
 WIDTH, HEIGHT, MARGIN = 1000, 1000, 8
 
-# Of the drawing of a mission, and colours of the chart of a plan, so that they load quickly
-DPI, SHADES = 100, 96
+# Of the drawing of a mission
+DPI = 100
+
+# Colours of a picture, so that it loads quickly
+COLOURS = 256
 
 
 def main() -> None:
-    """Write report.png, playback.png, sweep.svg, basin, fjord and plan.png beside this file."""
+    """Write report, playback, basin, fjord and plan.png and sweep.svg beside this file."""
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "report.html"
         simulate(SCENARIO, seed=0).report(page)
@@ -53,6 +56,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         plan(SCENARIO, folder, below={"position_error_m": 1.0}, force=True)
         photograph_plan(Path(folder) / "plan.html")
+    for path in FOLDER.glob("*.png"):
+        # The chart of a plan is of many shades, the others of few colours, some of them rare.
+        method = Image.Quantize.MEDIANCUT if path.stem == "plan" else Image.Quantize.MAXCOVERAGE
+        with Image.open(path) as picture:
+            few = picture.convert("RGB").quantize(COLOURS, method)
+        few.save(path, optimize=True)
 
 
 def fjord(folder: Path) -> Result:
@@ -89,8 +98,6 @@ def photograph_plan(path: Path) -> None:
     with opened(path) as page:
         page.wait_for_timeout(200)
         cut(page, "#worst", "#field-scale", FOLDER / "plan.png")
-    with Image.open(FOLDER / "plan.png") as picture:
-        picture.convert("RGB").quantize(SHADES).save(FOLDER / "plan.png", optimize=True)
 
 
 @contextmanager

@@ -9,7 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, range_loss
+from bindusbl_des.acoustics.loss import (
+    COMBINERS,
+    LOSS_LAWS,
+    contention_loss,
+    loss_law,
+    range_loss,
+)
 from bindusbl_des.acoustics.travel_time import travel_time, travel_time_constant_velocity
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
@@ -69,6 +75,19 @@ def test_loss_starts_and_becomes_certain(law: str, zero: float, certain: float) 
 def test_head_loses_everything_at_322_metres() -> None:
     """The OEM head's pings are certainly lost from 321.8 m on."""
     assert range_loss(321.8058885, LOSS_LAWS["head"]) == pytest.approx(1.0, abs=1e-8)
+
+
+@given(ranges, st.floats(1.0, 5000.0))
+def test_a_scaled_law_costs_at_its_range_what_the_papers_costs_at_100_metres(
+    slant_range: float, hf_range: float
+) -> None:
+    """It is the paper's own up to 100 m, and beyond it at r 100 m / R_HF, wherever that is cut."""
+    equivalent = slant_range * min(1.0, 100.0 / hf_range)
+    expected = range_loss(equivalent, LOSS_LAWS["paper"])
+    found = range_loss(slant_range, loss_law("scaled", hf_range))
+    assert found == pytest.approx(expected, abs=1e-9)
+    if hf_range <= 100.0:
+        assert found == range_loss(slant_range, LOSS_LAWS["paper"])
 
 
 @given(ranges, ranges)

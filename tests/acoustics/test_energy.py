@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from worlds import still
+from worlds import scenario, still
 
 from bindusbl_des import Result, simulate
 from bindusbl_des.acoustics.energy import on_mf
@@ -20,11 +20,16 @@ def flown(acoustics: dict[str, Any], count: int = 2, **changes: Any) -> Result:
 
 
 def test_pings_cost_who_sends_and_who_hears() -> None:
-    """An AUV sends 10 ms for each of its pings and waits else; the ASV hears all of them."""
+    """An AUV sends 10 ms for each of its pings, receives those of the other beside it, and waits
+    else; the ASV hears all of them.
+    """
     result = flown({"hf": HF, "loss": {"law": "none"}})
     pings = result.auvs.pings.tolist()
     assert result.auvs.energy_j.tolist() == pytest.approx(
-        [20.0 * 0.01 * n + 0.5 * (10.0 - 0.01 * n) for n in pings]
+        [
+            20.0 * 0.01 * own + 2.0 * 0.01 * other + 0.5 * (10.0 - 0.01 * (own + other))
+            for own, other in (pings, pings[::-1])
+        ]
     )
     heard = 0.01 * sum(pings)
     asv = 2.0 * heard + 0.5 * (10.0 - heard)
@@ -51,6 +56,37 @@ def test_who_receives_two_frames_at_once_does_so_once() -> None:
     heard, sent = on_mf(frames, (lambda _: auvs, lambda _: asvs), 90.0, 60.0)
     assert heard.receiving.tolist() == [3.5, 2.0]
     assert sent.sending.tolist() == [2.0, 2.0]
+    assert sent.receiving.tolist() == [2.0, 2.0]  # each the other's
+    failed = on_mf(frames, (lambda _: auvs, lambda _: asvs), 90.0, 60.0, lambda _: (1,))[1]
+    assert failed.receiving.tolist() == [2.0, 0.0]
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "twtt", "passive"])
+def test_all_that_is_sent_within_range_is_received(ranging: str) -> None:
+    """Two AUVs and two ASVs within range of each other, a third of each beyond: whatever one of
+    four sends, pings, calls or frames, three receive.
+    """
+    places, stations = [[0.0, 0.0], [9.0, 0.0], [900.0, 0.0]], [[0.0, 9.0], [9.0, 9.0], [2e3, 0.0]]
+    result = simulate(
+        scenario(
+            duration_s=20.0,
+            auvs={"count": 3, "route": {"kind": "hold", "positions_m": places}},
+            asvs={"count": 3, "formation": {"positions_m": stations}},
+            acoustics={"hf": HF, "mf": MF, "loss": {"law": "none"}},
+            protocol={"ranging": ranging, "schedule": "one_per_slot"},
+        ),
+        1,
+    )
+    pings, frames = result.tables["pings"], result.tables["broadcasts"]
+    answered = pings.call.isna() | (pings.call == "heard")
+    senders = pings[("asv" if ranging == "passive" else "auv")][answered].tolist()
+    senders += pings[["called_at_s", "called_by"]].drop_duplicates().called_by.dropna().tolist()
+    near = sum(it not in ("AUV2", "ASV2") for it in senders)
+    on_mf = frames.airtime_s[frames.asv != "ASV2"].sum()
+    drawn = len(senders) * 0.01 * (20.0 - 0.5) + near * 3 * 0.01 * (2.0 - 0.5) + 6 * 20.0 * 0.5
+    if ranging != "passive":
+        drawn += frames.airtime_s.sum() * (10.0 - 0.1) + 3 * on_mf * (1.0 - 0.1) + 6 * 20.0 * 0.1
+    assert result.mission.energy_j[0] == pytest.approx(drawn, rel=2e-3)  # one may be under way
 
 
 def test_who_is_out_of_range_only_waits() -> None:
@@ -79,6 +115,15 @@ def test_passive_auvs_only_listen() -> None:
     asv = 20.0 * sent + 0.5 * (10.0 - sent)
     assert result.auvs.energy_j.tolist() == pytest.approx([auv, auv], rel=1e-2)
     assert result.mission.energy_j[0] == pytest.approx(2 * auv + asv, rel=1e-2)
+
+
+def test_energy_is_told_where_an_asv_fails_and_nobody_is_called() -> None:
+    """The AUV sends its pings of 10 ms and waits else."""
+    failing = {"count": 1, "failures": [{"asv": 0, "at_s": 5.0}]}
+    result = flown({"hf": HF, "loss": {"law": "none"}}, 1, asvs=failing)
+    sent = 0.01 * result.auvs.pings[0]
+    assert sent > 0.0
+    assert result.auvs.energy_j.tolist() == pytest.approx([20.0 * sent + 0.5 * (10.0 - sent)])
 
 
 def test_a_modem_that_waits_draws_as_one_that_receives_unless_told() -> None:

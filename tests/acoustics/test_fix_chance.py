@@ -9,7 +9,7 @@ from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
-from bindusbl_des.acoustics.fix_chance import fix_chance
+from bindusbl_des.acoustics.fix_chance import fix_chance, heard_m
 from bindusbl_des.scenario.planned import asv_stations
 
 PLACES = [(30.0, 5.0), (-40.0, 10.0), (0.0, 60.0)]
@@ -68,3 +68,28 @@ def half(signals: Signals) -> np.ndarray:
 def test_a_channel_of_ones_own_is_not_asked() -> None:
     of = world(acoustics={"hf": {"channel": half}})
     assert fix_chance(of, asv_stations(of), [(0.0, 0.0, 0.0)]) is None
+
+
+FAR = {
+    "survey": {"side_m": 1600.0, "depth_m": 20.0},
+    "auvs": {"count": 1, "route": {"kind": "hold", "positions_m": [(1190.0, 0.0)]}},
+    "asvs": {"count": 1, "formation": {"positions_m": [(0.0, 0.0)]}},
+    "acoustics": {"hf": {"range_m": 1200.0}, "mf": {"range_m": 2400.0}},
+    "navigation": QUIET_NAVIGATION,
+}
+
+
+@pytest.mark.parametrize(("law", "heard"), [("scaled", True), ("paper", False)])
+def test_pings_over_the_range_that_one_sets_are_heard_unless_the_law_is_the_papers(
+    law: str, heard: bool
+) -> None:
+    """Over 1200 m the paper's law takes 999 of 1000 pings, the default none."""
+    of = scenario(**merged(FAR, {"acoustics": {"loss": {"law": law}}, "duration_s": 300.0}))
+    row = simulate(of, 0).auvs.iloc[0]
+    assert row.pings_in_range == row.pings > 10
+    assert row.pings_heard == (row.pings if heard else 0)
+    assert heard_m(of) == pytest.approx(1200.0 if heard else 381.2, rel=5e-3)
+
+
+def test_the_default_law_is_made_for_the_range() -> None:
+    assert scenario().acoustics.loss.law == "scaled"

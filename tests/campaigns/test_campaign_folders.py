@@ -17,7 +17,7 @@ import pytest
 from campaigns_for_tests import OneThread, call, same
 
 from bindusbl_des.campaigns import merging, running
-from bindusbl_des.campaigns.campaign import load_campaign
+from bindusbl_des.campaigns.campaign import CampaignInterrupted, load_campaign
 from bindusbl_des.campaigns.experiments.experiment import laid_over
 from bindusbl_des.campaigns.running import resume, sweep
 from bindusbl_des.campaigns.storage.folder import CampaignError, is_locked, locked, read_record
@@ -603,9 +603,44 @@ def test_the_first_ctrl_c_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         began(self, missions)
 
     monkeypatch.setattr(running.Supervisor, "run", interrupted)
-    sweep("base.yaml", "c", seeds=2, quiet=False)
+    with pytest.raises(CampaignInterrupted):
+        sweep("base.yaml", "c", seeds=2, quiet=False)
     assert said[0].startswith("stopping: the missions under way are finished; Ctrl-C again")
     assert read_record(Path("c"))["status"] == "interrupted"
+
+
+def test_an_interrupted_sweep_raises_and_goes_on(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """However quiet: with the missions that it has, in a folder or not; the same call finishes."""
+    began = running.Supervisor.run
+
+    def interrupted(self: Any, missions: Any) -> None:
+        began(self, missions[:3])
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def halved(out: str | None) -> CampaignInterrupted:
+        with monkeypatch.context() as patch:
+            patch.setattr(running.Supervisor, "run", interrupted)
+            with pytest.raises(CampaignInterrupted) as raised:
+                sweep("base.yaml", out, seeds=5, quiet=True)
+        return raised.value
+
+    error = halved("c")
+    assert error.folder == Path("c")
+    assert str(error) == "2 of 5 missions are left; `resume('c')` or the same sweep goes on"
+    assert len(error.campaign.missions) == 3
+    with pytest.raises(CampaignError, match=r"c: holds another campaign; name another folder"):
+        sweep("base.yaml", "c", seeds=6)
+    whole = sweep("base.yaml", "c", seeds=5, quiet=True)
+    assert whole.record["status"] == "complete"
+    same(whole, sweep("base.yaml", seeds=5))
+    with pytest.raises(CampaignError, match=r"c: holds this campaign, complete; name another"):
+        sweep("base.yaml", "c", seeds=5)
+    error = halved(None)
+    assert "2 of 5 missions are left; `error.campaign.write(FOLDER)` keeps the others" in str(error)
+    error.campaign.write("kept")
+    assert resume("kept").state().missing == 0
 
 
 def test_a_record_tells_what_is_checked(folder: Path) -> None:

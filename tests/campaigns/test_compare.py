@@ -33,7 +33,7 @@ def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def paired(metric: str, one: list[float], other: list[float]) -> Difference:
     """Return the difference between two points, seeds 0, 1, ... at the first, 1, 2, ... there."""
     campaign: Any = SimpleNamespace(folder=Path("c"))
-    pair = Pair(Side(campaign, 0, "A"), Side(campaign, 1, "B"), {}, "key")
+    pair = Pair(Side(campaign, 0, "1", "A"), Side(campaign, 1, "2", "B"), {}, "key")
     count = len(one) + len(other)
     point = np.repeat([0, 1], [len(one), len(other)])
     seed = np.concatenate([np.arange(len(one)), 1 + np.arange(len(other))])
@@ -53,7 +53,7 @@ def test_differences_are_paired_by_seed() -> None:
     assert (found.missions, found.baseline.whole) == (4, 3)
     assert found.found.half_width == pytest.approx(4.303 / 3**0.5)
     assert found.relative == 1.0
-    assert found.verdict == "not shown"
+    assert found.verdict == "no difference shown"
 
 
 def test_intervals_are_those_of_scipy() -> None:
@@ -90,8 +90,8 @@ def test_intervals_are_those_of_scipy() -> None:
             "latency_mean_s",
             [0, 1, 1],
             [0, 2.5],
-            "No difference in latency_mean_s shown between B and A: "
-            "+0 s [-16, +16] over 2 paired seeds.",
+            "No difference shown between B and A: latency_mean_s +0 s [-16, +16] over 2 paired "
+            "seeds.",
         ),
         (
             "worst_fix_age_p95_s",
@@ -100,7 +100,7 @@ def test_intervals_are_those_of_scipy() -> None:
             "B is better than A: the worst AUV's fix_age_p95_s -2.00 s [-2.00, -2.00] over 2 "
             "paired seeds.",
         ),
-        ("rounds", [0, 9, 7], [9, 7], "rounds: equal in all 2 paired seeds."),
+        ("rounds", [0, 9, 7], [9, 7], "B and A are equal in rounds, in all 2 paired seeds."),
         (
             "rounds",
             [0, 9],
@@ -125,10 +125,14 @@ def test_two_commands_answer_a_question() -> None:
     assert swept.exit_code == 0, swept.stderr
     told = call("compare", "angle", "--by", ANGLE)
     assert told.exit_code == 0, told.stderr
-    assert f"{ANGLE}: 60 compared with 0; 8 paired seeds" in told.stdout
-    assert "60 is worse than 0: the worst AUV's position_error_m +" in told.stdout
+    lines = told.stdout.splitlines()
+    assert lines[:2] == [f"A: {ANGLE}=0 (baseline)", f"B: {ANGLE}=60"]
+    assert lines[3] == "B compared with A; 8 paired seeds"
+    assert "B is worse than A: the worst AUV's position_error_m +" in told.stdout
     assert max(map(len, told.stdout.splitlines())) <= 80
-    rows = json.loads(call("compare", "angle", "--json").stdout)["differences"]
+    data = json.loads(call("compare", "angle", "--json").stdout)
+    assert data["labels"] == {"A": f"{ANGLE}=0", "B": f"{ANGLE}=60"}
+    rows = data["differences"]
     missions = load_campaign("angle").missions.set_index(["seed", ANGLE])
     missions = missions.worst_position_error_m.unstack()
     gaps = missions[60] - missions[0]
@@ -182,18 +186,62 @@ def test_campaigns_are_compared_point_by_point(monkeypatch: pytest.MonkeyPatch) 
     )
     told = call("compare", "one", "other", "--metric", "rounds")
     assert told.exit_code == 0, told.stderr
-    assert "other compared with one, asvs.count=3; 2 paired seeds" in told.stdout
+    assert "B compared with A: rounds; 2 paired seeds" in told.stdout
     lines = told.stdout.splitlines()
     first = lines.index("failed missions are left out (2), and those they would be paired with")
-    assert lines[first : first + 3] == [
+    assert lines[first : first + 2] == [
         "failed missions are left out (2), and those they would be paired with",
         "the points of 2 of 2 pairs have different seeds; those that both have count",
-        "one and other differ in protocol.schedule",
     ]
+    assert " ".join(lines[:3]) == (
+        "A: one (baseline) B: other, protocol.schedule=mishaps:raising instead of spatial_reuse "
+    )
     rows = compare("one", "other", metrics=["rounds"])
     assert list(rows["pairs"]) == [2, 2]
     assert call("sweep", "short.yaml", "--seeds", 2, "--out", "alone").exit_code == 0
     assert len(compare("alone", "one", "other", metrics=["rounds"])) == 4
+
+
+def test_many_points_make_one_table() -> None:
+    """Of a grid a row a point for the first metric, and how often each metric differs: what a
+    table for each of 40 points hides.
+    """
+    vary = ("--vary", f"{ANGLE}=0,10,20,30,40", "--vary", "asvs.count=1,2")
+    for name, reach in (("near", 50), ("far", 60)):
+        words = ("sweep", "short.yaml", "--set", f"acoustics.hf.range_m={reach}", *vary)
+        assert call(*words, "--seeds", 2, "--out", name).exit_code == 0
+    told = call("compare", "near", "far").stdout
+    lines = told.splitlines()
+    assert lines[:4] == [
+        "A: near (baseline)",
+        "B: far, acoustics.hf.range_m=60 instead of 50",
+        "",
+        "B compared with A: the worst AUV's position_error_m (m); 2 paired seeds",
+    ]
+    assert lines[4].split()[:4] == ["angle_deg,", "count", "A", "B"]
+    rows = lines[6:16]
+    assert [row[:6].strip() for row in rows] == [
+        f"{a}, {n}" for a in range(0, 50, 10) for n in (1, 2)
+    ]
+    assert told.count("difference [95 % CI]") == 1
+    frame = compare("near", "far")
+    verdicts = frame.groupby("metric").verdict.value_counts()
+    assert set(frame.verdict) <= {
+        "better", "worse", "equal", "no difference shown", "not comparable"
+    }  # fmt: skip
+    heading = lines.index("B compared with A, at how many of 10 points:") + 1
+    columns = [it for it in lines[heading].split("  ") if it][1:]
+    counted = {row.split()[0]: row.split()[1:] for row in lines[heading + 1 : heading + 6]}
+    for metric, counts in counted.items():
+        own = verdicts[f"worst_{metric}"].to_dict()
+        shown = {
+            column.strip(): int(it) for column, it in zip(columns, counts, strict=True) if it != "-"
+        }
+        assert shown == own
+    assert max(map(len, lines)) <= 80
+    by_count = call("compare", "near", "--by", "count").stdout
+    assert by_count.count("difference [95 % CI]") == 1
+    assert by_count.startswith("A: asvs.count=1 (baseline)\nB: asvs.count=2\n\n")
 
 
 def test_what_cannot_be_compared_is_refused() -> None:

@@ -18,6 +18,7 @@ from bindusbl_des.campaigns.statistics.findings import Findings, compared_with_b
 from bindusbl_des.campaigns.statistics.fleets import fleets
 from bindusbl_des.campaigns.statistics.harm import NEEDED
 from bindusbl_des.campaigns.statistics.intervals import intervals
+from bindusbl_des.campaigns.statistics.points_table import _lines as points_table_lines
 from bindusbl_des.campaigns.statistics.points_table import points_table
 from bindusbl_des.figures.style import styled
 from bindusbl_des.figures.sweeps import curves, heatmap
@@ -44,6 +45,18 @@ def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Campa
         return sweep("base.yaml", out, vary=varied, seeds=seeds)
 
     return make
+
+
+def test_columns_of_a_wide_table_can_be_read() -> None:
+    """Keys that do not fit have letters, which are told; none is cut."""
+    rows = [
+        ["point", "asvs.count", "clearance_m", "schedule", "ok", "worst", *["error m"] * 4],
+        ["0", "2", "15", "one_per_slot", "30", "AUV0 20/30", *["10.81 +- 0.07"] * 4],
+    ]
+    told, head, _, point = points_table_lines(rows)
+    assert told == "A: asvs.count, B: clearance_m"
+    assert head.split()[:6] == ["point", "A", "B", "schedule", "ok", "worst"]
+    assert (max(len(head), len(point)) <= 80, "~" in head + point) == (True, False)
 
 
 def said(campaign: Campaign) -> Findings:
@@ -100,7 +113,7 @@ def test_the_worst_of_each_mission_counts(made: Make) -> None:
     assert (row.baseline_worst_auv, row.other_worst_auv) == ("AUV0", "AUV0")
     told = flat(call("compare", "c").stdout)
     assert (
-        "At 2 AUV0 is the worst in 2 of 4 seeds, AUV1 in 2; at 3 AUV0 is the worst in all" in told
+        "At A AUV0 is the worst in 2 of 4 seeds, AUV1 in 2; at B AUV0 is the worst in all" in told
     )
     assert "AUV0 2/4" in points_table(campaign.folder, campaign.plan)
 
@@ -121,19 +134,20 @@ def test_who_leaves_an_auv_alone_is_not_better(made: Make, metric: str) -> None:
     """No verdict on latency or intervals where an AUV has none; the missions are counted."""
     made(starving, count=[1, 2, 3])
     one, two = compare("c", baseline="3", metrics=[metric]).to_dict("records")
-    assert [row["verdict"] for row in (one, two)] == ["unserved"] * 2
+    assert [row["verdict"] for row in (one, two)] == ["not comparable"] * 2
     assert [(row["baseline_whole"], row["other_whole"]) for row in (one, two)] == [(4, 2), (4, 0)]
     assert one["missions"] == 4
     assert pd.isna(
         [row[name] for row in (one, two) for name in ("difference", "low", "high")]
     ).all()
     lacked = "fewer than two fixes" if "interval" in metric else "no fix"
-    assert one["said"].endswith(f"Unserved at 1: AUV1 got {lacked} in 2 of 4 seeds.")
-    assert two["said"].endswith(f"Unserved at 2: AUV0 got {lacked} in 4 of 4 seeds.")
+    assert [row["label"] for row in (one, two)] == ["B", "C"]
+    assert one["said"].endswith(f"At B AUV1 got {lacked} in 2 of 4 seeds.")
+    assert two["said"].endswith(f"At C AUV0 got {lacked} in 4 of 4 seeds.")
     told = call("compare", "c", "--baseline", 3, "--metric", metric)
     assert "(2/4)" in told.stdout
     assert "(0/4)" in told.stdout
-    assert f"Unserved at 2: AUV0 got {lacked} in 4 of 4 seeds." in flat(told.stdout)
+    assert f"At C AUV0 got {lacked} in 4 of 4 seeds." in flat(told.stdout)
     note = "interval_mean_s counts the waits between fixes alone"
     assert (note in told.stdout) == (metric == "interval_mean_s")
 
@@ -162,7 +176,7 @@ def test_starved_auvs_are_named(made: Make) -> None:
     assert (
         verdicts["2", "worst_fix_age_p95_s"] == verdicts["2", "worst_position_error_m"] == "worse"
     )
-    assert verdicts["2", "worst_latency_mean_s"] == "unserved"
+    assert verdicts["2", "worst_latency_mean_s"] == "not comparable"
 
 
 def harming(scenario: Scenario, seed: int) -> Fleet:
@@ -222,7 +236,7 @@ def test_a_good_inertial_system_is_told_the_truth(
         "At point 1 (asvs.count=2, gain=0.05)", ""
     )
     compared = flat(call("compare", "c", "--by", "count", "--metric", "latency_mean_s").stdout)
-    assert "Unserved at 2: AUV0 got no fix in 8 of 8 seeds." in compared
+    assert "No fix at point 0 (asvs.count=2, gain=0.9): AUV0 in 8 of 8 seeds." in compared
     assert "worse at point 2 (asvs.count=3, gain=0.9)" in compared
 
 
@@ -267,18 +281,18 @@ def test_equal_points_are_the_same(made: Make) -> None:
         return [auv(error * (1 + 2e-16 * scenario.asvs.count))]
 
     campaign = made(fleet, count=[2, 3])
-    assert compare("c").verdict.unique().tolist() == ["same"]
-    assert "The same in every seed: point 1." in said(campaign).best
+    assert compare("c").verdict.unique().tolist() == ["equal"]
+    assert "Equal in every seed: point 1." in said(campaign).best
 
 
 def test_nearly_as_good_points_are_named(made: Make) -> None:
-    """The smallest mean of several need not be the best; who is not surely worse is named."""
+    """The smallest mean need not be the best: points without a difference shown are named."""
 
     def fleet(scenario: Scenario, seed: int) -> Fleet:
         return [auv({1: 0.5, 2: 0.51 + 3 * noise(seed), 3: 0.9}[scenario.asvs.count])]
 
     assert said(made(fleet, count=[1, 2, 3])).best.endswith(
-        " Not surely worse, paired by seed: point 1; which is best is partly chance."
+        " No difference shown, paired by seed: point 1; which is best is partly chance."
     )
 
 

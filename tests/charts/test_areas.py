@@ -32,6 +32,9 @@ KML = """<?xml version="1.0" encoding="UTF-8"?>
 </Polygon></Placemark>
 </Folder></Document></kml>
 """
+GPX = """<gpx xmlns="http://www.topografix.com/GPX/1/1"><wpt lat="54.33" lon="10.18"/>
+<{0}>{1}</{0}></gpx>
+"""
 KML_CORNERS = " ".join(f"{lon},{lat},0" for lon, lat in RING)
 
 
@@ -67,6 +70,25 @@ def written(folder: Path, data: Any, name: str = "area.geojson") -> Path:
 def test_the_polygon_of_a_geojson_file_is_the_area(tmp_path: Path, data: Any) -> None:
     """Longitude comes first there, latitude here; altitudes and what is no polygon do not count."""
     assert read_area(written(tmp_path, data)) == CORNERS
+
+
+@pytest.mark.parametrize(("line", "point"), [("rte", "rtept"), ("trkseg", "trkpt")])
+@pytest.mark.parametrize("gap", [0.0, 0.00005])
+def test_a_line_of_a_gpx_file_that_ends_where_it_began_is_the_area(
+    tmp_path: Path, line: str, point: str, gap: float
+) -> None:
+    """Drawn by hand it need not meet its first point; an open one is refused with the remedy."""
+    ends = (54.33 + gap, 10.18)
+
+    def gpx(*corners: tuple[float, float]) -> Path:
+        text = "".join(f'<{point} lat="{lat}" lon="{lon}"/>' for lat, lon in corners)
+        return written(tmp_path, GPX.format(line, text), "area.gpx")
+
+    assert read_area(gpx(*CORNERS, ends)) == (*CORNERS, *([ends] if gap else []))
+    told = said(read_area, gpx(*CORNERS))
+    assert "holds no polygon (1 line, 1 point); draw the area, and end it where it begins" in told
+    assert f"area.gpx:2: {line}: needs two positions" in said(read_area, gpx(ends))
+    assert "needs numbers as lat and lon" in said(read_area, gpx(*CORNERS, ("north", 1)))  # type: ignore[arg-type]
 
 
 def test_the_polygon_of_a_kml_file_is_the_area(tmp_path: Path) -> None:

@@ -103,7 +103,9 @@ def test_version() -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("rn",), "No such command 'rn'"),
+        (("rn",), "No such command 'rn'; did you mean 'run'?"),
+        (("simulate", "f.yaml"), "No such command 'simulate'; did you mean 'run'?"),
+        (("init", "mine.yaml"), "`init --out mine.yaml` writes one to it"),
         (("run",), "Missing argument 'SCENARIO'"),
         (("run", "f.yaml", "--seed", "-1"), "-1 is not in the range x>=0"),
         (("run", "f.yaml", "--sed", "1"), "No such option"),
@@ -240,6 +242,15 @@ def test_defaults_in_the_list_are_those_of_the_scenario() -> None:
             for part in row.key.split("."):
                 value = value[part]
             assert read_yaml(row.default, "default").data == value, row.key
+
+
+def test_params_knows_metrics() -> None:
+    """What `--below` asks for is found where keys are."""
+    assert call("params", "fix_age_p95").stdout == (
+        "fix_age_p95_s: metric, s\n    95 % of the time that age is below this\n"
+    )
+    (found,) = json.loads(call("params", "fix_age_p95", "--json").stdout)
+    assert (found["key"], found["kind"], found["unit"]) == ("fix_age_p95_s", "metric", "s")
 
 
 def test_params_lists_and_selects() -> None:

@@ -16,8 +16,7 @@ from bindusbl_des.planning import flying
 BAY = "name: bay\nduration_s: 60\nsurvey: {side_m: 100}\nauvs: {count: 1}\n"
 FEW = ("--vary", "asvs.count=1:3", "--vary", "protocol.downlink=sequential",
        "--vary", "asvs.formation.radius_m=40")  # fmt: skip
-# Time enough for whatever is compiled meanwhile
-GOAL = ("--below", "position_error_p95_m=1", "--budget-s", "3600")
+GOAL = ("--below", "position_error_p95_m=1")
 
 
 def fleet(scenario: Scenario, seed: int) -> list[dict[str, float | None]]:
@@ -67,7 +66,7 @@ def test_json_is_the_record_and_nothing_else() -> None:
 
 def test_nothing_that_keeps_the_goal_is_no_failure() -> None:
     """The exit code is 0, the answer null, and what would is told."""
-    goal = ("--below", "position_error_p95_m=0.1", "--budget-s", "3600")
+    goal = ("--below", "position_error_p95_m=0.1")
     outcome = call("plan", "bay.yaml", *goal, *FEW, "--out", "out")
     assert outcome.exit_code == 0
     assert "No team" in outcome.stdout
@@ -85,7 +84,7 @@ def test_a_plan_file_says_it_all() -> None:
         "  protocol.schedule: [spatial_reuse], protocol.downlink: [sequential]}\n"
         "confidence: 0.9\ncost: {asv: 20}\n"
     )
-    words = ("bay_plan.yaml", "--seed", 3, "--budget-s", 3600, "--out", "out")
+    words = ("bay_plan.yaml", "--seed", 3, "--out", "out")
     assert call("plan", *words).exit_code == 0
     record = json.loads(Path("out/plan.json").read_text())
     assert [goal.get("of") for goal in record["goal"]] == ["worst", "mean"]
@@ -130,8 +129,12 @@ def test_mistakes_are_told_all_at_once_where_they_stand() -> None:
         (("bay.yaml", *GOAL, "--mean", "--share", "0.5"), "give either --mean or --share"),
         (("bay.yaml", *GOAL, "--vary", "asvs.count=3:1"), "counts up; write 1:3"),
         (
-            ("bay.yaml", *GOAL[:2], "--budget-s", "0"),
+            ("bay.yaml", *GOAL, "--budget-s", "0"),
             "--budget-s 0.0: budget_s: needs a number >= 1",
+        ),
+        (
+            ("bay.yaml", *GOAL, "--budget-missions", "0"),
+            "--budget-missions 0: budget_missions: needs a whole number >= 1",
         ),
         (("nothing.yaml", *GOAL), "no such file"),
         (("bay.yaml", *GOAL, "--set", "protocol.schedule=mine:first"), "--allow-plugins"),
@@ -161,7 +164,7 @@ def test_resume_goes_on_with_a_plan() -> None:
 def test_a_plan_that_is_killed_goes_on_with_any_number_of_workers(tmp_path: Path) -> None:
     """Ctrl-C keeps what was flown and says how to go on; two workers find what one would."""
     words = [sys.executable, "-m", "bindusbl_des.cli", "plan", "bay.yaml", *FEW,
-             "--below", "position_error_p95_m=2", "--budget-s", "600"]  # fmt: skip
+             "--below", "position_error_p95_m=2"]  # fmt: skip
     killed = subprocess.Popen([*words, "--out", "out"], stderr=subprocess.PIPE, text=True)
     while not list(tmp_path.glob("out/missions/missions/*.parquet")):
         assert killed.poll() is None, killed.stderr.read() if killed.stderr else ""
@@ -177,3 +180,11 @@ def test_a_plan_that_is_killed_goes_on_with_any_number_of_workers(tmp_path: Path
     for record in records:
         del record["scenario"], record["run"]
     assert records[0] == records[1]
+
+
+def test_a_plan_is_no_mission_to_export(tmp_path: Path) -> None:
+    """What can be exported of it is said."""
+    (tmp_path / "question.json").touch()
+    told = call("export", tmp_path, "--to", "csv")
+    assert told.exit_code == 2
+    assert "is a plan, of many missions; export a run of its answer" in told.stderr

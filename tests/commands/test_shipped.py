@@ -164,6 +164,16 @@ def test_shells_complete_what_ships() -> None:
     assert "plain,--json" in completed("bindusbl-des coverage --")
 
 
+def test_shells_complete_keys_and_metrics() -> None:
+    """Of the schema, also those of what a section may be instead; and what is judged."""
+    assert completed("bindusbl-des run quickstart --set asvs.c") == ["plain,asvs.count="]
+    assert "plain,asvs.formation.amplitude_m=" in completed("bindusbl-des run x --set asvs.form")
+    assert completed("bindusbl-des sweep x --vary auvs.route.lane_s") == [
+        "plain,auvs.route.lane_spacing_m="
+    ]
+    assert "plain,position_error_p95_m=" in completed("bindusbl-des plan x --below posi")
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_each_shell_has_its_script(shell: str) -> None:
     """The mechanism of the manual prints what a shell reads once."""

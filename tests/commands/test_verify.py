@@ -7,8 +7,8 @@ import pytest
 from campaigns_for_tests import call
 
 KEYS = {
-    "accepted", "scenario", "bounds", "pairs", "uplink", "downlink", "conflict_margin", "frame",
-    "witness", "remedy",
+    "verdict", "accepted", "scenario", "bounds", "pairs", "uplink", "downlink", "conflict_margin",
+    "frame", "witness", "remedy",
 }  # fmt: skip
 
 
@@ -17,7 +17,7 @@ def test_a_refusal_says_what_collides_and_what_would_be_accepted(tmp_path: Path)
     outcome = call("verify", "recovery_140m", "--out", str(tmp_path / "out"))
     assert outcome.exit_code == 1
     lines = outcome.stdout.splitlines()
-    assert lines[0] == "recovery_140m: refused"
+    assert lines[0] == "recovery_140m: refused: two signals overlap"
     assert max(map(len, lines)) <= 80
     assert "  --set protocol.conflict_margin_m=0.15" in lines
     again = call("verify", "recovery_140m", "--set", "protocol.conflict_margin_m=0.15")
@@ -36,7 +36,7 @@ def test_the_record_says_it_in_numbers(tmp_path: Path) -> None:
     found = json.loads(outcome.stdout)
     assert found == json.loads((folder / "verify.json").read_text())
     assert set(found) == KEYS
-    assert found["accepted"] is False
+    assert (found["verdict"], found["accepted"]) == ("refused", False)
     assert found["bounds"]["max_speed_m_per_s"] == 3.0
     assert found["conflict_margin"]["needed_m"] == pytest.approx(3.0 * 7 / 30)
     assert {"kind", "what", "verdict", "margin_s", "margin_m", "why"} == set(found["pairs"][0])
@@ -44,6 +44,17 @@ def test_the_record_says_it_in_numbers(tmp_path: Path) -> None:
     assert {it["sender"] for it in found["witness"]["signals"]} == {"AUV1", "AUV2"}
     assert found["witness"]["receiver"] == "ASV0"
     assert found["remedy"] == {"protocol.conflict_margin_m": 0.71}
+
+
+def test_what_is_neither_proved_nor_seen_has_an_exit_code_of_its_own(tmp_path: Path) -> None:
+    """Nothing is proved of sound without a range, and no witness claimed."""
+    sonar = ("--set", "acoustics.hf.channel={model: sonar}")
+    outcome = call("verify", "quickstart", *sonar, "--out", str(tmp_path / "out"))
+    assert outcome.exit_code == 3
+    assert outcome.stdout.startswith("quickstart: undecided: not proved safe, nor seen to collide")
+    found = json.loads((tmp_path / "out" / "verify.json").read_text())
+    assert (found["verdict"], found["accepted"], found["witness"]) == ("undecided", False, None)
+    assert not (tmp_path / "out" / "witness.yaml").exists()
 
 
 @pytest.mark.parametrize(

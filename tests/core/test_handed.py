@@ -1,13 +1,14 @@
 """What compiled code is handed once: arrays by their addresses, in one record."""
 
-from typing import Annotated, Any, NamedTuple, cast
+from typing import Annotated, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from typing_extensions import TypeAliasType
 
 from bindusbl_des.core.compiled import entry
-from bindusbl_des.core.handing.handed import Handed
+from bindusbl_des.core.handing.handed import Handed, Kind, fields_of
 from bindusbl_des.core.handing.opened import opened
 
 FLAG = np.dtype([("number", "i8"), ("value", "f8")])
@@ -48,6 +49,20 @@ def everything(**changes: Any) -> Outer:
     grid["number"][1, 0] = 1000
     whole = Outer(0.5, flags, Inner(plane, True), np.array([7, 8, 9]), 100, grid)
     return whole._replace(**changes)
+
+
+Of = TypeVar("Of", bound=np.generic)
+Alias = TypeAliasType("Alias", np.ndarray[Any, np.dtype[Of]], type_params=(Of,))
+
+
+class Aliased(NamedTuple):
+    """An array as numpy 2.5 spells it from Python 3.12 on: by an alias that hides what it is of."""
+
+    plane: Annotated[Alias[np.float64], 2]  # type: ignore[valid-type]
+
+
+def test_an_alias_of_arrays_says_what_it_is_of() -> None:
+    assert fields_of(Aliased) == {"plane": Kind(np.dtype("f8"), 2)}
 
 
 @pytest.mark.parametrize("is_doubled", [False, True])

@@ -99,6 +99,14 @@ def test_a_lost_ping_tells_its_probability() -> None:
     assert (chain.outcome, chain.fix, chain.parts) == ("lost", None, ())
 
 
+def test_a_scaled_law_names_the_range_that_it_is_taken_at() -> None:
+    """Over 280 m with an HF range of 300 m it is the paper's at 93.3 m."""
+    far = {"hf": {"range_m": 300.0}, "mf": {"range_m": 600.0}, "loss": {"law": "scaled"}}
+    run = simulate(around((299.8, 0.0), survey={"side_m": 800.0}, acoustics=far, duration_s=6.0))
+    told = chain_of_ping(run, 0).text()
+    assert "by range law 'scaled' (the paper's at 93.3 m)" in " ".join(told.split())
+
+
 def test_collided_pings_name_each_other() -> None:
     """AUVs at 9 m and 9.3 m distance ping at once: all but 0.1 ms of 10 ms overlap."""
     run = simulate(
@@ -160,7 +168,7 @@ def test_the_parts_of_every_latency_add_up(
 ) -> None:
     """None is negative, their sum is the recorded latency, and what is printed adds up too."""
     protocol = {"downlink": downlink, "ranging": ranging, "tick_rate_hz": tick_rate_hz}
-    run = simulate(scenario(duration_s=8.0, protocol=protocol), 1)
+    run = simulate(scenario(duration_s=16.0, protocol=protocol), 1)
     fixes = delivered(run)
     assert len(fixes) > 10
     for fix in fixes[:: len(fixes) // 5]:
@@ -177,7 +185,8 @@ def test_the_parts_of_every_latency_add_up(
 @pytest.mark.parametrize(("reply_at", "decoding"), [("ping_front", 0.0), ("ping_end", 0.01)])
 def test_a_direct_reply_sets_out_when_it_is_said_to(reply_at: str, decoding: float) -> None:
     """At the front of the ping, 14.9 ms after it began, or at its end: the chain names which."""
-    protocol = {"downlink": "direct_reply", "tick_rate_hz": None, "reply_at": reply_at}
+    protocol = {"downlink": "direct_reply", "tick_rate_hz": None}
+    protocol |= {"reply": "instant", "reply_at": reply_at}
     chain = chain_of_fix(simulate(around((0.0, 0.0), protocol=protocol)), 0)
     way = np.hypot(20.0, 10.0) / 1500.0
     assert f"reply_at {reply_at}" in chain.text()

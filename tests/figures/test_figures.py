@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 from xml.etree import ElementTree
 
 import click.testing
@@ -22,13 +23,14 @@ from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.cli import main
 from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
 from bindusbl_des.core.palette import ALARM
-from bindusbl_des.figures.anatomy import busiest
+from bindusbl_des.figures.anatomy import anatomy, busiest
 from bindusbl_des.figures.kinds import KINDS, TABLES
-from bindusbl_des.figures.latency import BINS, latency, shown_until
+from bindusbl_des.figures.latency import BINS, latency
 from bindusbl_des.figures.style import save, styled
 from bindusbl_des.figures.sweeps import Levels, Means, curves, heatmap
 from bindusbl_des.report.envelope import error_envelope
 from bindusbl_des.report.recording import recording
+from bindusbl_des.report.service import shown_until
 from bindusbl_des.results.round_timeline import downlink_slots, uplink_slots
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
@@ -106,13 +108,15 @@ def test_kinds_are_those_of_the_command() -> None:
 
 
 def test_the_map_shows_the_tracks(result: Result) -> None:
-    """True, fused and dead-reckoned paths are those of the tables; circles have the ranges."""
+    """True, fused and dead-reckoned paths are those of the tables, east before north; circles have
+    the ranges.
+    """
     axes = drawn("trajectory", result).axes[0]
     tracks = result.tables["tracks"]
     for label, columns in (
-        ("true", ["x_m", "y_m"]),
-        ("fused", ["estimate_x_m", "estimate_y_m"]),
-        ("dead reckoning", ["imu_x_m", "imu_y_m"]),
+        ("true", ["y_m", "x_m"]),
+        ("fused", ["estimate_y_m", "estimate_x_m"]),
+        ("dead reckoning", ["imu_y_m", "imu_x_m"]),
     ):
         for index, path in enumerate(lines(axes, label)):
             expected = tracks.loc[tracks.vehicle == f"AUV{index}", columns].to_numpy()
@@ -249,6 +253,23 @@ def test_a_histogram_survives_an_outlier(result: Result) -> None:
     told = [text.get_text() for text in axes.get_legend().get_texts()]
     assert "last bar: 1 beyond, up to 200 s" in told
     assert shown_until(np.zeros(3)) > 0.0
+
+
+def test_a_round_shows_its_calls() -> None:
+    """Each from its ASV to the AUV that answers, and the two ways of its slot."""
+    result = simulate(
+        scenario(duration_s=6.0, protocol={"ranging": "twtt", "turnaround_s": 0.1}), seed=1
+    )
+    with styled():
+        figure = anatomy(result, 7.16, 1)
+    pings: Any = result.tables["pings"]
+    answered = pings[(pings["round"] == 1) & (pings.call == "heard")]
+    for axes in figure.axes:
+        [calls] = [it for it in axes.collections if it.get_label() == "call"]
+        assert [way[0][0] for way in calls.get_segments()] == answered.called_at_s.tolist()
+        gaps = answered.sent_at_s.to_numpy() - [way[1][0] for way in calls.get_segments()]
+        assert gaps == pytest.approx(0.11)
+    assert "turnaround 100 ms" in {it.get_text() for it in figure.axes[1].texts}
 
 
 @pytest.mark.parametrize(

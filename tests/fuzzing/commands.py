@@ -23,6 +23,7 @@ GUARDS = {
 
 # Values that options of these names take rightly, or nearly so.
 ALMOST = {
+    "advice_missions": ("0", "1", "-1", "x", ""),
     "advice_s": ("0", "0.01", "-1", "nan", "inf", "1e-300", "x", ""),
     "metrics": ("position_error_m", "fix_rate_hz", "position_eror_m", "seed", "status", ""),
     "metric": ("position_error_m", "fix_rate_hz", "position_eror_m", "seed", "status", ""),

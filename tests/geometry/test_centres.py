@@ -158,3 +158,11 @@ def test_what_cannot_be_placed_is_told() -> None:
         k_centre([(0.0, 0.0)], 0)
     with pytest.raises(ValueError, match="3 rows need as many columns; met 2"):
         least_sum(np.zeros((3, 2)))
+
+
+def test_places_far_from_the_origin_have_a_centre() -> None:
+    """Coordinates of 1000 km are rounded by more than circles of 2 cm may be off."""
+    places = [(0.01, -1e6), (-0.01, -1e6), (0.0, -1e6 + 0.013)]
+    found = k_centre(places, 1)
+    assert np.abs(found.places - np.mean(places, axis=0)).max() < 0.01
+    assert found.radius < 0.02

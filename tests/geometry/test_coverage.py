@@ -429,8 +429,8 @@ def test_covered_points_agree_with_the_area() -> None:
 
 
 def test_map_shows_what_is_heard() -> None:
-    """A map has x to the right and y upwards, its ASVs in place and its shares right."""
-    lines = coverage_map(140.0, [(60.0, 60.0), (-60.0, 0.0)], 30.0)
+    """A map has north up and east to the right, its ASVs in place and its shares right."""
+    lines = coverage_map(140.0, [(60.0, 60.0), (0.0, -60.0)], 30.0)
     assert [len(line) for line in lines] == [48] * 24
     assert lines[1].index("0") == 44  # (60 + 70) / 140 of 48 columns, 10 m below the top
     assert lines[12].index("1") == 3
@@ -448,8 +448,8 @@ def test_map_of_many_asvs() -> None:
     both = "".join(coverage_map(100.0, [(0.1, 0.1), (0.2, 0.2), (99.0, 0.0)], 1.0))
     assert [both.count(mark) for mark in "012*"] == [0, 0, 0, 1]
     corner = coverage_map(100.0, [(50.0, -50.0), (-50.0, 50.0)], 1.0, columns=10)
-    assert corner[-1][-1] == "0"
-    assert corner[0][0] == "1"
+    assert corner[0][0] == "0"  # in the north-west
+    assert corner[-1][-1] == "1"
     assert len(coverage_map(100.0, [(0.0, 0.0)], 1.0, columns=1)) == 1
 
 

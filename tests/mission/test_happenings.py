@@ -22,7 +22,9 @@ BUSY: dict[str, Any] = {
     "auvs": {"count": 6},
     "acoustics": {"loss": {"combine": "clamp_first"}, "hf": {"range_m": 60.0}},
 }
-PAPERS_REPLY = {"protocol": {"downlink": "direct_reply", "reply_at": "ping_front"}}
+PAPERS_REPLY = {
+    "protocol": {"downlink": "direct_reply", "reply": "instant", "reply_at": "ping_front"}
+}
 
 
 def neighbours(view: View) -> list[list[int]]:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from worlds import scenario, still
 
-from bindusbl_des import simulate
+from bindusbl_des import load_scenario, simulate
 from bindusbl_des.mission import metrics
 from bindusbl_des.mission.mission import Mission
 from bindusbl_des.mission.outcomes.means import mean, quantile, quantile_of, sort
@@ -17,6 +17,7 @@ from bindusbl_des.mission.outcomes.service import fix_ages
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import LinearNavigator
 from bindusbl_des.records.worst import WORST_IS_LARGEST, worst_of
+from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 
 def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:
@@ -94,15 +95,41 @@ def test_means_and_quantiles_are_those_of_numpy(count: int) -> None:
     assert math.isnan(quantile(np.empty(0), 0.95))
 
 
-@given(st.lists(st.floats(0.0, 99.0), max_size=30))
-def test_the_age_of_a_fix_is_that_of_a_fine_clock(instants: list[float]) -> None:
-    """Mean, quantile and maximum of the sawtooth are those of a hundred thousand samples of it."""
-    delivered, times = np.sort(np.array(instants)), (np.arange(100_000) + 0.5) / 1000
-    since = np.append(0.0, delivered)[np.searchsorted(delivered, times, side="right")]
-    average, oldest, largest = fix_ages(delivered, 100.0, np.empty(len(delivered) + 1))
+@given(st.lists(st.tuples(st.floats(0.0, 99.0), st.floats(0.0, 40.0)), max_size=30))
+def test_the_age_of_a_fix_is_that_of_a_fine_clock(fixes: list[tuple[float, float]]) -> None:
+    """Mean, quantile and maximum of the sawtooth are those of a hundred thousand samples of it.
+
+    An age begins at the ping of the newest fix, however late that or others came.
+    """
+    taken = np.array(sorted(fixes)).reshape(-1, 2)
+    pinged = np.maximum(taken[:, 0] - taken[:, 1], 0.0)
+    times = (np.arange(100_000) + 0.5) / 1000
+    newest = np.append(0.0, np.maximum.accumulate(pinged))
+    since = newest[np.searchsorted(taken[:, 0], times, side="right")]
+    average, oldest, largest = fix_ages(taken[:, 0].copy(), pinged, 100.0)
     assert average == pytest.approx((times - since).mean(), abs=2e-3)
     assert oldest == pytest.approx(np.quantile(times - since, 0.95), abs=2e-2)
     assert largest == pytest.approx((times - since).max(), abs=1e-2)
+
+
+def test_what_all_fixes_say_of_a_network() -> None:
+    """Jain's index, bits a second and latencies are those of the table of fixes."""
+    for keys in ([], ["protocol.ranging=passive"]):
+        result = simulate(load_scenario("recovery_140m", overrides=["duration_s=60", *keys]), 1)
+        fixes, mission = result.tables["fixes"], result.mission.iloc[0]
+        done = fixes[fixes.outcome == "delivered"]
+        each = np.array([(done.auv == f"AUV{n}").sum() for n in range(3)])
+        assert mission.fairness == pytest.approx(each.sum() ** 2 / (3 * (each**2).sum()))
+        if keys:
+            assert math.isnan(mission.throughput_bps)
+        else:
+            assert mission.throughput_bps == pytest.approx(8 * 16 * len(done) / 60.0)
+        assert mission.fix_latency_p50_s == pytest.approx(np.median(done.latency_s))
+        assert mission.fix_latency_p95_s == pytest.approx(np.quantile(done.latency_s, 0.95))
+    lost = simulate(load_scenario("recovery_140m", overrides=["acoustics.mf.range_m=0.1"]), 1)
+    row = lost.mission.iloc[0]
+    assert row.throughput_bps == 0.0
+    assert row[["fairness", "fix_latency_p50_s", "fix_latency_p95_s"]].isna().all()
 
 
 def test_who_lost_his_fixes_early_is_the_worst() -> None:
@@ -199,3 +226,24 @@ def test_ways_are_looked_back_on_once_for_all_seeds() -> None:
     )
     whole = [simulate(steered, seed=seed).auvs.distance_m[0] for seed in (1, 2)]
     assert whole[0] != whole[1]
+
+
+@pytest.mark.parametrize("ranging", ["owtt_sync", "passive"])
+def test_metrics_from_an_instant_on_leave_out_what_was_before(ranging: str) -> None:
+    """Of two halves of a mission one is that of a mission half as long: pings, fixes and errors add
+    up; one that nothing happened in is refused.
+    """
+    keys = ["record.detail=summary", f"protocol.ranging={ranging}"]
+    halves = ([], ["duration_s=150"], ["record.metrics_from_s=150"])
+    whole, first, second = (
+        simulate(load_scenario("recovery_140m", overrides=[*keys, *half]), 3).auvs
+        for half in halves
+    )
+    for name in ("pings", "pings_in_range", "pings_heard", "collisions"):
+        assert (whole[name] - first[name] - second[name]).abs().max() <= 1  # one was under way
+    for name in ("position_error_m", "imu_error_m", "cross_track_error_m"):
+        assert np.allclose(2 * whole[name], first[name] + second[name], rtol=1e-12)
+    assert np.allclose(2 * whole.fix_rate_hz, first.fix_rate_hz + second.fix_rate_hz)
+    assert (second.fix_age_max_s <= whole.fix_age_max_s + 1e-9).all()
+    with pytest.raises(ScenarioError, match=r"nothing is left to judge of 300 s from 300 s on"):
+        load_scenario("recovery_140m", overrides=["record.metrics_from_s=300"])

@@ -76,7 +76,8 @@ def conserved(result: Result) -> None:
     assert len(receptions) == len(pings) * scenario.asvs.count
     assert not receptions.duplicated(["ping", "asv"]).any()
     assert set(receptions.outcome) <= {"heard", "out_of_range", "lost", "collided", "in_flight"}
-    assert set(fixes.outcome) <= {"delivered", "out_of_range", "in_flight"}
+    met = {"collided"} if scenario.protocol.downlink == "direct_reply" else set()
+    assert set(fixes.outcome) <= {"delivered", "out_of_range", "in_flight", *met}
     heard = receptions[receptions.outcome == "heard"].groupby("ping").size()
     assert pings.heard_by.sum() == heard.sum()
     assert (pings.set_index("ping").heard_by.loc[heard.index] == heard).all()
@@ -90,7 +91,8 @@ def conserved(result: Result) -> None:
     assert (fixes.delivered_at_s.dropna() < scenario.duration_s).all()
     auvs = result.auvs
     assert (
-        auvs.fixes == auvs.fixes_delivered + auvs.fixes_out_of_range + auvs.fixes_in_flight
+        auvs.fixes
+        == auvs.fixes_delivered + auvs.fixes_out_of_range + auvs.fixes_lost + auvs.fixes_in_flight
     ).all()
     assert auvs.pings.sum() == len(pings)
     assert auvs.collisions.sum() == result.mission.collisions[0]
@@ -317,7 +319,8 @@ def test_a_shorter_mission_is_the_beginning_of_a_longer_one(steers: bool, downli
         pd.testing.assert_frame_equal(heard_then, expected)
         # what has not happened by the end
         fixes = long[: len(cut)].copy()
-        fixes.loc[fixes.broadcast_at_s >= end, ["broadcast_at_s", "broadcast_by"]] = np.nan
+        fixes.loc[fixes.broadcast_at_s >= end, "broadcast_by"] = None
+        fixes.loc[fixes.broadcast_at_s >= end, "broadcast_at_s"] = np.nan
         later = (fixes.outcome == "delivered") & (fixes.delivered_at_s >= end)
         late_columns = ["delivered_at_s", "latency_s", "innovation_m", "correction_m", "nis"]
         fixes.loc[later, late_columns] = np.nan

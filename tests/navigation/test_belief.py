@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from test_navigators import KALMAN, NOTHING_IN_COMMON, estimate, fixes_at, navigator_of, straight
 
-from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
+from bindusbl_des.navigation.belief import Belief, Growth, carry, error_spread, first_belief
 from bindusbl_des.navigation.weighing import weigh
 from bindusbl_des.records.recorder import Levers
 from bindusbl_des.vehicles.expected_drift import Told
@@ -133,6 +133,21 @@ def test_covariances_stay_covariances() -> None:
         weigh(belief, gain, *rng.normal(0.0, 0.1, 2), (0.25, 0.25, 0.1), common)
         assert numbered(belief) > -1e-12
     assert np.allclose(belief.covariance, belief.covariance.T, atol=1e-12)
+
+
+@pytest.mark.parametrize("in_body", [True, False], ids=["body", "world"])
+def test_how_sure_one_is_of_the_error_is_what_carrying_makes_of_it(in_body: bool) -> None:
+    """To the bit, forth and back in time, with an error that fixes have in common beside it."""
+    rng = np.random.default_rng(5)
+    growth = Growth(0.027**2, 1e-6, in_body, sds=np.full(1, 0.3), time_constants=np.full(1, 50.0))
+    for passed in rng.uniform(-5.0, 60.0, 20).tolist():
+        belief = first_belief(1.0, (0.05, 0.05), 0.1, [0.3])
+        belief.covariance[:] = np.cov(rng.normal(0.0, 1.0, (7, 20)))
+        told = Told(passed, *rng.normal(0.0, 30.0, 4).tolist())
+        found = error_spread(belief, told, growth)
+        carry(belief, told, growth)
+        p = belief.covariance
+        assert found == (p[0, 0], p[1, 1], p[0, 1])
 
 
 def test_nothing_in_common_is_nothing() -> None:

@@ -15,13 +15,19 @@ from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import Water
 from bindusbl_des.mission.own_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
-from bindusbl_des.report.run_page import run_page
-from bindusbl_des.scenario.instruments.own_sensors import own_sensors, straight_drift_rms
+from bindusbl_des.scenario.instruments.own_sensors import (
+    drift_told,
+    own_sensors,
+    straight_drift_rms,
+)
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 
 SPEED, MANY = 2.0, 1000
 SHARES = {"cep": 0.5, "p95": 0.95}
+
+# Errors that are drawn once hold at any distance.
+CONSTANT = {"line_m": None}
 
 
 def offs(drift: dict[str, Any], ways: list[float], **navigation: Any) -> np.ndarray:
@@ -58,14 +64,16 @@ def check(found: np.ndarray, stated: float, statistic: str) -> None:
 @pytest.mark.parametrize("statistic", PER_AXIS_SD)
 def test_a_percentage_holds_at_any_distance(statistic: str) -> None:
     ways = [40.0, 200.0, 1000.0]
-    found = offs({"percent_of_distance": 0.5, "statistic": statistic}, ways)
+    found = offs({"percent_of_distance": 0.5, "statistic": statistic, **CONSTANT}, ways)
     for way, off in zip(ways, found.T, strict=True):
         check(off, 0.005 * way, statistic)
 
 
 @pytest.mark.parametrize("frame", ["body", "world"])
 def test_metres_per_hour_hold_at_any_time(frame: str) -> None:
-    found = offs({"m_per_hour": 90.0, "statistic": "p95"}, [40.0, 400.0], bias_frame=frame)
+    found = offs(
+        {"m_per_hour": 90.0, "statistic": "p95", **CONSTANT}, [40.0, 400.0], bias_frame=frame
+    )
     for seconds, off in zip((20.0, 200.0), found.T, strict=True):
         check(off, seconds / 40.0, "p95")
 
@@ -85,22 +93,57 @@ def test_with_a_line_it_is_met_at_its_end_alone(
     assert late == pytest.approx(twice / once, rel=0.05)
 
 
+def test_by_default_errors_wander_over_a_kilometre() -> None:
+    """The sheet is met there; over 4 km it is as if each were an eighth less of the distance."""
+    sheet = {"percent_of_distance": 0.5, "statistic": "drms"}
+    assert scenario(navigation={"drift": sheet}).navigation.drift.line_m == 1000.0
+    found = offs(sheet, [1000.0, 4000.0])
+    check(found[:, 0], 5.0, "drms")
+    once, late = (math.sqrt(2 * (t - 1 + math.exp(-t))) for t in (1.0, 4.0))
+    rms = np.sqrt(np.mean(found[:, 1] ** 2))
+    assert rms == pytest.approx(5.0 * late / once, rel=4 / math.sqrt(2 * MANY))
+
+
+CONSTANTLY = [
+    {"auvs": {"count": 2, "route": {"kind": "hold", "positions_m": [[5.0, 0.0], [-5.0, 0.0]]}}},
+    {"auvs": {"count": 2, "speeds_m_per_s": [1.0, 2.0]}},
+    {"protocol": {"ranging": "passive"}},
+    {"navigation": {"drift": {"percent_of_distance": 0.5, "line_m": None}}},
+]
+
+
+@pytest.mark.parametrize("changes", CONSTANTLY)
+def test_where_no_one_speed_is_planned_they_are_constant(changes: dict[str, Any]) -> None:
+    """AUVs that hold still, go at several speeds, or whose heading turns their array as well."""
+    drift = {"drift": {"percent_of_distance": 0.5, "statistic": "drms"}}
+    found = own_sensors(scenario(**merged({"navigation": drift}, changes)))
+    assert found.bias_sd_m_per_s == 0.0
+    assert found.scale_factor_sd == pytest.approx(0.005 / math.sqrt(2.0), rel=0.2)
+
+
+def test_a_report_says_how_drift_is_drawn() -> None:
+    for line, words in ((1000.0, "wandering over 1000 m."), (None, "constant for the mission.")):
+        told = drift_told(survey({"percent_of_distance": 0.3, "line_m": line}))
+        assert "is a scale factor of" in told
+        assert told.endswith(words)
+
+
 def test_what_else_is_wrong_with_log_and_compass_is_added() -> None:
-    found = offs({"percent_of_distance": 0.5, "statistic": "drms"}, [400.0], scale_factor_sd=0.01)
+    sheet = {"percent_of_distance": 0.5, "statistic": "drms"}
+    found = offs({**sheet, **CONSTANT}, [400.0], scale_factor_sd=0.01)
     expected = 400.0 * math.hypot(0.005, 0.01)  # sqrt(s^2 + (s^2 + 0.01^2)), 2 s^2 = 0.005^2
     assert np.sqrt(np.mean(found**2)) == pytest.approx(expected, rel=4 / math.sqrt(2 * MANY))
 
 
 def test_the_default_is_what_the_paper_flies() -> None:
-    """13.5 % of the distance, which the report says."""
+    """13.5 % of the distance."""
     base = scenario()
     assert straight_drift_rms(base, 300.0) / (0.627 * 300.0) == pytest.approx(0.1354, abs=5e-5)
-    page = run_page(simulate(scenario(duration_s=5.0), 0))
-    assert "% of the distance travelled" in page
 
 
 SHEETS = [
     {"percent_of_distance": 0.3},
+    {"percent_of_distance": 0.3, "line_m": None},
     {"percent_of_distance": 0.3, "statistic": "drms", "line_m": 1000.0, "time_constant_s": 60.0},
     {"m_per_hour": 20.0, "statistic": "p95"},
 ]
@@ -161,7 +204,7 @@ def nees(tested: Scenario, runs: int) -> float:
 
 @pytest.mark.parametrize("filter_", ["kalman", pytest.param("smoother", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
-    "drift", [{"percent_of_distance": 2.0}, {"percent_of_distance": 2.0, "line_m": 100.0}]
+    "drift", [{"percent_of_distance": 2.0, "line_m": line} for line in (None, 100.0, 1000.0)]
 )
 def test_navigators_know_of_it(drift: dict[str, Any], filter_: str) -> None:
     """NEES of three AUVs over 40 seeds, taken for as few as 40 independent errors of two axes."""
@@ -172,7 +215,7 @@ def test_navigators_know_of_it(drift: dict[str, Any], filter_: str) -> None:
 def test_who_is_not_told_of_it_is_too_sure() -> None:
     ignorant = {"untold": ["heading", "scale_factor"], "random_walk_m_per_sqrt_s": 0.01}
     told = {"filter": {"model": "kalman", **ignorant}}
-    assert nees(survey({"percent_of_distance": 2.0}, navigation=told), 20) > 6.0
+    assert nees(survey({"percent_of_distance": 2.0, **CONSTANT}, navigation=told), 20) > 6.0
 
 
 @pytest.mark.slow
@@ -181,7 +224,7 @@ def test_a_thousand_missions_find_the_figure_again(statistic: str) -> None:
     """On straight ways of 30, 60 and 120 m, by the whole mission."""
     route = {"kind": "waypoints", "points_m": [[[-65.0, 0.0], [65.0, 0.0]]]}
     flown = survey(
-        {"percent_of_distance": 1.0, "statistic": statistic},
+        {"percent_of_distance": 1.0, "statistic": statistic, **CONSTANT},
         duration_s=81.0,
         auvs={"count": 1, "route": route},
         asvs={"count": 1},
@@ -197,3 +240,16 @@ def test_a_thousand_missions_find_the_figure_again(statistic: str) -> None:
             off.append(math.hypot(it.imu_x_m - it.x_m, it.imu_y_m - it.y_m))
     for time, off in found.items():
         check(np.array(off), 0.01 * 1.5 * time, statistic)
+
+
+def test_an_inertial_system_by_its_name() -> None:
+    """Its figures stand for what is not given, and are written out and read again."""
+    one = scenario(navigation={"drift": {"preset": "rlg_dvl_sea"}}).navigation.drift
+    assert (one.percent_of_distance, one.statistic, one.line_m) == (0.2, "cep", 1000.0)
+    assert one.model_fields_set == {"preset"}
+    own = scenario(navigation={"drift": {"preset": "rlg_dvl_sea", "percent_of_distance": 0.3}})
+    assert own.navigation.drift.percent_of_distance == 0.3
+    for given in (own.model_dump(mode="json"), own.model_dump(mode="json", exclude_unset=True)):
+        assert Scenario.model_validate(given) == own
+    with pytest.raises(ValueError, match=r"no inertial preset is named 'rlg'.*did you mean"):
+        scenario(navigation={"drift": {"preset": "rlg"}})

@@ -71,7 +71,8 @@ def record(seeds: int = 3, auvs: int = 3) -> Record:
     return {
         "name": "a plan", "scenario": "quick start.yaml", "scenario_sha256": "0" * 64,
         "versions": {"bindusbl-des": "0.1.0"}, "seed": 0, "goal": [GOAL], "confidence": 0.95,
-        "budget_s": 120.0, "missions": 6 * seeds, "status": "complete",
+        "budget_s": None, "budget_missions": None, "missions": 6 * seeds, "settled": True,
+        "status": "complete",
         "answer": None if chosen is None else candidates[chosen]["keys"], "chosen": chosen,
         "would": None, "told": [], "run": "bindusbl-des run best.yaml", "candidates": candidates,
         "excluded": [], "runners_up": runners,
@@ -79,7 +80,8 @@ def record(seeds: int = 3, auvs: int = 3) -> Record:
             {"what": "coverage", "told": "AUV0 is out of range of every vessel.", "value": 0.4}
         ],
         "sensitivity": [
-            {"told": "HF and MF range -20 %", "keys": {}, "met": False}
+            {"told": "HF and MF range -20 %", "keys": {}, "met": False,
+             "as_planned": flown(scenario, candidates[runners[0]]["stations"], 2)}
             | flown(scenario, candidates[runners[0]]["stations"], 2)
         ],
         "prediction_error": {GOAL["metric"]: {"median": 0.1, "p90": 0.4}},

@@ -99,7 +99,7 @@ def test_a_dragged_vessel_is_predicted_at_once(opened: Open, page: Path) -> None
     settled(it)
     after = it.ask(STATIONS)
     assert after[0] == pytest.approx(
-        [before[0][0] + 90 / scale, before[0][1] - 60 / scale], abs=0.02
+        [before[0][0] - 60 / scale, before[0][1] + 90 / scale], abs=0.02
     )
     assert after[1:] == before[1:]
     assert it.page.inner_text("#worst") != told
@@ -128,7 +128,7 @@ def test_a_finger_drags_a_vessel_and_scrolls_beside_it(browser: Any, page: Path)
     box = tab.locator(ASV0).bounding_box()
     swipe(box["x"] + 22, box["y"] + 22)
     after = tab.evaluate(STATIONS)
-    assert after[0][1] - before[0][1] == pytest.approx(
+    assert after[0][0] - before[0][0] == pytest.approx(
         70 / tab.evaluate("bindusbl.chart.map.view.scale"), rel=0.2
     )
     assert tab.evaluate("scrollY") == scrolled
@@ -145,7 +145,7 @@ def test_keys_move_vessels(opened: Open, page: Path) -> None:
     keys, before = it.page.keyboard, it.ask(STATIONS)
     it.page.focus("#map")
     keys.press("Tab")
-    assert it.ask("document.activeElement.getAttribute('aria-label')").startswith("ASV0, at x ")
+    assert it.ask("document.activeElement.getAttribute('aria-label')").startswith("ASV0, at north ")
     step = it.ask("bindusbl.chart.map.step(false)")
     keys.press("ArrowRight")
     keys.press("ArrowUp")
@@ -154,7 +154,7 @@ def test_keys_move_vessels(opened: Open, page: Path) -> None:
     far = it.ask("bindusbl.chart.map.step(true)")
     assert far > step
     x, y = before[0]
-    assert it.ask(STATIONS)[0] == pytest.approx([x + step - far, y + step])
+    assert it.ask(STATIONS)[0] == pytest.approx([x + step, y + step - far])
     agrees(it, base())
     keys.press("Tab")
     keys.press("Delete")
@@ -165,6 +165,38 @@ def test_keys_move_vessels(opened: Open, page: Path) -> None:
         keys.press("Delete")
     keys.press("Delete")
     assert len(it.ask(STATIONS)) == 1  # the last one stays
+
+
+def test_the_chart_of_a_plan_is_one(opened: Open, tmp_path: Path) -> None:
+    """North is up and east to the right, of vessels, outline and shades alike: a bay opens to the
+    north, with one vessel in its north-western corner.
+    """
+    bay = "[[0,-60],[80,-60],[80,-40],[20,-40],[20,40],[50,40],[50,60],[0,60]]"
+    asked = base(1, changes=["survey.side_m=null", f"survey.polygon_m={bay}", "asvs.count=1",
+                             "asvs.formation={positions_m: [[70, -50]]}"])  # fmt: skip
+    path = tmp_path / "plan.html"
+    path.write_text(plan_page(record(), chart_of(asked, inputs_of(asked))), encoding="utf-8")
+    it = opened(path)
+    it.page.select_option("#team", "")
+    settled(it)
+    width, height, red = it.ask("""(() => {
+        const { width, height } = bindusbl.chart.map.shades, each = { length: width * height };
+        const sheet = bindusbl.chart.map.shades.getContext("2d");
+        const { data } = sheet.getImageData(0, 0, width, height);
+        return [width, height, Array.from(each, (_, i) => data[4 * i + 3] ? data[4 * i] : NaN)];
+    })()""")
+    shades = np.array(red, dtype=float).reshape(height, width)
+    assert width / height == pytest.approx(120.0 / 80.0, rel=0.05)
+    assert np.isnan(shades[: height // 2, width // 4 : width // 2]).all()
+    row, column = np.unravel_index(np.nanargmin(shades), shades.shape)
+    assert (row < height / 3, column < width / 4) == (True, True)
+    (x, y), *corners = it.ask(
+        "[[70, -50], [0, -60], [80, -60], [0, 60]].map((it) => bindusbl.chart.map.at(...it))"
+    )
+    (west, south), (_, north), (east, _) = corners
+    assert (north < y < south, west < x < east) == (True, True)
+    told = it.ask("document.querySelector('.vessel').getAttribute('aria-label')")
+    assert told == "ASV0, at north 70.0 m, east -50.0 m"
 
 
 def slide(it: Opened, name: str, value: float) -> None:

@@ -100,7 +100,7 @@ def test_errors_are_about_those_of_missions(keys: dict[str, Any], within: float)
     found = compared({**SMALL, "asvs": {"count": 2}, **keys}, seeds=3)
     predicted, simulated = found.worst("position_error_m")
     assert predicted == pytest.approx(simulated, rel=within)
-    for metric, own in (("fix_rate_hz", 0.02), ("fix_age_mean_s", 0.1), ("hf_coverage", 0.02)):
+    for metric, own in (("fix_rate_hz", 0.02), ("fix_age_mean_s", 0.15), ("hf_coverage", 0.02)):
         exact = found.simulated[metric].mean(axis=0)
         assert getattr(found.predicted, metric) == pytest.approx(exact, rel=own, abs=0.01)
 

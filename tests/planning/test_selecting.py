@@ -23,6 +23,18 @@ def sampler(means: Sequence[float], sd: float = 0.1, seed: int = 0) -> Callable[
     return lambda pairs: np.array([[means[it] + sd * noise[it, n]] for it, n in pairs])
 
 
+def limited(sample: Callable[[Pairs], Floats], missions: int) -> Callable[[Pairs], Floats]:
+    """Return a sampler that flies so many missions and no more."""
+    left = missions
+
+    def some(pairs: Pairs) -> Floats:
+        nonlocal left
+        flown, left = pairs[:left], left - len(pairs[:left])
+        return sample(flown) if flown else np.empty((0, 1))
+
+    return some
+
+
 def chosen(means: Sequence[float], costs: Sequence[float], **settings: Any) -> Selection:
     """Select among candidates of such means, the goal being at most 1."""
     return select([Candidate(cost) for cost in costs], sampler(means), METRE, **settings)
@@ -64,17 +76,17 @@ def test_where_none_meets_the_goal_there_is_no_answer() -> None:
     assert found.why == "No candidate meets the goals."
 
 
-def test_a_candidate_at_its_limit_is_too_close_to_tell_and_not_chosen() -> None:
+def test_a_candidate_at_its_limit_needs_more_missions_and_not_chosen() -> None:
     found = chosen([1.0, 0.5], [1, 2], most_seeds=32, zone=0.0)
-    assert found.verdicts == ("too close to tell", "met")
+    assert found.verdicts == ("needs more missions", "met")
     assert found.answer == 1
     assert not found.is_settled
-    assert found.why.endswith("1 cheaper candidate may meet the goals: not told with 32 seeds.")
+    assert found.why.endswith("1 cheaper candidate may meet the goals: not settled with 32 seeds.")
 
 
 def test_within_the_zone_of_the_limit_no_more_missions_are_flown() -> None:
     found = chosen([0.99, 0.5], [1, 2], zone=0.2)
-    assert found.verdicts == ("too close to tell", "met")
+    assert found.verdicts == ("needs more missions", "met")
     assert found.is_settled  # it could be better by less than would matter
     assert found.missions[0] <= 16
 
@@ -138,56 +150,43 @@ def test_a_prediction_decides_the_order_and_not_the_answer() -> None:
         assert first[0] == next((n for n, prior in enumerate(priors) if prior <= 1), 0)
 
 
-def test_when_time_is_over_the_best_answer_so_far_is_given_and_what_is_missing() -> None:
-    calls = iter([False] * 4 + [True] * 100)
+def test_what_is_cut_off_gives_the_best_answer_so_far_and_says_what_is_missing() -> None:
     candidates = [Candidate(1, [5.0]), Candidate(2, [5.0]), Candidate(3, [0.5])]
-    found = select(candidates, sampler([1.5, 1.01, 0.5]), METRE, is_over=lambda: next(calls))
+    found = select(candidates, limited(sampler([1.5, 1.01, 0.5]), 17), METRE)
     assert found.answer == 2
-    assert found.verdicts == ("no time", "no time", "met")
+    assert found.verdicts == ("not flown", "needs more missions", "met")
+    assert found.missions == (0, 9, 8)  # those of a look that is not whole count
     assert not found.is_settled
-    assert "2 cheaper candidates may meet the goals: not told in time." in found.why
+    assert found.why.endswith("2 cheaper candidates may meet the goals.")
 
 
-def test_a_candidate_close_to_its_limit_does_not_take_all_the_time() -> None:
+def test_a_candidate_close_to_its_limit_does_not_take_all_the_missions() -> None:
     """A dearer one is found to meet the goal before many seeds are flown of who may not."""
-    flown = 0
-    values = sampler([0.99, 0.5])
-
-    def sample(pairs: Pairs) -> Floats:
-        nonlocal flown
-        flown += len(pairs)
-        return values(pairs)
-
-    candidates = [Candidate(1, [0.9]), Candidate(2, [0.5])]
-    found = select(candidates, sample, METRE, zone=0.0, is_over=lambda: flown > 40)
+    values, candidates = sampler([0.99, 0.5]), [Candidate(1, [0.9]), Candidate(2, [0.5])]
+    found = select(candidates, limited(values, 40), METRE, zone=0.0)
     assert found.answer == 1
-    assert found.verdicts == ("no time", "met")
+    assert found.verdicts == ("needs more missions", "met")
     assert select(candidates, values, METRE, zone=0.0).missions[0] == 128
 
 
-def test_rivals_that_time_or_seeds_leave_open_are_told() -> None:
+def test_rivals_that_a_budget_or_seeds_leave_open_are_told() -> None:
     found = chosen([0.5, 0.5], [1, 1], most_seeds=12, zone=0.01)
     assert found.verdicts == ("met", "met")
     assert not found.is_settled
-    assert found.why.endswith("1 rival of equal cost may be better: not told with 12 seeds.")
-    calls = iter([False] * 3 + [True] * 9)
-    found = select(
-        [Candidate(1)] * 2, sampler([0.5, 0.5]), METRE, zone=0.01, is_over=lambda: next(calls)
-    )
+    assert found.why.endswith("1 rival of equal cost may be better: not settled with 12 seeds.")
+    some = limited(sampler([0.5, 0.5]), 20)
+    found = select([Candidate(1)] * 2, some, METRE, zone=0.01)
     assert found.answer is not None
-    assert found.why.endswith("1 rival of equal cost may be better: not told in time.")
+    assert found.why.endswith("1 rival of equal cost may be better.")
 
 
 def test_a_sampler_that_ends_early_ends_the_selection() -> None:
-    def sample(pairs: Pairs) -> Floats:
-        return sampler([0.5, 0.6])(pairs[:3])
-
-    found = select([Candidate(1), Candidate(2)], sample, METRE)
+    found = select([Candidate(1), Candidate(2)], limited(sampler([0.5, 0.6]), 3), METRE)
     assert found.answer is None
-    assert found.verdicts == ("no time", "no time")
+    assert found.verdicts == ("needs more missions", "not flown")
     none = "No candidate is shown to meet the goals."
-    assert found.why == f"{none} 2 candidates may meet the goals: not told in time."
-    assert found.missions == (0, 0)
+    assert found.why == f"{none} 2 candidates may meet the goals."
+    assert found.missions == (3, 0)
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,7 @@ def test_a_fifth_of_the_papers_sweep_finds_what_all_of_it_does(
         if not agrees:
             assert truth is not None
             number = names.index(truth)
-            assert found.verdicts[number] == "too close to tell"
+            assert found.verdicts[number] == "needs more missions"
         elif team is not None and truth is not None and found.is_settled:
             assert teams[team].mean() <= teams[truth].mean() + 0.05 * limit
     assert flown <= SHARE * MISSIONS

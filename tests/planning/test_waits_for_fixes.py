@@ -7,16 +7,19 @@ from bindusbl_des.mission.outcomes.service import fix_ages
 from bindusbl_des.planning.prediction.rounds import Turns
 from bindusbl_des.planning.prediction.waiting import Waiting, waiting
 
+# How old fixes are as they come (s)
+LAG = 0.7
+
 
 def waited(told: np.ndarray, chance: float, end: float, many: int = 1) -> Waiting:
     rows = np.atleast_2d(np.asarray(told, dtype=float))
     none = np.zeros(rows.shape, dtype=np.int64)
-    return waiting(Turns(rows, rows, np.full(rows.shape, chance), none, none, many), end)
+    return waiting(Turns(rows - LAG, rows, np.full(rows.shape, chance), none, none, many), end)
 
 
 def ages(told: np.ndarray, end: float) -> tuple[float, float, float]:
     """Return mean, 95 % quantile and maximum of the age of the last fix (s)."""
-    return fix_ages(told, end, np.empty(len(told) + 1))
+    return fix_ages(told, told - LAG, end)
 
 
 def test_certain_fixes_are_counted_as_metrics_count_them() -> None:
@@ -32,10 +35,10 @@ def test_without_fixes_the_wait_is_the_mission() -> None:
 
 
 def test_fixes_by_chance_are_awaited_longer() -> None:
-    """Mean age over time (2 - p) T / (2 p), and the longest wait as drawn a thousand times."""
+    """Mean age over time (2 - p) T / (2 p) and what fixes are old; the rest as drawn."""
     told, chance = np.linspace(2.0, 798.0, 399), 0.4
     found = waited(told, chance, 800.0)
-    assert found.mean_s[0] == pytest.approx(2.0 * (2 - chance) / (2 * chance), rel=0.01)
+    assert found.mean_s[0] == pytest.approx(2.0 * (2 - chance) / (2 * chance) + LAG, rel=0.01)
     draw, drawn = np.random.default_rng(2), []
     for _ in range(1000):
         drawn.append(ages(told[draw.random(len(told)) < chance], 800.0))

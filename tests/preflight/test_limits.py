@@ -33,15 +33,18 @@ def limits(**changes: dict[str, Any]) -> Limits:
 
 
 def test_rounds_of_a_fleet_that_holds() -> None:
-    """Two slots of 2.5 t_C and a downlink slot of 10 t_C, t_C = 1/3 s: 5 s for three fixes."""
+    """Two slots of 2.5 t_C and a downlink slot of 10 t_C, t_C = 1/3 s: 5 s for three fixes.
+
+    The ASVs broadcast in turn, and each AUV is in MF range of one of them.
+    """
     found = limits()
     assert found.in_range.tolist() == [1.0, 1.0, 1.0, 0.0]
     assert found.groups is not None
     assert (found.groups.made, found.groups.fewest, found.groups.clique) == (2.0, (2.0, 2.0), 2.0)
     assert (found.groups.most_heard, found.groups.reuse) == (2.0, 1.5)
-    assert found.rates["planned"].each == pytest.approx([0.2, 0.2, 0.2, 0.0])
+    assert found.rates["planned"].each == pytest.approx([0.1, 0.1, 0.1, 0.0])
     assert (found.rates["planned"].worst, found.rates["planned"].lowest) == (3, 0.0)
-    assert found.rates["pipelined_round"].mean == pytest.approx(0.75 * 0.3)
+    assert found.rates["pipelined_round"].mean == pytest.approx(0.75 * 0.15)
     assert found.rates["back_to_back"].mean == pytest.approx(0.75 / 0.448)
 
 
@@ -67,14 +70,25 @@ def test_own_rounds_stand_beside_others(changes: dict[str, Any], names: set[str]
 
 
 def test_one_auv_a_frame() -> None:
-    """An AUV in range is fixed once in four frames of 6 s."""
+    """An AUV in range pings once in four frames of 6 s, and hears every other broadcast."""
     found = limits(protocol={"schedule": "round_robin", "frame_s": 6.0})
-    assert found.rates["planned"].each == pytest.approx([1 / 24, 1 / 24, 1 / 24, 0.0])
+    assert found.rates["planned"].each == pytest.approx([1 / 48, 1 / 48, 1 / 48, 0.0])
 
 
-def test_answers_need_no_records() -> None:
-    """A direct reply takes ping and way; a round is its two uplink slots."""
+def test_answers_are_frames_of_one_record() -> None:
+    """An answer of 24 B takes 0.192 s, its guard 1.25 t_C: slots are so much longer, and an ASV
+    answers 1 / 0.192 s times a second at most.
+    """
     found = limits(protocol={"downlink": "direct_reply"})
+    assert found.records_hz == pytest.approx(1 / 0.192)
+    slot = 2.5 / 3 + 0.192 + 1.25 / 3
+    assert found.rates["planned"].each[0] == pytest.approx(1 / (2 * slot))
+    assert found.latency_s == pytest.approx(0.202 + 2 * 30.54 / 1500, abs=1e-4)
+
+
+def test_instant_answers_need_no_records() -> None:
+    """One takes ping and way; a round is its two uplink slots."""
+    found = limits(protocol={"downlink": "direct_reply", "reply": "instant"})
     assert found.records_hz is None
     assert set(found.rates) == {"planned"}
     assert found.rates["planned"].each[0] == pytest.approx(1 / (2 * 2.5 / 3))
@@ -111,11 +125,11 @@ def test_timing_tells_limits_and_has_them_as_data() -> None:
     text, data = timing(mission), json.loads(timing(mission, "--json"))
     assert "in HF range               75.0 % of the time, AUV3 0.0 %" in text
     assert "slots for all, at least   2.00: chromatic number (clique 2.00, one ASV" in text
-    assert ["these", "rounds", "0.150", "0.000", "(AUV3)", "9", "%"] in map(
+    assert ["these", "rounds", "0.075", "0.000", "(AUV3)", "4", "%"] in map(
         str.split, text.split("\n")
     )
     assert data["limits"]["groups"]["fewest"] == [2.0, 2.0]
-    assert data["limits"]["fix_rates_hz"]["planned"] == pytest.approx([0.2, 0.2, 0.2, 0.0])
+    assert data["limits"]["fix_rates_hz"]["planned"] == pytest.approx([0.1, 0.1, 0.1, 0.0])
 
 
 @pytest.mark.usefixtures("inside_a_folder")
@@ -125,3 +139,30 @@ def test_limits_of_a_plug_in_that_is_not_loaded_are_not_guessed() -> None:
     mission["auvs"]["route"] = {"kind": "somebodys:route"}
     assert "which only the plug-in knows" in timing(mission)
     assert json.loads(timing(mission, "--json"))["limits"] is None
+
+
+def test_losses_by_range_are_counted() -> None:
+    """Over 282 m the OEM head decodes half the pings: half as many fixes, in shorter frames."""
+    one = {
+        "auvs": {"count": 1, "route": {"kind": "hold", "positions_m": [[280.35, 0.0]]}},
+        "asvs": {"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}},
+        "survey": {"side_m": 600},
+    }
+    far = {"hf": {"range_m": 300.0}, "mf": {"range_m": 600.0}}
+    whole = limits(**one, acoustics={**far, "loss": {"law": "scaled"}})
+    half = limits(**one, acoustics={**far, "loss": {"law": "head"}})
+    assert (whole.in_range.tolist(), whole.fix_chance.tolist()) == ([1.0], [1.0])
+    assert half.in_range.tolist() == [1.0]
+    assert half.fix_chance == pytest.approx([0.5], abs=1e-3)
+    for name in ("planned", "pipelined_round"):
+        assert half.rates[name].mean == pytest.approx(0.5 * whole.rates[name].mean, rel=2e-3)
+
+
+def test_frames_that_are_lost_are_counted() -> None:
+    """A sonar's frames of one fix are decoded by half over the MF range."""
+    one = {
+        "auvs": {"count": 1, "route": {"kind": "hold", "positions_m": [[95.4, 0.0]]}},
+        "asvs": {"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}},
+    }
+    found = limits(**one, acoustics={"hf": {"range_m": 200}, "mf": {"channel": "sonar"}})
+    assert found.fix_chance == pytest.approx([0.5], abs=1e-3)

@@ -1,6 +1,7 @@
 """What changes the answers without being asked for is told, with its numbers; defaults are not."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -131,10 +132,12 @@ def test_every_key_that_does_nothing_is_known(mode: str, value: Any) -> None:
             assert key in {found.key for found in idle_keys(scenario)}, f"{key} with {mode}={value}"
 
 
-def test_direct_replies_leave_six_keys_without_effect() -> None:
-    """The keys of a broadcast do nothing where nothing is broadcast; each is told if it was set."""
+@pytest.mark.parametrize(("reply", "idle"), [("instant", 6), ("frame", 1)])
+def test_direct_replies_leave_keys_without_effect(reply: str, idle: int) -> None:
+    """The keys of frames do nothing where answers are none; each is told if it was set."""
     asked = {
-        "protocol": {"downlink": "direct_reply", "broadcaster": "fixed"},
+        "asvs": {"count": 1},
+        "protocol": {"downlink": "direct_reply", "reply": reply, "broadcaster": "fixed"},
         "acoustics": {
             "mf": {
                 "range_m": 9.0,
@@ -145,10 +148,47 @@ def test_direct_replies_leave_six_keys_without_effect() -> None:
             }
         },
     }
-    found = told(**asked)
-    assert len(found) == 6
-    assert all("no effect with protocol.downlink: direct_reply" in text for text in found.values())
-    assert told(protocol={"downlink": "direct_reply"}) == {}
+    found = {
+        key: text
+        for key, text in told(**asked).items()
+        if f"no effect with protocol.downlink: direct_reply, protocol.reply: {reply}" in text
+    }
+    assert "protocol.broadcaster" in found
+    assert len(found) == idle
+
+
+def test_a_downlink_that_cannot_carry_all_fixes_is_warned_of() -> None:
+    """Six AUVs of ALOHA: 13.9 fixes a second, the downlink carries 7.8, so that the last come
+    300 s (1 - 7.8 / 13.9) = 131 s late; a simulated one's latest is 122 s late.
+    """
+
+    def crowded(*keys: str) -> Scenario:
+        crowd = ["auvs.count=6", "auvs.turning_radius_m=3", "protocol.schedule=aloha"]
+        return load_scenario("recovery_140m", overrides=[*crowd, "protocol.frame_s=0.3", *keys])
+
+    def warned(scenario: Scenario) -> str:
+        return {found.key: found.message for found in cautions(scenario)}.get(
+            "protocol.frame_s", ""
+        )
+
+    told = warned(crowded())
+    assert "carries 7.8 fixes a second at most, and about 13.9 are made" in told
+    assert "by 300 s come about 131 s late" in told
+    mission = simulate(crowded("record.detail=summary"), 1).mission.iloc[0]
+    assert mission.latency_max_s == pytest.approx(131.0, rel=0.15)
+    assert mission.fix_age_max_s > mission.latency_max_s
+    for few in ("protocol.frame_s=1", "protocol.downlink=direct_reply"):
+        assert warned(crowded(few)) == ""
+
+
+def test_answers_to_auvs_that_share_a_slot_are_warned_of() -> None:
+    """Three ASVs 86.6 m apart, MF range 100 m: between two of them both are heard."""
+    shared = {"downlink": "direct_reply"}
+    found = told(protocol=shared)
+    assert "between ASVs 86.6 m apart an AUV hears both" in found["protocol.downlink"]
+    assert told(protocol=shared, acoustics={"mf": {"range_m": 43.0}}) == {}
+    for alone in ({"schedule": "one_per_slot"}, {"reply": "instant"}, {"schedule": "polling"}):
+        assert "protocol.downlink" not in told(protocol={**shared, **alone})
 
 
 @pytest.mark.parametrize("key", ["gain", "delay_compensation"])
@@ -322,7 +362,10 @@ def test_estimate_is_another_name_of_last_fix(tmp_path: Path) -> None:
     assert str(read_scenario(file).warnings[0]).startswith(f"{file}:2:23: protocol.positions: ")
 
 
-FILE = "name: m\nduration_s: 5\nprotocol: {downlink: direct_reply, broadcaster: fixed}\n"
+FILE = (
+    "name: m\nduration_s: 5\n"
+    "protocol: {downlink: direct_reply, broadcaster: fixed, reply: instant}\n"
+)
 LINE = "f.yaml:3:49: protocol.broadcaster: has no effect with protocol.downlink: direct_reply"
 
 
@@ -428,3 +471,63 @@ def test_a_law_is_not_for_a_cast_of_speeds(tmp_path: Path) -> None:
     for file, is_told in ((speeds, True), (water, False)):
         found = told(environment={"ctd": str(file), "sound_speed_law": "medwin"})
         assert ("environment.sound_speed_law" in found) == is_told
+
+
+FAR = {"hf": {"range_m": 1200.0}, "mf": {"range_m": 2400.0}}
+
+
+@pytest.mark.parametrize(
+    ("acoustics", "key", "words"),
+    [
+        (
+            {"loss": {"law": "paper"}},
+            "hf",
+            "over 1200 m 0.1 % of pings are decoded, at least half ",
+        ),
+        ({"loss": {"law": "head"}}, "hf", "of them up to 282 m: .* acoustics.loss.law scaled"),
+        ({"hf": {"channel": {"model": "sonar", "snr_threshold_db": 35.0}}}, "hf", "of pings"),
+        ({"hf": {"modem": "ahoi"}}, "hf", "over 1200 m 0 % .* up to 152.* make it less$"),
+        (
+            {"mf": {"channel": {"model": "sonar", "snr_threshold_db": 35.0}}},
+            "mf",
+            "over 2400 m .* % of frames are decoded, at least half of them up to [0-9]+",
+        ),
+    ],
+)
+def test_a_range_over_which_most_is_lost_is_told_with_numbers(
+    acoustics: dict[str, Any], key: str, words: str
+) -> None:
+    found = told(acoustics={band: {**FAR.get(band, {}), **acoustics.get(band, {})}
+                            for band in ("hf", "mf", "loss")})  # fmt: skip
+    assert [name for name in found if name.endswith("range_m")] == [f"acoustics.{key}.range_m"]
+    assert re.search(words, found[f"acoustics.{key}.range_m"])
+
+
+@pytest.mark.parametrize("channel", ["disc", "sonar"])
+def test_what_carries_over_its_range_is_not_warned_of(channel: str) -> None:
+    """By default a loss law is made for the range, and so is a sonar's threshold."""
+    found = told(acoustics={band: {**keys, "channel": channel} for band, keys in FAR.items()})
+    assert not [name for name in found if name.startswith("acoustics")]
+
+
+BAY = [[0, 0], [300, 0], [300, 200], [200, 200], [200, 50], [100, 50], [100, 200], [0, 200]]
+
+
+def test_lanes_that_cross_a_bay_are_told_with_how_far() -> None:
+    """Of ten lanes 20 m apart the seven beyond y = 50 m cross 100 m of open water each."""
+    keys = {"survey": {"polygon_m": BAY}, "asvs": {"count": 1}}
+    across = {"count": 2, "route": {"lane_spacing_m": 20}}
+    told_of = told(**keys, auvs=across)["survey.polygon_m"]
+    assert told_of.startswith("7 of 10 lanes leave the area and come back across a bay (AUV0 on 2,")
+    assert "AUV1 on 5): 700 m in all, 100 m at a stretch, up to 50 m beyond its edge" in told_of
+    along = {"count": 2, "route": {"lane_spacing_m": 20, "lane_heading_deg": 90}}
+    assert "survey.polygon_m" not in told(**keys, auvs=along)
+    convex = {**keys, "survey": {"polygon_m": [*BAY[:3], BAY[-1]]}}
+    assert "survey.polygon_m" not in told(**convex, auvs=across)
+
+
+def test_a_current_and_a_dvl() -> None:
+    """Which remedy is for whom: a DVL that sees the bottom, and a log through the water."""
+    with pytest.raises(ValueError, match="a DVL that sees the bottom; for these set it to 0") as it:
+        told(environment={"current_m_per_s": 0.2})
+    assert "whose log measures through the water set navigation.velocity to" in str(it.value)

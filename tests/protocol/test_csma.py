@@ -19,7 +19,7 @@ from bindusbl_des.protocol.access.closed_forms import aloha_success, offered_loa
 from bindusbl_des.protocol.access.packets import packets_of
 
 SPEED, PING_S = 1500.0, 0.010
-CURVE = "scenarios/ahoi_delivery.csv"
+CURVE = "bindusbl_des/presets/ahoi_delivery.csv"
 
 
 def sensing(

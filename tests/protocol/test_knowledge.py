@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, paper_case, scenario, still
 
-from bindusbl_des import Mission, Result, Scenario, simulate
+from bindusbl_des import Mission, Result, Scenario, cautions, simulate
 from bindusbl_des.acoustics.modem import Messages, Modem
 from bindusbl_des.explain import explain_ping
 
-CURVE = str(Path(__file__).parents[2] / "scenarios" / "ahoi_delivery.csv")
+CURVE = str(Path(__file__).parents[2] / "bindusbl_des/presets/ahoi_delivery.csv")
 MISSED = ("silent", "last_slot", "contention")
 
 # From 20 m away and 10 m deep to the vessel (s)
@@ -394,3 +394,49 @@ def test_other_schedules_are_told_as_well(schedule: str) -> None:
     assert result.auvs.slots_missed.tolist() == [0] * 4
     assert len(result.tables["assignments"]) == len(result.tables["pings"])
     assert result.auvs.fixes_delivered.min() > 5
+
+
+@pytest.mark.parametrize("downlink", ["sequential", "pipelined_round"])
+@pytest.mark.parametrize("schedule", ["super_tdma", "worst_first"])
+def test_who_comes_into_range_before_a_round_begins_is_allowed_for(
+    schedule: str, downlink: str
+) -> None:
+    """Rounds are planned a frame or a round before they begin: 68 and 18 pings collided here."""
+    exact = dict.fromkeys(
+        ("tdoa_sd_s", "travel_time_sd_s", "quantum_s", "roll_sd_deg", "pitch_sd_deg",
+         "heading_sd_deg"), 0.0,
+    )  # fmt: skip
+    outcomes: list[str] = []
+    for reach in (30.0, 40.0, 50.0):
+        world = scenario(
+            duration_s=200.0, survey={"side_m": 120.0}, usbl=exact,
+            asvs={"count": 2, "formation": {"radius_m": 30.0}},
+            auvs={"count": 5, "speed_m_per_s": 5.0, "turning_radius_m": 2.0,
+                  "route": {"lane_spacing_m": 6.0}},
+            acoustics={"loss": {"law": "none"}, "hf": {"range_m": reach}, "mf": {"range_m": 1e3}},
+            protocol={"schedule": schedule, "downlink": downlink, "knowledge": "broadcast",
+                      "forget_after_s": None, "broadcaster": "fixed",
+                      "positions": "carried_forward"},
+        )  # fmt: skip
+        outcomes += simulate(world).tables["receptions"]["outcome"].tolist()
+    assert outcomes.count("collided") == 0
+    assert outcomes.count("heard") > 1000
+
+
+@pytest.mark.parametrize("schedule", ["super_tdma", "worst_first", "one_per_slot"])
+def test_a_last_slot_that_is_another_s_by_now_is_told(schedule: str) -> None:
+    """Schedules that deal slots anew are warned of, and `explain` says whose slot it was."""
+    world = paper_case(
+        3, duration_s=60.0, record={"detail": "full"}, auvs={"count": 6},
+        acoustics={"mf": {"range_m": 60.0}},
+        protocol={"schedule": schedule, "knowledge": "broadcast", "missed": "last_slot"},
+    )  # fmt: skip
+    warned = [it.message for it in cautions(world) if it.key == "protocol.missed"]
+    assert [schedule in it for it in warned] == [True] * (schedule != "one_per_slot")
+    result = simulate(world)
+    pings, known = result.tables["pings"], result.tables["assignments"].query("outcome == 'known'")
+    beside = pings.merge(known, on=["round", "slot", "auv"], how="left")
+    reckoned = pings.ping[beside.outcome.isna().to_numpy()].tolist()
+    assert len(reckoned) > 10
+    told = [" ".join(explain_ping(result, ping).split()) for ping in reckoned[:20]]
+    assert any("by now, of AUV" in it for it in told)

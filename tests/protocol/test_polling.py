@@ -51,10 +51,17 @@ def test_a_round_is_the_sum_of_its_round_trips(ranging: str, turnaround: float) 
     assert [it.length for it in spans] == pytest.approx(polls(turnaround).tolist(), abs=1e-9)
 
 
-def test_without_any_downlink_slot_the_next_round_follows_at_once() -> None:
-    """Direct replies: 20 s hold as many round trips as fit, and each brings a fix."""
-    result = simulate(polled(protocol={"downlink": "direct_reply"}))
-    rounds = 20.0 / polls().sum()
+# Header and one fix, 24 B at 2000 bit/s and overhead 2, and the guard of 1.25 t_C
+ANSWERS = {"frame": 0.192 + 1.25 * 0.04, "instant": 0.0}
+
+
+@pytest.mark.parametrize(("reply", "answer"), ANSWERS.items())
+def test_without_any_downlink_slot_the_next_round_follows_at_once(
+    reply: str, answer: float
+) -> None:
+    """Direct replies: 20 s hold as many round trips and answers as fit, and each brings a fix."""
+    result = simulate(polled(protocol={"downlink": "direct_reply", "reply": reply}))
+    rounds = 20.0 / (polls() + answer).sum()
     assert len(result.tables["pings"]) == pytest.approx(3 * rounds, abs=3)
     assert result.auvs.fixes_delivered.sum() == pytest.approx(3 * rounds, abs=3)
 
@@ -87,7 +94,7 @@ def test_who_does_not_decode_an_answer_waits_too() -> None:
     lasted = np.diff(pings.called_at_s)
     decoded = set(met.ping[met.outcome == "heard"])
     answered = pings.ping.isin(decoded).to_numpy()[:-1]
-    own = polls()[[int(name[3:]) for name in pings.auv[:-1]]]
+    own = polls()[[int(name[3:]) for name in pings.auv[:-1]]] + ANSWERS["frame"]
     wait = rounds_of(world).slots.uplink_slot
     assert 0.3 < answered.mean() < 0.8
     assert lasted == pytest.approx(np.where(answered, own, wait), abs=1e-9)
@@ -194,11 +201,16 @@ def test_a_turnaround_counts_where_auvs_are_called() -> None:
 
 @pytest.mark.parametrize("ranging", ["owtt_sync", "twtt"])
 def test_calls_cost_energy_whatever_is_ranged(ranging: str) -> None:
-    """An AUV that answers has received a call: as much of the modem's time as it has sent."""
+    """An AUV that answers has sent a ping; all receive every call, and answers within 50 m."""
     modem = {"transmit_w": 10.0, "receive_w": 1.0, "idle_w": 0.0}
     result = simulate(polled(acoustics={"hf": modem}, protocol={"ranging": ranging}))
-    answered = (result.tables["pings"].call == "heard").sum()
-    assert result.auvs.energy_j.sum() == pytest.approx(answered * PING * (10.0 + 1.0), rel=1e-3)
+    answered = np.bincount(result.tables["pings"].auv.str[3:].astype(int))
+    apart = np.hypot(*(np.array(PLACES)[:, None] - np.array(PLACES)).transpose(2, 0, 1))
+    received = (
+        len(PLACES) * answered.sum() + ((apart > 0.0) & (apart <= 50.0)).sum(axis=1) @ answered
+    )
+    expected = PING * (10.0 * answered.sum() + 1.0 * received)
+    assert result.auvs.energy_j.sum() == pytest.approx(expected, rel=3e-3)
 
 
 def test_latency_from_slots_is_not_told_where_slots_are_not_equal() -> None:

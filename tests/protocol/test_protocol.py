@@ -128,7 +128,8 @@ def test_pipelined_groups_broadcast_one_fix_at_a_time() -> None:
 @pytest.mark.parametrize(("reply_at", "decoding"), [("ping_front", 0.0), ("ping_end", 0.01)])
 def test_direct_reply_takes_two_ways_only(reply_at: str, decoding: float) -> None:
     """A ping answered at once: two travel times, and the ping itself if it is decoded first."""
-    protocol = {"downlink": "direct_reply", "schedule": "round_robin", "reply_at": reply_at}
+    protocol = {"downlink": "direct_reply", "schedule": "round_robin"}
+    protocol |= {"reply": "instant", "reply_at": reply_at}
     fixes = simulate(still(2, at=40.0, protocol=protocol)).tables["fixes"]
     two_way = 2 * math.hypot(40, 10) / 1500 + decoding
     assert set(fixes.latency_s.round(9)) == {round(math.ceil(two_way * 30) * TICK, 9)}
@@ -298,6 +299,22 @@ def test_a_fleet_that_knows_only_estimates_misses_conflicts() -> None:
     believed = simulate(scenario(**moving, protocol={"positions": "last_fix"}))
     true = simulate(scenario(**moving))
     assert believed.mission.collisions[0] > 10 * true.mission.collisions[0]
+
+
+def test_an_auv_that_is_not_late_pings_as_its_slot_begins() -> None:
+    """However the instants of waits are rounded, nobody waits for the past ("Negative delay")."""
+    late = scenario(
+        duration_s=40.0,
+        survey={"side_m": 66.57076956645662},
+        auvs={"count": 2, "ping_late_s": [0.0, 0.0]},
+        acoustics={"hf": {"range_m": 28.446889947097716}},
+        protocol={
+            "schedule": "random", "downlink": "pipelined_group", "frame_s": 1.6005231269518714,
+            "tick_rate_hz": 7.3,
+        },
+    )  # fmt: skip
+    result = simulate(late)
+    assert len(result.tables["pings"]) == len(result.tables["rounds"]) > 20
 
 
 @pytest.mark.parametrize("name", ["no_groups", "twice", "stranger"])

@@ -160,9 +160,10 @@ def test_the_fleet_knows_how_far_an_auv_may_have_gone() -> None:
 
 def test_a_navigator_compares_with_the_instant_at_which_a_fix_holds() -> None:
     """With `shift` a drift of 1 m/s makes no innovation but what it was at the answer."""
+    drifting = {"filter": "fixed_gain", "velocity_bias_m_per_s": [1.0, 0.0]}
     world = still(
-        1, protocol={**TWTT, "turnaround_s": 0.4},
-        navigation={**QUIET_NAVIGATION, "velocity_bias_m_per_s": [1.0, 0.0]}, usbl=QUIET_USBL,
+        1, protocol={**TWTT, "turnaround_s": 0.4}, navigation={**QUIET_NAVIGATION, **drifting},
+        usbl=QUIET_USBL,
     )  # fmt: skip
     fixes = simulate(world).tables["fixes"]
     assert fixes.valid_at_s.tolist() == fixes.pinged_at_s.tolist()

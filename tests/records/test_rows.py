@@ -9,17 +9,18 @@ from bindusbl_des.protocol.hf.calling import CALL, Call
 from bindusbl_des.protocol.mf.frames import FRAME, Frame
 from bindusbl_des.records.events import Fix, Ping, Reception
 from bindusbl_des.records.frames import FrameReception
-from bindusbl_des.records.rows import CALLED, FIX, FRAME_RECEPTION, PING, RECEPTION
+from bindusbl_des.records.rows import CALLED, FIX, FRAME_RECEPTION, PING, RECEPTION, SIGHT
 
 LEFT_TO_TABLES = ("asvs", "level_db", "margin_db")
+SAID = [f"said_{it}" for it in ("x_m", "y_m", "xx_m2", "yy_m2", "xy_m2", "polar")]
 
 
 @pytest.mark.parametrize(
     ("event", "kind", "further"),
     [
         (Ping, PING, ["call_time_s", "first", "end", "passed_at_s", "longest_s", "calls"]),
-        (Reception, RECEPTION, ["loss", "sound", "late_s", "lowered"]),
-        (Fix, FIX, ["first", "end", "arrives_at_s", "frame"]),
+        (Reception, RECEPTION, ["loss", "sound", "late_s", "lowered", *SIGHT]),
+        (Fix, FIX, ["first", "end", "arrives_at_s", "frame", *SAID]),
         (FrameReception, FRAME_RECEPTION, ["ended_at_s"]),
         (Frame, FRAME, []),
         (Call, CALL, []),
@@ -42,5 +43,6 @@ def test_numbers_are_whole_where_they_count_or_name_something() -> None:
     }  # fmt: skip
     assert {name for name in FIX.names if FIX[name].kind == "i"} == {
         "fix", "ping", "round", "auv", "broadcast_by", "outcome", "first", "end", "frame",
+        "said_polar",
     }  # fmt: skip
     assert set(CALLED.names) < set(PING.names)

@@ -235,11 +235,60 @@ def test_collisions_are_told() -> None:
     assert "collided with another ping" in text
 
 
+def test_an_asv_that_failed_is_not_the_nearest() -> None:
+    """An AUV at 20 m of one that failed, 80 m of the next: 80 m are told, from the failure on."""
+    result = simulate(
+        still(
+            1, at=20.0, duration_s=120.0,
+            asvs={"count": 2, "formation": {"positions_m": [[0, 0], [100, 0]]},
+                  "failures": [{"asv": 0, "at_s": 30.0}]},
+        ),
+        seed=0,
+    )  # fmt: skip
+    mission = recording(result)
+    late = mission.pings["sent_at_s"] >= 30.0
+    assert mission.nearest[~late] == pytest.approx(20.0)
+    assert mission.nearest[late] == pytest.approx(80.0)
+    assert "The nearest ASV that worked was 80 m away then (median, at most 80 m)" in told(result)
+
+
+def test_turns_without_an_answer_are_no_pings() -> None:
+    """Two-way ranging: calls are packed with who called, and whether an AUV answered."""
+    result = simulate(
+        scenario(duration_s=60.0, asvs={"count": 1}, protocol={"ranging": "twtt"}), seed=0
+    )
+    page, pings = run_page(result), result.tables["pings"]
+    data = run_data.run_data(recording(result), story(recording(result)).services, Packer())
+    assert data["calls"]
+    assert data["pings"]["called"]["length"] == len(pings)
+    assert 0 < (pings.call == "heard").sum() < len(pings)
+    assert "twtt ranging (an AUV pings when an ASV calls it)" in page
+    assert "turns in which an ASV called it in those gaps" in told(result)
+
+
+def test_a_title_says_what_was_set(tmp_path: Path) -> None:
+    """`run --set` changes title and header, also of the page made again; the page says as well
+    what is not as the package's defaults, which a scenario of one's own names no base for.
+    """
+    words = ["run", "quickstart", "--set", "duration_s=5", "--set", "protocol.ranging=twtt"]
+    outcome = CliRunner().invoke(main, [*words, "--no-advice", "--out", str(tmp_path / "run")])
+    assert outcome.exit_code == 0, outcome.output
+    result = load_result(tmp_path / "run")
+    for page in ((tmp_path / "run" / "report.html").read_text(), run_page(result)):
+        assert "<title>quickstart with duration_s=5, protocol.ranging=twtt, seed 0</title>" in page
+        assert "<h1>quickstart with duration_s=5, protocol.ranging=twtt</h1>" in page
+    page = run_page(simulate(scenario(duration_s=5.0, survey={"depth_m": 7.0}), 0))
+    [changed] = re.findall(r"<dt>Not as the package's defaults</dt><dd>(.*?)</dd>", page)
+    assert "duration_s: 5" in changed
+    assert "survey.depth_m: 7" in changed
+    assert "environment.sound_speed_m_per_s" not in changed
+
+
 def test_nobody_starves_under_a_good_asv() -> None:
-    """An AUV near an ASV, without losses: the longest wait is told, which the metrics have too."""
+    """An AUV near an ASV, without losses: the largest age is told, which is the metric."""
     result = simulate(still(1, at=20.0, duration_s=60.0), seed=0)
     text, row = told(result), result.auvs.iloc[0]
-    assert f"No AUV starved; the longest wait for a fix was {row.fix_age_max_s:.1f} s" in text
+    assert f"No AUV starved; the last fix was never older than {row.fix_age_max_s:.1f} s" in text
     assert f"AUV0 navigated worst: its error was {row.position_error_m:.2f} m on average" in text
     assert "No change was tried" in text
 
@@ -251,8 +300,9 @@ def test_gaps_and_fates_add_up(recovery: Result) -> None:
     assert wait.first == wait.later
     fixes, outcomes = recovery.tables["fixes"], recovery.tables["receptions"].outcome
     for auv in range(3):
-        arrivals = fixes[fixes.auv == f"AUV{auv}"].delivered_at_s.dropna().sort_values()
-        waits = np.diff([0.0, *arrivals, 300.0])
+        own = fixes[(fixes.auv == f"AUV{auv}") & (fixes.outcome == "delivered")]
+        own = own.sort_values("delivered_at_s")
+        waits = np.array([*own.delivered_at_s, 300.0]) - np.array([0.0, *own.pinged_at_s])
         gaps = [gap.length for gap in service(mission, auv, wait).gaps]
         assert gaps == pytest.approx(waits[waits > wait.later].tolist())
         assert max(gaps, default=0.0) in (0.0, pytest.approx(recovery.auvs.fix_age_max_s[auv]))

@@ -13,9 +13,9 @@ from bindusbl_des import Scenario, load_scenario, simulate, sweep
 from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.core.palette import COLOURS
 from bindusbl_des.core.wording import significant
-from bindusbl_des.figures.latency import shown_until
 from bindusbl_des.report.comparison import comparison_page
 from bindusbl_des.report.run_page import run_page
+from bindusbl_des.report.service import shown_until
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 pytestmark = without_browser
@@ -361,11 +361,60 @@ def test_numbers_of_pages_have_no_exponents(opened: Open, recovery: Path) -> Non
     assert options == ["58 s", "232 s", "870 s", "whole mission"]
 
 
-def test_histograms_survive_an_outlier(opened: Open, recovery: Path) -> None:
-    """They end where nearly all values do, as the figure does."""
+def test_fixes_in_frames_that_collided_are_not_delivered(opened: Open, tmp_path: Path) -> None:
+    """Answers that meet at an AUV: the page has as many fixes as the table."""
+    plan = {"auvs.count": 4, "duration_s": 60, "protocol.downlink": "direct_reply"}
+    overrides = [f"{key}={value}" for key, value in plan.items()] + ["protocol.reply=frame"]
+    result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=overrides), seed=0)
+    outcomes = result.tables["fixes"].outcome
+    assert (outcomes == "collided").sum() > 10
+    (tmp_path / "met.html").write_text(run_page(result), encoding="utf-8")
+    it = opened(tmp_path / "met.html")
+    assert it.ask("bindusbl.mission.deliveredOrder.length") == (outcomes == "delivered").sum()
+
+
+def test_calls_are_drawn(opened: Open, tmp_path: Path) -> None:
+    """Two-way ranging: calls on map and timeline, and in words where nobody answers."""
+    plan = {"asvs.count": 1, "duration_s": 60, "protocol.ranging": "twtt"}
+    overrides = [f"{key}={value}" for key, value in plan.items()]
+    result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=overrides), seed=0)
+    (tmp_path / "twtt.html").write_text(run_page(result), encoding="utf-8")
+    it = opened(tmp_path / "twtt.html")
+    it.ask(
+        """(() => {
+            bindusbl.drawn = bindusbl.rings = 0;
+            const { call } = Timeline.prototype, { ring } = SeaMap.prototype;
+            Timeline.prototype.call = function (...all) { bindusbl.drawn++, call.apply(this, all) };
+            SeaMap.prototype.ring = function (...all) {
+                bindusbl.rings += all[5]?.dash?.join() === "3,3";
+                ring.apply(this, all);
+            }; })()"""
+    )
+    slide(it, 30)
+    it.until("bindusbl.drawn > 5 && bindusbl.rings > 0")
+    silent = result.tables["pings"].query("call != 'heard'")
+    assert len(silent) > 10
+    words = it.ask("bindusbl.log.events.map((it) => it[1])")
+    assert sum("no answer" in it for it in words) == len(silent)
+    assert "calls, which AUVs answer by a ping" in it.ask("byId('timeline-legend').textContent")
+
+
+def test_histograms_hold_every_value(opened: Open, recovery: Path) -> None:
+    """They end where nearly all values do; what lies beyond is in the last bar."""
     it = opened(recovery)
     for values in ([0.8] * 19 + [230.0], [0.8, 0.9, 1.1], [0.0] * 20 + [5.0], [3.0]):
-        assert it.ask(f"histogramEnd({values})") == shown_until(np.array(values))
+        top = shown_until(np.array(values))
+        it.ask(
+            f"""(() => {{
+                const make = Plot.prototype.make;
+                Plot.prototype.make = function () {{ make.call(this); bindusbl.bars = this.data; }};
+                histogram("tried", byId("latency-plot"), {values}, "fixes", {top});
+                Plot.prototype.make = make; }})()"""
+        )
+        middles, heights = it.ask("bindusbl.bars")
+        assert sum(heights) == len(values)
+        assert middles[-1] == pytest.approx(top, rel=0.05)
+        assert heights[-1] >= sum(value > top for value in values)
 
 
 def test_theme_and_layers_can_be_switched(opened: Open, recovery: Path) -> None:
@@ -521,7 +570,11 @@ def test_the_survey_can_be_shaded(opened: Open, recovery: Path) -> None:
     [
         (["protocol.ranging=passive"], ["HF range", "fixes"], ["MF range", "no ASV", "broadcasts"]),
         (["acoustics.hf.channel=sonar"], ["the protocol plans with"], ["no ASV in range"]),
-        (["protocol.downlink=direct_reply"], ["answers and fixes"], ["MF range", "broadcasts"]),
+        (
+            ["protocol.downlink=direct_reply", "protocol.reply=instant"],
+            ["answers and fixes"],
+            ["MF range", "broadcasts"],
+        ),
     ],
 )
 def test_legends_name_what_there_is(

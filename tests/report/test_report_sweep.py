@@ -155,7 +155,7 @@ def test_runs_beside_each_other_say_who_got_no_fix() -> None:
 
 
 def test_the_same_run_twice_differs_in_nothing() -> None:
-    """Runs of one scenario are told apart by their folders; runs without events have no map."""
+    """Runs are called A and B, with their folders; runs without events have no map."""
     result = simulate(
         load_scenario(
             SCENARIOS / "quickstart.yaml", overrides=["duration_s=5", "record.detail=summary"]
@@ -163,5 +163,6 @@ def test_the_same_run_twice_differs_in_nothing() -> None:
     )
     page = comparison_page([("a", result), ("b", result)])
     assert "they are the same scenario with the same seed" in page
-    assert "quickstart, seed 0 (a)" in page
+    assert "<b>A</b>: quickstart (a), 2 AUVs" in page
+    assert page.index('id="differences"') < page.index('id="story"')
     assert 'id="slider"' not in page

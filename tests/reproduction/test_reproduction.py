@@ -328,7 +328,7 @@ def test_an_interrupted_reproduction_ends_with_130(
     """Ctrl-C ends it as it ends every command."""
 
     def interrupted(*_: object, **__: object) -> None:
-        raise running.Interrupted
+        raise KeyboardInterrupt
 
     monkeypatch.setattr("bindusbl_des.reproduction.reproduce.run_all", interrupted)
     assert CliRunner().invoke(main, ["reproduce", "--quick", "--out", str(small)]).exit_code == 130

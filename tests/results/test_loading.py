@@ -22,7 +22,7 @@ from bindusbl_des.results.effects import GAIN, HELPS, Advice, Effect, Harm
 from bindusbl_des.results.schemas import TABLES, schema
 
 ADVICE = Advice(
-    3.0, 8, 0.5,
+    150, None, False, 8, 0.5,
     (Effect(GAIN, "a gain of 0.5", ("navigation.gain=0.5",), -0.1, -0.2, -0.05, 4, HELPS),),
     (Harm("AUV0", 0.5, 0.4, 0.1, 0.05, 0.15, 4),), 4, ("more ASVs",),
 )  # fmt: skip
@@ -93,7 +93,7 @@ RUN_KEYS = [
     "sim_seconds_per_second",
 ]  # fmt: skip
 ADVICE_KEYS = [
-    "budget_s", "missions", "error_m", "effects", "harms", "harm_seeds", "inert", "needless",
+    "budget_missions", "missions", "error_m", "effects", "harms", "harm_seeds", "inert", "needless",
     "dropped", "untried", "shortage", "fixed_gain",
 ]  # fmt: skip
 
@@ -306,7 +306,9 @@ def test_json_that_is_none_is_told(tmp_path: Path, text: str, said: str) -> None
 def test_advice_is_checked(folder: Path, key: str, value: Any, said: str) -> None:
     """Each field has its type; AUVs are those of the mission."""
     with_value("advice.json", key, value)(folder)
-    with pytest.raises(ValueError, match=rf"advice\.json is damaged .*{said}.*--advice-s 3"):
+    with pytest.raises(
+        ValueError, match=rf"advice\.json is damaged .*{said}.*--advice-missions 100"
+    ):
         load_result(folder)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import load_scenario
+from bindusbl_des.presets.airtimes import table_file
 from bindusbl_des.scenario.files.curve_file import read_curve
 from bindusbl_des.scenario.files.mistakes import ScenarioError
 
@@ -56,7 +57,9 @@ def test_pings_have_no_bits(tmp_path: Path) -> None:
 
 
 def test_shipped_curves_can_be_read() -> None:
-    """Those of two modems lie beside the scenarios."""
-    folder = Path(__file__).parents[2] / "scenarios"
-    names = ("ahoi_delivery.csv", "hermes_delivery.csv")
-    assert [len(read_curve(folder / name)[0]) for name in names] == [6, 5]
+    """One is a modem's preset, one lies beside the scenarios."""
+    names = (
+        table_file("ahoi_delivery.csv"),
+        Path(__file__).parents[2] / "scenarios/hermes_delivery.csv",
+    )
+    assert [len(read_curve(name)[0]) for name in names] == [6, 5]

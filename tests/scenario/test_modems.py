@@ -46,7 +46,7 @@ def test_what_is_given_wins_and_is_told() -> None:
 
 def test_figures_are_not_taken_for_given() -> None:
     """Nobody is told that a rate does nothing which stands in a sheet, not in the file."""
-    direct = {"protocol": {"downlink": "direct_reply"}}
+    direct = {"protocol": {"downlink": "direct_reply", "reply": "instant"}}
     data = {"name": "m", "acoustics": {"mf": {"modem": "micromodem_psk6"}}, **direct}
     assert list(told(Scenario.model_validate(data))) == ["acoustics.mf.modem"]
 
@@ -83,7 +83,11 @@ def test_names_that_are_wrong() -> None:
 def test_messages_that_cannot_be_sent_are_refused(mf: dict[str, Any], why: str) -> None:
     with pytest.raises(ValueError, match=why):
         bands(mf=mf)
-    quiet = {"name": "m", "acoustics": {"mf": mf}, "protocol": {"downlink": "direct_reply"}}
+    quiet = {
+        "name": "m",
+        "acoustics": {"mf": mf},
+        "protocol": {"downlink": "direct_reply", "reply": "instant"},
+    }
     assert Scenario.model_validate(quiet).protocol.downlink == "direct_reply"
 
 

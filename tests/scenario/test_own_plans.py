@@ -164,7 +164,7 @@ def test_coverage_asks_the_placement(home: Path) -> None:
     told = call("coverage", "m.yaml", *setting, "--allow-plugins", "--figure", "c.png")
     assert told.exit_code == 0, told.output
     assert "ASV2" in told.stdout
-    assert "20.00, 20.00 m" in told.stdout
+    assert "20.00 m north, 20.00 m east" in " ".join(told.stdout.split())
 
 
 def test_vehicles_of_ones_own_move_as_they_say() -> None:

@@ -186,6 +186,25 @@ def test_options_override_the_file() -> None:
     assert scenario.auvs.count == 1
 
 
+@pytest.mark.parametrize(
+    ("section", "option"),
+    [
+        ("asvs: {formation: {radius_m: 30, angle_deg: 10}}", "asvs.formation.model=follow"),
+        ("asvs: {formation: {model: zigzag, amplitude_m: 9}}", "asvs.formation.model=ring"),
+        ("auvs: {route: {lane_spacing_m: 9}}", "auvs.route={kind: hold, positions_m: [[1, 2]]}"),
+        ("auvs: {route: {kind: hold, positions_m: [[1, 2]]}}", "auvs.route.kind=lawnmower"),
+        ("navigation: {filter: {model: kalman, untold: []}}", "navigation.filter.model=fixed_gain"),
+    ],
+)
+def test_another_model_drops_the_settings_of_the_one_before(section: str, option: str) -> None:
+    """An option that names a model alone works; what else an option gives is never dropped."""
+    text = f"{HEAD}{section}\n"
+    chosen = parse_scenario(text, overrides=["auvs.count=1", option])
+    assert chosen == parse_scenario(HEAD, overrides=["auvs.count=1", option])
+    with pytest.raises(ScenarioError, match=r"formation\.period_s: no key of a ring placement"):
+        parse_scenario(HEAD, overrides=["asvs.formation.period_s=9", "asvs.formation.model=ring"])
+
+
 def test_an_option_mends_the_file() -> None:
     """A wrong value that an option replaces is no mistake any more."""
     assert parse_scenario("name: m\nduration_s: on", overrides=["duration_s=5"]).duration_s == 5

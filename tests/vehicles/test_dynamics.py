@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped,unused-ignore]
 
 from bindusbl_des.core.compiled import entry
-from bindusbl_des.core.lanes.numbers import LANES
 from bindusbl_des.vehicles.hulls import (
     MODELS,
     DivergenceError,
@@ -29,7 +28,7 @@ from bindusbl_des.vehicles.hulls import (
     steady_turn,
     trajectory,
 )
-from bindusbl_des.vehicles.hulls.frames import Current
+from bindusbl_des.vehicles.hulls.frames import ANGLES, Current
 
 Floats = NDArray[np.float64]
 REFERENCE = Path(__file__).parents[1] / "reference" / "dynamics"
@@ -350,35 +349,24 @@ def test_the_equations_agree_with_their_second_writing(model: str) -> None:
     kind = MODELS[model]
     packed = kind.pack(parameters(model))
     state_spread, command_spread, tolerance = SPREAD[model]
-    for _ in range(125):
-        states = random.uniform(-1, 1, (LANES, len(kind.states))) * state_spread
-        commands = random.uniform(-1, 1, (LANES, len(kind.commands))) * command_spread
+    for _ in range(500):
+        state = random.uniform(-1, 1, len(kind.states)) * state_spread
+        command = random.uniform(-1, 1, len(kind.commands)) * command_spread
         current = random.uniform(-0.5, 0.5, 2)
-        ours = np.empty(states.shape)
-        rates_of_four(kind.equations, states, commands, *current, packed, rk4.room(), ours)
-        for state, command, rates in zip(states, commands, ours, strict=True):
-            theirs = RATES[model](state, command, current)
-            assert np.abs(rates - theirs).max() < tolerance * np.abs(theirs).max()
+        ours = np.empty(state.shape)
+        rates_of(kind.equations, state, command, *current, packed, ours)
+        theirs = RATES[model](state, command, current)
+        assert np.abs(ours - theirs).max() < tolerance * np.abs(theirs).max()
 
 
 @entry
-def rates_of_four(
-    model: int, states: Floats, commands: Floats, north: float, east: float, p: Floats,
-    rows: Floats, rates: Floats,
-) -> None:  # fmt: skip
-    """Write the rates of four vehicles, one in each lane."""
-    vehicles, size = rk4.four(rows), states.shape[1]
-    for lane in range(LANES):
-        rk4.board(states, lane, lane, rows)
-        rk4.tell(commands[lane], lane, rows)
-    rk4.look(size, vehicles.state, vehicles.angles, vehicles.rates)
-    current = Current(north, east)
-    rk4.accelerate(
-        model, vehicles.state, vehicles.angles, vehicles.command, current, p, vehicles.rates
-    )
-    for lane in range(LANES):
-        for k in range(size):
-            rates[lane, k] = rows[rk4.RATE + k, lane]
+def rates_of(
+    model: int, state: Floats, command: Floats, north: float, east: float, p: Floats, rates: Floats
+) -> None:
+    """Write the rates of a vehicle."""
+    angles = np.empty(ANGLES)
+    rk4.look(state, angles, rates)
+    rk4.accelerate(model, state, angles, command, Current(north, east), p, rates)
 
 
 # ---------------------------------------------------------------- manoeuvres nobody has published
@@ -863,5 +851,5 @@ def test_a_report_page_makes_no_equation_stale() -> None:
     rooms = {file.split("/")[0] for file in found}
     assert rooms <= {"core", "records", "vehicles", "acoustics", "usbl", "navigation", "protocol"}
     flight = {file.name for file in _made_of(PACKAGE / "vehicles/guidance/flight.py")}
-    parts = {"remus100_parameters.py", "otter.py", "rk4.py", "tracks.py", "numbers.py", "blocks.py"}
+    parts = {"remus100_parameters.py", "otter.py", "rk4.py", "tracks.py"}
     assert parts <= flight

@@ -32,6 +32,9 @@ def test_what_missions_ask_for_again_is_kept() -> None:
     again = [ways.of(vehicle, times) for vehicle in (0, 1) for times in (often, seldom)]
     assert all(one is other for one, other in zip(kept, again, strict=True))
     assert len({id(way.lines) for way in kept}) == 4
+    late = [ways.of(0, instants(50.0, 30.0, 20.0)) for _ in range(2)]
+    assert late[0] is late[1]
+    assert np.array_equal(late[0].lines, kept[0].lines[600:])
     own = np.array(often)
     assert ways.of(0, own) is not ways.of(0, own)
     under_way = Ways(MOTION, foreseen=False)

@@ -97,7 +97,7 @@ def laid_over(given: Mapping[str, Any], point: Point) -> Scenario:
         ValueError: when it is no valid scenario.
     """
     data = deepcopy(dict(given))
-    for key, value in point.items():
+    for key, value in sorted(point.items(), key=lambda it: not it[0].endswith((".model", ".kind"))):
         problem = put(data, key, name_of(value) if callable(value) else deepcopy(value))
         if problem:
             raise ValueError(f"{key}: {problem}")

@@ -1,35 +1,36 @@
 """Comparisons in tables and sentences for the terminal."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby
 from math import isfinite
 from textwrap import fill
+from typing import get_args
 
-from ...core.wording import plain, significant
+from ...core.wording import aligned, plain, significant
 from ...records.quantities import WORST
-from .differences import Difference, End
+from .differences import Difference, End, Verdict
 from .findings import seeds, who_is_worst, who_lacks
 from .intervals import CONFIDENCE
 from .judging import lacking, of_an_auv
-from .naming import decimals
+from .naming import decimals, short_key
 from .outcomes import unit
 
-# A larger comparison shows its first pairs; `--json` and `--out` give all.
-MOST_PAIRS = 20
-LONGEST_NAME = 16
+# More points than this are left to `--json` and `--out`.
+MOST_POINTS = 40
 WIDEST = 80
 # The column that gives way where a table would be wider: the difference as a share
 RELATIVE = 4
 
+Rows = Sequence[Difference]
 
-def comparison_table(differences: Sequence[Difference]) -> str:
-    """Return a table for each pair of points, the main finding in words, and how sure it is."""
-    pairs = [list(rows) for _, rows in groupby(differences, key=lambda it: id(it.pair))]
+
+def comparison_table(differences: Rows) -> str:
+    """Return what is compared with the baseline, in a table each: all metrics of the one point
+    where it is, or the first metric at each point and what the others show; and how sure that is.
+    """
     lines: list[str] = []
-    for rows in pairs[:MOST_PAIRS]:
-        lines += [*_pair(rows), ""]
-    if len(pairs) > MOST_PAIRS:
-        lines += [f"... {len(pairs) - MOST_PAIRS} more pairs; --out FILE.csv writes all", ""]
+    for rows in by_label(differences).values():
+        lines += [*(_alone(rows) if is_alone(rows) else _over_points(rows)), ""]
     lines.append("Paired by seed: equal seeds, equal noise. CI: confidence interval, Student's t.")
     if len(differences) > 1:
         wrong = significant((1 - CONFIDENCE) * len(differences), 2)
@@ -39,12 +40,27 @@ def comparison_table(differences: Sequence[Difference]) -> str:
     return "\n".join(lines)
 
 
-def _pair(rows: Sequence[Difference]) -> Iterator[str]:
+def by_label(differences: Rows) -> dict[str, list[Difference]]:
+    """Return the differences from the baseline by the letter of what is compared with it."""
+    found: dict[str, list[Difference]] = {}
+    for it in differences:
+        found.setdefault(it.pair.other.label, []).append(it)
+    return found
+
+
+def is_alone(rows: Rows) -> bool:
+    """Tell whether differences are of one pair of points."""
+    return all(it.pair is rows[0].pair for it in rows)
+
+
+def _alone(rows: Rows) -> Iterator[str]:
+    """Yield the metrics of one pair of points, the main finding in words, and who was worst."""
     pair, counts = rows[0].pair, {_count(it) for it in rows}
-    held = "".join(f", {key}={plain(value)}" for key, value in pair.held.items())
+    keys = list(pair.held)
+    held = ", ".join(f"{short_key(key, keys)}={plain(pair.held[key])}" for key in keys)
     paired = f"; {counts.pop()} paired seeds" if len(counts) == 1 else ""
-    one, other = _short(pair.baseline.name), _short(pair.other.name)
-    yield f"{f'{pair.key}: ' if pair.key else ''}{other} compared with {one}{held}{paired}"
+    one, other = pair.baseline.label, pair.other.label
+    yield filled(f"{other} compared with {one}{f' at {held}' * bool(held)}{paired}")
     worst = all(it.metric.startswith(WORST) for it in rows)
     first = "of the worst AUV" if worst else "metric"
     cells = [(first, one, other, "difference [95 % CI]", "", "" if paired else "pairs", "")]
@@ -55,7 +71,50 @@ def _pair(rows: Sequence[Difference]) -> Iterator[str]:
     yield from _table(cells)
     said = [sentence(rows[0]), *worst_named(rows[0])]
     for text in dict.fromkeys((*said, *(lack for it in rows for lack in unserved(it)))):
-        yield fill(text, WIDEST, break_long_words=False, break_on_hyphens=False)
+        yield filled(text)
+
+
+def _over_points(rows: Rows) -> Iterator[str]:
+    """Yield the first metric at each point of the other keys, and how often each metric differs."""
+    metric = rows[0].metric
+    points = [it for it in rows if it.metric == metric]
+    pair, counts = points[0].pair, {_count(it) for it in points}
+    one, other = pair.baseline.label, pair.other.label
+    paired = f"; {counts.pop()} paired seeds" if len(counts) == 1 else ""
+    measure = f" ({unit(metric)})".replace(" (1)", "")
+    yield filled(f"{other} compared with {one}: {_named(points[0])}{measure}{paired}")
+    at = [{key: plain(value) for key, value in it.pair.held.items()} for it in points]
+    keys = [key for key in at[0] if len({it[key] for it in at}) > 1] or list(at[0])
+    heading = ", ".join(short_key(key, list(at[0])) for key in keys)
+    cells = [(heading, one, other, "difference [95 % CI]", "", "" if paired else "pairs", "")]
+    cells += [
+        (", ".join(held[key] for key in keys), *_row(it, "" if paired else _count(it)))
+        for it, held in zip(points[:MOST_POINTS], at, strict=False)
+    ]
+    yield from _table(cells)
+    if len(points) > MOST_POINTS:
+        yield f"... {len(points) - MOST_POINTS} more points; --out FILE.csv writes all"
+    yield ""
+    yield f"{other} compared with {one}, at how many of {len(points)} points:"
+    yield from _verdicts(rows)
+
+
+def _verdicts(rows: Rows) -> Iterator[str]:
+    """Yield at how many points each metric is better, worse, ..."""
+    counts: dict[str, Counter[str]] = {}
+    worst = all(it.metric.startswith(WORST) for it in rows)
+    for it in rows:
+        name = of_an_auv(it.metric) if worst else it.metric
+        counts.setdefault(name, Counter())[it.verdict] += 1
+    shown = [it for it in get_args(Verdict) if any(count[it] for count in counts.values())]
+    cells = [("of the worst AUV" if worst else "metric", *shown)]
+    cells += [(name, *(str(count[it] or "-") for it in shown)) for name, count in counts.items()]
+    yield from aligned(cells)
+
+
+def filled(text: str) -> str:
+    """Return a text in lines that are no wider than the tables."""
+    return fill(text, WIDEST, break_long_words=False, break_on_hyphens=False)
 
 
 def _table(cells: list[tuple[str, str, str, str, str, str, str]]) -> Iterator[str]:
@@ -72,14 +131,13 @@ def _line(row: tuple[str, ...], widths: Sequence[int]) -> str:
     return "  ".join((row[0].ljust(widths[0]), *columns[1:-1], row[-1])).rstrip()
 
 
-def _short(name: str) -> str:
-    return name if len(name) <= LONGEST_NAME else f"~{name[1 - LONGEST_NAME :]}"
-
-
 def _count(it: Difference) -> str:
     """Return the pairs that have a value, of how many where some have none."""
-    some = it.verdict == "unserved" or it.found.count == it.missions
-    return str(it.missions) if some else f"{it.found.count} of {it.missions}"
+    return (
+        str(it.missions)
+        if it.lacks or it.found.count == it.missions
+        else f"{it.found.count} of {it.missions}"
+    )
 
 
 def _row(it: Difference, count: str) -> tuple[str, str, str, str, str, str]:
@@ -122,24 +180,24 @@ def _number(value: float, digits: int, sign: str = "") -> str:
 
 def sentence(it: Difference) -> str:
     """Return what a difference shows, in words."""
-    one, other, digits, name = it.pair.baseline.name, it.pair.other.name, _digits(it), _named(it)
+    one, other, digits, name = it.pair.baseline.label, it.pair.other.label, _digits(it), _named(it)
     count = f"{_count(it)} paired seeds"
     measure = unit(it.metric).replace("1", "")
     amount = f"{_number(it.found.mean, digits, '+')} {measure}".rstrip()
     sure = f"{amount} {_interval(it, digits)} over {count}"
+    if not it.missions:
+        return f"No seed has {it.metric} at both."
+    if it.lacks:
+        return f"{other} and {one} are not comparable in {name}: an AUV has no value."
+    if not it.found.count:
+        return f"No value of {it.metric} in any of {seeds(it.missions)} that both have."
+    if it.found.count < 2:
+        return f"{name}: {amount} in one paired seed, which shows nothing; run more seeds."
     match it.verdict:
-        case "no pairs":
-            return f"No seed has {it.metric} at both."
-        case "no value":
-            return f"No value of {it.metric} in any of {seeds(it.missions)} that both have."
-        case "unserved":
-            return f"{other} and {one} cannot be compared in {name}: an AUV has no value."
-        case "one pair":
-            return f"{name}: {amount} in one paired seed, which shows nothing; run more seeds."
-        case "same":
-            return f"{name}: equal in all {count}."
-        case "not shown":
-            return f"No difference in {name} shown between {other} and {one}: {sure}."
+        case "equal":
+            return f"{other} and {one} are equal in {name}, in all {count}."
+        case "no difference shown":
+            return f"No difference shown between {other} and {one}: {name} {sure}."
         case "better" | "worse":
             return f"{other} is {it.verdict} than {one}: {name} {sure}."
     return f"{other} has {it.verdict} {name} than {one}: {sure}."
@@ -153,7 +211,7 @@ def _named(it: Difference) -> str:
 
 def worst_named(it: Difference) -> Iterator[str]:
     """Yield which AUVs were the worst at both points, by the worst AUV's metric."""
-    one, other = it.pair.baseline.name, it.pair.other.name
+    one, other = it.pair.baseline.label, it.pair.other.label
     who, their_who = it.baseline.who, it.other.who
     if len({*who, *their_who}) == 1:
         yield f"{next(iter(who or their_who))} is the worst at both, in all seeds."
@@ -165,12 +223,12 @@ def unserved(it: Difference) -> Iterator[str]:
     """Yield which AUVs have no value of a metric at the points of a pair."""
     for side, end in ((it.pair.baseline, it.baseline), (it.pair.other, it.other)):
         if end.without:
-            yield _lacks(side.name, end.without, end.missions, it.metric)
+            yield _lacks(side.label, end.without, end.missions, it.metric)
 
 
 def _lacks(name: str, auvs: Mapping[str, int], missions: int, metric: str) -> str:
-    """Return who lacks what, such as "unserved at 2: AUV0 got no fix in 20 of 20 seeds"."""
+    """Return who lacks what, such as "At B AUV0 got no fix in 20 of 20 seeds"."""
     if len(auvs) == 1:
         ((auv, count),) = auvs.items()
-        return f"Unserved at {name}: {auv} {lacking(metric)} in {count} of {seeds(missions)}."
-    return f"Unserved at {name}, who {lacking(metric)}: {who_lacks(auvs, missions)}."
+        return f"At {name} {auv} {lacking(metric)} in {count} of {seeds(missions)}."
+    return f"At {name} some AUVs {lacking(metric)}: {who_lacks(auvs, missions)}."

@@ -18,10 +18,10 @@ from .pairing import Pair, Side
 Found = Mapping[Path, Outcomes]
 Served = Mapping[Path, Fleets]
 
+# Higher and lower are said of metrics of which neither is better.  Of one pair nothing is shown.
 Verdict = Literal[
-    "better", "worse", "higher", "lower", "same", "not shown",
-    "unserved", "no pairs", "no value", "one pair",
-]  # fmt: skip
+    "better", "worse", "higher", "lower", "equal", "no difference shown", "not comparable"
+]
 
 
 @dataclass(frozen=True)
@@ -73,18 +73,19 @@ class Difference:
         return self.baseline.missions
 
     @property
+    def lacks(self) -> bool:
+        """Whether an AUV of either has no value in some mission."""
+        return bool(self.baseline.without or self.other.without)
+
+    @property
     def verdict(self) -> Verdict:
         """What the interval shows: `better`, `worse`, or that no difference was shown."""
-        if not self.missions:
-            return "no pairs"
-        if self.baseline.without or self.other.without:
-            return "unserved"
-        if self.found.count < 2:
-            return "one pair" if self.found.count else "no value"
-        if self.found.mean == 0 and self.found.half_width == 0:
-            return "same"
-        if self.low <= 0 <= self.high:
-            return "not shown"
+        if not self.found.count or self.lacks:
+            return "not comparable"
+        if self.found.count > 1 and self.found.mean == 0 and self.found.half_width == 0:
+            return "equal"
+        if self.found.count < 2 or self.low <= 0 <= self.high:
+            return "no difference shown"
         more, lower = self.found.mean > 0, lower_is_better(self.metric)
         if lower is None:
             return "higher" if more else "lower"

@@ -85,10 +85,10 @@ def _rivals(table: Floats, best: int) -> str:
     is_same = is_near & (found.mean == 0) & (found.half_width == 0)
     is_near[best] = is_same[best] = False
     same, near = np.flatnonzero(is_same).tolist(), np.flatnonzero(is_near & ~is_same).tolist()
-    said = f" The same in every seed: {points_named(same)}." if same else ""
+    said = f" Equal in every seed: {points_named(same)}." if same else ""
     if near:
         which = "which is best is partly chance"
-        said += f" Not surely worse, paired by seed: {points_named(near)}; {which}."
+        said += f" No difference shown, paired by seed: {points_named(near)}; {which}."
     return said
 
 

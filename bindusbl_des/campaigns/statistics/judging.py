@@ -62,7 +62,7 @@ def lacking(metric: str) -> str:
     """Return what became of an AUV that has no value of a metric.
 
     >>> lacking("worst_interval_max_s"), lacking("path_error_m")
-    ('got fewer than two fixes', 'has no path_error_m')
+    ('got fewer than two fixes', 'had no path_error_m')
     """
     own = of_an_auv(metric)
-    return next((said for name, said in LACKING.items() if own.startswith(name)), f"has no {own}")
+    return next((said for name, said in LACKING.items() if own.startswith(name)), f"had no {own}")

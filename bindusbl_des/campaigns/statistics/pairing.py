@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...core.wording import did_you_mean, plain
+from ...core.wording import did_you_mean, lettered, plain
 from ...scenario.files.plain_yaml import read_yaml
 from ..campaign import Campaign
 from ..storage.folder import CampaignError
@@ -12,11 +12,14 @@ from ..storage.folder import CampaignError
 
 @dataclass(frozen=True)
 class Side:
-    """A point of a campaign, and what it is called in a comparison."""
+    """A point of a campaign: its value of the key that is compared, or its campaign's folder, and
+    the letter by which that is called in a comparison, A for the baseline.
+    """
 
     campaign: Campaign
     point: int
     name: str
+    label: str
 
 
 @dataclass(frozen=True)
@@ -42,28 +45,26 @@ def pairs_within(campaign: Campaign, by: str | None, baseline: str | None) -> It
         held = {name: value for name, value in point.varied.items() if name != key}
         groups.setdefault(plain(list(held.items())), {})[plain(point.varied[key])] = number
     first = _baseline(campaign, key, baseline)
+    values = dict.fromkeys(plain(point.varied[key]) for point in campaign.plan.points)
+    labels = {name: lettered(n) for n, name in enumerate(dict.fromkeys((first, *values)))}
     pairs = 0
     for points in groups.values():
         start = points.get(first)
         for value, number in points.items() if start is not None else ():
             if start is not None and number != start:
                 pairs += 1
-                yield _pair(campaign, key, (first, start), (value, number))
+                held = campaign.plan.points[start].varied
+                yield Pair(
+                    Side(campaign, start, first, labels[first]),
+                    Side(campaign, number, value, labels[value]),
+                    {name: it for name, it in held.items() if name != key},
+                    key,
+                )
     if not pairs:
         raise CampaignError(
             f"{campaign.folder}: no two points differ in {key} alone, with {key}={first} as the "
             "baseline; vary it in a grid, as in `--vary`"
         )
-
-
-def _pair(campaign: Campaign, key: str, one: tuple[str, int], two: tuple[str, int]) -> Pair:
-    held = campaign.plan.points[one[1]].varied
-    return Pair(
-        Side(campaign, one[1], one[0]),
-        Side(campaign, two[1], two[0]),
-        {name: value for name, value in held.items() if name != key},
-        key,
-    )
 
 
 def _key(campaign: Campaign, by: str | None) -> str:
@@ -104,8 +105,9 @@ def _baseline(campaign: Campaign, key: str, asked: str | None) -> str:
     return wanted
 
 
-def pairs_between(one: Campaign, other: Campaign) -> Iterator[Pair]:
-    """Yield pairs of points of two campaigns that vary the same keys to the same values.
+def pairs_between(one: Campaign, other: Campaign, label: str = "B") -> Iterator[Pair]:
+    """Yield pairs of points of two campaigns that vary the same keys to the same values; the other
+    is called by a letter, the first A.
 
     A campaign of one point is compared with every point of the other.
 
@@ -126,7 +128,9 @@ def pairs_between(one: Campaign, other: Campaign) -> Iterator[Pair]:
                 pairs += 1
                 held = dict((point if len(others) == 1 else twin).varied)
                 yield Pair(
-                    Side(one, number, str(one.folder)), Side(other, match, str(other.folder)), held
+                    Side(one, number, str(one.folder), lettered(0)),
+                    Side(other, match, str(other.folder), label),
+                    held,
                 )
     if not pairs:
         raise CampaignError(f"{one.folder} and {other.folder} have no point in common")

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill
 
+from ...core.wording import lettered
 from ..experiments.plan import Plan
 from ..storage.soundness import MISSIONS
 from .contents import in_intervals
@@ -115,19 +116,33 @@ def _number(found: Interval, digits: int, interval_digits: int) -> str:
 
 
 def _lines(rows: list[list[str]]) -> list[str]:
-    """Return the rows in columns; those of the varied keys give way where it gets too wide.
+    """Return the rows in columns; where they get too wide, long keys have letters, told above.
 
-    If that is not enough, the last metrics are left to the report.
+    If that is not enough, the last metrics are left to the report; then values give way.
     """
-    last = len(rows[0]) - len(METRICS) - 2
-    widths = [max(len(row[n]) for row in rows) for n in range(len(rows[0]))]
+    head, *points = rows
+    last = len(head) - len(METRICS) - 2
+    saved = {n: len(head[n]) - max(len(row[n]) for row in points) for n in range(1, last)}
+    longest_first = sorted((n for n in saved if saved[n] > 0), key=lambda n: -saved[n])
+    letters: dict[str, str] = {}
+    for n in longest_first:
+        if _total(_widths([head, *points])) <= WIDEST:
+            break
+        letters[lettered(len(letters))], head = head[n], [*head]
+        head[n] = next(reversed(letters))
+    widths = _widths([head, *points])
+    while _total(widths) > WIDEST and len(widths) > last + 3:  # the error stays
+        widths.pop()
     while _total(widths) > WIDEST and max(widths[1:last], default=0) > SHORTEST_KEY:
         widest = max(range(1, last), key=lambda n: widths[n])
         widths[widest] -= 1
-    while _total(widths) > WIDEST and len(widths) > last + 3:  # the error stays
-        widths.pop()
-    lines = ["  ".join(map(_fit, row, widths))[:WIDEST].rstrip() for row in rows]
-    return [lines[0], "-" * max(map(len, lines)), *lines[1:]]
+    lines = ["  ".join(map(_fit, row, widths))[:WIDEST].rstrip() for row in (head, *points)]
+    told = [_filled(", ".join(f"{it}: {key}" for it, key in letters.items()))] if letters else []
+    return [*told, lines[0], "-" * max(map(len, lines)), *lines[1:]]
+
+
+def _widths(rows: list[list[str]]) -> list[int]:
+    return [max(map(len, column)) for column in zip(*rows, strict=True)]
 
 
 def _total(widths: list[int]) -> int:

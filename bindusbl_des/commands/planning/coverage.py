@@ -63,13 +63,17 @@ def coverage(
         stations, reach = asv_stations(mission), horizontal_reach(mission)
     except (NoStations, PluginError) as error:
         refuse(f"{scenario}: {error}")
-    found = _coverage(mission, stations, reach)
+    from ...acoustics.fix_chance import heard_m
+
+    heard = heard_m(mission)
+    found = _coverage(mission, stations, reach, heard)
     if as_json:
         print_json(found)
     else:
         say("\n".join(_told(found)))
-        say("\nHeard by none (.), one (o), several ASVs (#); x to the right, y upwards:")
-        say("\n".join(coverage_map(area_of(mission), stations, reach)))
+        signs = "none (.), one (o), several ASVs (#)"
+        say(f"\nHalf the pings or more heard by {signs}; north is up, east to the right:")
+        say("\n".join(coverage_map(area_of(mission), stations, heard)))
     if figure:
         from ...figures.coverage import coverage_figure
         from ...figures.style import TWO_COLUMNS, save, styled
@@ -79,7 +83,9 @@ def coverage(
         talk(f"Figure: {figure}")
 
 
-def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[str, Any]:
+def _coverage(
+    scenario: "Scenario", stations: Stations, reach: float, heard: float
+) -> dict[str, Any]:
     """Return where the ASVs are and what they hear, distances in m; what has no value is None.
 
     `left_out` names the scenario's keys that change what is heard and are not counted here.
@@ -102,10 +108,11 @@ def _coverage(scenario: "Scenario", stations: Stations, reach: float) -> dict[st
         "hf_range_m": hf_range,
         "range_metric": scenario.acoustics.hf.range_metric,
         "reach_m": reach,
+        "heard_m": heard,
         "worst_corner_m": corner_distance(area, stations),
         "formation_radius_bound_m": bound,
         "covering_radius_m": covering_radius(area, stations) if few else None,
-        "covered_area": covered_area(area, stations, reach),
+        "covered_area": covered_area(area, stations, heard),
         **_chances(scenario, stations),
         "left_out": ["asvs.failures"] if scenario.asvs.failures else [],
     }
@@ -127,13 +134,15 @@ def _chances(scenario: "Scenario", stations: Stations) -> dict[str, Any]:
 def _told(found: dict[str, Any]) -> Iterator[str]:
     stations, reach = found["asvs"], found["reach_m"]
     for it in stations[:MOST_ROWS]:
-        yield f"ASV{it['asv']:<23}{it['x_m']:>z9.2f}, {it['y_m']:z.2f} m"
+        yield f"ASV{it['asv']:<23}{it['x_m']:>z9.2f} m north, {it['y_m']:z.2f} m east"
     if len(stations) > MOST_ROWS:
         yield f"... {len(stations) - MOST_ROWS} more ASVs"
     metric = found["range_metric"]
     if not found["side_m"]:
         yield f"{'survey':<26}{found['area_m2']:>9.0f} m2: {found['survey']}"
     yield f"{'HF range':<26}{found['hf_range_m']:>9.2f} m {metric}, {reach:.2f} m seen from above"
+    if abs((heard := found["heard_m"]) - reach) > 0.01 * reach:
+        yield f"{'half the pings':<26}{heard:>9.2f} m seen from above, up to which they are decoded"
     yield f"{'worst corner':<26}{found['worst_corner_m']:>9.2f} m to its nearest ASV"
     if (bound := found["formation_radius_bound_m"]) is None:
         why = "the HF range is below half the side" if found["side_m"] else "for squares only"
@@ -144,8 +153,9 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     if (radius := found["covering_radius_m"]) is None:
         yield f"{'covering radius':<26}{'-':>9} (not computed for more than {MOST_ASVS} ASVs)"
     else:
-        verdict = "within" if radius <= reach else "beyond"
-        yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} the HF range"
+        verdict = "within" if radius <= min(reach, heard) else "beyond"
+        what = "the HF range" if radius > reach or radius <= heard else "where half are decoded"
+        yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} {what}"
     yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
     if (mean := found["fix_chance_mean"]) is not None:
         least = 100 * found["fix_chance_least"]

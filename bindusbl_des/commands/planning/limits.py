@@ -39,6 +39,10 @@ def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
     worst = int(limits.in_range.argmin())
     least, mean = 100 * limits.in_range[worst], 100 * limits.in_range.mean()
     yield _line("in HF range", f"{mean:.1f} % of the time, AUV{worst} {least:.1f} %")
+    chances = 100 * limits.fix_chance
+    worst = int(chances.argmin())
+    told = f"{chances.mean():.1f} % of pings, AUV{worst} {chances[worst]:.1f} %"
+    yield _line("chance of a fix", told)
     if limits.groups is not None:
         yield from _groups(limits.groups)
     who = "an AUV" if scenario.protocol.is_passive else "an ASV"
@@ -56,7 +60,7 @@ def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
         yield _line("records on the downlink", f"{limits.records_hz:.3f} /s, {a_frame}{by}")
     if limits.latency_s is not None:
         yield _line("latency", f"{limits.latency_s:.3f} s at least, by the nearest ASV")
-    yield "Fixes per AUV and second, if nothing in range is lost:"
+    yield "Fixes per AUV and second, if nothing is lost but by range:"
     best = max((rates.mean for rates in limits.rates.values()), default=0.0)
     yield f"{'':<{WIDTH}}{'mean':>8}{'worst AUV':>16}{'of the best':>13}"
     for name, rates in limits.rates.items():
@@ -90,6 +94,7 @@ def limits_data(limits: "Limits | None") -> dict[str, Any] | None:
     groups = limits.groups
     return {
         "in_range": limits.in_range.tolist(),
+        "fix_chance": limits.fix_chance.tolist(),
         "groups": None if groups is None else {**asdict(groups), "is_exact": groups.is_exact},
         "decodes_hz": limits.decodes_hz,
         "cleared_hz": limits.cleared_hz,

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING
 
 import click
@@ -16,16 +15,21 @@ from ..console import (
     say,
     talk,
     talk_of,
+    warn,
     weigh,
 )
 from ..options import (
     anyway_option,
+    goal_metrics,
     json_option,
     out_option,
     plan_argument,
     plugins_option,
     set_option,
 )
+
+CUT = "cut"
+CUT_OFF = "Cut off before all was flown; the same command, or `bindusbl-des resume {}`, goes on."
 
 if TYPE_CHECKING:
     from ...planning.outcome import Plan
@@ -39,6 +43,7 @@ if TYPE_CHECKING:
     "--below",
     metavar="METRIC=VALUE",
     multiple=True,
+    shell_complete=goal_metrics,
     help="A goal, such as position_error_p95_m=1 (m): that metric of each mission's worst AUV, "
     "averaged over missions; repeatable.",
 )
@@ -46,6 +51,7 @@ if TYPE_CHECKING:
     "--above",
     metavar="METRIC=VALUE",
     multiple=True,
+    shell_complete=goal_metrics,
     help="The same where more is better, such as fix_rate_hz=0.1.",
 )
 @click.option("--mean", is_flag=True, help="Judge the mean over AUVs, not the worst AUV.")
@@ -65,7 +71,15 @@ if TYPE_CHECKING:
 @click.option(
     "--confidence", type=float, metavar="SHARE", help="How sure to be of the answer (default 0.95)."
 )
-@click.option("--budget-s", type=float, metavar="SECONDS", help="Time for all of it (default 120).")
+@click.option(
+    "--budget-missions",
+    type=int,
+    metavar="N",
+    help="Cut off after so many missions (default: when the answer is settled).",
+)
+@click.option(
+    "--budget-s", type=float, metavar="SECONDS", help="Cut off after so long a time of flying."
+)
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
@@ -87,6 +101,7 @@ def plan(
     share: float | None,
     vary: tuple[str, ...],
     confidence: float | None,
+    budget_missions: int | None,
     budget_s: float | None,
     workers: int | None,
     seed: int | None,
@@ -100,10 +115,9 @@ def plan(
     """Find the least team of ASVs that keeps to a goal.
 
     Teams are proposed, predicted and flown, with as many seeds as it takes to be sure; the answer
-    is flown again in worse conditions.  What is cut short goes on with the same command, or with
-    `resume`.  A plan's file holds scenario, goal, candidates, confidence, budget_s and cost.
+    is flown again in worse conditions.  What is cut off goes on with the same command, or with
+    `resume`.  A plan's file holds scenario, goal, candidates, confidence, budgets and cost.
     """
-    began = monotonic()
     if mean and share is not None:
         raise click.UsageError("give either --mean or --share")
     with mistakes_told():
@@ -116,7 +130,9 @@ def plan(
         of: Of | None = "mean" if mean else share
         goals = goals_of_options(below, above, of)
         options = Options(vary=vary, overrides=overrides)
-        asking = Asking(goals, of, options, confidence, budget_s, seed, allow_plugins)
+        asking = Asking(
+            goals, of, options, confidence, budget_s, budget_missions, seed, allow_plugins
+        )
         question = read_plan(file, asking)
         experiment = question.experiment
         refuse_plugins(experiment.unloaded)
@@ -125,7 +141,7 @@ def plan(
         admitted(question, allow_plugins)
         folder = Path(out) if out else default_folder(question.name)
         begun = begin(question, folder, force=force)
-    _make(begun, folder, began, workers, as_json)
+    _make(begun, folder, workers, as_json)
 
 
 def _weigh(question: "Question", anyway: bool) -> None:
@@ -142,32 +158,30 @@ def default_folder(name: str) -> Path:
 
 def resume_plan(folder: Path, workers: int | None, as_json: bool, allow_plugins: bool) -> None:
     """Go on with a plan that was cut short."""
-    began = monotonic()
     with mistakes_told():
         from ...planning.folder import resumed
         from ...planning.planning import admitted
 
         question = resumed(folder)
         admitted(question, allow_plugins)
-    _make(question, folder, began, workers, as_json)
+    _make(question, folder, workers, as_json)
 
 
 def _make(
     question: "Question",
     folder: Path,
-    began: float,
     workers: int | None,
     as_json: bool,
 ) -> None:
     """Make a plan and tell it."""
     with mistakes_told():
-        from ...planning.clock import Clock
+        from ...planning.budget import Budget
         from ...planning.planning import planned
 
-        clock = Clock(question.budget_s, began, quiet=is_quiet())
+        budget = Budget(question, quiet=is_quiet())
         try:
             with compiling_told():
-                found = planned(question, folder, clock, workers)
+                found = planned(question, folder, budget, workers)
         except KeyboardInterrupt:
             talk(f"What was flown is kept; `bindusbl-des resume {folder}` goes on from there.")
             raise
@@ -175,6 +189,8 @@ def _make(
 
 
 def _tell(found: "Plan", as_json: bool) -> None:
+    if found.record["status"] == CUT:
+        warn(CUT_OFF.format(found.folder))
     if as_json:
         print_json(found.record)
         talk(f"Results: {found.folder}")

@@ -10,7 +10,7 @@ from ..console import print_json, reading_from, say
 from ..options import json_option, plugins_option, scenario_argument, set_option
 from .frames import assignments, messages, span
 from .limits import limits_data, limits_told, planned_limits
-from .random_timing import access_data, random_told
+from .random_timing import access_data, answered, random_told
 
 if TYPE_CHECKING:
     from ...preflight.round_lengths import Rounds
@@ -25,7 +25,7 @@ POLICIES = {
     "sequential": "the fixes of a round are broadcast after its last slot; then the next begins.",
     "pipelined_round": "the fixes of a round are broadcast while the next round pings.",
     "pipelined_group": "the fixes of a ping group are broadcast while the next group pings.",
-    "direct_reply": "each ping is answered as it is heard; a round is its uplink slots.",
+    "direct_reply": "a round is its uplink slots.",
 }
 
 
@@ -59,6 +59,7 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
         ("ping T_P", slots.ping_duration),
         ("longest travel time", slots.longest_travel_time),
         *((("AUV turnaround", scenario.protocol.turnaround_s),) if two_way else ()),
+        *((("answer and its guard", slots.answer),) if slots.answer else ()),
         ("two-way slot T_UL" if two_way else "uplink slot T_UL", slots.uplink_slot),
     ):
         yield f"{name:<22}{1e3 * value:>10.3f} ms"
@@ -89,6 +90,8 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
         return
     yield f"{schedule} / {policy}: {POLICIES[policy]}"
+    if policy == "direct_reply":
+        yield f"There, {answered(rounds.slots)}."
     yield from rounds.pace_told(schedule)
     yield from assignments(scenario, rounds)
     if rounds.frame:

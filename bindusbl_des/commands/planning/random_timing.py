@@ -27,6 +27,14 @@ def access_data(scenario: "Scenario", slots: "Slots") -> dict[str, Any] | None:
     return asdict(offered(scenario, slots)) if is_random(scenario) else None
 
 
+def answered(slots: "Slots") -> str:
+    """Tell how each ping is answered (direct_reply)."""
+    if not slots.answer:
+        return "each ping is answered as it is heard, without airtime"
+    size, airtime = slots.payload_bytes(1), 1e3 * slots.airtime(1)
+    return f"each ping is answered as it is heard, in a frame of {size} B, {airtime:.1f} ms"
+
+
 def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
     """Yield how often AUVs ping, and how many of these pings meet no other."""
     protocol = scenario.protocol
@@ -55,7 +63,7 @@ def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
 def _cycles(rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
     """Yield how long MF is taken by a broadcast of each number of fixes."""
     if rounds.policy == "direct_reply":
-        yield "direct_reply: each ping is answered as it is heard; there are no rounds."
+        yield f"direct_reply: {answered(rounds.slots)}; there are no rounds."
         return
     yield "A fix is broadcast as soon as MF is free, with all that wait; a round of K fixes takes"
     yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'fixes/s':>10}"

@@ -42,8 +42,8 @@ class Whole(_Code):
     def _optimize_final_module(self) -> None:
         """Optimise (-O2), but do not look for numbers that could be worked out side by side.
 
-        Where that pays, four vehicles are vectors already (:mod:`..lanes`), and to look takes an
-        eighth of what optimising and machine code take.  With -O3 missions are no faster.
+        To look takes an eighth of what optimising and machine code take, and brings nothing; with
+        -O3 missions are no faster.
         """
         codegen: Any = self._codegen
         passes, builder = codegen._module_pass_manager(

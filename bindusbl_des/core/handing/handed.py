@@ -66,9 +66,11 @@ def _kind(hint: Any) -> Kind:
     further: list[Any] = []
     if get_origin(hint) is Annotated:
         hint, *further = get_args(hint)
+    while inner := get_args(hint):  # the element stands last, however numpy spells NDArray
+        hint = inner[-1]
     of = [it for it in further if isinstance(it, np.dtype)]
     axes = [it for it in further if isinstance(it, int)]
-    return Kind(of[0] if of else np.dtype(get_args(get_args(hint)[1])[0]), axes[0] if axes else 1)
+    return Kind(of[0] if of else np.dtype(hint), axes[0] if axes else 1)
 
 
 @cache

@@ -81,8 +81,8 @@ def _exact(points: Floats, count: int) -> Floats:
     circles = np.array([*pairs, *(it for it in triples if np.isfinite(it.radius))])
     away = distances(points, np.vstack((points, circles[:, :2])))  # (n, circles)
     critical = np.unique(circles[:, 2])
-    low, high = 0, len(critical) - 1  # the last is enough: it holds all
-    best = None
+    low, high = 0, len(critical) - 1
+    best = [np.arange(len(points))]  # one circle holds all, even where rounding says otherwise
     while low <= high:
         tried = (low + high) // 2
         within = away <= critical[tried] * (1.0 + ROUNDING)
@@ -91,7 +91,6 @@ def _exact(points: Floats, count: int) -> Floats:
             low = tried + 1
         else:
             best, high = groups, tried - 1
-    assert best is not None  # one circle around all is among those tried
     found = [enclosing_circle(points[group])[:2] for group in best]
     return np.array([*found, *[found[-1]] * (count - len(found))])
 

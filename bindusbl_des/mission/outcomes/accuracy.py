@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import entry
-from ...navigation.dead_reckoning import Odometry
 from ...navigation.weighing import SURE
 from ...records.rows import Rows
 from ..world import World
@@ -20,16 +19,14 @@ Floats = NDArray[np.float64]
 def note_accuracy(metrics: Rows, world: World, auv: int, times: Floats, errors: Floats) -> None:
     """Write to the metrics of the fleet (n,) how far off an AUV was at instants (k,), s.
 
-    Its horizontal errors (k,), m, are written.  How sure it was is asked once a second.
+    Its horizontal errors (k,), m, are written.
 
     Raises:
         ArithmeticError: naming the first instant at which its estimate is no number.
     """
-    found, step = world.sample(auv, times), max(1, round(world.scenario.record.metrics_hz))
-    seldom = Odometry(*(column[::step] for column in found.odometry))
-    sure = world.navigator.covariance(auv, seldom)
-    metric = metrics[auv : auv + 1]
-    _note(metric, errors, found.way.lines, found.odometry.position, found.estimate, step, sure)
+    found, metric = world.sample(auv, times), metrics[auv : auv + 1]
+    sure = world.navigator.covariance(auv, found.odometry)
+    _note(metric, errors, found.way.lines, found.odometry.position, found.estimate, sure)
     if not np.isfinite(metric["position_error_m"][0]):
         lost_at = times[np.flatnonzero(~np.isfinite(errors))[0]]
         refuse(auv, f"estimate is no number from {lost_at:g} s on")
@@ -46,12 +43,11 @@ def refuse(auv: int, trouble: str) -> NoReturn:
 
 @entry
 def _note(
-    metrics: Rows, errors: Floats, lines: Floats, reckoned: Floats, estimate: Floats, step: int,
-    sure: Floats,
-) -> None:  # fmt: skip
+    metrics: Rows, errors: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats
+) -> None:
     """Write to the one row of metrics the errors of an estimate (n, 2), m, along a way
-    (:class:`.ways.Way`), and of dead reckoning (n, 2), m; how `sure` one was at each `step`-th
-    instant: xx, yy, xy (k, 3), m2.
+    (:class:`.ways.Way`), and of dead reckoning (n, 2), m; `sure` (n, 3), m2, is xx, yy, xy of the
+    estimate.
     """
     metric, n = metrics[0], len(lines)
     total = square = largest = sideways = alone = 0.0
@@ -71,8 +67,7 @@ def _note(
     normalised, known = np.empty(len(sure)), 0
     for k in range(len(sure)):
         xx, yy, xy = sure[k, 0], sure[k, 1], sure[k, 2]
-        at = k * step
-        x, y = estimate[at, 0] - lines[at, 0], estimate[at, 1] - lines[at, 1]
+        x, y = estimate[k, 0] - lines[k, 0], estimate[k, 1] - lines[k, 1]
         determinant = xx * yy - xy * xy
         if determinant > SURE * ((xx + yy) * (xx + yy)):
             weighed = yy * (x * x) - 2 * xy * x * y + xx * (y * y)

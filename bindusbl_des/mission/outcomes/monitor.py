@@ -6,60 +6,55 @@ import numpy as np
 
 from ...acoustics.propagation import TOUCH
 from ...protocol.conflicts import hearing
-from ...records.events import COLLIDED
 from ...records.rows import Row, Rows
 from ...results.violations import Violation, Violations
 from ...scenario.families import is_random
 from ..world import World
+from .reach import calls_destroyed, destroyed, frames_destroyed
 
 
 def violations_of(world: World) -> Violations | None:
     """Return what broke the schedule of a mission; None with random access, which has none.
 
-    Pings, calls and frames are counted that others destroyed at a receiver; of frames, where not
-    everything is recorded, those at the AUVs of their fixes.
+    Receptions of pings, calls and frames are counted that others destroyed: the metrics
+    `collisions` and `frame_collisions`.
     """
     if is_random(world.scenario):
         return None
     record = world.record
-    met = np.flatnonzero(record.receptions.rows["outcome"] == COLLIDED)
-    calls = np.flatnonzero(record.pings.rows["call"] == COLLIDED)
-    table = record.frame_receptions if record.everything else record.fixes
-    frames = table.rows[table.rows["outcome"] == COLLIDED]
-    heard = met[~np.isnan(record.receptions.rows["arrived_at_s"][met])]
+    heard, calls, frames = destroyed(record), calls_destroyed(record), frames_destroyed(record)
     count = len(heard) + len(calls) + len(frames)
     firsts = [*_ping(world, heard), *_call(world, calls), *_frame(world, frames)]
     return Violations(count, min(firsts, key=lambda it: it.at_s, default=None))
 
 
-def _ping(world: World, rows: np.ndarray) -> Iterator[Violation]:
-    """Yield the ping among destroyed receptions, by their rows, that arrived first."""
-    if not len(rows):
+def _ping(world: World, receptions: Rows) -> Iterator[Violation]:
+    """Yield the ping among destroyed receptions that arrived first."""
+    if not len(receptions):
         return
-    receptions = world.record.receptions.rows
-    row = int(rows[np.argmin(receptions["arrived_at_s"][rows])])
-    it = receptions[row]
+    it = receptions[np.argmin(receptions["arrived_at_s"])]
     ping = world.record.pings.rows[it["ping"]]
     passive = world.scenario.protocol.is_passive
     sender, receiver = f"AUV{ping['auv']}", f"ASV{it['asv']}"
     if passive:
         sender, receiver = f"ASV{ping['asv']}", f"AUV{it['auv']}"
-    others = tuple(_overlapping(world, row, it))
+    others = tuple(_overlapping(world, it))
     yield Violation(
         "ping", float(it["arrived_at_s"]), sender, receiver, int(ping["round"]),
         int(ping["slot"]), others,
     )  # fmt: skip
 
 
-def _overlapping(world: World, row: int, it: Row) -> Iterator[str]:
+def _overlapping(world: World, it: Row) -> Iterator[str]:
     """Yield who sent what overlaps a reception at its receiver: other pings, and calls."""
     lasts = world.scenario.acoustics.hf.ping_s - TOUCH
     receptions, pings = world.record.receptions.rows, world.record.pings.rows
     passive = world.scenario.protocol.is_passive
     there = "auv" if passive else "asv"
     near = np.abs(receptions["arrived_at_s"] - it["arrived_at_s"]) < lasts
+    near &= receptions["ping"] != it["ping"]
     for other in np.flatnonzero(near & (receptions[there] == it[there])):
-        if other != row and receptions["sound"][other] > 0.0:
+        if receptions["sound"][other] > 0.0:
             ping = pings[receptions["ping"][other]]
             yield f"that of ASV{ping['asv']}" if passive else f"that of AUV{ping['auv']}"
     called = pings[pings["called_by"] >= 0]
@@ -78,12 +73,12 @@ def _overlapping(world: World, row: int, it: Row) -> Iterator[str]:
     yield from sorted(told)
 
 
-def _call(world: World, rows: np.ndarray) -> Iterator[Violation]:
-    """Yield the first call, by rows of pings, that another destroyed at its AUV."""
-    if not len(rows):
+def _call(world: World, destroyed: Rows) -> Iterator[Violation]:
+    """Yield the first call, of pings that were not sent, that another destroyed at its AUV."""
+    if not len(destroyed):
         return
     pings = world.record.pings.rows
-    it = pings[rows[np.argmin(pings["called_at_s"][rows])]]
+    it = destroyed[np.argmin(destroyed["called_at_s"])]
     same = (pings["called_at_s"] == it["called_at_s"]) & (pings["called_by"] != it["called_by"])
     others = tuple(f"that of ASV{asv}" for asv in np.unique(pings["called_by"][same]))
     yield Violation(
@@ -93,14 +88,11 @@ def _call(world: World, rows: np.ndarray) -> Iterator[Violation]:
 
 
 def _frame(world: World, frames: Rows) -> Iterator[Violation]:
-    """Yield the first of frames that another destroyed at an AUV: receptions of frames, or fixes in
-    them.
-    """
+    """Yield the first of frames that another destroyed at an AUV."""
     if not len(frames):
         return
-    number = frames["broadcast" if world.record.everything else "frame"]
-    it = frames[np.argmin(number)]
-    sent = world.record.broadcasts[int(number.min())]
+    it = frames[np.argmin(frames["broadcast"])]
+    sent = world.record.broadcasts[int(it["broadcast"])]
     yield Violation(
         "frame", sent.sent_at_s, f"ASV{sent.asv}", f"AUV{it['auv']}", sent.round, None, ()
     )  # fmt: skip

@@ -20,13 +20,16 @@ MOST, SELDOM = 0.95, 0.05
 
 class Delivered(NamedTuple):
     """The fixes of one AUV that reached it: when (s), how old they were then, and how long after
-    their broadcast (s), in the order of fixes; and how wrong all of its fixes were (m).
+    their broadcast (s), in the order of fixes; and how wrong all of its fixes were (m).  Of those
+    that the navigator has taken, as they came: when, and when they were pinged for (s).
     """
 
     at: Floats
     latencies: Floats
     since_broadcast: Floats
     errors: Floats
+    taken_at: Floats
+    pinged_at: Floats
 
 
 def note_service(metrics: Rows, fixes: Rows, duration: float, slot: float) -> None:
@@ -45,7 +48,7 @@ def _note_service(
     metrics: Rows, fixes: Rows, order: Ints, ends: Ints, duration: float, slot: float
 ) -> None:
     """The fixes of one AUV after the other are the rows `order`, up to the `ends` of each."""
-    begin, scratch = 0, np.empty((5, order.size + 1))
+    begin, scratch = 0, np.empty((7, order.size + 1))
     for auv in range(len(metrics)):
         metric, own = metrics[auv], order[begin : ends[auv]]
         delivered = _count(metric, fixes, own, scratch)
@@ -53,7 +56,9 @@ def _note_service(
         metric.fix_rate_hz = n / duration
         metric.fix_error_rms_m = sqrt(_sum_of_squares(delivered.errors) / own.size)
         metric.latency_from_broadcast_s = mean(delivered.since_broadcast)
-        _note_waits(metric, delivered.at, duration, scratch[4])
+        _note_intervals(metric, delivered.at, scratch[4])
+        ages = fix_ages(delivered.taken_at, delivered.pinged_at, duration)
+        metric.fix_age_mean_s, metric.fix_age_p95_s, metric.fix_age_max_s = ages
         _note_latencies(metric, delivered.latencies, slot, scratch[4])
         begin = ends[auv]
 
@@ -62,8 +67,8 @@ def _note_service(
 def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> Delivered:
     """Note how many of the `own` fixes came to what; return what tells how late they were."""
     metric.fixes, metric.fixes_out_of_range, metric.fixes_lost = own.size, 0, 0
-    metric.fixes_in_flight, metric.fixes_refused = 0, 0
-    n = judged = 0
+    metric.fixes_in_flight = 0
+    n = judged = taken = 0
     for k in range(own.size):
         fix = fixes[own[k]]
         scratch[3, k] = fix.error_m
@@ -72,65 +77,76 @@ def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> Delivered:
             scratch[2, n] = fix.delivered_at_s - fix.broadcast_at_s
             scratch[4, judged] = fix.nis
             judged += fix.nis == fix.nis
-            metric.fixes_refused += fix.correction_m != fix.correction_m
             n += 1
+            if fix.correction_m == fix.correction_m:
+                place = taken
+                while place > 0 and scratch[5, place - 1] > fix.delivered_at_s:
+                    scratch[5, place] = scratch[5, place - 1]
+                    scratch[6, place] = scratch[6, place - 1]
+                    place -= 1
+                scratch[5, place], scratch[6, place] = fix.delivered_at_s, fix.pinged_at_s
+                taken += 1
         metric.fixes_out_of_range += fix.outcome == OUT_OF_RANGE
         metric.fixes_lost += fix.outcome == LOST or fix.outcome == COLLIDED
         metric.fixes_in_flight += fix.outcome == IN_FLIGHT
     metric.fixes_delivered, metric.nis = n, mean(scratch[4, :judged])
-    return Delivered(scratch[0, :n], scratch[1, :n], scratch[2, :n], scratch[3, : own.size])
+    metric.fixes_refused = n - taken
+    return Delivered(
+        scratch[0, :n], scratch[1, :n], scratch[2, :n], scratch[3, : own.size],
+        scratch[5, :taken], scratch[6, :taken],
+    )  # fmt: skip
 
 
 @compiled
-def _note_waits(metric: Row, delivered: Floats, end: float, waits: Floats) -> None:
-    """Note the times between deliveries, at instants (s) of any order, and the age of the last fix;
-    `waits` are written over.
-    """
+def _note_intervals(metric: Row, delivered: Floats, intervals: Floats) -> None:
+    """Note the times between deliveries, at instants (s) of any order; these are written."""
     sort(delivered)
     for k in range(delivered.size - 1):
-        waits[k] = delivered[k + 1] - delivered[k]
-    intervals = waits[: max(delivered.size - 1, 0)]
+        intervals[k] = delivered[k + 1] - delivered[k]
+    intervals = intervals[: max(delivered.size - 1, 0)]
     metric.interval_mean_s = mean(intervals)
     sort(intervals)
     metric.interval_p95_s = quantile(intervals, MOST)
     metric.interval_max_s = intervals[-1] if intervals.size else nan
-    ages = fix_ages(delivered, end, waits[: delivered.size + 1])
-    metric.fix_age_mean_s, metric.fix_age_p95_s, metric.fix_age_max_s = ages
 
 
 @compiled
-def fix_ages(delivered: Floats, end: float, waits: Floats) -> tuple[float, float, float]:
-    """Return mean, 95 % quantile and maximum over time of the age of the last fix (s).
+def fix_ages(taken: Floats, pinged: Floats, end: float) -> tuple[float, float, float]:
+    """Return mean, 95 % quantile and maximum over time of the age of what an AUV knows (s).
 
-    The age grows from 0 at the start and at each of the n instants `delivered`, which rise, up to
-    the `end`: waits before the first fix and after the last count like any other.  These `waits`
-    (n + 1,), s, are written.
+    That is the time since the ping of the newest of the fixes that it has `taken`, at n instants
+    (s) that rise, of pings at other instants (s); since the start before the first.  It grows up to
+    the `end`: waits before the first fix and after the last count like any other.
 
-    >>> fix_ages(np.array([10.0]), 20.0, np.empty(2))
-    (5.0, 9.5, 10.0)
+    >>> fix_ages(np.array([10.0]), np.array([9.0]), 20.0)
+    (5.5, 10.0, 11.0)
     """
-    _write_waits(waits, delivered, end)
-    average = _sum_of_squares(waits) / (2 * end)
-    _write_waits(waits, delivered, end)
-    sort(waits)
-    # an age a is exceeded for sum(max(wait - a, 0)); the k longest waits exceed the quantile
-    exceeded = oldest = 0.0
-    for k in range(1, waits.size + 1):
-        exceeded += waits[-k]
-        oldest = (exceeded - SELDOM * end) / k
-        if k == waits.size or oldest >= waits[-k - 1]:
+    count, newest, begun, squares = taken.size + 1, 0.0, 0.0, 0.0
+    ages, lowest = np.empty(count), np.empty(count)  # as each wait ends, and as it begins
+    for k in range(count):
+        ends = taken[k] if k < taken.size else end
+        ages[k], lowest[k] = ends - newest, begun - newest
+        squares += (ends - begun) * (ages[k] + lowest[k])
+        begun = ends
+        if k < taken.size:
+            newest = max(newest, pinged[k])
+    sort(ages)
+    sort(lowest)
+    # an age a is exceeded for sum(max(ages - a, 0)) - sum(max(lowest - a, 0)), which are straight
+    # between these
+    age, exceeded, waits, above, low = ages[-1], 0.0, 0, count - 1, count - 1
+    while above >= 0 or low >= 0:
+        is_end = above >= 0 and (low < 0 or ages[above] >= lowest[low])
+        lower = ages[above] if is_end else lowest[low]
+        if waits > 0 and exceeded + waits * (age - lower) >= SELDOM * end:
             break
-    return average, oldest, waits[-1]
-
-
-@compiled
-def _write_waits(waits: Floats, delivered: Floats, end: float) -> None:
-    """Write the times (s) from the start to the first of some instants, to the next, to the end."""
-    begun = 0.0
-    for k in range(delivered.size):
-        waits[k] = delivered[k] - begun
-        begun = delivered[k]
-    waits[-1] = end - begun
+        exceeded, age = exceeded + waits * (age - lower), lower
+        if is_end:
+            waits, above = waits + 1, above - 1
+        else:
+            waits, low = waits - 1, low - 1
+    oldest = age - (SELDOM * end - exceeded) / waits if waits > 0 else age
+    return squares / (2.0 * end), oldest, ages[-1]
 
 
 @compiled

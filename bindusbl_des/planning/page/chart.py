@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
+from ...report.run_data import survey_data
 from ...scenario.families import FILTERS
 from ...scenario.planned import asv_stations
 from ...scenario.scenario import Scenario
@@ -21,7 +22,7 @@ def chart_of(
     some differ in more, as the parts that are not the scenario's, and `variant_of` the number of
     each candidate's (-1: none).  `filters` holds the same of each filter that AUVs could have.
     """
-    area, own = area_of(scenario), inputs.plain()
+    own = inputs.plain()
     variants: list[dict[str, Any]] = []
     numbers = []
     for candidate in candidates:
@@ -30,8 +31,8 @@ def chart_of(
             variants.append(other)
         numbers.append(variants.index(other) if other else -1)
     return {
-        "outline": [list(corner) for corner in area.outline],
-        "centre": list(area.centroid),
+        **survey_data(scenario),
+        "centre": list(area_of(scenario).centroid),
         "stations": [list(place) for place in asv_stations(scenario)],
         "inputs": own,
         "variants": variants,

@@ -55,7 +55,8 @@ def _head(record: Record) -> str:
 def _answer(record: Record) -> str:
     """Return the answer: in sentences, in numbers, what binds, and the command that flies it."""
     told = list(record.get("told") or [])
-    kind = "verdict" if record.get("answer") else "verdict warning"
+    is_open, none = not record.get("settled", True), not record.get("answer")
+    kind = "verdict open" if is_open else "verdict warning" if none else "verdict"
     first = told[0] if told else _plainly(record)
     parts = [filled(f'<p class="{kind}">{{it}}</p>', it=first), _tiles(record)]
     parts += [filled("<p>{it}</p>", it=it) for it in told[1:]]
@@ -81,7 +82,7 @@ def _plainly(record: Record) -> str:
 def _tiles(record: Record) -> str:
     """Return the numbers of the answer; of a null answer what was flown, and how sure one asked."""
     found = [("missions simulated", number(record.get("missions"), 0), "")]
-    if record.get("confidence") is not None:
+    if record.get("confidence") is not None and record.get("settled", True):
         found.append(("confidence", number(record["confidence"], 0, 100), "%"))
     chosen = _chosen(record)
     if chosen is not None:
@@ -178,25 +179,24 @@ def _sensitivity(record: Record) -> str:
     if not cases:
         return ""
     headings = [("if", "")]
-    headings += [(units(it["metric"])["words"], units(it["metric"])["unit"]) for it in goals]
+    for it in goals:
+        told = units(it["metric"])
+        headings += [(told["words"], told["unit"]), ("as planned", told["unit"])]
     headings += [("missions", ""), ("goal", "")]
-    words = {True: "✓ still met", False: "✗ not met", None: "not sure"}
-    rows = [
-        [
-            case.get("told") or named(case.get("keys") or {}),
-            *(
-                interval({"simulated": case}, place, units(it["metric"])["factor"])
-                for place, it in enumerate(goals)
-            ),
-            number(case.get("missions"), 0),
-            words.get(case.get("met"), "-"),
-        ]
-        for case in cases
-    ]
+    words = {True: "✓ still met", False: "✗ not met", None: "needs more missions"}
+    rows = []
+    for case in cases:
+        row = [case.get("told") or named(case.get("keys") or {})]
+        for place, it in enumerate(goals):
+            factor = units(it["metric"])["factor"]
+            for simulated in (case, case.get("as_planned")):
+                row.append(interval({"simulated": simulated}, place, factor))
+        rows.append([*row, number(case.get("missions"), 0), words.get(case.get("met"), "-")])
     return (
         '<section id="sensitivity"><h2>If it is not as planned</h2><p class="note">The answer, '
-        "simulated again with one thing changed; in brackets the interval that holds the mean with "
-        f"the stated confidence.</p>{table(headings, rows, 'Sensitivity of the answer')}</section>"
+        "simulated again with one thing changed, and beside it as planned with the same seeds; in "
+        "brackets the interval that holds the mean with the stated confidence.</p>"
+        f"{table(headings, rows, 'Sensitivity of the answer')}</section>"
     )
 
 

@@ -71,7 +71,9 @@ def _told(inputs: Inputs, around: Sights) -> Floats:
     """Return how likely an AUV decodes a broadcast (p,)."""
     rule, told = inputs.access.broadcaster, around.told[0]
     if inputs.access.downlink == "direct_reply":
-        return np.ones(len(told))
+        if not inputs.access.replies_in_frames:
+            return np.ones(len(told))
+        rule = "nearest"
     if rule == "fixed":
         return np.asarray(told[:, inputs.access.fixed_asv])
     if rule in ("nearest", "parallel"):
@@ -91,8 +93,10 @@ class Pauses(NamedTuple):
 
 def _late(inputs: Inputs, plan: Plan) -> float:
     """Return how long after its ping (s) an AUV is told of it, on average."""
-    if inputs.access.ranging == "passive" or inputs.access.downlink == "direct_reply":
+    if inputs.access.ranging == "passive":
         return 0.0
+    if inputs.access.downlink == "direct_reply":
+        return inputs.access.reply_s
     waited = 0.0 if inputs.access.downlink == "pipelined_group" else plan.slot * plan.pitch_s
     return float((plan.send_s + plan.frame_s - waited).mean())
 

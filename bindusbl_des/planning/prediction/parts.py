@@ -79,8 +79,9 @@ class Slots:
     """How long slots last (s).
 
     An uplink slot holds `ways` times the ping of `ping_s` and the longest way, the turnaround and
-    `uplink_guard_s`, and lasts `shortest_uplink_s` at least; `fixed_uplink_s` (None: there is none)
-    is that of a ranging of one's own.  The longest way is the HF range, or reaches to `deepest_m`
+    `uplink_guard_s`, and lasts `shortest_uplink_s` at least, and holds after that a direct reply's
+    frame and guard, `answer_s`; `fixed_uplink_s` (None: there is none) is that of a ranging of
+    one's own.  The longest way is the HF range, or reaches to `deepest_m`
     where that is horizontal, at `sound_speed_m_per_s`.  Downlink slots and what a frame's delivery
     takes after it begins are those of 0, 1, ... n fixes (n + 1,).  All are whole ticks of
     `tick_rate_hz`; 0: there are none.
@@ -95,6 +96,7 @@ class Slots:
     deepest_m: float
     sound_speed_m_per_s: float
     tick_rate_hz: float
+    answer_s: float
     downlink_s: Floats
     frame_s: Floats
 
@@ -104,7 +106,8 @@ class Access:
     """Who pings when, and who answers how; names are those of the scenario.
 
     `frame_s` is 0 unless the schedule has frames; `fixed_asv` broadcasts if the broadcaster is
-    fixed; a direct reply sets out `reply_s` after a ping's front.
+    fixed; the end of a direct reply, or all of it, sets out `reply_s` after a ping's front, in a
+    frame that others may overlap if it `replies_in_frames`.
     """
 
     schedule: str
@@ -114,6 +117,7 @@ class Access:
     ranging: str
     frame_s: float
     reply_s: float
+    replies_in_frames: bool
 
 
 @dataclass(frozen=True)

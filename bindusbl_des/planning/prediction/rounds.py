@@ -54,9 +54,8 @@ def uplink_slot(slots: Slots, hf_range: float, by_slant: bool) -> float:
         return in_ticks(slots, slots.fixed_uplink_s)
     way = hf_range if by_slant else math.sqrt(hf_range**2 + slots.deepest_m**2)
     ways = slots.ways * (slots.ping_s + way / slots.sound_speed_m_per_s)
-    return in_ticks(
-        slots, max(ways + slots.turnaround_s + slots.uplink_guard_s, slots.shortest_uplink_s)
-    )
+    least = max(ways + slots.turnaround_s + slots.uplink_guard_s, slots.shortest_uplink_s)
+    return in_ticks(slots, least + slots.answer_s)
 
 
 def in_ticks(slots: Slots, duration: float) -> float:
@@ -169,15 +168,35 @@ def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:
         chance = chance / auvs
     if access.downlink == "direct_reply":
         way = sights.slant_m.min(axis=2)
-        return Turns(
-            pinged, pinged + 2.0 * way[rows, late] / c + access.reply_s, chance, late, kind, many
-        )
+        told = pinged + 2.0 * way[rows, late] / c + access.reply_s
+        if access.replies_in_frames:
+            told = told + 0.5 * _tick(inputs.slots)
+            alone = access.frame_s > 0.0  # one AUV pings in each frame
+            together = np.broadcast_to(rows, slot.shape) if alone else slot
+            chance = chance * _answered(sights, together, chance, late)
+        return Turns(pinged, told, chance, late, kind, many)
     by_group = access.downlink == "pipelined_group"
     base = pinged + plan.send_s[at] if by_group else begin + plan.send_s[at]
     sender = number + slot if by_group else np.broadcast_to(number, pinged.shape)
     hears, way = _by_sender(inputs, sights, sender, late)
     told = base + plan.frame_s[at] + way / c + 0.5 * _tick(inputs.slots)
     return Turns(pinged, told, chance * hears, late, kind, many)
+
+
+def _answered(sights: Sights, slot: Ints, chance: Floats, at: Ints) -> Floats:
+    """Return how likely AUVs decode the answers to their pings (n, r), each of the nearest ASV.
+
+    Answers to others that have pinged in the same slot (n, r), as likely as their `chance` (n, r),
+    are on the air at the same time: where an AUV hears one of them as well, both are destroyed.
+    """
+    auvs, rows = len(slot), np.arange(len(slot))[:, np.newaxis]
+    nearest = sights.level_m.argmin(axis=2)[rows, at]
+    heard = sights.told[rows, at, nearest]
+    for other in range(auvs):
+        overheard = sights.told[rows, at, nearest[other]]
+        beside = (slot == slot[other]) & (rows != other)
+        heard = heard * np.where(beside, 1.0 - chance[other] * overheard, 1.0)
+    return np.asarray(heard)
 
 
 def _tick(slots: Slots) -> float:

@@ -65,9 +65,9 @@ def seen(inputs: Inputs, stations: Floats) -> Sights:
 
 def sights(inputs: Inputs, places: Floats, stations: Floats) -> Sights:
     """Return what AUVs at places (n, k, 2), m, and ASVs at stations (m, 2), are to each other."""
-    east = places[:, :, np.newaxis, 0] - stations[:, 0]
-    north = places[:, :, np.newaxis, 1] - stations[:, 1]
-    squares = east * east + north * north
+    north = places[:, :, np.newaxis, 0] - stations[:, 0]
+    east = places[:, :, np.newaxis, 1] - stations[:, 1]
+    squares = north * north + east * east
     depths = inputs.ways.depths_m[:, np.newaxis, np.newaxis]
     level, slant = np.sqrt(squares), np.sqrt(squares + depths * depths)
     counted = slant if inputs.hf.by_slant else level

@@ -24,6 +24,7 @@ class Asking:
     options: Options | Asked = NO_OPTIONS
     confidence: float | None = None
     budget_s: float | None = None
+    budget_missions: int | None = None
     seed: int | None = None
     allow_plugins: bool = False
 

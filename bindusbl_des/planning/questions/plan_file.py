@@ -16,13 +16,16 @@ from ...scenario.files.shipped import shipped
 from ...scenario.scenario import Scenario
 from ..selection.goals import Goal, goals_in
 from .asking import Asking, without_key
-from .question import ASV, BUDGET_S, CONFIDENCE, Question
+from .question import ASV, CONFIDENCE, Question
 
-KEYS = ("name", "scenario", "goal", "candidates", "confidence", "budget_s", "cost", "seed")
+KEYS = (
+    *("name", "scenario", "goal", "candidates", "confidence", "budget_s", "budget_missions"),
+    *("cost", "seed"),
+)
 FORM = "{metric: position_error_p95_m, below: 1}"
 
 # Of which numbers there is no sense beyond.
-CONFIDENCES, BUDGETS_S, LARGEST_SEED = (0.5, 0.9999), (1.0, 1e7), 10**12
+CONFIDENCES, BUDGETS_S, LARGEST_SEED, MOST_MISSIONS = (0.5, 0.9999), (1.0, 1e7), 10**12, 10**9
 
 
 def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
@@ -35,8 +38,14 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
     document, source = _document(given, asking.options.overrides)
     goals, costs = _goals(document, asking), _costs(document)
     confidence = _number(document, "confidence", asking.confidence, CONFIDENCE, *CONFIDENCES)
-    budget = _number(document, "budget_s", asking.budget_s, BUDGET_S, *BUDGETS_S)
-    seed = _seed(document, asking.seed)
+    budget_s: float | None = asking.budget_s
+    if budget_s is not None or "budget_s" in document.data:
+        budget_s = _number(document, "budget_s", budget_s, BUDGETS_S[0], *BUDGETS_S)
+    budget_missions: int | None = asking.budget_missions
+    if budget_missions is not None or "budget_missions" in document.data:
+        asked = (document, "budget_missions", budget_missions)
+        budget_missions = _whole_number(*asked, 1, MOST_MISSIONS)
+    seed = _whole_number(document, "seed", asking.seed, 0, LARGEST_SEED)
     inner = _experiment_document(document)
     allow = asking.allow_plugins
     try:
@@ -49,7 +58,8 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
         source="" if isinstance(given, Scenario) or asking.options.overrides else _named(document),
         listed=isinstance(document.data.get("candidates"), list),
         confidence=confidence,
-        budget_s=budget,
+        budget_s=budget_s,
+        budget_missions=budget_missions,
         costs=costs,
         seed=seed,
     )
@@ -147,14 +157,15 @@ def _number(
     return default
 
 
-def _seed(document: Document, asked: int | None) -> int:
-    value = document.data.get("seed", 0) if asked is None else asked
-    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= LARGEST_SEED:
+def _whole_number(document: Document, key: str, asked: int | None, least: int, most: int) -> int:
+    """Return a whole number as it was asked for, or else that of the file, or else the least."""
+    value = document.data.get(key, least) if asked is None else asked
+    if isinstance(value, int) and not isinstance(value, bool) and least <= value <= most:
         return value
-    place = None if asked is None else Place(f"--seed {value}")
-    message = f"needs a whole number >= 0 and <= {LARGEST_SEED}; got {described(value)}"
-    _note(document, ("seed",), message, place)
-    return 0
+    place = None if asked is None else Place(f"--{key.replace('_', '-')} {value}")
+    message = f"needs a whole number >= {least} and <= {most}; got {described(value)}"
+    _note(document, (key,), message, place)
+    return least
 
 
 def _costs(document: Document) -> dict[str, float]:

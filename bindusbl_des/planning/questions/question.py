@@ -12,7 +12,7 @@ from ...campaigns.experiments.plan import model_version
 from ...scenario.scenario import Scenario
 from ..selection.goals import Goal
 
-CONFIDENCE, BUDGET_S = 0.95, 120.0
+CONFIDENCE = 0.95
 ASV = "asv"  # whose price is that of one vessel
 
 # Seeds of one plan begin here for each of its own seed, so that those of two plans differ.
@@ -27,7 +27,8 @@ class Question:
 
     `experiment` is the scenario with the points that the user varies; `listed` tells that these
     points are all there is to choose from, and nothing is to be proposed besides.  `costs` are of
-    one ASV (``asv``) and of what a key is set to (``acoustics.mf.range_m=200``).
+    one ASV (``asv``) and of what a key is set to (``acoustics.mf.range_m=200``).  What is flown in
+    one go is cut off after `budget_s` (s) or `budget_missions`; None: not before it is settled.
     """
 
     experiment: Experiment
@@ -35,7 +36,8 @@ class Question:
     source: str = ""
     listed: bool = False
     confidence: float = CONFIDENCE
-    budget_s: float = BUDGET_S
+    budget_s: float | None = None
+    budget_missions: int | None = None
     costs: Mapping[str, float] = field(default_factory=lambda: {ASV: 1.0})
     seed: int = 0
 
@@ -55,7 +57,7 @@ class Question:
         return range(first, first + MOST_SEEDS)
 
     def record(self) -> dict[str, Any]:
-        """Return all that decides the answer, but for the time to find it, as plain data."""
+        """Return all that decides the settled answer, as plain data."""
         given = self.experiment.record()
         return {
             "name": self.name,

@@ -1,6 +1,7 @@
 """What the missions of candidates show: who meets the goals, who does not, who is outdone."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import nan
 
 import numpy as np
@@ -12,8 +13,8 @@ from .looks import Look
 from .selection import Estimate, Floats, Sample, Verdict
 
 
-class OutOfTime(Exception):
-    """Not all missions of a look were flown when the time was up."""
+class CutOff(Exception):
+    """Not all missions of a look were flown when the budget was used up."""
 
 
 class Evidence:
@@ -43,18 +44,18 @@ class Evidence:
         """Fly the missions of candidates that a look is lacking.
 
         Raises:
-            OutOfTime: when not all of them were flown.
+            CutOff: when not all of them were flown; those that were count.
         """
         seeds = self.looks[look].seeds
         pairs = [(it, seed) for it in candidates for seed in range(self.missions(it), seeds)]
         if not pairs:
             return
         found = np.asarray(self._sample(pairs), dtype=np.float64).reshape(-1, len(self.goals))
-        if len(found) < len(pairs):
-            raise OutOfTime
-        whose = np.array([candidate for candidate, _ in pairs])
+        whose = np.array([candidate for candidate, _ in pairs[: len(found)]])
         for it in candidates:
             self._values[it] = np.concatenate([self._values[it], self._signs * found[whose == it]])
+        if len(found) < len(pairs):
+            raise CutOff
 
     def judge(self, candidate: int, look: int) -> None:
         """Give a candidate the verdict that its missions allow at a look, if any."""
@@ -69,9 +70,9 @@ class Evidence:
         elif np.any((least > self._limits) & ((errors > 0) | (now.met is not None))):
             self.verdicts[candidate] = "not met"
         elif now.met is not None and np.any(least > self._limits - self._zones):
-            self.verdicts[candidate] = "too close to tell"
+            self.verdicts[candidate] = "needs more missions"
         elif look == len(self.looks) - 1:
-            self.verdicts[candidate] = "too close to tell"
+            self.verdicts[candidate] = "needs more missions"
             self.is_cut_short[candidate] = True
 
     def keeps(self, values: Sequence[float]) -> bool:
@@ -99,8 +100,15 @@ class Evidence:
 
 def _estimate(values: Floats, sign: float, met: float | None) -> Estimate:
     """Return what values (k,) tell of their mean, turned back by `sign`."""
+    found = estimated(sign * values)
+    if met is None or found.mean != found.mean:
+        return found
+    return replace(found, bound=sign * float(upper_bounds(values[:, None], met)[0]))
+
+
+def estimated(values: Floats) -> Estimate:
+    """Return what values (k,) tell of their mean: nan where one is missing."""
     if not len(values) or not np.isfinite(values).all():
         return Estimate(nan, nan, nan, nan)
-    found = intervals(sign * values[None, :]).at(0)
-    bound = nan if met is None else float(upper_bounds(values[:, None], met)[0])
-    return Estimate(found.mean, found.low, found.high, sign * bound)
+    found = intervals(values[None, :]).at(0)
+    return Estimate(found.mean, found.low, found.high, nan)

@@ -29,6 +29,10 @@ LESS_IS_BETTER = {
     "area_covered_m2": False,
     "area_covered_share": False,
     "survey_finished_at_s": True,
+    "fairness": False,
+    "throughput_bps": False,
+    "fix_latency_p50_s": True,
+    "fix_latency_p95_s": True,
 }
 KEYS = ("metric", "below", "above", "of")
 
@@ -54,9 +58,9 @@ class Goal:
         known = (*OF_AUVS, *OF_MISSIONS)
         if self.metric not in known:
             asked = self.metric.removeprefix(WORST)
-            hint = (
-                did_you_mean(asked, known) or "; metrics are columns of the tables auvs and mission"
-            )
+            # of several that are about errors, the one that plans are mostly judged by
+            hint = did_you_mean(asked, ("position_error_m", *known))
+            hint = hint or "; metrics are columns of the tables auvs and mission"
             raise ValueError(f"no metric {self.metric!r}{hint}")
         if (self.below is None) == (self.above is None):
             both = "neither" if self.below is None else "both"

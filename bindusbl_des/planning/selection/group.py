@@ -50,7 +50,7 @@ class Group:
         """Fly those that run at more seeds; see who meets the goals, who does not, who is outdone.
 
         Raises:
-            OutOfTime: when not all of them were flown.
+            CutOff: when not all of them were flown.
         """
         look, verdicts = self._next_look, self._evidence.verdicts
         self._evidence.fly(self.running, look)

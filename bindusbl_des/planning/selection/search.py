@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
 from ...core.wording import counted, plain
-from .evidence import Evidence, OutOfTime
+from .evidence import Evidence
 from .group import Group
-from .selection import Candidate, Selection, Verdict
+from .selection import Candidate, Selection
 
 # Who is still open after so many seeds is close to a limit: dearer ones are tried before more are.
 PATIENCE = 24
@@ -16,9 +16,12 @@ class Search:
     """A search among candidates of which nothing is known but their costs and predictions."""
 
     def __init__(
-        self, candidates: Sequence[Candidate], evidence: Evidence, is_over: Callable[[], bool]
+        self,
+        candidates: Sequence[Candidate],
+        evidence: Evidence,
+        note: Callable[[Selection], None] = lambda _: None,
     ) -> None:
-        self._candidates, self._evidence, self._is_over = candidates, evidence, is_over
+        self._candidates, self._evidence, self._note = candidates, evidence, note
         by_cost = sorted(range(len(candidates)), key=lambda it: candidates[it].cost)
         groups = groupby(by_cost, key=lambda it: candidates[it].cost)
         self._groups = [Group(evidence, list(members)) for _, members in groups]
@@ -32,7 +35,7 @@ class Search:
         with as many as it takes.
 
         Raises:
-            OutOfTime: when that came first.
+            CutOff: when the budget was used up before.
         """
         most = self._evidence.looks[-1].seeds
         for seeds in (min(PATIENCE, most), most):
@@ -64,18 +67,20 @@ class Search:
         return 0
 
     def _look(self, group: Group) -> None:
-        if self._is_over():
-            raise OutOfTime
         group.look()
+        self._note(self.selection())
 
     def selection(self) -> Selection:
         """Return what is known now."""
         best = None if self._cheapest is None else self._groups[self._cheapest]
         dearer = [] if self._cheapest is None else self._groups[self._cheapest + 1 :]
-        verdicts = list[Verdict](it or "no time" for it in self._evidence.verdicts)
+        verdicts = [
+            it or ("needs more missions" if self._evidence.missions(number) else "not flown")
+            for number, it in enumerate(self._evidence.verdicts)
+        ]
         for group in dearer:
-            for it in group.having(None):
-                verdicts[it] = "not needed"
+            for number in group.having(None):
+                verdicts[number] = "not needed"
         numbers = range(len(verdicts))
         doubts = list(self._doubts(best))
         return Selection(
@@ -99,9 +104,9 @@ class Search:
         """Yield what keeps the answer from being as sure as was asked."""
         cheaper = self._groups if self._cheapest is None else self._groups[: self._cheapest]
         whose = "candidate" if best is None else "cheaper candidate"
-        flown = f"not told with {self._evidence.looks[-1].seeds} seeds"
+        flown = f"not settled with {self._evidence.looks[-1].seeds} seeds"
         if untold := sum(len(group.having(None)) for group in cheaper):
-            yield f"{counted(untold, whose)} may meet the goals: not told in time."
+            yield f"{counted(untold, whose)} may meet the goals."
         considered = [it for group in cheaper for it in group.members]
         if unsure := sum(self._evidence.is_cut_short[it] for it in considered):
             yield f"{counted(unsure, whose)} may meet the goals: {flown}."
@@ -109,5 +114,5 @@ class Search:
             return
         unsure = sum(self._evidence.is_cut_short[it] for it in best.members)
         if rivals := len(best.running) - 1 + unsure:
-            until = flown if best.is_flown else "not told in time"
-            yield f"{counted(rivals, 'rival')} of equal cost may be better: {until}."
+            until = f": {flown}" if best.is_flown else ""
+            yield f"{counted(rivals, 'rival')} of equal cost may be better{until}."

@@ -6,7 +6,7 @@ from math import isfinite
 
 from ...campaigns.experiments.precision import FEWEST_SEEDS
 from ...core.wording import plain, refuse
-from .evidence import Evidence, OutOfTime
+from .evidence import CutOff, Evidence
 from .goals import Goal
 from .looks import looks
 from .search import Search
@@ -25,7 +25,7 @@ def select(
     confidence: float = CONFIDENCE,
     zone: float = ZONE,
     most_seeds: int = MOST_SEEDS,
-    is_over: Callable[[], bool] = lambda: False,
+    note: Callable[[Selection], None] = lambda _: None,
 ) -> Selection:
     """Return the candidate of the least cost that meets all goals, with the stated confidence.
 
@@ -33,16 +33,17 @@ def select(
     equal cost that does is better in the first goal by more than it; `zone` is a share of a goal's
     limit.  This holds over all looks at all candidates if means of missions are normal.
 
-    Candidates are flown at seeds 0, 1, ... alike, so that their noise is.  Nothing but `is_over`,
-    which is asked before each batch of missions, makes an answer depend on time.
+    Candidates are flown at seeds 0, 1, ... alike, so that their noise is.  What is found depends on
+    the missions alone; where `sample` returns fewer than it was asked for, it is not settled.
+    `note` hears of what is known after each look.
 
     Raises:
         ValueError: when there is nothing to choose from, or nothing to choose it by.
     """
     _check(candidates, goals, confidence, zone, most_seeds)
     seen = looks(most_seeds, confidence, len(candidates), len(goals))
-    search = Search(candidates, Evidence(len(candidates), goals, seen, zone, sample), is_over)
-    with suppress(OutOfTime):
+    search = Search(candidates, Evidence(len(candidates), goals, seen, zone, sample), note)
+    with suppress(CutOff):
         search.run()
     return search.selection()
 

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 # Return the goals' values (k, goals) of k missions, each of a candidate's and a seed's number from
-# 0.  nan: that mission failed, or had no value, and does not meet the goal.  Where time is over it
-# may return those of the first of them only.
+# 0.  nan: that mission failed, or had no value, and does not meet the goal.  Where the budget is
+# used up it may return those of the first of them only.
 Sample = Callable[[Sequence[tuple[int, int]]], Floats]
 
-# met: all goals.  not met: one is missed.  too close to tell: neither is shown, or they are met by
-# less than would matter; it is not chosen.  outdone: it was open when another of its cost met the
-# goals, and is better than that by less than would matter, if at all.  not needed: it costs more
-# than the answer.  no time: it was open when the time was up.
-Verdict = Literal["met", "not met", "too close to tell", "outdone", "not needed", "no time"]
+# met: all goals.  not met: one is missed.  needs more missions: neither is shown, or they are met
+# by less than would matter; it is not chosen.  outdone: it was open when another of its cost met
+# the goals, and is better than that by less than would matter, if at all.  not needed: it costs
+# more than the answer.  not flown: the budget was used up before.
+Verdict = Literal["met", "not met", "needs more missions", "outdone", "not needed", "not flown"]
 
 
 @dataclass(frozen=True)

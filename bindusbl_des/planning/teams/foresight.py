@@ -104,3 +104,13 @@ def doubt_of(metric: str) -> Doubt | None:
     """Return by how much predictions of a metric may be wrong; None where that is not known."""
     known = STATED_ERROR.get(metric)
     return None if known is None else Doubt(math.log1p(known.p90), math.log1p(known.p99))
+
+
+def band(goal: Goal, value: float) -> tuple[float, float]:
+    """Return between which values nine in ten flown teams lie that are predicted to be `value`; nan
+    where that is not known.
+    """
+    doubt = doubt_of(goal.metric)
+    if doubt is None:
+        return math.nan, math.nan
+    return value * math.exp(-doubt.mostly), value * math.exp(doubt.mostly)

@@ -21,11 +21,10 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class _Range:
-    """How far a candidate is from its goals (`excess`, a logarithm): hardly less than `least`, most
-    likely from `low` to `high`.
+    """How far a candidate is from its goals (`excess`, a logarithm): in 99 of 100 from `low` to
+    `high`.
     """
 
-    least: float
     low: float
     high: float
 
@@ -35,10 +34,9 @@ def narrowed(
 ) -> tuple[list[Candidate], list[LeftOut]]:
     """Return the candidates to fly, the cheapest first, and those that are left out, with reasons.
 
-    Left out is what misses a goal even if it is predicted as wrongly as one in a hundred is; and
-    what is worse than another of the same cost even if both are predicted as wrongly as one in ten
-    is, to the advantage of the other.  The best of each cost is flown in any case, and so is what
-    cannot be predicted.
+    Left out is what misses a goal even if it is predicted as wrongly as one in a hundred is, and
+    what is worse than another of the same cost even if both are.  The best of each cost is flown in
+    any case, and so is what cannot be predicted.
     """
     ranges = {it: _range(it, foresight, goals) for it in candidates}
     by_cost: dict[float, list[Candidate]] = defaultdict(list)
@@ -55,7 +53,7 @@ def narrowed(
                 flown.append(it)
             elif ranges[it].low > sure:
                 outdone.append(it)
-            elif ranges[it].least > 0:
+            elif ranges[it].low > 0:
                 hopeless.append(it)
             else:
                 flown.append(it)
@@ -75,13 +73,12 @@ def _left_out(candidates: Iterable[Candidate], why: str) -> list[LeftOut]:
 
 def _range(candidate: Candidate, foresight: Foresight, goals: Sequence[Goal]) -> _Range:
     """Return how far a candidate may be from its goals; infinitely wide where one is unknown."""
-    least, low, high = -math.inf, -math.inf, -math.inf
+    low, high = -math.inf, -math.inf
     for goal, value in zip(goals, foresight.values(candidate).tolist(), strict=True):
         doubt = doubt_of(goal.metric)
         if value != value or doubt is None:
             high = math.inf
             continue
         far = excess(goal, value)
-        least = max(least, far - doubt.hardly_more)
-        low, high = max(low, far - doubt.mostly), max(high, far + doubt.mostly)
-    return _Range(least, low, high)
+        low, high = max(low, far - doubt.hardly_more), max(high, far + doubt.hardly_more)
+    return _Range(low, high)

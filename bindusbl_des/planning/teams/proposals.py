@@ -15,7 +15,7 @@ from ...scenario.sections.vehicles import Formation
 from ...scenario.survey_area import area_of
 from ..placement import free_places
 from ..questions.question import Question
-from .candidates import COUNT, DOWNLINK, FORMATION, SCHEDULE, Candidate, Keys, candidate
+from .candidates import COUNT, DOWNLINK, FORMATION, REPLY, SCHEDULE, Candidate, Keys, candidate
 from .foresight import Foresight
 from .placing import place_keys, placed, ring_keys, unplaced
 
@@ -41,7 +41,7 @@ def proposed(question: Question, foresight: Foresight) -> list[Candidate]:
     Raises:
         ValueError: when none of them is a valid scenario.
     """
-    points = question.experiment.points
+    points = [_physical(question, point) for point in question.experiment.points]
     if question.listed:
         found = [candidate(question, point) for point in points]
     else:
@@ -49,6 +49,16 @@ def proposed(question: Question, foresight: Foresight) -> list[Candidate]:
         found = [it for point in points for it in _about(question, foresight, point, widely)]
     unlike = {it.scenario.model_dump_json(): it for it in reversed(found) if it is not None}
     return list(unlike.values())[::-1]
+
+
+def _physical(question: Question, point: Keys) -> Keys:
+    """Return a point whose direct replies take airtime: without, no modem can give them."""
+    return {**point, REPLY: "frame"} if is_instant(question, point) else point
+
+
+def is_instant(question: Question, point: Keys) -> bool:
+    """Tell whether the user asks for direct replies without airtime."""
+    return bool(point.get(REPLY, question.base.protocol.reply) == "instant")
 
 
 def _about(

@@ -1,7 +1,9 @@
 """Keys of instruments and navigation that do nothing in a mode; see :mod:`.keys`."""
 
+from ...scenario.instruments.own_sensors import wanders_over_m
+from ...scenario.scenario import Scenario
 from ...scenario.sections.usbl import Usbl
-from .rule import OWN, Idle
+from .rule import GIVEN, OWN, Idle
 
 # Files from before filters weighed by default have keys that belong to the paper's gain.
 FIXED = "remove it, or set navigation.filter: fixed_gain"
@@ -11,6 +13,12 @@ CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 # Vessels keep their stations by GNSS, too.
 BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
 ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in BESIDES)
+
+
+def wanders(scenario: Scenario) -> bool:
+    """Tell whether the errors of a sheet of drift wander, as biases that have a frame."""
+    return wanders_over_m(scenario) is not None
+
 
 INSTRUMENTS = (
     Idle(
@@ -78,10 +86,10 @@ INSTRUMENTS = (
             "navigation.velocity_bias_m_per_s": ((0.0, 0.0),),
             "navigation.velocity_bias_sd_m_per_s": (0.0,),
             "navigation.drift.m_per_hour": (None,),
-            "navigation.drift.line_m": (None,),
         },
         ("navigation.bias_frame",),
         "there is no bias",
+        but=wanders,
     ),
     Idle(
         {
@@ -92,10 +100,29 @@ INSTRUMENTS = (
         "no drift is stated",
         remedy="remove it, or set navigation.drift.percent_of_distance or m_per_hour",
     ),
+    *(
+        Idle(
+            mode, ("navigation.drift.line_m", "navigation.drift.time_constant_s"), why, but=wanders
+        )
+        for mode, why in (
+            (
+                {"auvs.route.kind": ("hold", "track")},
+                "no speed is planned at which they would wander, the drift's errors are constant",
+            ),
+            (
+                {"protocol.ranging": ("passive",)},
+                "the error of the heading turns the array as well, and is constant",
+            ),
+            (
+                {"auvs.speeds_m_per_s": GIVEN},
+                "AUVs that differ in speed have constant errors of scale and heading",
+            ),
+        )
+    ),
     Idle(
         {"navigation.drift.line_m": (None,)},
         ("navigation.drift.time_constant_s",),
-        "the drift holds at any distance, its errors do not wander",
+        "the drift's errors are constant",
         remedy="remove it, or set navigation.drift.line_m",
     ),
 )

@@ -32,7 +32,7 @@ RULES = (
     Idle({"auvs.route.kind": ("hold",)}, STEERING, "the AUVs lie still"),
     Idle({"auvs.route.kind": ("track",)}, STEERING, "the AUVs repeat their tracks"),
     Idle(
-        {"auvs.route.kind": ("hold", "track"), "navigation.drift.line_m": (None,)},
+        {"auvs.route.kind": ("hold", "track")},
         ("auvs.speed_m_per_s", "auvs.speeds_m_per_s"),
         "the AUVs lie still, or repeat their tracks",
     ),

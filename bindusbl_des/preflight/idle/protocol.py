@@ -43,7 +43,8 @@ PROTOCOL = (
         (
             *BROADCASTS,
             *(f"protocol.{name}" for name in ("schedule", "downlink", "positions", "frame_s")),
-            *("protocol.reply_at", "protocol.turnaround_s", "protocol.conflict_margin_m"),
+            *("protocol.reply", "protocol.reply_at", "protocol.turnaround_s"),
+            "protocol.conflict_margin_m",
         ),
         "ASVs ping in turn and AUVs fix themselves; nobody calls, answers or broadcasts",
     ),
@@ -53,17 +54,33 @@ PROTOCOL = (
         "no AUV pings, so none contends",
     ),
     Idle(
-        {"protocol.downlink": ("direct_reply",)},
+        {"protocol.downlink": ("direct_reply",), "protocol.reply": ("instant",)},
         BROADCASTS,
-        "the ASV that hears a ping first answers it at once, nothing is broadcast",
+        "the ASV that hears a ping first answers it at once, without airtime",
+    ),
+    Idle(
+        {"protocol.downlink": ("direct_reply",), "protocol.reply": ("frame",)},
+        (
+            "protocol.broadcaster",
+            "protocol.shortest_downlink_slot_s",
+            "protocol.reply_at",
+            "acoustics.mf.payload_bytes",
+            "acoustics.mf.overfull",
+        ),
+        "the ASV that hears a ping first answers it, once it is decoded, in a frame of one fix",
+    ),
+    Idle(
+        {"protocol.downlink": ("direct_reply",), "protocol.schedule": ("aloha", "csma")},
+        ("protocol.downlink_guard_s",),
+        "pings are answered as they come, in no slots",
     ),
     Idle(
         {"protocol.downlink": ("sequential", "pipelined_round", "pipelined_group")},
-        ("protocol.reply_at",),
+        ("protocol.reply", "protocol.reply_at"),
         "no ping is answered at once, fixes are broadcast",
     ),
     Idle(
-        {"protocol.downlink": ("sequential",)},
+        {"protocol.downlink": ("sequential", "direct_reply")},
         ("protocol.duplex",),
         "nobody pings while a frame is on the air or arriving",
         but=lambda it: is_random(it) or it.protocol.downlink_guard_s is not None,

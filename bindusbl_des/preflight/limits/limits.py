@@ -12,6 +12,7 @@ from ...protocol.bounds.rates import (
     record_bound,
     slotted_aloha_capacity,
 )
+from ...protocol.replies import reply_delay_of
 from ...protocol.slots import Slots
 from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
@@ -29,7 +30,8 @@ MOST_RECORDS = 1000
 class Limits:
     """What is possible in a mission; what does not apply to its protocol is None.
 
-    `in_range` (n,) is the share of the time in which some ASV hears each AUV.  An ASV decodes
+    `in_range` (n,) is the share of the time in which each AUV is in range of some ASV, `fix_chance`
+    (n,) how likely a ping makes a fix that its AUV gets, a mean over the mission.  An ASV decodes
     `decodes_hz` pings (1/s) at most whose arrivals may touch, `cleared_hz` if each has `CLEARING_S`
     to die away; with ALOHA `capacity_hz` on average, whatever the load (slotted: if no two of a
     slot are heard).  The downlink carries `records_hz` (1/s) at most, of as many `senders` as may
@@ -38,6 +40,7 @@ class Limits:
     """
 
     in_range: Floats
+    fix_chance: Floats
     groups: Groups | None
     decodes_hz: float
     cleared_hz: float
@@ -64,13 +67,15 @@ def limits_of(scenario: Scenario, sights: Sights) -> Limits:
     """Return what is possible in a mission in which so much is in range."""
     rounds, protocol = rounds_of(scenario), scenario.protocol
     slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
-    broadcasts = not protocol.is_passive and protocol.downlink != "direct_reply"
-    senders = _senders(scenario, sights) if broadcasts else 1
+    senders = _senders(scenario, sights) if protocol.sends_frames else 1
     slotted = not (protocol.is_passive or is_random(scenario))
     fixes = scenario.auvs.count if slotted else MOST_RECORDS
-    records = senders * _records(slots, fixes) if broadcasts else None
+    if protocol.replies:  # each answer is a frame of one
+        fixes = 1
+    records = senders * _records(slots, fixes) if protocol.sends_frames else None
     return Limits(
         in_range=np.asarray(sights.heard.any(axis=2).mean(axis=0)),
+        fix_chance=np.asarray(sights.delivered.mean(axis=0)),
         groups=groups_of(protocol.schedule, sights.heard) if slotted else None,
         decodes_hz=decode_bound(ping, 0.0),
         cleared_hz=decode_bound(ping),
@@ -106,8 +111,8 @@ def _capacity(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
 
 
 def _senders(scenario: Scenario, sights: Sights) -> int:
-    """Return how many ASVs may broadcast at once, at most."""
-    if scenario.protocol.broadcaster != "parallel":
+    """Return how many ASVs may send frames at once, at most."""
+    if scenario.protocol.broadcaster != "parallel" and not scenario.protocol.replies:
         return 1
     return int(each(sights.told, disjoint_senders).max())
 
@@ -125,7 +130,6 @@ def least_latency(scenario: Scenario, slots: Slots, up_m: float, down_m: float) 
     c, protocol = sound_speed_of(scenario), scenario.protocol
     if protocol.is_passive:
         return latency_bound(0.0, slots.ping_duration, down_m, c)
-    if protocol.downlink == "direct_reply":
-        decoded = slots.ping_duration if protocol.reply_at == "ping_end" else 0.0
-        return latency_bound(up_m, decoded, down_m, c)
-    return latency_bound(up_m, slots.airtime(1) + slots.messages.delay(1), down_m, c)
+    frame = slots.airtime(1) + slots.messages.delay(1) if protocol.sends_frames else 0.0
+    decoded = reply_delay_of(scenario) if protocol.replies else 0.0
+    return latency_bound(up_m, decoded + frame, down_m, c)

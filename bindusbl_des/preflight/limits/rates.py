@@ -1,4 +1,4 @@
-"""How often AUVs would be fixed if no ping and no frame in range were lost."""
+"""How often AUVs would be fixed if pings and frames were lost by range alone."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -46,17 +46,14 @@ def rates_of(
 
     `senders` broadcast at once; the downlink carries `records_hz` (1/s) at most, None: has none.
     """
-    protocol, heard = scenario.protocol, sights.heard
+    protocol, heard, delivered = scenario.protocol, sights.heard, sights.delivered
     if protocol.is_passive:
-        length = rounds.length(rounds.most, 0)
-        return {"planned": Rates(np.asarray(heard.sum(axis=2).mean(axis=0) / length))}
-    in_range = np.asarray(heard.any(axis=2), dtype=np.float64)
-    if scenario.acoustics.hf.channel != "disc":  # pings from beyond the range may be decoded
-        in_range[:] = 1.0
+        every = rounds.length(rounds.most, 0) / scenario.asvs.count
+        return {"planned": Rates(np.asarray(delivered.mean(axis=0) / every))}
     found: dict[str, Rates] = {}
     if rounds.frame and rounds.are_known:
         in_turn = np.full(len(heard), scenario.auvs.count * rounds.period(1, 1))
-        found["planned"] = _shared(in_range, in_turn)
+        found["planned"] = _shared(delivered, in_turn)
     groups = groups_made(protocol.schedule, heard)
     if groups is not None and not rounds.frame:
         policies = dict.fromkeys((protocol.downlink, *POLICIES))
@@ -65,32 +62,34 @@ def rates_of(
         for policy in policies:
             if policy in LENGTHS:
                 name = "planned" if policy == protocol.downlink else policy
-                found[name] = _shared(in_range, _lengths(policy, rounds, groups, in_range))
+                found[name] = _shared(delivered, _lengths(policy, rounds, groups, sights.made))
     if records_hz is not None:
-        frames = _airtimes(rounds.slots, in_range, senders)
-        if is_random(scenario):  # frames carry whatever waits
-            frames = np.maximum(in_range.sum(axis=1), 1.0) / records_hz
-        found["back_to_back"] = _shared(in_range, frames)
+        frames = _airtimes(rounds.slots, sights.made, senders)
+        if is_random(scenario) or protocol.replies:  # whatever waits, or one fix each
+            frames = np.maximum(sights.made.sum(axis=1), 1.0) / records_hz
+        found["back_to_back"] = _shared(sights.at_best, frames)
     return found
 
 
-def _shared(in_range: Floats, lengths: Floats) -> Rates:
-    """Return the rates of AUVs that are fixed once in each round (k,), s, while in range (k, n)."""
-    return Rates(np.asarray((in_range / lengths[:, np.newaxis]).mean(axis=0)))
+def _shared(delivered: Floats, lengths: Floats) -> Rates:
+    """Return the rates of AUVs whose ping in each round (k,), s, makes as many fixes (k, n)."""
+    return Rates(np.asarray((delivered / lengths[:, np.newaxis]).mean(axis=0)))
 
 
-def _lengths(policy: str, rounds: Rounds, groups: Ints, in_range: Floats) -> Floats:
-    """Return how long (s) rounds are at each instant (k,), all fixed that are in range."""
+def _lengths(policy: str, rounds: Rounds, groups: Ints, made: Floats) -> Floats:
+    """Return how long (s) rounds are at each instant (k,), with as many fixes (k, n) as are
+    made on average.
+    """
     further, told, slots = rounds.contention, rounds.named, rounds.slots
     length = cache(lambda count, fixes: LENGTHS[policy](slots, count + further, fixes, told))
-    fixes = in_range.sum(axis=1).astype(np.int64).tolist()
+    fixes = np.rint(made.sum(axis=1)).astype(np.int64).tolist()
     return np.array([length(*it) for it in zip(groups.tolist(), fixes, strict=True)])
 
 
-def _airtimes(slots: Slots, in_range: Floats, senders: int) -> Floats:
-    """Return how long (s) frames with a fix of all in range are at each instant (k,), if so many
-    ASVs share them evenly.
+def _airtimes(slots: Slots, made: Floats, senders: int) -> Floats:
+    """Return how long (s) frames with all fixes (k, n) are at each instant (k,), if so many ASVs
+    share them evenly.
     """
     airtime = cache(slots.airtime)
-    fixes = np.maximum(np.ceil(in_range.sum(axis=1) / senders), 1.0).astype(np.int64)
+    fixes = np.maximum(np.ceil(np.rint(made.sum(axis=1)) / senders), 1.0).astype(np.int64)
     return np.array([airtime(count) for count in fixes.tolist()])

@@ -10,6 +10,7 @@ from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.measurement import measured, note
+from ...usbl.sights import unknown_sights
 from ...usbl.systematic.errors import HandedErrors, lasting_of
 from ...usbl.systematic.fused import measured_astray
 from ...usbl.two_way import Heard
@@ -173,6 +174,7 @@ def _make(
     row.fix = fix
     begin(row, ping, only)
     if by.instrument.array.size == 0:  # one of somebody's own measures later
+        unknown_sights(by.receptions[row.first : row.end])
         return
     instrument = instrument_of(by.instrument, has_sheet)
     heard = Heard(ping, by.receptions[row.first : row.end], by.noise.taken_now)

@@ -89,7 +89,8 @@ class Telling:
         """Agree before the launch on all rounds that no frame can tell of."""
         starts = 0.0
         for number in range(self.manner.ahead):
-            plan = self._plans[number] = self._plan(number, 0.0, max(starts, self.opens(number)))
+            starts = max(starts, self.opens(number))
+            plan = self._plans[number] = self._plan(number, 0.0, starts, starts)
             plan.told[:] = True
             starts = self._slot_starts(plan.groups, plan.starts_s)[-1]
             for auv in range(len(self.auvs)):
@@ -105,8 +106,13 @@ class Telling:
 
         Return which AUVs each of the ASVs names that send it: those to which it is the nearest.
         """
-        ahead = number + self.manner.ahead
-        plan = self._plans[ahead] = self._plan(ahead, time, time)
+        ahead, count = number + self.manner.ahead, len(self.auvs)
+        lasts = len(senders) * self.slots.downlink_slot(count, count)  # at most, one by one
+        before = self._plans.get(ahead - 1) if self.manner.ahead > 1 else None
+        if before is not None:
+            lasts = max(lasts, self._slot_starts(before.groups, before.starts_s)[-1] - time)
+        lasts = max(lasts, self.opens(ahead) - time)
+        plan = self._plans[ahead] = self._plan(ahead, time, time, lasts)
         named: dict[int, list[int]] = {asv: [] for asv in senders}
         away = np.linalg.norm(plan.view.auvs[:, None, :2] - plan.view.asvs[senders, :2], axis=2)
         for auv in plan.named:
@@ -127,10 +133,13 @@ class Telling:
         """Note that a broadcast, by its number, of a round names AUVs."""
         self._plans[number + self.manner.ahead].frames.append((broadcast, named))
 
-    def _plan(self, number: int, time: float, starts: float) -> Plan:
-        """Return the plan of a round by what the fleet knows at an instant (s)."""
+    def _plan(self, number: int, time: float, starts: float, ahead_s: float = 0.0) -> Plan:
+        """Return the plan of a round by what the fleet knows at an instant (s), so much (s) before
+        it begins.
+        """
         view, lost = self.view(number, time), self.roll.lost(time)
         view.heard[lost] = False
+        view.lost, view.ahead_s = tuple(np.flatnonzero(lost).tolist()), ahead_s
         asked = self.schedule(view)
         groups = [[auv for auv in group if not lost[auv]] for group in asked]
         lengths = list(asked.lengths_s) if isinstance(asked, TimedGroups) else []

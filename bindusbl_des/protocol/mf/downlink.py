@@ -188,16 +188,26 @@ class MfDownlink(Deliveries):
 
     def close(self, time: float) -> None:
         """Let AUVs have what has reached them by an instant (s), the mission's last; put on record
-        what became of each frame at each of them.
+        what became of each frame at each of them: where not everything is, of those destroyed.
         """
         self.deliver(time)
+        auvs = np.arange(len(self._auvs))
         if self._record.everything:
-            frames, auvs = np.arange(self._frames.count), np.arange(len(self._auvs))
-            table = self._record.frame_receptions
-            table.count = len(frames) * len(auvs)
-            table.array = self._received(
+            frames = np.arange(self._frames.count)
+            received = self._received(
                 np.repeat(frames, len(auvs)), np.tile(auvs, len(frames)), time
             )
+        elif self._is_shared:
+            each = [
+                self._received(np.full(len(auvs), frame), auvs, time)
+                for frame in range(self._frames.count)
+            ]
+            destroyed = [it[it["outcome"] == COLLIDED] for it in each]
+            received = np.concatenate([np.empty(0, FRAME_RECEPTION), *destroyed])
+        else:
+            return
+        table = self._record.frame_receptions
+        table.array, table.count = received, len(received)
 
     def _received(self, frames: Ints, auvs: Ints, time: float) -> Rows:
         """Return what has become of frames at AUVs, (n,) each, by an instant (s), shape (n,)."""

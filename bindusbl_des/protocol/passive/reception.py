@@ -17,6 +17,7 @@ from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
+from ...usbl.sights import unknown_sights
 from ...usbl.systematic.errors import HandedErrors, lasting_of
 from ...vehicles.motion import Floats, Ints, Motion, where
 from ..hf.reception import Noise, begin, by_luck
@@ -86,6 +87,7 @@ def _make(
     line.fix = fix
     _begin_own(line, ping, it, row, by.duration)
     if by.instrument.array.size == 0:  # one of somebody's own measures later
+        unknown_sights(by.receptions[row : row + 1])
         return
     instrument = instrument_of(by.instrument, has_sheet)
     x, y, z, yaw = where(by.auvs, it.auv, it.arrived_at_s)

@@ -5,12 +5,12 @@ from functools import partial
 
 import simpy
 
-from ...core.clock import Clock
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.recorder import Recorder
 from ..colouring import greedy_groups
 from ..hf.outcomes import Outcomes
 from ..own.steps import moment
+from ..slots import Slots
 from .view import Groups, View
 
 Turn = tuple[int, int]  # number of a round, and of a slot in it
@@ -24,15 +24,16 @@ def polling(view: View, *, side_by_side: bool = False) -> Groups:
 
 
 class Answers:
-    """The answers to the calls of a slot, which ends when each caller has decoded its own.
+    """The answers to the calls of a slot, which ends when each caller has decoded its own, and any
+    frame that answers it in turn is over.
 
     A caller that is not answered, or does not decode the answer, waits for the end of the slot.
     """
 
     def __init__(
-        self, env: simpy.Environment, outcomes: Outcomes, record: Recorder, clock: Clock
+        self, env: simpy.Environment, outcomes: Outcomes, record: Recorder, slots: Slots
     ) -> None:
-        self._env, self._outcomes, self._record, self._clock = env, outcomes, record, clock
+        self._env, self._outcomes, self._record, self._slots = env, outcomes, record, slots
         self._turn, self._missing, self._last = (-1, -1), 0, 0.0
         self._complete = env.event()
 
@@ -54,7 +55,7 @@ class Answers:
         yield complete | moment(self._env, ends)
         if not complete.triggered:
             return ends
-        over = min(self._clock.after(self._last, 0.0), ends)
+        over = min(self._slots.clock.after(self._last, self._slots.answer), ends)
         if over > self._env.now:
             yield moment(self._env, over)
         return over

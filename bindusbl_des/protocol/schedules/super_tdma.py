@@ -46,14 +46,19 @@ def super_tdma(view: View, *, clear_s: float = 0.02, sds: float = 2.0) -> Groups
     slots = view.slots
     if slots is None:
         raise LookupError("super_tdma plans with the protocol's slots; this view has none")
-    lasts, speed = slots.ping_duration + clear_s, slots.sound_speed
+    lasts, speed = slots.ping_duration + clear_s + slots.answer, slots.sound_speed
     longest, rates = slots.longest_travel_time, view.range_rates_m_per_s / speed
-    misplaced = view.misplaced_m(sds)
-    horizon = len(rates) * lasts + longest  # about as long as the round pings
-    heard = view.may_hear(misplaced + view.range_rates_m_per_s * horizon)
+    misplaced = view.misplaced_m(sds) + view.range_rates_m_per_s * view.ahead_s
     ways = np.linalg.norm(view.auvs[:, None] - view.asvs[None], axis=2) / speed
     ways, blurs = np.minimum(ways, longest), np.minimum(misplaced / speed, longest)
-    departs = departures(ways, heard, blurs, rates, lasts, slots.clock.rate)
+    horizon = len(rates) * lasts + longest  # about as long as the round pings
+    while True:
+        heard = view.may_hear(misplaced + view.range_rates_m_per_s * horizon)
+        departs = departures(ways, heard, blurs, rates, lasts, slots.clock.rate)
+        last = float(departs.max())
+        if last <= horizon:
+            break
+        horizon = 1.1 * last
     farthest = np.where(heard, ways, 0.0).max(axis=1) + blurs
     comes = np.where(heard.any(axis=1), farthest, longest)
     ends = float((departs * (1.0 + rates) + comes).max()) + lasts

@@ -43,10 +43,11 @@ class View:
     believes and `asvs` (m, 3) its own (m); `heard` (n, m) tells which ASVs each AUV is within HF
     range and `protocol.conflict_margin_m` of, `hf_range` (m) and `range_metric` (horizontal or
     slant) what that range is; `random` is a stream of the schedule's own.  `failed` are the ASVs
-    that have failed, which hear nobody.  `conflicts` is the conflict graph of the AUVs, and `slots`
-    what the protocol's slots are made of.  What it knows of each AUV is worked out when it is asked
-    for: of its estimate `since_s`, `expected_error_m` and `turns_in_vain`, of its place
-    `misplaced_m` and `range_rates_m_per_s`.
+    that have failed, which hear nobody, and `lost` AUVs that nobody counts on.  The round begins up
+    to `ahead_s` (s) later, where frames have to tell of it first.  `conflicts` is the conflict
+    graph of the AUVs, and `slots` what the protocol's slots are made of.  What it knows of each AUV
+    is worked out when it is asked for: of its estimate `since_s`, `expected_error_m` and
+    `turns_in_vain`, of its place `misplaced_m` and `range_rates_m_per_s`.
     """
 
     round: int
@@ -60,6 +61,8 @@ class View:
     failed: tuple[int, ...] = ()
     slots: Slots | None = None
     known: Known | None = field(default=None, repr=False)
+    lost: tuple[int, ...] = ()
+    ahead_s: float = 0.0
 
     @cached_property
     def conflicts(self) -> "nx.Graph[int]":
@@ -106,6 +109,7 @@ class View:
         away = np.linalg.norm(self.auvs[:, None, :axes] - self.asvs[None, :, :axes], axis=2)
         near: Hearing = away <= self.hf_range + margins[:, None]
         near[:, list(self.failed)] = False
+        near[list(self.lost)] = False
         return near | self.heard
 
     @property

@@ -17,14 +17,18 @@ def worst_first(view: View, *, slots: int = SLOTS) -> Groups:
     (Laplace's rule of succession).  So an AUV that is not where it is believed to be cannot keep
     the others waiting, and one that drifts has its turn again after a number of rounds that is
     bounded by its turns in vain.  An AUV that no ASV is believed to hear pings in the first slot,
-    where it disturbs nobody.
+    where it disturbs nobody.  Where frames tell of a round first, who may come within range until
+    it begins counts as heard.
     """
+    heard = view.heard
+    if view.ahead_s > 0.0:
+        heard = view.may_hear(view.range_rates_m_per_s * view.ahead_s)
     claims = view.expected_error_m / (view.turns_in_vain + 2.0)
     groups: list[list[int]] = [[] for _ in range(slots)]
-    met = np.zeros((slots, view.heard.shape[1]), dtype=np.bool_)  # ASVs that hear one of a group
+    met = np.zeros((slots, heard.shape[1]), dtype=np.bool_)  # ASVs that hear one of a group
     for auv in np.argsort(-claims, kind="stable").tolist():
-        room = np.flatnonzero(~(met & view.heard[auv]).any(axis=1))
+        room = np.flatnonzero(~(met & heard[auv]).any(axis=1))
         if len(room):
             groups[room[0]].append(auv)
-            met[room[0]] |= view.heard[auv]
+            met[room[0]] |= heard[auv]
     return [group for group in groups if group]

@@ -41,6 +41,7 @@ class Closeup {
     context.fillStyle = colours.soft;
     context.font = "11px system-ui, sans-serif";
     context.fillText(`rings ${reach / 2} m and ${reach} m around the truth`, 8, height - 7);
+    map.drawNorth(context);
   }
   // The last seconds of truth (broad) and estimate (fine).
   trail(context, colour) {

@@ -32,6 +32,7 @@ class Mission {
   // When it is known what became of a ping: not before its sound, or its fix, has passed everybody.
   decidedAt(ping) {
     const { pings, receptions, fixes, broadcasts } = this, fate = this.fates[pings.fate[ping]];
+    if (!this.isSent(ping)) return pings.called[ping] + 2 * this.hf.range / this.soundSpeed;
     if (fate === "out_of_hf") return pings.at[ping] + this.hf.range / this.soundSpeed;
     if (fate === "lost" || fate === "collided") return Math.max(...this.receptionsOf[ping].map((row) => receptions.at[row])) + this.pingLength;
     this.fixOf ??= new Map(Array.from(fixes.ping, (id, row) => [this.keyOf(id, fixes.auv[row]), row]));
@@ -44,6 +45,8 @@ class Mission {
   // With passive ranging a ping of an ASV stands there once for each AUV.
   keyOf(id, auv) { return id * this.auvs.length + auv; }
   isFirst(ping) { return !this.passive || ping === 0 || this.pings.id[ping] !== this.pings.id[ping - 1]; }
+  // With calls (twtt, polling) a turn whose call got no answer has no ping.
+  isSent(ping) { return !this.calls || this.pings.answered[ping] === 1; }
   colourOf(ping) { return this.passive ? colours.hf : seriesColour(this.pings.auv[ping]); }
   // The lanes of who sends a ping, and of who hears it; AUVs come first.
   laneOf(ping) { return this.passive ? this.auvs.length + this.pings.asv[ping] : this.pings.auv[ping]; }

@@ -9,7 +9,7 @@ const SLOW = 25, PAUSES = 3;
 
 // What a planner may read of each AUV: a column of the prediction, its words, unit, factor.
 const COLUMNS = [
-  ["hf_coverage", "in HF range", "%", 100], ["fix_rate_hz", "fixes", "/min", 60], ["fix_age_max_s", "longest wait", "s", 1],
+  ["hf_coverage", "in HF range", "%", 100], ["fix_rate_hz", "fixes", "/min", 60], ["fix_age_max_s", "oldest fix", "s", 1],
   ["fix_age_mean_s", "mean age", "s", 1], ["fix_age_p95_s", "95 % age", "s", 1],
   ["position_error_m", "mean error", "m", 1], ["position_error_rms_m", "RMS error", "m", 1], ["position_error_p95_m", "95 % error", "m", 1],
 ];
@@ -31,7 +31,7 @@ class Chart {
     this.rows = this.layTable(data.chart.inputs.ways.places_m.length);
     this.offerTeams();
     this.sliders = new Sliders(byId("sliders"), this.team, data, (act) => this.change(act));
-    this.map = new PlanMap(byId("map"), this.team, outline, {
+    this.map = new PlanMap(byId("map"), this.team, data.chart, {
       moved: (number, place) => this.change(() => this.team.move(number, place)),
       removed: (number) => this.drop(number),
       chosen: (number) => { this.last = number; this.nameLast(); },
@@ -137,6 +137,8 @@ class Chart {
         return { cell, text, bar };
       });
     });
+    this.worst = this.columns.map(() => make("td"));
+    body.append(make("tr", {}, make("th", { scope: "row", title: "The worst AUV of each mission, averaged over missions: more than the largest of the AUVs' own means" }, "worst of a mission"), ...this.worst));
     byId("auvs").replaceChildren(make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, "AUV"), ...head)), body));
     return cells;
   }
@@ -147,6 +149,10 @@ class Chart {
       row[i].text.textContent = Number.isFinite(value) ? significant(value * factor) : "–";
       row[i].bar?.show(value);
     }));
+    this.columns.forEach(([name, , , factor], i) => {
+      const value = worstOf(name, this.predicted);
+      this.worst[i].textContent = Number.isFinite(value) ? significant(value * factor) : "–";
+    });
     const line = byId("worst");
     line.textContent = this.worstTold();
     line.classList.toggle("warning", this.met() === false);
@@ -177,7 +183,7 @@ class Chart {
   }
   worstTold() {
     const [, , unit, factor] = COLUMNS.find(([name]) => name === this.judged()), value = this.value() * factor;
-    const words = this.goal?.words ?? "position error, 95 % of the time", whose = this.goal?.of === "mean" ? "Mean of the AUVs" : "Worst AUV";
+    const words = this.goal?.words ?? "position error, 95 % of the time", whose = this.goal?.of === "mean" ? "Mean of the AUVs" : "Worst AUV of a mission";
     const told = Number.isFinite(value) ? `${significant(value)} ${unit}` : "no fix to be expected";
     const bound = this.goal ? `; goal ${Number.isFinite(this.goal.below) ? "below" : "above"} ${significant((this.goal.below ?? this.goal.above) * factor)} ${unit}: ${this.met() ? "✓ met" : "✗ not met"}` : "";
     const count = this.team.stations.length, values = Array.from(this.predicted[this.judged()]);

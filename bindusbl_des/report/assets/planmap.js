@@ -8,10 +8,11 @@ const LEAP = 40, STEP = 8;
 
 class PlanMap extends SeaMap {
   // `team` says where vessels lie, `moved(number, place)` and `removed(number)` hear what was asked for.
-  constructor(canvas, team, outline, { moved, removed, chosen }) {
+  // `survey` is where it lies: its outline, origin and current.
+  constructor(canvas, team, { outline, origin, current }, { moved, removed, chosen }) {
     let [known, auvs] = [null, []]; // candidates may differ in how AUVs go
     super(canvas, {
-      outline,
+      outline, origin, current,
       get auvs() {
         if (known !== team.base.ways) auvs = team.base.ways.places_m.map((way) => ({ x: way.map(([x]) => x), y: way.map(([, y]) => y) }));
         known = team.base.ways;
@@ -37,12 +38,12 @@ class PlanMap extends SeaMap {
   }
   shade(grid, values, top) {
     const { across, down } = grid, context = this.shades.getContext("2d");
-    Object.assign(this.shades, { width: across, height: down });
-    const image = context.createImageData(across, down);
+    Object.assign(this.shades, { width: down, height: across });
+    const image = context.createImageData(down, across);
     values.forEach((value, i) => {
       if (!grid.inside[i]) return;
-      const row = down - 1 - Math.floor(i / across);
-      image.data.set([...cividis(Number.isFinite(value) ? value / top : 1), 150], 4 * (row * across + i % across));
+      const row = across - 1 - i % across, column = Math.floor(i / across);
+      image.data.set([...cividis(Number.isFinite(value) ? value / top : 1), 150], 4 * (row * down + column));
     });
     context.putImageData(image, 0, 0);
     this.box = grid.box;
@@ -55,11 +56,12 @@ class PlanMap extends SeaMap {
     this.drawPaths();
     context.drawImage(this.paths, 0, 0, width, height);
     this.team.stations.forEach((place, number) => this.drawVessel(context, place, number));
+    this.drawCursor(context);
     this.layButtons();
   }
   drawShades(context) {
     if (!this.box) return;
-    const [left, bottom] = this.at(this.box[0], this.box[1]), [right, top] = this.at(this.box[2], this.box[3]);
+    const [south, west, north, east] = this.box, [left, top] = this.at(north, west), [right, bottom] = this.at(south, east);
     context.save();
     context.beginPath();
     for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
@@ -112,7 +114,7 @@ class PlanMap extends SeaMap {
       const [px, py] = this.at(x, y), { style } = this.buttons[number];
       style.transform = `translate(${px}px, ${py}px)`;
       style.display = px < 0 || py < 0 || px > this.width || py > this.height ? "none" : "";
-      this.buttons[number].setAttribute("aria-label", `ASV${number}, at x ${significant(x)} m, y ${significant(y)} m`);
+      this.buttons[number].setAttribute("aria-label", `ASV${number}, at north ${significant(x)} m, east ${significant(y)} m`);
     });
   }
   button(number) {
@@ -124,12 +126,14 @@ class PlanMap extends SeaMap {
       grip = [px - event.clientX, py - event.clientY];
     });
     button.addEventListener("pointermove", (event) => {
-      if (grip) this.moved(number, this.placeAt(event.clientX + grip[0], event.clientY + grip[1]));
+      if (!grip) return;
+      this.cursor = this.placeAt(event.clientX + grip[0], event.clientY + grip[1]);
+      this.moved(number, this.cursor);
     });
     for (const end of ["pointerup", "pointercancel"]) button.addEventListener(end, () => { grip = null; });
     button.addEventListener("focus", () => this.chosen(number));
     button.addEventListener("keydown", (event) => {
-      const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+      const way = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [1, 0], ArrowDown: [-1, 0] }[event.key];
       if (event.key === "Delete" || event.key === "Backspace") this.removed(number);
       else if (way) this.moved(number, this.team.stations[number].map((it, axis) => it + way[axis] * this.step(event.shiftKey)));
       else return;
@@ -139,7 +143,6 @@ class PlanMap extends SeaMap {
     return button;
   }
   step(far) { return roundStep((far ? LEAP : STEP) / this.view.scale); }
-  placeAt(px, py) { return [this.view.x + (px - this.width / 2) / this.view.scale, this.view.y - (py - this.height / 2) / this.view.scale]; }
 }
 
 // Whether a place lies inside a polygon, by how often a ray from it crosses the outline.

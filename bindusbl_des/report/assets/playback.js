@@ -104,7 +104,10 @@ class Log {
       out_of_hf: hf ? "out of range of every ASV" : `${beyond} to any ASV`, lost: "lost to the channel", collided: "collided at the ASVs",
       out_of_mf: mf ? "its fix was sent beyond MF range" : "the frame with its fix was not decoded",
     };
-    this.events = Array.from(pings.id, (_, i) => [decided[i], `${whose(i)}: ${words[fates[pings.fate[i]]]}`, fates[pings.fate[i]]])
+    const unanswered = { out_of_hf: `${beyond} of it`, lost: "lost to the channel", collided: "collided at the AUV" };
+    const became = (i) => mission.isSent(i) ? `${whose(i)}: ${words[fates[pings.fate[i]]]}`
+      : `${mission.asvs[pings.caller[i]].name} calls ${auvs[pings.auv[i]].name}, no answer: ${unanswered[fates[pings.fate[i]]]}`;
+    this.events = Array.from(pings.id, (_, i) => [decided[i], became(i), fates[pings.fate[i]]])
       .filter(([at, , fate]) => words[fate] && Number.isFinite(at));
     for (const row of deliveredOrder) {
       const by = Number.isFinite(fixes.correction[row]) ? `, corrects by ${fixes.correction[row].toFixed(2)} m` : "";

@@ -163,16 +163,9 @@ function fixesPlot(mission, playback) {
   playback.onChange((now) => nowLine(plot.plot, now));
 }
 
-// Where a histogram ends: what lies far beyond nearly all else would leave no room for it.
-function histogramEnd(values) {
-  const sorted = Float64Array.from(values).sort(), last = sorted.length - 1;
-  const most = 2 * sorted[Math.floor(0.95 * last)];
-  return most > 0 ? Math.min(sorted[last], most) : sorted[last];
-}
-
-// Draws how often values (s) occur; returns how many lie beyond the last bar's end and are counted in it.
-function histogram(name, host, values, unit) {
-  const top = values.length ? histogramEnd(values) : 1, low = Math.min(top, ...values.slice(0, 1), values.length ? quantile(values, 0) : 0);
+// Draws how often values (s) occur; what lies beyond `top` is counted in the last bar.
+function histogram(name, host, values, unit, top) {
+  const low = Math.min(top, ...values.slice(0, 1), values.length ? quantile(values, 0) : 0);
   const width = roundStep(Math.max((top - low) / 40, 0.005 * top, 1e-3)), start = Math.floor(low / width) * width;
   const count = Math.max(Math.floor((top - start) / width) + 1, 2), end = start + count * width;
   const bins = Array.from({ length: count }, (_, i) => start + (i + 0.5) * width), heights = new Array(count).fill(0);
@@ -185,17 +178,13 @@ function histogram(name, host, values, unit) {
   });
   host.setAttribute("aria-label", `Histogram: ${name}`);
   new Plot(name, host, options, [bins, heights]);
-  return values.filter((value) => value >= end).length;
 }
 
 function histograms(mission) {
   const latency = Array.from(mission.deliveredOrder, (row) => mission.fixes.latency[row]);
   const waits = mission.landed.flatMap((times) => Array.from(times.slice(1), (time, i) => time - times[i]));
-  const told = (values, beyond) => (values.length
-    ? `: mean of all ${mean(values).toFixed(2)} s, 95 % below ${quantile(values, 0.95).toFixed(2)} s, largest ${quantile(values, 1).toFixed(2)} s${beyond ? ` (the last bar holds the ${beyond} beyond)` : ""}`
-    : ": none");
-  byId("latency-caption").textContent += told(latency, histogram("latency", byId("latency-plot"), latency, "fixes"));
-  byId("interval-caption").textContent += told(waits, histogram("interval", byId("interval-plot"), waits, "intervals"));
+  histogram("latency", byId("latency-plot"), latency, "fixes", mission.shownUntil.latency);
+  histogram("interval", byId("interval-plot"), waits, "intervals", mission.shownUntil.interval);
 }
 
 // What became of the pings, a bar for each AUV: words, and how the part of the bar is drawn.

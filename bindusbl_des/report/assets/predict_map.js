@@ -32,8 +32,8 @@ function chanceAt({ access }, around, { kinds, chance }, i) {
 }
 
 // How likely an AUV decodes a broadcast.
-function toldAt({ downlink, broadcaster, fixed_asv }, { asvs, told, level }, i) {
-  if (downlink === "direct_reply") return 1;
+function toldAt({ downlink, replies_in_frames, broadcaster, fixed_asv }, { asvs, told, level }, i) {
+  if (downlink === "direct_reply") return replies_in_frames ? told[nearestOf(level, i, asvs)] : 1;
   if (broadcaster === "fixed") return told[i * asvs + fixed_asv];
   if (broadcaster === "nearest" || broadcaster === "parallel") return told[nearestOf(level, i, asvs)];
   let sum = 0;
@@ -43,7 +43,8 @@ function toldAt({ downlink, broadcaster, fixed_asv }, { asvs, told, level }, i) 
 
 // How long after its ping (s) an AUV is told of it, on average.
 function lateOf({ access }, { slot, pitch, send, frame }, auvs) {
-  if (access.ranging === "passive" || access.downlink === "direct_reply") return 0;
+  if (access.ranging === "passive") return 0;
+  if (access.downlink === "direct_reply") return access.reply_s;
   let sum = 0;
   const instants = send.length, byGroup = access.downlink === "pipelined_group";
   for (let auv = 0; auv < auvs; auv++) for (let k = 0; k < instants; k++) sum += send[k] + frame[k] - (byGroup ? 0 : slot[auv * instants + k] * pitch[k]);

@@ -66,7 +66,7 @@ function uplinkSlot({ hf, slots }) {
   if (slots.fixed_uplink_s !== null) return inTicks(slots, slots.fixed_uplink_s);
   const way = hf.by_slant ? hf.range_m : Math.sqrt(hf.range_m ** 2 + slots.deepest_m ** 2);
   const ways = slots.ways * (slots.ping_s + way / slots.sound_speed_m_per_s);
-  return inTicks(slots, Math.max(ways + slots.turnaround_s + slots.uplink_guard_s, slots.shortest_uplink_s));
+  return inTicks(slots, Math.max(ways + slots.turnaround_s + slots.uplink_guard_s, slots.shortest_uplink_s) + slots.answer_s);
 }
 
 // What belongs to a number of fixes that need not be whole.
@@ -149,14 +149,31 @@ function turnsOf(inputs, sights, found, plan) {
     if (access.schedule === "round_robin" && round % auvs !== auv) chance[i] = 0;
     if (access.schedule === "random") chance[i] /= auvs;
     if (access.downlink === "direct_reply") {
-      told[i] = pinged[i] + 2 * slant[nearestOf(slant, row, asvs)] / c + access.reply_s;
+      told[i] = pinged[i] + 2 * slant[nearestOf(slant, row, asvs)] / c + access.reply_s + (access.replies_in_frames ? 0.5 * tick : 0);
       continue;
     }
     const [hears, way] = senders.at(auv, late[i], byGroup ? number[round] + slot : number[round]);
     told[i] = (byGroup ? pinged[i] : begin[round]) + plan.send[k] + plan.frame[k] + way / c + 0.5 * tick;
     chance[i] *= hears;
   }
+  if (access.replies_in_frames) chance.set(answered(sights, plan, { at, late, chance }, access.frame_s > 0));
   return { rounds, pinged, told, chance, late, kind, many };
+}
+
+// How likely pings are answered: of the nearest ASV each, unless an answer to another that has pinged
+// in the same slot is heard as well.
+function answered({ auvs, instants, asvs, level, told }, plan, { at, late, chance }, alone) {
+  const rounds = at.length, found = new Float64Array(chance.length);
+  const nearest = (auv, round) => nearestOf(level, auv * instants + late[auv * rounds + round], asvs) % asvs;
+  for (let auv = 0, i = 0; auv < auvs; auv++) for (let round = 0; round < rounds; round++, i++) {
+    const first = (auv * instants + late[i]) * asvs, slotOf = (it) => plan.slot[it * instants + at[round]];
+    let heard = told[first + nearest(auv, round)];
+    for (let other = 0; other < auvs && !alone; other++) {
+      if (other !== auv && slotOf(other) === slotOf(auv)) heard *= 1 - chance[other * rounds + round] * told[first + nearest(other, round)];
+    }
+    found[i] = chance[i] * heard;
+  }
+  return found;
 }
 
 // Who broadcasts: how likely an AUV decodes that, and over which way (m).

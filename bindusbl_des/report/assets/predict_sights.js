@@ -34,8 +34,8 @@ function sightsOf(inputs, places, instants, stations) {
   for (let i = 0, n = 0; i < auvs * instants; i++) {
     const depth = depths[Math.floor(i / instants)];
     for (let asv = 0; asv < asvs; asv++, n++) {
-      const east = places[2 * i] - stations[asv][0], north = places[2 * i + 1] - stations[asv][1];
-      const squares = east * east + north * north;
+      const north = places[2 * i] - stations[asv][0], east = places[2 * i + 1] - stations[asv][1];
+      const squares = north * north + east * east;
       level[n] = Math.sqrt(squares);
       slant[n] = Math.sqrt(squares + depth * depth);
       inRange[n] = (hf.by_slant ? slant[n] : level[n]) <= hf.range_m ? 1 : 0;

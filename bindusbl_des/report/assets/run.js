@@ -75,7 +75,7 @@ function legend(map, closeup) {
     host.append(make("label", {}, box, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, layer, width, height));
   }
-  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => !absent.includes(mark))) {
+  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ...(mission.calls ? [["call", "call of an ASV, which an AUV answers by a ping"]] : []), ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => !absent.includes(mark))) {
     const sample = make("canvas", { "aria-hidden": "true" });
     host.append(make("label", {}, sample, words));
     new Sheet(sample, (context, width, height) => legendMark(context, mark, width, height));
@@ -90,12 +90,12 @@ function legendMark(context, mark, width, height) {
   const marks = {
     plan: () => line(colours.plan, 1), truth: () => line(colour, 5, [], 0.3), fused: () => line(colour, 1.3), sure: () => oval(colour), imu: () => line(colour, 1.5, [1.5, 3.5]),
     hf: () => line(colours.hf, 1.5, [7, 4]), mf: () => line(colours.mf, 1.5, [2, 4]), pings: () => ring(colour, 6), downlink: () => ring(colours.mf, 6, [2, 2]),
-    star: () => map.star(context, x, y), hull: () => map.hull(context, x, y, 0, colour),
+    star: () => map.star(context, x, y), hull: () => map.hull(context, x, y, Math.PI / 2, colour),
     plus: () => { map.stroke(context, colour, x - 5, y, x + 5, y, 2); map.stroke(context, colour, x, y - 5, x, y + 5, 2); },
     heard: () => line(colour, 2), lost: () => { line(colour, 2.5, [5, 4]); map.sign(context, "lost", x, y, colour); },
     collided: () => { line(colours.collided, 2.5, [5, 4]); map.sign(context, "collided", x, y, colours.collided); },
     cross: () => { for (const way of [-1, 1]) map.stroke(context, colours.soft, x - 4, y - 4 * way, x + 4, y + 4 * way, 1.5); },
-    ring: () => ring(colours.mf, 6), gap: () => { context.fillStyle = colour; context.fillRect(4, y - 3, width - 8, 6); },
+    call: () => ring(colours.hf, 6, [3, 3]), ring: () => ring(colours.mf, 6), gap: () => { context.fillStyle = colour; context.fillRect(4, y - 3, width - 8, 6); },
   };
   marks[mark]();
 }

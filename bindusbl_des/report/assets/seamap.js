@@ -1,5 +1,5 @@
 "use strict";
-// The survey seen from above at an instant: x to the right, y upwards, as in the figures.
+// The survey seen from above at an instant: north (x) up, east (y) to the right, as on a chart.
 
 const LAYERS = [
   ["plan", "planned path"], ["truth", "true path"], ["fused", "fused estimate"], ["sure", "95 % ellipse of the estimate"], ["imu", "IMU only"],
@@ -38,6 +38,19 @@ function fieldEnds(field, values) {
   return known.length ? [known.reduce((a, b) => Math.min(a, b)), quantile(known, 0.98)] : [0, 1];
 }
 
+// WGS-84: semi-major axis (m), flattening, and the square of the eccentricity.
+const [AXIS, FLATTENING] = [6378137, 1 / 298.257223563], SQUARED = FLATTENING * (2 - FLATTENING);
+
+// Latitude and longitude (deg) of a place of the survey (m), whose x = y = 0 is at `origin` (deg): geometry/geodesy.py.
+function onEarth([x, y], origin) {
+  const [lat, lon] = origin.map((it) => it * Math.PI / 180), [sine, cosine] = [Math.sin(lat), Math.cos(lat)];
+  const normal = AXIS / Math.sqrt(1 - SQUARED * sine ** 2), outwards = normal * cosine - sine * x;
+  const [east, north] = [outwards * Math.cos(lon) - Math.sin(lon) * y, outwards * Math.sin(lon) + Math.cos(lon) * y];
+  const up = normal * (1 - SQUARED) * sine + cosine * x, across = Math.hypot(east, north), reduced = Math.atan2(up, across * (1 - FLATTENING));
+  const upper = up + SQUARED / (1 - FLATTENING) * AXIS * Math.sin(reduced) ** 3, lower = across - SQUARED * AXIS * Math.cos(reduced) ** 3;
+  return [Math.atan2(upper, lower), Math.atan2(north, east)].map((it) => it * 180 / Math.PI);
+}
+
 class SeaMap {
   constructor(canvas, mission, options = {}) {
     this.mission = mission;
@@ -56,28 +69,40 @@ class SeaMap {
       const places = outline.map((corner) => corner[axis]);
       return (Math.min(...places) + Math.max(...places)) / 2;
     });
-    let limit = 0;
-    for (const corner of outline) limit = Math.max(limit, Math.abs(corner[0] - x), Math.abs(corner[1] - y));
-    for (const asv of asvs) for (const [column, middle] of [[asv.x, x], [asv.y, y]]) for (const value of column) limit = Math.max(limit, Math.abs(value - middle) + 0.15 * hf.reach);
-    for (const auv of auvs) for (const [column, middle] of [[auv.x, x], [auv.y, y]]) for (const value of column) limit = Math.max(limit, Math.abs(value - middle));
-    this.view = { x, y, scale: Math.min(width, height) / (2.16 * limit) };
+    let [tall, wide] = [0, 0]; // half of what is shown, northwards and eastwards (m)
+    const show = (px, py, around = 0) => {
+      tall = Math.max(tall, Math.abs(px - x) + around);
+      wide = Math.max(wide, Math.abs(py - y) + around);
+    };
+    for (const corner of outline) show(...corner);
+    for (const asv of asvs) asv.x.forEach((px, i) => show(px, asv.y[i], 0.15 * hf.reach));
+    for (const auv of auvs) auv.x.forEach((px, i) => show(px, auv.y[i]));
+    this.view = { x, y, scale: Math.min(width / wide, height / tall) / 2.16 };
     this.touched = false;
   }
+  // The only places where the survey's x (north) and y (east), m, become those of the canvas, in px, and back.
   at(x, y) {
-    return [this.width / 2 + (x - this.view.x) * this.view.scale, this.height / 2 - (y - this.view.y) * this.view.scale];
+    return [this.width / 2 + (y - this.view.y) * this.view.scale, this.height / 2 - (x - this.view.x) * this.view.scale];
   }
+  placeAt(px, py) {
+    return [this.view.x + (this.height / 2 - py) / this.view.scale, this.view.y + (px - this.width / 2) / this.view.scale];
+  }
+  // A heading, from north towards east, as the angle by which the canvas turns what points to the right.
+  static turnTo(heading) { return heading - Math.PI / 2; }
   zoom(factor, px = this.width / 2, py = this.height / 2) {
-    const x = this.view.x + (px - this.width / 2) / this.view.scale;
-    const y = this.view.y - (py - this.height / 2) / this.view.scale;
+    const [x, y] = this.placeAt(px, py);
     this.view = { x: x - (x - this.view.x) / factor, y: y - (y - this.view.y) / factor, scale: this.view.scale * factor };
     this.touched = true;
     this.sheet.paint();
   }
   move(dx, dy) {
-    this.view = { ...this.view, x: this.view.x - dx / this.view.scale, y: this.view.y + dy / this.view.scale };
+    const [x, y] = this.placeAt(this.width / 2 - dx, this.height / 2 - dy);
+    this.view = { ...this.view, x, y };
     this.touched = true;
     this.sheet.paint();
   }
+  // What lies under the cursor is told until the mouse leaves the map.
+  point(place) { this.cursor = place; this.sheet.paint(); }
   seeAll() { this.view = null; this.sheet.paint(); }
   listen(canvas) {
     const pointers = new Map();
@@ -93,8 +118,11 @@ class SeaMap {
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+      this.point(this.placeAt(event.offsetX, event.offsetY));
     });
+    canvas.addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") this.point(null); });
     canvas.addEventListener("pointermove", (event) => {
+      if (event.pointerType !== "touch") this.point(this.placeAt(event.offsetX, event.offsetY));
       const before = pointers.get(event.pointerId);
       if (!before) return;
       const other = [...pointers].find(([id]) => id !== event.pointerId);
@@ -118,9 +146,11 @@ class SeaMap {
     this.drawPaths();
     context.drawImage(this.paths, 0, 0, width, height);
     if (!this.hidden.has("downlink")) this.drawBroadcasts(context);
+    if (!this.hidden.has("pings") && this.mission.calls) this.drawCalls(context);
     if (!this.hidden.has("pings")) this.drawPings(context);
     this.mission.asvs.forEach((_, number) => this.drawAsv(context, number));
     this.mission.auvs.forEach((_, number) => this.drawAuv(context, number));
+    this.drawCursor(context);
   }
   // What does not move is drawn once for each view.
   drawPaths() {
@@ -149,15 +179,15 @@ class SeaMap {
   drawField(context) {
     const values = this.mission.fields?.[this.field];
     if (!values) return;
-    const { box: [west, south, east, north], across } = this.mission.fields;
-    const [low, high] = fieldEnds(this.field, values), [width, height] = [(east - west) / across, (north - south) * across / values.length];
+    const { box: [south, west, north, east], across } = this.mission.fields;
+    const [low, high] = fieldEnds(this.field, values), [tall, wide] = [(north - south) / across, (east - west) * across / values.length];
     context.save();
     context.globalAlpha = 0.6;
     values.forEach((value, i) => {
       if (!Number.isFinite(value)) return;
-      const column = i % across, row = Math.floor(i / across);
-      const [px, py] = this.at(west + column * width, south + (row + 1) * height).map(Math.round);
-      const [qx, qy] = this.at(west + (column + 1) * width, south + row * height).map(Math.round);
+      const row = i % across, column = Math.floor(i / across);
+      const [px, py] = this.at(south + (row + 1) * tall, west + column * wide).map(Math.round);
+      const [qx, qy] = this.at(south + row * tall, west + (column + 1) * wide).map(Math.round);
       context.fillStyle = `rgb(${cividis(high > low ? (value - low) / (high - low) : 1)})`;
       context.fillRect(px, py, qx - px, qy - py);
     });
@@ -185,26 +215,68 @@ class SeaMap {
     const step = roundStep(70 / this.view.scale);
     context.font = "11px system-ui, sans-serif";
     context.lineWidth = 1;
-    const [left, top] = [this.view.x - this.width / 2 / this.view.scale, this.view.y + this.height / 2 / this.view.scale];
+    const [south, west] = this.placeAt(0, this.height), [north, east] = this.placeAt(this.width, 0);
     const text = (value) => `${+value.toPrecision(6)}`.replace("-", "−");
-    for (let x = Math.ceil(left / step) * step; this.at(x, 0)[0] < this.width; x += step) {
-      const px = Math.round(this.at(x, 0)[0]) + 0.5;
+    for (let y = Math.ceil(west / step) * step; y < east; y += step) {
+      const px = Math.round(this.at(south, y)[0]) + 0.5;
       this.stroke(context, colours.grid, px, 0, px, this.height);
       context.fillStyle = colours.soft;
-      if (px > 34 && px < this.width - 84) context.fillText(text(x), px + 3, this.height - 5);
+      if (px > 34 && px < this.width - 84) context.fillText(text(y), px + 3, this.height - 5);
     }
-    for (let y = Math.floor(top / step) * step; this.at(0, y)[1] < this.height; y -= step) {
-      const py = Math.round(this.at(0, y)[1]) + 0.5;
+    for (let x = Math.ceil(south / step) * step; x < north; x += step) {
+      const py = Math.round(this.at(x, west)[1]) + 0.5;
       this.stroke(context, colours.grid, 0, py, this.width, py);
       context.fillStyle = colours.soft;
-      if (py > 24 && py < this.height - 18) context.fillText(text(y), 4, py - 3);
+      if (py > 34 && py < this.height - 18) context.fillText(text(x), 4, py - 3);
     }
-    context.fillText("x, y in m", this.width - 54, this.height - 5);
+    context.fillText("east (m)", this.width - 48, this.height - 5);
+    context.fillText("north (m)", 4, 13);
     context.strokeStyle = colours.soft;
     context.beginPath();
     for (const [x, y] of this.mission.outline) context.lineTo(...this.at(x, y));
     context.closePath();
     context.stroke();
+    this.drawScale(context, step, `${text(step)} m`);
+    this.drawNorth(context);
+    this.drawCurrent(context);
+  }
+  drawScale(context, length, words) {
+    const [right, y, long] = [this.width - 12, this.height - 24, length * this.view.scale];
+    for (const [x1, y1, x2, y2] of [[right - long, y, right, y], [right - long, y - 4, right - long, y], [right, y - 4, right, y]]) this.stroke(context, colours.ink, x1, y1, x2, y2, 1.5);
+    this.label(context, words, right - long / 2 - context.measureText(words).width / 2, y - 5, colours.ink);
+  }
+  drawNorth(context) {
+    this.arrow(context, this.width - 20, 34, 0, colours.ink);
+    this.label(context, "N", this.width - 25, 17, colours.ink);
+  }
+  drawCurrent(context) {
+    const { current } = this.mission;
+    if (!current.speed) return;
+    this.arrow(context, this.width - 20, 70, current.direction * Math.PI / 180, colours.hf);
+    const words = `current ${significant(current.speed, 2)} m/s`;
+    this.label(context, words, this.width - 8 - context.measureText(words).width, 98, colours.hf);
+  }
+  // An arrow of 28 px through its middle, along a heading.
+  arrow(context, px, py, heading, colour) {
+    context.save();
+    context.translate(px, py);
+    context.rotate(SeaMap.turnTo(heading));
+    this.stroke(context, colour, -14, 0, 8, 0, 2);
+    context.beginPath();
+    for (const [x, y] of [[14, 0], [5, -5], [5, 5]]) context.lineTo(x, y);
+    context.fillStyle = colour;
+    context.fill();
+    context.restore();
+  }
+  // In metres, and as latitude and longitude where the survey has a place.
+  drawCursor(context) {
+    if (!this.cursor) return;
+    const [x, y] = this.cursor, { origin } = this.mission, digits = Math.max(Math.ceil(Math.log10(this.view.scale)), 0);
+    const metres = (value) => value.toFixed(digits).replace("-", "−");
+    this.label(context, `north ${metres(x)} m, east ${metres(y)} m`, 70, 14, colours.ink);
+    if (!origin) return;
+    const [lat, lon] = onEarth(this.cursor, origin), degrees = (value, letters) => `${Math.abs(value).toFixed(6)}° ${letters[+(value < 0)]}`;
+    this.label(context, `${degrees(lat, "NS")}, ${degrees(lon, "EW")}`, 70, 30, colours.ink);
   }
   stroke(context, colour, x1, y1, x2, y2, width = 1, dash = []) {
     context.strokeStyle = colour;
@@ -291,7 +363,7 @@ class SeaMap {
     const radius = (variance) => Math.max(scale * Math.sqrt(Math.max(variance, 0)) * this.view.scale, 0.5);
     context.save();
     context.beginPath();
-    context.ellipse(px, py, radius(middle + spread), radius(middle - spread), -0.5 * Math.atan2(2 * xy, xx - yy), 0, 2 * Math.PI);
+    context.ellipse(px, py, radius(middle + spread), radius(middle - spread), SeaMap.turnTo(0.5 * Math.atan2(2 * xy, xx - yy)), 0, 2 * Math.PI);
     context.fillStyle = context.strokeStyle = colour;
     context.globalAlpha = fill;
     context.fill();
@@ -303,7 +375,7 @@ class SeaMap {
   hull(context, px, py, yaw, colour) {
     context.save();
     context.translate(px, py);
-    context.rotate(-yaw);
+    context.rotate(SeaMap.turnTo(yaw));
     context.beginPath();
     context.moveTo(9, 0);
     context.lineTo(-6, 5);
@@ -328,12 +400,23 @@ class SeaMap {
       const age = this.now - pings.at[i], share = Math.min(age / growing, 1);
       const fade = Math.max(1 - age / shown, 0);
       const colour = this.mission.colourOf(i), { passive } = this.mission;
+      if (!this.mission.isSent(i)) continue;
       if (this.mission.isFirst(i)) this.ring(context, pings.x[i], pings.y[i], share * hf.reach, colour, { width: 2, alpha: fade });
       if (!passive && this.mission.fates[pings.fate[i]] === "out_of_hf" && share === 1) this.cross(context, pings.x[i], pings.y[i], colours.soft, fade);
       for (const row of this.mission.receptionsOf[i]) { // decided when all of the ping has arrived
         const passed = receptions.at[row] - pings.at[i] + pingLength;
         if (age >= passed * growing / crossing) this.reception(context, i, row, fade);
       }
+    }
+  }
+  // A call of an ASV, which an AUV answers by its ping (twtt, polling).
+  drawCalls(context) {
+    const { pings, hf, soundSpeed } = this.mission, linger = this.linger();
+    const growing = Math.max(hf.range / soundSpeed, linger * 0.5), shown = Math.max(2.5 * growing, linger);
+    const latest = above(pings.called, this.now) - 1, first = Math.max(latest - MOST_RINGS, -1);
+    for (let i = latest; i > first; i--) {
+      const age = this.now - pings.called[i], fade = Math.max(1 - age / shown, 0), { x, y } = this.mission.asvAt(pings.caller[i], pings.called[i]);
+      if (fade) this.ring(context, x, y, Math.min(age / growing, 1) * hf.reach, colours.hf, { width: 1.5, dash: [3, 3], alpha: fade });
     }
   }
   reception(context, ping, row, fade) {

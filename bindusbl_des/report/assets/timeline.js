@@ -14,7 +14,7 @@ class Timeline {
     playback.onChange(() => this.sheet.paint());
     byId("timeline-legend").textContent = mission.passive ? "ASV lanes: a tick is a ping. AUV lanes: dots are pings arriving (filled: decoded, and a fix; open: lost; red ✕: collided). "
       + "The upright line is the time of the playback; drag to move in time." : "AUV lanes: a tick is a ping, with ✕ in red where it collided, ○ where it was lost, half as high where no ASV was in HF range. "
-      + "ASV lanes: dots above are pings arriving, in the colour of their AUV (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts. The upright line is the time of the playback; drag to move in time.";
+      + "ASV lanes: dots above are pings arriving, in the colour of their AUV (filled: decoded, open: lost, red ✕: collided), bars below are its MF broadcasts" + (mission.calls ? ", grey ticks above its calls, which AUVs answer by a ping" : "") + ". The upright line is the time of the playback; drag to move in time.";
     bindusbl.plots.timeline = mission.pings.at.length + mission.broadcasts.at.length;
   }
   choices() {
@@ -49,6 +49,8 @@ class Timeline {
       const y = row * this.height;
       context.fillStyle = row % 2 ? colours.paper : colours.sheet;
       context.fillRect(0, y, width, this.height);
+      context.fillStyle = colours.shade;
+      for (const [from, until] of kind === "asv" ? mission.asvs[number].failures : []) context.fillRect(Math.max(this.x(from), label), y, Math.max(Math.min(this.x(until ?? end), width) - Math.max(this.x(from), label), 0), this.height);
       context.fillStyle = kind === "auv" ? seriesColour(number) : colours.ink;
       if (this.height > 12 || row % 2 === 0) context.fillText(name, 6, y + this.height / 2 + 4);
     });
@@ -80,7 +82,7 @@ class Timeline {
     }
   }
   pings(context, start, end) {
-    const { pings, fates, hf, soundSpeed } = this.mission, late = 2 * hf.range / soundSpeed;
+    const { pings, fates, hf, soundSpeed, calls } = this.mission, late = (calls ? 4 : 2) * hf.range / soundSpeed;
     for (let i = above(pings.at, start - late); i < pings.at.length && pings.at[i] < end; i++) {
       const fate = fates[pings.fate[i]], y = this.mission.laneOf(i) * this.height, x = this.x(pings.at[i]), middle = y + this.height / 2;
       const width = Math.max(this.x(pings.at[i] + this.mission.pingLength) - x, 2);
@@ -90,6 +92,8 @@ class Timeline {
         for (const row of this.mission.receptionsOf[i]) this.arrival(context, row);
         continue;
       }
+      if (this.mission.calls) this.call(context, i);
+      if (!this.mission.isSent(i)) continue;
       const colour = fate === "collided" ? colours.collided : seriesColour(pings.auv[i]);
       const unheard = fate === "out_of_hf"; // half as high: nobody was there to hear it
       context.fillStyle = colour;
@@ -100,6 +104,11 @@ class Timeline {
       }
       for (const row of this.mission.receptionsOf[i]) this.arrival(context, row);
     }
+  }
+  call(context, i) {
+    const { pings, auvs, pingLength } = this.mission, x = this.x(pings.called[i]);
+    context.fillStyle = colours.hf;
+    context.fillRect(x, (auvs.length + pings.caller[i]) * this.height + 2, Math.max(this.x(pings.called[i] + pingLength) - x, 2), this.height / 2 - 2);
   }
   arrival(context, row) {
     const { receptions, outcomes } = this.mission, outcome = outcomes[receptions.outcome[row]];

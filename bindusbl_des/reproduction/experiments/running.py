@@ -12,10 +12,6 @@ from ...campaigns.storage.folder import RECORD, CampaignError
 Runs = Mapping[str, Campaign]
 
 
-class Interrupted(Exception):
-    """The user stopped it; the next call continues."""
-
-
 class SomeFailed(RuntimeError):
     """Missions failed, so that there is no number to compare."""
 
@@ -34,7 +30,7 @@ def run_all(
 
     Raises:
         CampaignError: when a folder holds something else.
-        Interrupted: when the user stopped it.
+        CampaignInterrupted: when the user stopped it; the next call continues.
         SomeFailed: when a mission failed.
     """
     runs: dict[str, Campaign] = {}
@@ -43,8 +39,6 @@ def run_all(
         tell(f"{experiment.name}: {len(plan)} missions")
         campaign = _run(experiment, plan, folder / experiment.name, workers, quiet)
         state = campaign.state()
-        if state.missing:
-            raise Interrupted
         if state.failed:
             failures = campaign.folder / "failures"
             raise SomeFailed(f"{experiment.name}: {state.failed} missions failed; see {failures}")

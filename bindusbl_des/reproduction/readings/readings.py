@@ -103,6 +103,7 @@ class Reading:
         everywhere = self.loss.endswith(EVERYWHERE)
         return {
             "protocol.schedule": TURNS[self.turns],
+            "protocol.reply": "instant",
             "protocol.reply_at": self.reply,
             "acoustics.loss.combine": self.loss.removesuffix(EVERYWHERE) if everywhere else "off",
         }

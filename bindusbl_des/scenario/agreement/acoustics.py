@@ -33,7 +33,7 @@ def _messages(scenario: ScenarioKeys) -> Iterator[Problem]:
     except ValueError as error:
         yield Problem("acoustics.mf.airtimes", str(error))
         return
-    if protocol.is_passive or protocol.downlink == "direct_reply":
+    if not protocol.sends_frames:
         return
     most, key = mf.payload_bytes, "acoustics.mf.payload_bytes"
     if measured is not None:

@@ -59,12 +59,6 @@ def _drift(scenario: ScenarioKeys) -> Iterator[Problem]:
             "is another statement of the same as percent_of_distance; keep one of them",
             ("navigation.drift.percent_of_distance",),
         )
-    if drift.line_m is not None and len(set(scenario.auvs.speeds)) > 1:
-        yield Problem(
-            "navigation.drift.line_m",
-            "is met at one speed, but the AUVs have several; remove it, or give them one",
-            ("auvs.speeds_m_per_s",),
-        )
     for name, none in REPLACED_BY_DRIFT.items():
         if (value := getattr(navigation, name)) != none:
             yield Problem(

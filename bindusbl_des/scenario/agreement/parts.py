@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from ...core.plugins import is_plugin
 from ...core.wording import did_you_mean
+from ...presets.catalogue import CATALOGUE
 from ..families import parts_of
 from ..part_settings import shipped_mistakes
 from ..scenario_keys import ScenarioKeys
@@ -20,5 +21,16 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             yield Problem(
                 family.key,
                 f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
-                f"{', '.join(family.siblings)}, or your own as module:object)",
+                f"{', '.join(family.siblings)}, or your own as module:object)"
+                f"{_preset(family.key, name)}",
             )
+
+
+def _preset(key: str, name: str) -> str:
+    """Return where a preset belongs that is named in a part's place; "" for what is none."""
+    section, _, _ = key.rpartition(".")
+    kind, own = ("usbl", "preset") if section == "usbl" else ("modem", "modem")
+    is_there = section.startswith(("usbl", "acoustics")) and any(
+        name == it.name for it in CATALOGUE[kind]
+    )
+    return f"; it is a preset: set {section}.{own} to {name}" if is_there else ""

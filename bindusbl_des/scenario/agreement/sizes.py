@@ -10,7 +10,15 @@ LARGEST_SAMPLES = 5e8
 
 
 def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
-    """Yield rates at which more samples would be kept than memory holds."""
+    """Yield rates at which more samples would be kept than memory holds, or none."""
+    begin = scenario.record.metrics_from_s
+    if begin >= scenario.duration_s - 1 / scenario.record.metrics_hz and begin > 0:
+        yield Problem(
+            "record.metrics_from_s",
+            f"nothing is left to judge of {scenario.duration_s:g} s from {begin:g} s on; begin "
+            "earlier",
+            ("duration_s",),
+        )
     vehicles = scenario.auvs.count + scenario.asvs.count
     for name, rate in (
         ("record.metrics_hz", scenario.record.metrics_hz),

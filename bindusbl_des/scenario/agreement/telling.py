@@ -13,6 +13,9 @@ FORESEEN_DOWNLINKS = ("sequential", "pipelined_round")
 # Rounds of these schedules have no slots for some AUVs, though they are not lost.
 CHOOSING = ("round_robin", "random", "worst_first")
 
+# These number their slots anew in every round.
+RENUMBERING = ("worst_first", "super_tdma")
+
 
 def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
     """Yield why AUVs cannot be told their slots, where they have to be."""

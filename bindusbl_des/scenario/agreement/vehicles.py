@@ -28,7 +28,9 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
         yield Problem(
             "environment.current_m_per_s",
             "a current moves neither kinematic nor moored vehicles, nor dead reckoning over "
-            "ground; set it to 0, use a vehicle with dynamics, or set navigation.velocity to "
-            "through_water",
+            "ground, as of AUVs with a DVL that sees the bottom; for these set it to 0, they keep "
+            "their way over ground, or use a vehicle with dynamics (remus100, bluerov2), which "
+            "steers against it; for AUVs whose log measures through the water set "
+            "navigation.velocity to through_water",
             ("auvs.vehicle", "asvs.vehicle", "navigation.velocity"),
         )

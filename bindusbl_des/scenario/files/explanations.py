@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -22,6 +23,14 @@ SIGNS = {
     "greater_than_equal": ">=",
     "less_than": "<",
     "less_than_equal": "<=",
+}
+
+# What people write behind a number, and by how much that is to be multiplied for a key's own unit.
+FACTORS = {
+    **{("us", "s"): 1e-6, ("ms", "s"): 1e-3, ("min", "s"): 60.0, ("h", "s"): 3600.0},
+    **{("mm", "m"): 1e-3, ("cm", "m"): 1e-2, ("km", "m"): 1e3, ("nmi", "m"): 1852.0},
+    **{("kn", "m/s"): 1852 / 3600, ("km/h", "m/s"): 1 / 3.6, ("cm/s", "m/s"): 1e-2},
+    **{("kHz", "Hz"): 1e3, ("Hz", "kHz"): 1e-3, ("kbps", "bit/s"): 1e3, ("kbit/s", "bit/s"): 1e3},
 }
 
 # More keys than this are not listed when a key is unknown.
@@ -260,7 +269,13 @@ def _remedy(row: Key | None, value: Any) -> str:
         return f"; write {_whole(text)}"
     if re.fullmatch(r"\d+(:\d+)+(\.\d*)?", text):
         return "; clock times are not read, write one number"
-    if number := re.match(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*[a-zA-Z%/]+", text):
+    if ends := re.fullmatch(r"(\d+)\s*(?:-|\.\.+)\s*(\d+)", text):
+        return f"; a range to vary is written {ends[1]}:{ends[2]}"
+    if number := re.match(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([a-zA-Z%/]+)", text):
+        unit = row.unit if row else ""
+        with suppress(KeyError, ValueError):
+            meant = float(f"{float(number[1]) * FACTORS[number[2], unit]:.9g}")
+            return f"; write {plain(meant)}, it is in {unit}"
         return f"; write {number[1]} alone, the unit is part of the key"
     return ""
 

@@ -1,16 +1,19 @@
 """Options ``--set dotted.key=value`` laid over the data of a scenario file."""
 
+from collections.abc import Collection
 from copy import deepcopy
 from functools import cache, lru_cache
 from typing import Any
 
 from ...core.wording import described
 from ..families import FAMILIES
+from ..keys import keys, settings
 from ..scenario import Scenario
 from .mistakes import Mistake, Place
 from .plain_yaml import Document, Path, dotted, read_yaml
 
 # Keys whose value is the name of a model, or a mapping with it and what is set about it.
+CHOOSERS = frozenset({"model", "kind"})
 PARTS = tuple(family.key for family in FAMILIES if not family.word)
 
 
@@ -18,7 +21,8 @@ def override(document: Document, option: str) -> None:
     """Lay one ``dotted.key=value`` over a document; its mistakes go to the document.
 
     Values follow the rules of the file, `[1, 2]` is a list, and items of lists are numbered from 0:
-    ``asvs.formation.positions_m.0.1=5``.
+    ``asvs.formation.positions_m.0.1=5``.  Another model begins without the settings of the one
+    before, but for those that an option gave.
     """
     place = Place(f"--set {option}")
     name, equals, text = option.partition("=")
@@ -33,7 +37,9 @@ def override(document: Document, option: str) -> None:
         document.mistakes.append(Mistake.at(place, dotted(path), message))
         document.unsettled.add(path)
         return
-    problem = _put(document.data, path, value.data)
+    beside = (it for it in document.keys.items() if it[0][:-1] == path[:-1])
+    given = [known[-1] for known, at in beside if at.file.startswith("--")]
+    problem = _put(document.data, path, value.data, given)
     if problem:
         document.report(place, path, problem)
         return
@@ -56,8 +62,11 @@ def _path(key: str) -> Path:
     return tuple(int(part) if part.isascii() and part.isdigit() else part for part in parts)
 
 
-def _put(data: Any, path: Path, value: Any) -> str:
-    """Put a value at a path, creating sections on the way; return what prevents it, or ""."""
+def _put(data: Any, path: Path, value: Any, kept: Collection[str | int] = ()) -> str:
+    """Put a value at a path, creating sections on the way; return what prevents it, or "".
+
+    Settings that are not of a part so chosen are dropped, unless they are to be `kept`.
+    """
     if not isinstance(data, dict):
         return ""
     spot: Any = data
@@ -67,12 +76,24 @@ def _put(data: Any, path: Path, value: Any) -> str:
         if problem:
             return problem
         if last:
+            if part in CHOOSERS and isinstance(spot, dict) and spot.get(part) != value:
+                for name in _not_of(dotted(path[:-1]), value) - set(kept):
+                    spot.pop(name, None)
             spot[part] = value
         else:
             spot = _inside(spot, part, path[: depth + 1])
             if not isinstance(spot, dict | list):
                 return f"{dotted(path[: depth + 1])} has no keys; it is {described(spot)}"
     return ""
+
+
+def _not_of(section: str, chosen: Any) -> set[str]:
+    """Return the settings in a section that are not of the part that is chosen there."""
+    rows = [row for row in (*keys(), *settings()) if row.section == section]
+    of_it = [row for row in rows if row.only and chosen in row.only.split(", ")]
+    # Those that are said to be of none are of what has no others, such as a ring of moored ASVs.
+    of_it += [row for row in rows if not row.only and not of_it]
+    return {row.name for row in rows if row not in of_it} - CHOOSERS
 
 
 def _misfit(spot: Any, part: str | int, path: Path) -> str:

@@ -34,6 +34,7 @@ TEMPLATES: Mapping[str, Mapping[str, object]] = {
     "starter": {"name": "my_mission"},
     "paper": {
         "name": "paper_mission",
+        "acoustics.loss.law": "paper",
         "acoustics.loss.combine": "clamp_first",
         "protocol.tick_rate_hz": 30,
         "navigation.filter": "fixed_gain",

@@ -4,12 +4,13 @@ A sheet says how far off a system is after a straight way without fixes, in perc
 in m per hour, with the circle that it means.  Both are read as a circular Gaussian of s along each
 axis (:mod:`...core.spreads`):
 
-* a percentage that holds at any distance is an error in proportion to the way: a scale factor along
-  it and a heading error across, each drawn for the mission with s / way;
-* m per hour that hold at any time are a velocity bias, drawn for the mission with s / time;
-* either, met at the end of one way, is a velocity bias that wanders, a Gauss-Markov process of the
-  body (or of `navigation.bias_frame`).  Its time constant is, unless given, the time that the way
-  takes: until then the error grows nearly in proportion, later as the square root.
+* by default it is met at the end of a way of `line_m`, by scale and heading errors that wander: a
+  velocity bias, ahead and aside, that is a Gauss-Markov process of the body (or of
+  `navigation.bias_frame`).  Its time constant is, unless given, the time that the way takes: until
+  then the error grows nearly in proportion, later as the square root;
+* with `line_m: null` a percentage is a scale factor along the way and a heading error across, each
+  drawn for the mission with s / way, and m per hour are a velocity bias, drawn for the mission with
+  s / time.  Fixes learn such errors once and for all, which no real system's are.
 
 What a sheet says stands in the place of velocity biases and random walk; a scale factor and a
 heading error that are given are further errors, independent of it.
@@ -51,11 +52,10 @@ def own_sensors(scenario: ScenarioKeys) -> OwnSensors:
     )
     if not drift.is_stated:
         return given
-    speed = scenario.auvs.speeds[0]  # that of all where a line is given
-    if drift.line_m is not None:
-        time = drift.line_m / speed
+    if (line := wanders_over_m(scenario)) is not None:
+        time = line / scenario.auvs.speeds[0]
         lasts = time if drift.time_constant_s is None else drift.time_constant_s
-        sd = _stated(drift.off_m(drift.line_m, time), scenario) / wandering_rms(time, 1.0, lasts)
+        sd = _stated(drift.off_m(line, time), scenario) / wandering_rms(time, 1.0, lasts)
         return given._replace(bias_sd_m_per_s=sd, bias_time_constant_s=lasts)
     if drift.m_per_hour is not None:
         return given._replace(bias_sd_m_per_s=_stated(drift.off_m(0.0, 1.0), scenario))
@@ -64,6 +64,20 @@ def own_sensors(scenario: ScenarioKeys) -> OwnSensors:
         scale_factor_sd=math.hypot(share, given.scale_factor_sd),
         heading_sd_deg=math.hypot(math.degrees(share), given.heading_sd_deg),
     )
+
+
+def wanders_over_m(scenario: ScenarioKeys) -> float | None:
+    """Return the way (m) over which the errors of a sheet wander; None: they are constant.
+
+    They are as well where no one speed is planned by which a way takes a time (AUVs that hold, that
+    repeat tracks, or that differ in speed), and where the heading error turns an array, too
+    (passive ranging).
+    """
+    auvs, drift = scenario.auvs, scenario.navigation.drift
+    planned = auvs.route.kind not in ("hold", "track") and len(set(auvs.speeds)) == 1
+    if not drift.is_stated or not planned or scenario.protocol.is_passive:
+        return None
+    return drift.line_m
 
 
 def _stated(off: float, scenario: ScenarioKeys) -> float:
@@ -90,31 +104,23 @@ def straight_drift_rms(scenario: ScenarioKeys, time: float, speed: float | None 
 
 
 def drift_told(scenario: ScenarioKeys) -> str:
-    """Return in a sentence how good dead reckoning is, in percent of the way and as it is drawn.
+    """Return in a sentence how what an inertial system's sheet says is drawn; "" without a sheet.
 
     Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
     """
-    if scenario.auvs.route.kind in ("hold", "track"):
-        return ""
-    time, speed = scenario.duration_s, max(scenario.auvs.speeds)
-    off, way = straight_drift_rms(scenario, time), speed * time
-    said = (
-        f"On a straight way of {way:.4g} m ({time:g} s at {speed:g} m/s) dead reckoning alone goes "
-        f"{off:.3g} m (RMS) astray, {100.0 * off / way:.3g} % of the distance travelled"
-    )
     drift, sensors = scenario.navigation.drift, own_sensors(scenario)
-    if not drift.is_stated:
-        return f"{said}."
-    if sensors.bias_sd_m_per_s == 0.0:
-        drawn = (
-            f"a scale factor of {100 * sensors.scale_factor_sd:.3g} % and a heading error of "
-            f"{sensors.heading_sd_deg:.3g} deg"
-        )
-    else:
-        lasts = sensors.bias_time_constant_s
-        wanders = "" if lasts is None else f" that wanders in {lasts:.4g} s"
-        drawn = f"a velocity bias of {sensors.bias_sd_m_per_s:.3g} m/s per axis{wanders}"
+    if not drift.is_stated or scenario.auvs.route.kind in ("hold", "track"):
+        return ""
+    line, sd = wanders_over_m(scenario), sensors.bias_sd_m_per_s
+    share = sensors.scale_factor_sd if sd == 0.0 else sd / max(scenario.auvs.speeds)
+    drawn = (
+        f"a scale factor of {100 * share:.3g} % and a heading error of {math.degrees(share):.3g} "
+        "deg"
+        if drift.m_per_hour is None
+        else f"a velocity bias of {sd:.3g} m/s per axis"
+    )
+    lasts = "constant for the mission" if line is None else f"wandering over {line:g} m"
     return (
-        f"{said}: its sheet's {drift.told} is {drawn} (standard deviations), drawn for each AUV "
-        "and seed."
+        f"Dead reckoning: its sheet's {drift.told} is {drawn} (standard deviations), drawn for "
+        f"each AUV and seed, {lasts}."
     )

@@ -35,9 +35,11 @@ ModemName = Annotated[
 
 def modem_values(name: str, band: "type[Band]") -> dict[str, Any]:
     """Return what a modem's sheet says of the keys of a band."""
-    values = preset("modem", name).values
+    values: dict[str, Any] = preset("modem", name).values
     if "airtimes" in values:
         values["airtimes"] = table_file(str(values["airtimes"]))
+    if "channel" in values:  # its delivery as measured
+        values["channel"] = PartChoice("curve", {"file": table_file(str(values["channel"]))})
     return {key: value for key, value in values.items() if key in band.model_fields}
 
 
@@ -124,8 +126,11 @@ class Downlink(Band):
 class Loss(Part):
     """Why a ping in range may still not be decoded."""
 
-    law: Literal["paper", "thesis", "head", "none"] = key(
-        "paper", "", "coefficients of eq. fix_loss: published digits, full digits, OEM head, none"
+    law: Literal["scaled", "paper", "thesis", "head", "none"] = key(
+        "scaled",
+        "",
+        "eq. fix_loss by range: the paper's over 100 m stretched to a longer `hf.range_m`, the "
+        "paper's (beyond 518 m all is lost), with full digits, that of the OEM head, none",
     )
     combine: Literal["clamp_first", "paper_raw", "off"] = key(
         "off", "", "how contention is added (eq. fix_loss_total); off = collisions are simulated"

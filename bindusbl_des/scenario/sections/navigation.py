@@ -1,31 +1,63 @@
 """The keys of navigation: what is wrong with dead reckoning, and how fixes correct it."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    ModelWrapValidatorHandler,
+    Strict,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
 from ...core.spreads import Statistic
+from ...presets.catalogue import CATALOGUE, preset
 from ..key_types import PAPER, Part, Point, Real, key
 from ..part_choice import SET, PartChoice
 
 SECONDS_PER_HOUR = 3600.0
 
 
+INERTIALS = [it.name for it in CATALOGUE["inertial"]]
+
+
+def _known(name: str) -> str:
+    """Refuse the name of an inertial system that no preset has."""
+    try:
+        return preset("inertial", name).name
+    except ValueError as error:
+        raise PydanticCustomError("inertial", "{text}", {"text": str(error)}) from None
+
+
+InertialName = Annotated[
+    str, Strict(), AfterValidator(_known), WithJsonSchema({"type": "string", "enum": INERTIALS})
+]
+
+
 class Drift(Part):
     """The drift of dead reckoning as the sheet of an inertial system states it."""
 
+    preset: InertialName | None = key(
+        None,
+        "",
+        "inertial system whose figures (`bindusbl-des presets inertial`) stand for the keys here "
+        "that are not given; one that is given wins",
+    )
     percent_of_distance: Real | None = key(
         None,
         "%",
-        "error after a straight way without fixes, of that way: a scale factor and a heading error "
-        "drawn for each AUV and seed (the default bias and walk make 13.5 % RMS in 300 s)",
+        "error after a straight way without fixes, of that way (the default bias and walk make "
+        "13.5 % RMS in 300 s)",
         gt=0,
         le=20,
     )
     m_per_hour: Real | None = key(
         None,
         "m/h",
-        "error per hour without fixes, instead: a velocity bias drawn for each AUV and seed",
+        "error per hour without fixes, instead",
         gt=0,
         le=1e5,
     )
@@ -33,19 +65,31 @@ class Drift(Part):
         "cep", "", "what is stated: the circle of half, or of 95 %, of all errors, or their RMS"
     )
     line_m: Real | None = key(
-        None,
+        1000.0,
         "m",
-        "straight way at whose end it is met, by a velocity bias that wanders; null = at any",
+        "straight way at whose end it is met, and over which scale and heading errors wander, so "
+        "that fixes never learn them for good; null = drawn once, constant for the mission",
         ge=0.001,
         le=1e7,
     )
     time_constant_s: Real | None = key(
         None,
         "s",
-        "time constant with which that bias wanders (Gauss-Markov); null = the time of the way",
+        "time constant with which they wander (Gauss-Markov); null = the time of that way",
         ge=1,
         le=1e7,
     )
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _as_its_sheet_says(cls, data: Any, validate: ModelWrapValidatorHandler["Drift"]) -> "Drift":
+        """Let the figures of the preset stand for keys that are not given, and do not become so."""
+        name = data.get("preset") if isinstance(data, dict) else None
+        if name not in INERTIALS:
+            return validate(data)
+        drift = validate({**preset("inertial", name).values, **data})
+        object.__setattr__(drift, "__pydantic_fields_set__", set(data))
+        return drift
 
     @property
     def is_stated(self) -> bool:
@@ -57,8 +101,7 @@ class Drift(Part):
         """The sheet's own words."""
         share, rate = self.percent_of_distance, self.m_per_hour
         what = f"{rate:g} m per hour" if share is None else f"{share:g} % of distance"
-        met = "" if self.line_m is None else f", met after {self.line_m:g} m"
-        return f"{what} ({self.statistic}{met})"
+        return f"{what} ({self.statistic})"
 
     def off_m(self, way: float, time: float) -> float:
         """Return what is stated of a way (m) that takes some time (s), in m."""

@@ -100,16 +100,43 @@ class Protocol(Part):
         "",
         "what a vehicle does not hear while it sends: its own band, or the other, too (per_node)",
     )
+    reply: Literal["frame", "instant"] = key(
+        "frame",
+        "",
+        "what a direct reply is: an MF frame of header and one fix, or an answer without airtime "
+        "(instant), as the paper's baseline has it",
+        "sec:baseline",
+    )
     reply_at: Literal["ping_front", "ping_end"] = key(
         "ping_end",
         "",
-        "when a direct reply sets out: as the ping's front arrives, or once it is decoded",
+        "when an instant reply sets out: as the ping's front arrives, or once it is decoded",
     )
 
     @property
     def is_passive(self) -> bool:
         """Whether ASVs ping and AUVs fix themselves."""
         return self.ranging == "passive"
+
+    @property
+    def replies(self) -> bool:
+        """Whether each ping is answered by itself (direct_reply)."""
+        return not self.is_passive and self.downlink == "direct_reply"
+
+    @property
+    def sends_frames(self) -> bool:
+        """Whether ASVs send frames on MF: broadcasts, or answers that take airtime."""
+        return not self.is_passive and not (self.replies and self.reply == "instant")
+
+    @property
+    def replies_in_frames(self) -> bool:
+        """Whether each ping is answered by a frame of its own."""
+        return self.replies and self.reply == "frame"
+
+    @property
+    def deafens_asvs(self) -> bool:
+        """Whether an ASV hears no ping while it sends a frame: one that answers never does."""
+        return self.duplex == "per_node" or self.replies_in_frames
 
     @property
     def calls(self) -> bool:

@@ -34,8 +34,9 @@ class Survey(Part):
     area: Text | None = key(
         None,
         "",
-        "GeoJSON or KML file with the polygon of the survey area; relative to the scenario file; "
-        "x and y are about environment.origin, or else about its centroid",
+        "GeoJSON or KML file with the polygon of the survey area, or GPX with a route around it; "
+        "relative to the scenario file; x and y are about environment.origin, or else about its "
+        "centroid",
     )
     depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
     depths_m: tuple[Depth, ...] | None = key(

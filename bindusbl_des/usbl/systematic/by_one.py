@@ -32,14 +32,16 @@ from .errors import Systematic, astray, jump
 
 
 class Part(NamedTuple):
-    """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,); the
-    covariance (4, 4), m2, of it and of (less) the length of the call's way, with no error that
-    lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS), the `bend` (4,)
-    that a misalignment (rad) squared makes half of, and that length (m), 0 without a call.
+    """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,) at a
+    range `reach` (m); the covariance (4, 4), m2, of it and of (less) the length of the call's way,
+    with no error that lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS),
+    the `bend` (4,) that a misalignment (rad) squared makes half of, and that length (m), 0 without
+    a call.
     """
 
     fix: Floats
     unit: Vector
+    reach: float
     covariance: Floats
     effects: Floats
     changes: Floats
@@ -77,7 +79,9 @@ def by_other(
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
     effects[3] = 0.0  # the length of the call's way is given
     jump(fix, noise, lasting.levels)
-    return Part(fix, seen.unit, spread, effects, changes(effects, ahead), bent(ahead), call_way)
+    return Part(
+        fix, seen.unit, reach, spread, effects, changes(effects, ahead), bent(ahead), call_way
+    )
 
 
 @compiled
@@ -106,8 +110,9 @@ def _by_whole_way(
     effects[3, SOUND_SPEED] -= seen.path
     jump(fix, noise, lasting.levels)
     return Part(
-        fix, seen.unit, spread, effects, changes(effects, ahead), bent(ahead), seen.path - own.reach
-    )
+        fix, seen.unit, own.reach, spread, effects, changes(effects, ahead), bent(ahead),
+        seen.path - own.reach,
+    )  # fmt: skip
 
 
 @compiled

@@ -18,11 +18,12 @@ from ...records.rows import NONE, Row
 from ...vehicles.motion import Floats, Motion
 from ..fusion import fuse_shared
 from ..instrument import Instrument
+from ..sights import note_sight, unknown_sights
 from ..two_way import Heard, first_to_locate
 from .by_one import Part, by_first, by_other, deviations
 from .effects import CALLER, CLOCK, EFFECTS, SOUND_SPEED
 from .errors import Systematic
-from .levers import add, add_own, move, noise_of, spread_out
+from .levers import add, add_own, level_part, move, noise_of, spread_out
 
 # What is fused: a place, the error of the call's way (m), sound speed and clock per sd
 UNKNOWNS = 6
@@ -46,6 +47,8 @@ def measured_astray(
     state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
     state[:3] = begun.fix
     known = _columns(begun, heard, first, lasting)
+    it, alone = heard.receptions[first], spread[:3, :3].copy()
+    note_sight(it, begun.fix, begun.unit, begun.reach, alone, instrument)
     levers = np.zeros((UNKNOWNS, known.shape[1]))
     levers[:3] = known[:3]
     others = 0
@@ -55,6 +58,7 @@ def measured_astray(
             part = by_other(heard, row, begun.call_way, asvs, instrument, lasting)
             fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
             add_own(own, part.effects, part.bend, sds)
+            note_sight(heard.receptions[row], part.fix, part.unit, part.reach, own, instrument)
             fused = fuse_shared(state, spread, fix, own, beside)
             off = _columns(part, heard, row, lasting)[:3]
             if begun.call_way > 0.0:  # its error is in every other range
@@ -71,8 +75,12 @@ def measured_astray(
     doubt = _doubt(squares, 3.0 * others, lasting.levels)
     count, covariance = lasting.variances.size, doubt * spread[:3, :3]
     left = noise_of(covariance, levers[:3, 3 * count :], lasting.variances)
+    if others == 0 and begun.call_way == 0.0:
+        note_sight(it, begun.fix, begun.unit, begun.reach, left, instrument)
+    elif count > 0 or doubt > 1.0 or begun.call_way > 0.0 or sds[SOUND_SPEED] + sds[CLOCK] > 0.0:
+        unknown_sights(heard.receptions)  # they err together
     move(levers, state)
-    return state[:3].copy(), covariance, levers[:3, : 4 * count].copy(), left
+    return state[:3].copy(), covariance, levers[:3, : 4 * count].copy(), level_part(left)
 
 
 @compiled

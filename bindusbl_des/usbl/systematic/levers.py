@@ -13,17 +13,24 @@ from .effects import CALLER, CLOCK, GNSS, MISALIGNMENT, SOUND_SPEED
 
 @compiled
 def noise_of(covariance: Floats, levers: Floats, variances: Floats) -> Floats:
-    """Return what is left of a covariance, xx, yy, xy (3,), m2, without errors of some `variances`
-    (k,); `levers` (3, 2 k) are what it holds of their squares, then of themselves.
+    """Return what is left of a covariance (3, 3), m2, without errors of some `variances` (k,);
+    `levers` (3, 2 k) are what it holds of their squares, then of themselves.
     """
-    out, count = np.array((covariance[0, 0], covariance[1, 1], covariance[0, 1])), variances.size
+    out, count = covariance.copy(), variances.size
     for k in range(2 * count):
         variance = variances[k - count] if k >= count else 0.75 * variances[k] ** 2
-        out[0] -= variance * levers[0, k] ** 2
-        out[1] -= variance * levers[1, k] ** 2
-        out[2] -= variance * levers[0, k] * levers[1, k]
-    out[:2] = np.maximum(out[:2], 0.0)
+        for i in range(3):
+            for j in range(3):
+                out[i, j] -= variance * levers[i, k] * levers[j, k]
+    for i in range(3):
+        out[i, i] = max(out[i, i], 0.0)
     return out
+
+
+@compiled
+def level_part(covariance: Floats) -> Floats:
+    """Return xx, yy, xy (3,) of a covariance (3, 3)."""
+    return np.array((covariance[0, 0], covariance[1, 1], covariance[0, 1]))
 
 
 @compiled

@@ -11,7 +11,6 @@ from math import cos, hypot, sin, sqrt
 import numpy as np
 
 from ...core.compiled import compiled
-from ...core.lanes.sines import sincos
 from ...records.rows import Row
 from ..hulls import bluerov2 as hull
 from ..hulls.frames import Floats
@@ -112,7 +111,7 @@ def steer(
         forward, aside = ahead - along, -within(STOPPING * cross, order.speed) - across
     c_yaw, s_yaw = posture.c_yaw, posture.s_yaw
     turn = aim.yaw - posture.yaw
-    s_turn, c_turn = sincos(turn)
+    s_turn, c_turn = sin(turn), cos(turn)
     wanted_u = forward * c_turn - aside * s_turn
     wanted_v = forward * s_turn + aside * c_turn
     error_u = wanted_u - (sensed.log_n * c_yaw + sensed.log_e * s_yaw)

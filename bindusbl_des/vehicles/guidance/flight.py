@@ -11,12 +11,10 @@ import numpy as np
 
 from ...core.compiled import compiled, entry, inlined
 from ...core.handing.opened import opened
-from ...core.lanes.blocks import block
-from ...core.lanes.numbers import LANES
 from ...records.rows import LEARNT, Row, Rows
 from ..hulls import rk4
 from ..hulls.frames import Current, Floats, along_body
-from ..logs import X, Y, Z, place_at
+from ..logs import X, Y, place_at
 from . import bluerov2, cybership2, drift, logbook, otter, remus100, sensing, tracks
 from .belief import Sensed, SteeringDrift
 from .sensing import Craft, Knowledge
@@ -57,8 +55,7 @@ class Flight(NamedTuple):
     What its vehicles are and the coefficients of their `hull`; by vehicle: `states`, `vessels`,
     `paths`, `noise` (n, intervals or 1, 2), `corrections` (n, 2), `learnt`, `logs` (n, boundaries,
     COLUMNS), `active` and `saturated` (n, intervals).  Of `currents` (any, 2) the last row holds;
-    `rows` is a :func:`sensing.room`; `lost` (2,) tells how the one fares that was lost, and since
-    when (s).
+    `lost` (2,) tells how the one fares that was lost, and since when (s).
     """
 
     craft: Craft
@@ -75,7 +72,6 @@ class Flight(NamedTuple):
     active: Annotated[Ints, 2]
     saturated: Annotated[Flags, 2]
     lost: Floats
-    rows: Annotated[Floats, 2]
 
 
 @compiled
@@ -126,28 +122,6 @@ def _steer(
     return remus100.steer(sensed, aim, turning, order, control, p, vessel.remus100, command)
 
 
-@compiled
-def _board(
-    states: Floats, vessels: Rows, logs: Floats, line: int, first: int, count: int, rows: Floats
-) -> None:
-    """Have so many vehicles, of which one is the first, go on from a line of their logs."""
-    rows[:] = 0.0  # lanes that nobody takes rest at the origin
-    for lane in range(count):
-        vehicle = first + lane
-        rk4.board(states, vehicle, lane, rows)
-        logbook.take_up(logs, line, vehicle, lane, rows)
-        rows[logbook.LINE + Z, lane] = vessels[vehicle].order.depth
-
-
-@compiled
-def _note_broken(states: Floats, first: int, count: int, rows: Floats, status: Ints) -> None:
-    """Note which of so many vehicles cannot be where they are, and their states as they broke."""
-    for lane in range(count):
-        if status[lane] != BROKEN and not rk4.is_sound(states.shape[1], rows, lane):
-            status[lane] = BROKEN
-            rk4.leave(rows, lane, states, first + lane)
-
-
 @entry
 def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
@@ -156,58 +130,47 @@ def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
     Returns -1, or the vehicle lost, with `lost` holding how it fares and when (s).
     """
     by = opened(handed, Flight)
-    craft, p, states, vessels, paths = by.craft, by.hull, by.states, by.vessels, by.paths
-    currents, logs, rows = by.currents, by.logs, by.rows
-    known = Knowledge(by.drift, by.noise, by.corrections, by.learnt, has_learnt, logs)
+    craft, p, paths, currents = by.craft, by.hull, by.paths, by.currents
+    known = Knowledge(by.drift, by.noise, by.corrections, by.learnt, has_learnt, by.logs)
     model, size, control, step, steps = craft
-    vehicles, line, flow = rk4.four(rows), block(rows, logbook.LINE), block(rows, sensing.FLOW)
-    wanted, command, status = np.empty(6), np.zeros(6), np.zeros(LANES, np.int64)
+    vehicle, wanted = rk4.moving(size), np.empty(6)
     aim, turning, reached = Aim(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, nan
-    for i in range(0, states.shape[0], LANES):
-        count, gone = min(LANES, states.shape[0] - i), -1
-        _board(states, vessels, logs, first * steps, i, count, rows)
-        rk4.look(size, vehicles.state, vehicles.angles, vehicles.rates)
-        logbook.begin(size, vehicles, line)
-        logbook.keep(rows, logs, first * steps, i, count)
+    for i in range(by.states.shape[0]):
+        vessel, bound, log = by.vessels[i], paths.bounds[i], by.logs[i]
+        order, way = vessel.order, vessel.progress
+        vehicle.state[:] = by.states[i]
+        line = logbook.take_up(log, first * steps, order.depth)
+        rk4.look(vehicle.state, vehicle.angles, vehicle.rates)
+        logbook.begin(vehicle, line)
+        logbook.keep(line, log, first * steps)
         for interval in range(first, last):
             time, now = interval * control, min(interval, currents.shape[0] - 1)
             current = Current(currents[now, 0], currents[now, 1])
-            flow[0], flow[1], _ = along_body(current, vehicles.angles)
-            for lane in range(count):
-                vehicle = i + lane
-                vessel, bound = vessels[vehicle], paths.bounds[vehicle]
-                order, way = vessel.order, vessel.progress
-                sensed = sensing.sense(craft, vehicle, lane, interval, current, rows, known, vessel)
-                if paths.rows.size > 0:  # there are paths, and stations are at the origin
-                    aim = tracks.locate(paths.rows, bound, way, sensed.off_n, sensed.off_e)
-                    by.active[vehicle, interval] = way.row
-                    reached = tracks.travelled(paths.rows, way) if aim.left > ARRIVED else nan
-                    if model != rk4.BLUEROV2:  # whose turns begin where the path's do
-                        turning = _turning(sensed, aim, paths, bound, way)
-                full = _steer(craft, sensed, aim, turning, p, vessel, wanted, command)
-                by.saturated[vehicle, interval] = full
-                rk4.tell(command, lane, rows)
-                north = rows[logbook.LINE + X, lane] - order.north
-                east = rows[logbook.LINE + Y, lane] - order.east
-                status[lane] = _look_out(time, north, east, reached, order.speed, vessel.watch)
+            ahead, aside, _ = along_body(current, vehicle.angles)
+            sensed = sensing.sense(
+                craft, i, vehicle, line, (ahead, aside), interval, current, known, vessel
+            )
+            if paths.rows.size > 0:  # there are paths, and stations are at the origin
+                aim = tracks.locate(paths.rows, bound, way, sensed.off_n, sensed.off_e)
+                by.active[i, interval] = way.row
+                reached = tracks.travelled(paths.rows, way) if aim.left > ARRIVED else nan
+                if model != rk4.BLUEROV2:  # whose turns begin where the path's do
+                    turning = _turning(sensed, aim, paths, bound, way)
+            full = _steer(craft, sensed, aim, turning, p, vessel, wanted, vehicle.command)
+            by.saturated[i, interval] = full
+            north, east = line[X] - order.north, line[Y] - order.east
+            status = _look_out(time, north, east, reached, order.speed, vessel.watch)
             for k in range(1, steps + 1):
-                if not rk4.move(model, size, vehicles, current, p, step):
-                    _note_broken(states, i, count, rows, status)
-                logbook.go_on(size, vehicles, step, line)
-                logbook.keep(rows, logs, interval * steps + k, i, count)
-            for lane in range(count):
-                if status[lane] != HEALTHY:
-                    by.lost[0], by.lost[1] = status[lane], time
-                    gone, count = i + lane, lane  # the others may be lost as well
-                    if status[lane] != BROKEN:
-                        rk4.leave(rows, lane, states, gone)
+                if not rk4.move(model, vehicle, current, p, step):
+                    status = BROKEN
                     break
-            if count == 0:
-                break
-        for lane in range(count):
-            rk4.leave(rows, lane, states, i + lane)
-        if gone >= 0:
-            return gone
+                logbook.go_on(vehicle, step, line)
+                logbook.keep(line, log, interval * steps + k)
+            if status != HEALTHY:
+                by.states[i] = vehicle.state
+                by.lost[0], by.lost[1] = status, time
+                return i
+        by.states[i] = vehicle.state
     return -1
 
 

@@ -14,7 +14,7 @@ from ..hulls import rk4
 from ..hulls.frames import Floats
 from ..hulls.models import find, parameters
 from ..motion import Motion
-from . import belief, departure, flight, sensing, tracks
+from . import belief, departure, flight, tracks
 from .autopilots import AUTOPILOTS, PathFollower, follower, keeper
 from .belief import SteeringDrift
 from .departure import LOST_CIRCLES, PATIENCE_S, Intervals, Plan, Vessels
@@ -138,7 +138,6 @@ class GuidedFleet:
                 self.active,
                 self.at_limit,
                 self._lost,
-                sensing.room(),
             )
         )
 

@@ -2,10 +2,12 @@
 
 from math import hypot
 
+import numpy as np
+
 from ...core.compiled import compiled, inlined
 from ..hulls import rk4
 from ..hulls.frames import C_PSI, S_PSI, Floats
-from ..hulls.rk4 import Four
+from ..hulls.rk4 import Moving
 from ..logs import (
     COLUMNS,
     COS,
@@ -22,35 +24,37 @@ from ..logs import (
     walked,
 )
 
-# The lines of four vehicles, a column of the log in each row, and what else the next ones follow
-# from: the speed (m/s), cosine and sine of the yaw. They lie behind what moves the four.
+# A line that is being written: the columns of the log, and what else the next one follows from: the
+# speed (m/s), cosine and sine of the yaw.
 SPEED, C_YAW, S_YAW, NOTES = range(COLUMNS, COLUMNS + 4)
-LINE = rk4.ROWS
 
 
 @inlined
-def take_up(logs: Floats, line: int, vehicle: int, lane: int, rows: Floats) -> None:
-    """Have what has summed up so far in a vehicle's log, for it to go on in a lane."""
+def take_up(log: Floats, number: int, depth: float) -> Floats:
+    """Return a line that goes on from what has summed up in a log, of a vehicle so deep (m)."""
+    line = np.zeros(NOTES)
     for column in (COS, SIN, DISTANCE):
-        rows[LINE + column, lane] = logs[vehicle, line, column]
+        line[column] = log[number, column]
+    line[Z] = depth
+    return line
 
 
 @inlined
-def begin(size: int, vehicles: Four, line: Floats) -> None:
-    """Write where four vehicles are that have looked; what has summed up stays as it is.
+def begin(vehicle: Moving, line: Floats) -> None:
+    """Write where a vehicle is that has looked; what has summed up stays as it is.
 
-    Of vehicles at the surface so does the depth.
+    Of a vehicle at the surface so does the depth.
     """
-    state, rates = vehicles.state, vehicles.rates
+    state, rates = vehicle.state, vehicle.rates
     line[X], line[Y] = state[0], state[1]
     line[RATES + X], line[RATES + Y] = rates[0], rates[1]
-    if size >= rk4.PITCHING_STATE:
+    if state.size >= rk4.PITCHING_STATE:
         line[Z], line[YAW] = state[2], state[5]
         line[RATES + Z], line[RATES + YAW] = rates[2], rates[5]
     else:
         line[YAW], line[RATES + YAW] = state[2], rates[2]
     line[SPEED] = hypot(rates[0], rates[1])
-    line[C_YAW], line[S_YAW] = vehicles.angles[C_PSI], vehicles.angles[S_PSI]
+    line[C_YAW], line[S_YAW] = vehicle.angles[C_PSI], vehicle.angles[S_PSI]
 
 
 @inlined
@@ -64,10 +68,10 @@ def _stride(line: Floats) -> Stride:
 
 
 @compiled
-def go_on(size: int, vehicles: Four, step: float, line: Floats) -> None:
-    """Write the next line of four vehicles, a step (s) later."""
+def go_on(vehicle: Moving, step: float, line: Floats) -> None:
+    """Write the next line of a vehicle, a step (s) later."""
     bearing, stride = _bearing(line), _stride(line)
-    begin(size, vehicles, line)
+    begin(vehicle, line)
     ahead, aside = turned_over(bearing, _bearing(line), step)
     line[COS] += ahead
     line[SIN] += aside
@@ -75,8 +79,7 @@ def go_on(size: int, vehicles: Four, step: float, line: Floats) -> None:
 
 
 @compiled
-def keep(rows: Floats, logs: Floats, line: int, first: int, count: int) -> None:
-    """Enter the lines of so many vehicles, of which one is the first, in their logs."""
-    for lane in range(count):
-        for column in range(COLUMNS):
-            logs[first + lane, line, column] = rows[LINE + column, lane]
+def keep(line: Floats, log: Floats, number: int) -> None:
+    """Enter a line in a log."""
+    for column in range(COLUMNS):
+        log[number, column] = line[column]

@@ -1,28 +1,18 @@
 """What vehicles know of themselves at the beginning of a control interval."""
 
+from math import cos, sin
 from typing import NamedTuple
 
-import numpy as np
-
 from ...core.compiled import inlined
-from ...core.lanes.numbers import LANES
-from ...core.lanes.sines import sincos
 from ...records.rows import Row, Rows
 from ..expected_drift import Told, expected_error, learnt_drift, way_since
 from ..hulls import rk4
 from ..hulls.frames import C_PHI, C_PSI, C_THETA, S_PHI, S_PSI, S_THETA, Current, Floats
+from ..hulls.rk4 import Moving
 from ..logs import COS, RATES, SIN, X, Y, Z
 from ..reckoning import by_compass, error, follow
-from . import belief, drift, logbook
+from . import belief, drift
 from .belief import Posture, Sensed, Spot, SteeringDrift
-
-# Rows of what moves four vehicles: the current ahead and to starboard (m/s).
-FLOW, ROWS = logbook.LINE + logbook.NOTES, logbook.LINE + logbook.NOTES + 2
-
-
-def room() -> Floats:
-    """Return an array for four vehicles at the origin that sense and keep logs."""
-    return np.zeros((ROWS, LANES))
 
 
 class Craft(NamedTuple):
@@ -52,76 +42,68 @@ class Knowledge(NamedTuple):
 
 
 @inlined
-def posture(size: int, rows: Floats, lane: int, turned: float) -> Posture:
-    """Return how the vehicle in a lane lies, whose compass is off by an angle (rad)."""
-    state, angle = rk4.STATE, rk4.ANGLE
-    dives = size >= rk4.PITCHING_STATE
-    yaw = rows[state + (5 if dives else 2), lane] + turned
-    s_yaw, c_yaw = rows[angle + S_PSI, lane], rows[angle + C_PSI, lane]
+def posture(vehicle: Moving, turned: float) -> Posture:
+    """Return how a vehicle lies, whose compass is off by an angle (rad)."""
+    state, angles = vehicle.state, vehicle.angles
+    dives = state.size >= rk4.PITCHING_STATE
+    yaw = state[5 if dives else 2] + turned
+    s_yaw, c_yaw = angles[S_PSI], angles[C_PSI]
     if turned != 0.0:
-        s_yaw, c_yaw = sincos(yaw)
+        s_yaw, c_yaw = sin(yaw), cos(yaw)
     depth = roll = pitch = rolling = pitching = 0.0
-    turning = rows[state + 5, lane]
+    turning = state[5]
     if dives:
-        depth, roll, pitch = rows[state + 2, lane], rows[state + 3, lane], rows[state + 4, lane]
-        rolling, pitching = rows[state + 9, lane], rows[state + 10, lane]
-        turning = rows[state + 11, lane]
+        depth, roll, pitch = state[2], state[3], state[4]
+        rolling, pitching, turning = state[9], state[10], state[11]
     return Posture(
         depth, roll, pitch, yaw, rolling, pitching, turning,
-        rows[angle + S_PHI, lane], rows[angle + C_PHI, lane],
-        rows[angle + S_THETA, lane], rows[angle + C_THETA, lane], s_yaw, c_yaw,
+        angles[S_PHI], angles[C_PHI], angles[S_THETA], angles[C_THETA], s_yaw, c_yaw,
     )  # fmt: skip
 
 
 @inlined
-def spot(size: int, missed: tuple[float, float], rows: Floats, lane: int) -> Spot:
-    """Return where the vehicle in a lane is.
+def spot(vehicle: Moving, missed: tuple[float, float], line: Floats) -> Spot:
+    """Return where a vehicle is.
 
     Of what its log measures ahead and to starboard a current (m/s) is left out; surface craft do
     not ask for that.
     """
-    line, ahead, aside = logbook.LINE, 0.0, 0.0
-    if size >= rk4.PITCHING_STATE:
-        ahead = rows[rk4.STATE + 6, lane] - missed[0]
-        aside = rows[rk4.STATE + 7, lane] - missed[1]
-    return Spot(
-        rows[line + X, lane], rows[line + Y, lane],
-        rows[line + RATES + X, lane], rows[line + RATES + Y, lane], rows[line + RATES + Z, lane],
-        ahead, aside,
-    )  # fmt: skip
+    ahead = aside = 0.0
+    if vehicle.state.size >= rk4.PITCHING_STATE:
+        ahead, aside = vehicle.state[6] - missed[0], vehicle.state[7] - missed[1]
+    rates = line[RATES + X], line[RATES + Y], line[RATES + Z]
+    return Spot(line[X], line[Y], rates[0], rates[1], rates[2], ahead, aside)
 
 
 @inlined
 def sense(
-    craft: Craft, vehicle: int, lane: int, interval: int, current: Current, rows: Floats,
-    known: Knowledge, vessel: Row,
+    craft: Craft, number: int, vehicle: Moving, line: Floats, flow: tuple[float, float],
+    interval: int, current: Current, known: Knowledge, vessel: Row,
 ) -> Sensed:  # fmt: skip
-    """Return what the vehicle in a lane knows at the beginning of a control interval.
+    """Return what the vehicle of a number knows at the beginning of a control interval.
 
     It is true but for the heading, which is by compass.  Ahead and to starboard the log of a REMUS
-    measures the velocity through the water in any case.
+    measures the velocity through the water in any case: `flow` is the current so (m/s).
     """
     time, order, wrong = interval * craft.control, vessel.order, known.drift.wrong
-    lies = posture(craft.size, rows, lane, wrong.skews[vehicle].turned)
+    lies = posture(vehicle, wrong.skews[number].turned)
     share = 1.0 if known.drift.through_water or craft.model != rk4.BLUEROV2 else 0.0
-    missed = share * rows[FLOW, lane], share * rows[FLOW + 1, lane]
-    at = spot(craft.size, missed, rows, lane)
-    sums = rows[logbook.LINE + COS, lane], rows[logbook.LINE + SIN, lane]
-    cosine, sine = by_compass(sums[0], sums[1], wrong, vehicle)
+    at = spot(vehicle, (share * flow[0], share * flow[1]), line)
+    cosine, sine = by_compass(line[COS], line[SIN], wrong, number)
     if wrong.biases.shape[1] > 1 and interval > 0:
-        follow(wrong, vehicle, interval, cosine, sine)
-    way = at.x - known.logs[vehicle, 0, X], at.y - known.logs[vehicle, 0, Y]
-    wrong_n, wrong_e = error(time, (cosine, sine), way, wrong, vehicle)
+        follow(wrong, number, interval, cosine, sine)
+    way = at.x - known.logs[number, 0, X], at.y - known.logs[number, 0, Y]
+    wrong_n, wrong_e = error(time, (cosine, sine), way, wrong, number)
     fix = min(interval, known.noise.shape[1] - 1)
-    right_n, right_e = known.corrections[vehicle, 0], known.corrections[vehicle, 1]
-    off_n = at.x + wrong_n + known.noise[vehicle, fix, 0] + right_n - order.north
-    off_e = at.y + wrong_e + known.noise[vehicle, fix, 1] + right_e - order.east
+    right_n, right_e = known.corrections[number, 0], known.corrections[number, 1]
+    off_n = at.x + wrong_n + known.noise[number, fix, 0] + right_n - order.north
+    off_e = at.y + wrong_e + known.noise[number, fix, 1] + right_e - order.east
     share = 1.0 if known.drift.through_water else 0.0
     escapes = share * current.north, share * current.east
-    log = belief.read_log(at, (lies.c_yaw, lies.s_yaw), escapes, wrong, vehicle, interval)
+    log = belief.read_log(at, (lies.c_yaw, lies.s_yaw), escapes, wrong, number, interval)
     set_n = set_e = 0.0
     if known.has_learnt:
-        learnt = learnt_drift(known.learnt[vehicle])
+        learnt = learnt_drift(known.learnt[number])
         told = Told(time, at.x + wrong_n, at.y + wrong_e, cosine, sine)
         carried_n, carried_e = expected_error(learnt, way_since(learnt, told, wrong.in_body))
         off_n, off_e = off_n - carried_n, off_e - carried_e

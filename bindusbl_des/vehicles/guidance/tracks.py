@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import compiled, inlined
-from ...core.lanes.sines import sincos
 from ...geometry.paths import PATH_ROW, Path, path_rows
 from ...records.rows import Row, Rows
 from .signals import half_turn
@@ -147,13 +146,13 @@ def locate(rows: Rows, bounds: Row, progress: Row, north: float, east: float) ->
         radius = hypot(ahead, aside)
         cross = 1.0 / bend - (radius if bend > 0.0 else -radius)
         yaw = rows[row].yaw + bend * into
-        sine, cosine = sincos(yaw)
+        sine, cosine = sin(yaw), cos(yaw)
         return Aim(cross, yaw, cosine, sine, bend, left)
     x, y, yaw = rows[row].x, rows[row].y, rows[row].yaw
     sine, cosine = rows[row].sine, rows[row].cosine
     if bend != 0.0 and into > length:
         yaw += bend * length
-        sine, cosine = sincos(yaw)
+        sine, cosine = sin(yaw), cos(yaw)
         x += (sine - rows[row].sine) / bend
         y -= (cosine - rows[row].cosine) / bend
     return Aim((east - y) * cosine - (north - x) * sine, yaw, cosine, sine, 0.0, left)
@@ -194,7 +193,8 @@ def _distance_to(row: Row, north: float, east: float) -> float:
         aside = east - row.y + row.centred_y
         distance: float = abs(hypot(ahead, aside) - row.radius)
         return distance
-    sine, cosine = sincos(row.yaw + bend * length)
+    yaw = row.yaw + bend * length
+    sine, cosine = sin(yaw), cos(yaw)
     x = row.x + (sine - row.sine) / bend
     y = row.y - (cosine - row.cosine) / bend
     return min(hypot(north - row.x, east - row.y), hypot(north - x, east - y))

@@ -72,7 +72,6 @@ class Fleet:
         self._current = _current(self.model, current_m_per_s)
         self._step, self._start = _step_length(self.model, step_s), float(start_s)
         self._clocks = np.full(count, self._start)
-        self._room = rk4.room()
 
     def at(self, time_s: float) -> Floats:
         """Return the states (vehicles, state) at `time_s`, a copy.
@@ -135,7 +134,7 @@ class Fleet:
     ) -> None:  # fmt: skip
         lost = rk4.advance(
             self.model.equations, self._p, states, commands, *self._current, clocks, self._start,
-            self._step, time_s, exactly, self._room,
+            self._step, time_s, exactly,
         )  # fmt: skip
         if lost >= 0:
             raise DivergenceError(self.model.name, first + lost, clocks[lost], states[lost])

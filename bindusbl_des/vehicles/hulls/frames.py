@@ -6,13 +6,13 @@ North-East-Down (m/s). Source: Fossen 2021, Handbook of Marine Craft Hydrodynami
 Control, chapters 2 (kinematics) and 10 (currents).
 """
 
+from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import inlined
-from ...core.lanes.sines import sincos
 
 Floats = NDArray[np.float64]
 
@@ -39,9 +39,9 @@ def move_rigid_body(state: Floats, angles: Floats, out: Floats) -> None:
     `state` begins with x, y, z, phi, theta, psi, u, v, w, p, q, r; its `angles` are written, too.
     Singular at theta = +-90 deg. Source: Fossen 2021 eq. 2.31 and 2.41.
     """
-    s_phi, c_phi = sincos(state[3])
-    s_theta, c_theta = sincos(state[4])
-    s_psi, c_psi = sincos(state[5])
+    s_phi, c_phi = sin(state[3]), cos(state[3])
+    s_theta, c_theta = sin(state[4]), cos(state[4])
+    s_psi, c_psi = sin(state[5]), cos(state[5])
     angles[S_PHI], angles[C_PHI] = s_phi, c_phi
     angles[S_THETA], angles[C_THETA] = s_theta, c_theta
     angles[S_PSI], angles[C_PSI] = s_psi, c_psi
@@ -75,7 +75,7 @@ def move_surface_craft(state: Floats, angles: Floats, out: Floats) -> None:
 
     `state` begins with x, y, psi, u, v, r; its `angles` are written, too.
     """
-    s_psi, c_psi = sincos(state[2])
+    s_psi, c_psi = sin(state[2]), cos(state[2])
     angles[S_PHI], angles[C_PHI], angles[S_THETA], angles[C_THETA] = 0.0, 1.0, 0.0, 1.0
     angles[S_PSI], angles[C_PSI] = s_psi, c_psi
     u, v = state[3], state[4]

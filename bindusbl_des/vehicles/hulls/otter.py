@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.compiled import compiled
-from ...core.lanes.numbers import if_positive
 from .frames import Current, Floats, along_level_body, cross_flow
 
 STATE = ("x", "y", "psi", "u", "v", "r", "n1", "n2")
@@ -78,7 +77,7 @@ def pack(otter: Otter) -> Floats:
 @compiled
 def _thrust(n: float, p: Floats) -> float:
     """Return the bollard pull (N) of one propeller at n (rad/s)."""
-    given: float = if_positive(n, p[AHEAD], p[ASTERN]) * n * abs(n)
+    given: float = (p[AHEAD] if n > 0.0 else p[ASTERN]) * n * abs(n)
     return given
 
 

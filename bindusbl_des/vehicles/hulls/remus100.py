@@ -7,12 +7,9 @@ Source: force model of PythonVehicleSimulator (Fossen, remus100.py @c717e073), w
 entering consistently; `derivative_pvs` keeps that program's own way with currents.
 """
 
-from math import sqrt
+from math import atan2, exp, sqrt
 
 from ...core.compiled import compiled, inlined
-from ...core.lanes.arctangent import atan2
-from ...core.lanes.exponential import exp
-from ...core.lanes.numbers import if_positive
 from . import remus100_parameters as at
 from .frames import (
     C_THETA,
@@ -72,8 +69,8 @@ def _resistance(nu: Velocity, p: Floats) -> Wrench:
     lift = p[at.LIFT] * incidence * speed_squared
     drag = (p[at.DRAG] + p[at.INDUCED] * incidence * incidence) * speed_squared
     ahead = sqrt(u * u + w * w)
-    c_incidence = if_positive(ahead, u / ahead, 1.0)
-    s_incidence = if_positive(ahead, w / ahead, 0.0)
+    c_incidence = u / ahead if ahead > 0.0 else 1.0
+    s_incidence = w / ahead if ahead > 0.0 else 0.0
     push, twist = cross_flow(v, yaw, p[at.LENGTH])
     return (
         p[at.LU] * fade * u + c_incidence * drag - s_incidence * lift,
@@ -96,8 +93,9 @@ def _propulsion(nu: Velocity, inflow: float, fins: tuple[float, float, float], p
     torque = p[at.TORQUE] * revolutions * abs(revolutions)
     # astern, PVS lets the bollard values hold at all speeds
     advance = p[at.WAKE] * inflow * revolutions
-    thrust = if_positive(revolutions, thrust + p[at.THRUST_SLOPE] * advance, thrust)
-    torque = if_positive(revolutions, torque + p[at.TORQUE_SLOPE] * advance, torque)
+    if revolutions > 0.0:
+        thrust += p[at.THRUST_SLOPE] * advance
+        torque += p[at.TORQUE_SLOPE] * advance
     surge = thrust - side * rudder - lift * plane
     return surge, -side, -lift, torque, -p[at.STERN] * lift, p[at.STERN] * side
 

@@ -55,15 +55,3 @@ def _between(case: Case, apart: float, reach: float, slant: bool) -> Iterator[di
         way = (stations[other] - stations[one]) / away[one, other]
         x, y = stations[one] + level * (1 - SLIVER) * way
         yield {auv: Actor(float(x), float(y), deep)}
-
-
-def rounds_slip(case: Case, round_s: float) -> Iterator[Plan]:
-    """Yield a scenario in which every ping of the first rounds is heard, and so is broadcast."""
-    x, y = stations_of(case)[0]
-    actors = {
-        auv: Actor(float(x), float(y), deep) for auv, (_, deep) in enumerate(case.depths)
-    }  # fmt: skip
-    frame = case.scenario.protocol.frame_s
-    # Broadcasts may go on meanwhile, each begun a little later, until a round has to wait.
-    waits = min(round_s / (round_s - frame), LONGEST_S / round_s)
-    yield staged(case, actors, (waits + 5) * round_s, case.sound_speeds[0])

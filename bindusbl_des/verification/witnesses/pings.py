@@ -11,6 +11,9 @@ from .stage import LATEST_S, SLIVER, Actor, staged, stations_of
 # Draws by lot are waited for so many frames for each AUV.
 FRAMES_OF_CHANCE = 20
 
+# Planned ways are shown for so long (s).
+LONGEST_SHOWN_S = 600.0
+
 # What is left to chance is given twice the time so many times.
 MOST_DOUBLINGS = 14
 
@@ -86,3 +89,20 @@ def out_of_hearing(case: Case) -> Iterator[Plan]:
     each = case.scenario.protocol.frame_s
     for doubled in range(MOST_DOUBLINGS):
         yield staged(case, actors, min(10 * each * 2**doubled, 1e6), case.sound_speeds[0])
+
+
+def groups_shown(case: Case) -> Iterator[Plan]:
+    """Yield scenarios of a schedule of which nothing is proved: AUVs on their planned ways, and two
+    that come within range of an ASV or lie at its edge, by the groups that it makes of these.
+    """
+    if case.stations is None:
+        return
+    plan = case.scenario.model_dump(mode="json", exclude_defaults=True)
+    plan["acoustics"] = {**plan.get("acoustics", {}), "loss": {"law": "none"}}
+    if "modem" in plan["acoustics"].get("mf", {}):
+        plan["acoustics"]["mf"].pop("airtimes", None)  # which the modem brings
+    yield plan | {"duration_s": min(case.scenario.duration_s, LONGEST_SHOWN_S)}
+    if case.scenario.auvs.count > 1:
+        yield at_the_edge(case)
+        if case.closing_m_per_s > 0.0:
+            yield come_in_together(case, min(20 * rounds_shown(case), LONGEST_SHOWN_S))

@@ -1,24 +1,23 @@
 """Witnesses are run before they are believed: what is told of one is what happened in it."""
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice, pairwise
 from typing import Any
 
 from ...acoustics.propagation import TOUCH
 from ...mission.simulation import simulate
-from ...preflight.round_lengths import rounds_of
 from ...results.result import Result
 from ...scenario.planned import asv_stations
 from ...scenario.scenario import Scenario
 from ...scenario.water import sound_speed_of
-from ..pair import Pair, Plan
+from ..pair import REFUSED, UNDECIDED, Pair, Plan
 
 Row = dict[str, Any]
 
-# A round that begins so much later (s) than its frame has slipped.
-SLIPPED_S = 1e-6
+# So many scenarios are run to see two signals of a pair overlap.
+MOST_PLAYED = 50
 
 
 @dataclass(frozen=True)
@@ -37,57 +36,51 @@ class Signal:
 
 @dataclass(frozen=True)
 class Witness:
-    """What goes wrong in a scenario: two signals that overlap at a receiver, or (with neither) what
-    is `told` of its rounds; `plan` is that scenario, to be run with a `seed`.
-    """
+    """Two signals that overlap at a receiver in a scenario, `plan`, to be run with a `seed`."""
 
     kind: str
     plan: Plan
     seed: int
-    told: str
-    receiver: str | None = None
-    signals: tuple[Signal, ...] = ()
+    receiver: str
+    signals: tuple[Signal, Signal]
 
     @property
-    def overlap_s(self) -> float | None:
+    def told(self) -> str:
+        """Whose signals overlap where."""
+        one, other = self.signals
+        return f"{one.sender} and {other.sender} at {self.receiver}"
+
+    @property
+    def overlap_s(self) -> float:
         """How long both signals last at the receiver together (s)."""
-        if not self.signals:
-            return None
         begins = max(signal.begins_at_s for signal in self.signals)
         return min(signal.ends_at_s for signal in self.signals) - begins
 
 
-def witness_of(pairs: Iterable[Pair]) -> Witness | None:
-    """Return the first witness of pairs that are refused in which that happens when it is run."""
-    for pair in pairs:
-        for plan in pair.witnesses() if pair.witnesses else ():
-            found = played(pair.kind, plan)
-            if found is not None:
-                return found
-    return None
+def witnessed(pair: Pair) -> tuple[Pair, Witness | None]:
+    """Return a pair and the first of its witnesses in which two signals overlap when it is run.
+
+    Without any it is not refused: its bound is exceeded, but nobody has seen it collide.
+    """
+    for plan in islice(pair.witnesses(), MOST_PLAYED) if pair.witnesses else ():
+        found = played(pair.kind, plan)
+        if found is not None:
+            return replace(pair, verdict=REFUSED), found
+    return replace(pair, verdict=UNDECIDED if pair.witnesses else pair.verdict), None
 
 
 def played(kind: str, plan: Plan, seed: int = 0) -> Witness | None:
-    """Run a scenario (plain data); return what of a kind went wrong in it first, None if nothing
-    did.
+    """Run a scenario (plain data); return the first two signals of a kind that overlapped in it,
+    None if none did, or it is none: its vehicles would be too far out, or too late.
     """
-    result = simulate(Scenario.model_validate(plan), seed)
-    if kind == "round and its frame":
-        return _slipped(kind, plan, seed, result)
+    try:
+        scenario = Scenario.model_validate(plan)
+    except ValueError:
+        return None
+    result = simulate(scenario, seed)
     for receiver, one, other in _overlaps(result):
-        signals = tuple(sorted((one, other), key=lambda it: it.begins_at_s))
-        told = f"{signals[0].sender} and {signals[1].sender} at {receiver}"
-        return Witness(kind, plan, seed, told, receiver, signals)
-    return None
-
-
-def _slipped(kind: str, plan: Plan, seed: int, result: Result) -> Witness | None:
-    frame = rounds_of(result.scenario).frame
-    for row in result.arrow["rounds"].to_pylist():
-        late = row["started_at_s"] - row["round"] * frame
-        if late > SLIPPED_S:
-            told = f"round {row['round']} begins {late:.4g} s after its frame"
-            return Witness(kind, plan, seed, told)
+        first, second = sorted((one, other), key=lambda it: it.begins_at_s)
+        return Witness(kind, plan, seed, receiver, (first, second))
     return None
 
 

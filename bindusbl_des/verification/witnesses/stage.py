@@ -66,6 +66,7 @@ def staged(
         "survey": {**_survey(case), "depths_m": [auv.depth for auv in auvs]},
         "auvs": {"count": len(auvs), **_routes(case, auvs, duration_s)},
         "asvs": {"count": len(stations), "formation": {"positions_m": stations.tolist()}},
+        "navigation": {"filter": "dead_reckoning"},  # which changes nothing that is sent
         "environment": {
             "sound_speed_m_per_s": sound_speed,
             "assumed_sound_speed_m_per_s": assumed_sound_speed_of(scenario),

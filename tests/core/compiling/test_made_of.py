@@ -37,5 +37,7 @@ def test_equations_of_ones_own_are_made_of_ours_that_they_call(tmp_path: Path) -
     """What was kept of them is that of the version that they were compiled with."""
     source = tmp_path / "own.py"
     source.write_text("from bindusbl_des.vehicles.guidance.tracks import distance_from\n")
-    ours = {PACKAGE / f"{name}.py" for name in ("vehicles/guidance/tracks", "core/lanes/sines")}
+    ours = {
+        PACKAGE / f"{name}.py" for name in ("vehicles/guidance/tracks", "vehicles/guidance/signals")
+    }
     assert {source, *ours} <= _made_of(source)

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from ....acoustics.modem import messages_of
 from ....core.plugins import is_plugin, loaded
-from ....mission.build import reply_delay_of
 from ....preflight.round_lengths import pace_of
+from ....protocol.replies import reply_delay_of
 from ....protocol.schedules.named import is_framed
 from ....protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
 from ....protocol.slots import Slots as ProtocolSlots
@@ -40,6 +41,7 @@ def slots_of(scenario: Scenario) -> Slots:
         scenario.survey.deepest,
         assumed_sound_speed_of(scenario),
         clock.rate,
+        slots.answer,
         np.array([clock.after(0.0, slots.downlink_slot(count, named)) for count in fixes]),
         np.array([
             slots.airtime(count, named) + messages.packed(count, named)[-1].delay_s
@@ -56,8 +58,17 @@ def _usual_slot(scenario: Scenario, slots: ProtocolSlots) -> float | None:
     pace = pace_of(scenario, slots)
     if scenario.protocol.schedule == "polling":
         ways = 4.0 / 3.0 * slots.longest_travel_time
-        return 2.0 * slots.ping_duration + scenario.protocol.turnaround_s + ways
+        answered = 2.0 * slots.ping_duration + scenario.protocol.turnaround_s + ways
+        return answered + slots.answer
     return None if pace is None else pace[0].uplink_slot
+
+
+def _reply_s(scenario: Scenario) -> float:
+    """Return how long after a ping's front (s) the end of its answer sets out, handed over."""
+    delay, messages = reply_delay_of(scenario), messages_of(scenario)
+    if not scenario.protocol.replies_in_frames:
+        return delay
+    return delay + messages.airtime(1) + messages.delay(1)
 
 
 def access_of(scenario: Scenario) -> Access:
@@ -72,5 +83,6 @@ def access_of(scenario: Scenario) -> Access:
         fixed_asv=protocol.broadcaster.settings.get("asv", 0),
         ranging="owtt_sync" if is_plugin(ranging) else ranging,
         frame_s=protocol.frame_s if is_framed(protocol.schedule) else 0.0,
-        reply_s=reply_delay_of(scenario),
+        reply_s=_reply_s(scenario),
+        replies_in_frames=protocol.replies_in_frames,
     )

@@ -1,0 +1,199 @@
+"""What a fix says to an AUV that believes in a place: its covariance lies across the way to there.
+
+A direction errs more than a range, so that a fix is unsure across the line from its ASV.  Taken
+at the direction measured, that covariance errs as the fix itself does: a filter that weighs fixes
+by it puts each too near to its ASV by up to r tr(A), A the covariance of the direction (rad2), and
+all of them alike, which no number of fixes averages out.  So each measurement is taken where the
+AUV believes to be, whose error has nothing to do with that of the measurement.
+
+An AUV that is surer of the direction than the array compares range and direction with what it
+expects, to second order in its own error (Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with
+Applications to Tracking and Navigation, 2001, sec. 10.3).  Another takes the place measured, made
+longer by 1 + tr(A) / 2 so that it has no bias, with its covariance across the direction believed
+in (S. Bordonaro, P. Willett, Y. Bar-Shalom, Decorrelated unbiased converted measurement Kalman
+filter, IEEE Trans. AES 50(2), 2014; the bias: D. Lerro, Y. Bar-Shalom, Tracking with debiased
+consistent converted measurements versus EKF, IEEE Trans. AES 29(3), 1993).
+
+What several arrays have measured is put together there: the minimum-variance linear estimate.
+"""
+
+from math import atan2, hypot, isnan, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiled import compiled, inlined
+from ..records.events import HEARD
+from ..records.rows import Row, Rows
+from ..vehicles.motion import Floats
+from .common_errors import Said
+from .weighing import SURE
+
+# Variance (m2) below that of any instrument, so that what is known exactly divides nothing by 0.
+EXACT = 1e-8
+
+Vector = tuple[float, float, float]
+
+# What is nearer (m) is at the array, and lies in no direction.
+AT_THE_ARRAY = 1e-3
+
+
+class Believed(NamedTuple):
+    """Where an AUV believes to have been as it pinged: x, y, z (m), and the covariance of x and y
+    (its first two states), m2; where as it heard the call that it answers, if there was one, and
+    the variance (m2) of the way between the two along any direction; that of what errors in
+    `common` add to a fix, along x and y together.
+    """
+
+    place: Vector
+    spread: Floats
+    called: Vector
+    moved: float
+    common: float = 0.0
+
+
+@compiled
+def turned(receptions: Rows, table: Said, own: Believed) -> tuple[Said, bool]:
+    """Return what the receptions of a ping say to an AUV that believes in a place; `table` is what
+    the fix says by itself, which is all there is where what was measured is not known, or where no
+    direction is believed in: at an array, or about a caller.  And whether it is a range and a
+    direction, in which errors in common are linear, not a place.
+
+    The fourth unknown is what the way of the call is longer than believed (m), which is in the
+    whole way of all that hear its answer: the way in between, and the caller's own place.
+    """
+    known, off, count, polar = np.zeros((4, 4)), np.zeros(4), 0, False
+    for row in range(len(receptions)):
+        it = receptions[row]
+        if it.outcome == HEARD:
+            if isnan(it.range_m2) or _is_beside(it, own):
+                return table, False
+            polar = _add(it, own, known, off)
+            if count == 0 and not isnan(it.caller_x_m):
+                known[3, 3] += 1.0 / (own.moved + it.from_m2 + EXACT)
+            count += 1
+    if count == 0:
+        return table, False
+    largest = known[0, 0] + known[1, 1] + known[2, 2]
+    if known[3, 3] > 0.0:
+        _leave_out(known, off, 3)
+    _leave_out(known, off, 2)  # how deep it is, nobody has asked
+    xx, yy, xy = known[0, 0], known[1, 1], known[0, 1]
+    determinant = xx * yy - xy * xy
+    if not determinant > SURE * (xx + yy) * largest > 0.0:  # lost in rounding
+        return table, False
+    noise = yy / determinant, xx / determinant, -xy / determinant
+    x, y = noise[0] * off[0] + noise[2] * off[1], noise[2] * off[0] + noise[1] * off[1]
+    return Said(own.place[0] + x, own.place[1] + y, noise), polar and count == 1
+
+
+@inlined
+def _is_beside(it: Row, own: Believed) -> bool:
+    """Tell whether an AUV believes to be where an array is, or to have been no farther from the
+    caller than it is unsure of: neither lies in a direction.
+    """
+    (x, y, z), spread = own.place, own.spread
+    x, y, z = x - it.from_x_m, y - it.from_y_m, z - it.from_z_m
+    if x * x + y * y + z * z <= AT_THE_ARRAY**2:
+        return True
+    if isnan(it.caller_x_m):
+        return False
+    x, y, z = own.called
+    x, y, z = x - it.caller_x_m, y - it.caller_y_m, z - it.caller_z_m
+    return bool(
+        x * x + y * y + z * z <= spread[0, 0] + spread[1, 1] + 2.0 * it.from_m2 + AT_THE_ARRAY**2
+    )
+
+
+@inlined
+def _leave_out(known: Floats, off: Floats, last: int) -> None:
+    """Leave the last of some unknowns out of the information about them."""
+    for i in range(last):
+        share = known[i, last] / known[last, last]
+        off[i] -= share * off[last]
+        for j in range(last):
+            known[i, j] -= share * known[last, j]
+
+
+@compiled
+def _add(it: Row, own: Believed, known: Floats, off: Floats) -> bool:
+    """Add the information of a reception (4, 4), 1/m2, and how far it is off the place by it; tell
+    whether it was compared as a range and a direction.
+    """
+    place, spread = own.place, own.spread
+    x, y, z = place[0] - it.from_x_m, place[1] - it.from_y_m, place[2] - it.from_z_m
+    reach = sqrt(x * x + y * y + z * z)
+    x, y, z = x / reach, y / reach, z / reach
+    level, ex, ey = sqrt(x * x + y * y), 0.0, 1.0
+    if level > 1e-9:
+        ex, ey = -y / level, x / level
+    dx, dy, dz = -z * ey, z * ex, x * ey - y * ex  # across both
+    square, vague = reach * reach, it.from_m2
+    a, b, c = it.level_rad2 + it.turn_rad2 * level * level, it.steep_rad2, it.both_rad2
+    # how unsure the AUV is of where it is to the array: along the three, and of two together
+    xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]
+    ss = vague + x * x * xx + y * y * yy + 2.0 * x * y * xy
+    ee = vague + ex * ex * xx + ey * ey * yy + 2.0 * ex * ey * xy
+    dd = vague + dx * dx * xx + dy * dy * yy + 2.0 * dx * dy * xy
+    ed = ex * dx * xx + ey * dy * yy + (ex * dy + ey * dx) * xy
+    se = x * ex * xx + y * ey * yy + (x * ey + y * ex) * xy
+    sd = x * dx * xx + y * dy * yy + (x * dy + y * dx) * xy
+    mx, my, mz = it.ahead_x_m, it.ahead_y_m, it.ahead_z_m
+    measured, along, calls = sqrt(mx * mx + my * my + mz * mz), it.range_m2 + vague, 0.0
+    gx, gy, gz = x, y, z  # by which the way measured grows with the place
+    if not isnan(it.caller_x_m):
+        calls, whole = 1.0, measured
+        x0, y0 = own.called[0] - it.caller_x_m, own.called[1] - it.caller_y_m
+        z0 = own.called[2] - it.caller_z_m
+        way = sqrt(x0 * x0 + y0 * y0 + z0 * z0)
+        x0, y0, z0 = x0 / way, y0 / way, z0 / way
+        aside = xx + yy - (x0 * x0 * xx + y0 * y0 * yy + 2.0 * x0 * y0 * xy) + 2.0 * vague
+        measured -= way + 0.5 * aside / way
+        gx, gy, gz = x + x0, y + y0, z + z0
+        along += 0.5 * (aside / way) ** 2
+        if it.is_caller > 0.0:  # one error of both ends
+            along += vague * (gx * gx + gy * gy + gz * gz - 2.0)
+        shorter = measured / max(whole, AT_THE_ARRAY)
+        mx, my, mz = shorter * mx, shorter * my, shorter * mz
+    by_s, by_e = x * mx + y * my + z * mz, ex * mx + ey * my
+    by_d = dx * mx + dy * my + dz * mz - 0.5 * reach * level * z * it.turn_rad2
+    # so unsure is which way is level: near the vertical any way may be
+    swapped = min(ee / max(square * level * level, EXACT), 0.5)
+    a, b = a + swapped * (b - a), b + swapped * (a - b)
+    aa, bb, ab = square * a + vague, square * b + vague, square * c
+    polar = bool(
+        ee + dd < square * (a + b) + own.common
+    )  # surer of the direction than the array is
+    if polar:
+        aside = hypot(by_e, by_d)
+        turn = atan2(aside, by_s) * reach / aside if aside > 0.0 else 1.0
+        by_s = measured - reach - 0.5 * (ee + dd) / reach
+        by_e, by_d = turn * by_e + se / reach, turn * by_d + sd / reach
+        along += 0.5 * (ee * ee + dd * dd + 2.0 * ed * ed) / square
+        aa, bb = aa + (ee * ss + se * se) / square, bb + (dd * ss + sd * sd) / square
+        ab += (ed * ss + se * sd) / square
+    else:
+        longer = 1.0 + 0.5 * (a + b)
+        by_s, by_e, by_d = longer * by_s - reach, longer * by_e, longer * by_d
+        along += 0.5 * square * (a * a + b * b + 2.0 * c * c) + a * ee + b * dd + 2.0 * c * ed
+    along, aa, bb = 1.0 / (along + EXACT), aa + EXACT, bb + EXACT
+    determinant = aa * bb - ab * ab
+    aa, bb, ab = bb / determinant, aa / determinant, -ab / determinant
+    by_s, by_e, by_d = along * by_s, aa * by_e + ab * by_d, ab * by_e + bb * by_d
+    off[0] += by_s * gx + by_e * ex + by_d * dx
+    off[1] += by_s * gy + by_e * ey + by_d * dy
+    off[2] += by_s * gz + by_d * dz
+    off[3] += by_s * calls
+    known[0, 0] += along * gx * gx + aa * ex * ex + bb * dx * dx + 2.0 * ab * ex * dx
+    known[1, 1] += along * gy * gy + aa * ey * ey + bb * dy * dy + 2.0 * ab * ey * dy
+    known[2, 2] += along * gz * gz + bb * dz * dz
+    known[0, 1] += along * gx * gy + aa * ex * ey + bb * dx * dy + ab * (ex * dy + ey * dx)
+    known[0, 2] += along * gx * gz + bb * dx * dz + ab * ex * dz
+    known[1, 2] += along * gy * gz + bb * dy * dz + ab * ey * dz
+    known[0, 3] += along * gx * calls
+    known[1, 3] += along * gy * calls
+    known[2, 3] += along * gz * calls
+    known[3, 3] += along * calls
+    known[1, 0], known[2, 0], known[2, 1] = known[0, 1], known[0, 2], known[1, 2]
+    known[3, 0], known[3, 1], known[3, 2] = known[0, 3], known[1, 3], known[2, 3]
+    return polar

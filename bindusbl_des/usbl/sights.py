@@ -1,0 +1,79 @@
+"""What one array measures of a ping, apart from what others make of it: written for navigators.
+
+A fix's covariance lies across the direction that was measured, and both err together.  Who knows
+better where the AUV is turns it to the direction that he believes in, for which he must know the
+measurement itself: from where, in which direction, how far, and how large the errors of each are.
+"""
+
+from math import isnan, nan
+
+from ..core.compiled import compiled
+from ..records.rows import Row, Rows
+from ..vehicles.motion import Floats
+from .array import tangents
+from .instrument import Instrument
+from .sheet import angle_sds, path_sd, spread_sd
+from .vectors import Vector, dot, minus, scaled, turned
+
+# A direction so unsure (rad2, both axes together) is none: the second order does not describe it.
+UNSURE = 0.5
+
+
+@compiled
+def note_sight(
+    it: Row, fix: Floats, unit: Vector, reach: float, noise: Floats, instrument: Instrument
+) -> None:
+    """Write to a reception what was measured of it.
+
+    `fix` (3,), m, was placed by the unit vector (3,) to the AUV and the range `reach` (m), and
+    shortened (:func:`.covariance.debias`); `noise` (3, 3), m2, is its covariance.
+    """
+    levels = instrument.levels
+    it.caller_x_m = it.caller_y_m = it.caller_z_m = it.called_before_s = it.is_caller = nan
+    own = levels.gnss_sd_m**2 + spread_sd(reach, levels) ** 2
+    it.turn_rad2 = levels.attitude_sd_rad[2] ** 2
+    if instrument.has_sheet is not None:
+        it.turn_rad2 += angle_sds(it.snr_db, levels)[0] ** 2
+    east, down = tangents(unit)
+    by_east, by_down = turned(noise, east), turned(noise, down)
+    square = max(reach * reach, 1e-6)
+    level, steep = dot(by_east, east) - own, dot(by_down, down) - own
+    both = dot(by_east, down)
+    it.level_rad2, it.steep_rad2, it.both_rad2 = level / square, steep / square, both / square
+    angles = it.level_rad2 + it.steep_rad2
+    if angles > UNSURE:
+        it.range_m2 = nan
+        return
+    second = 0.5 * (level * level + 2.0 * both * both + steep * steep) / square
+    it.level_rad2 -= it.turn_rad2 * (unit[0] ** 2 + unit[1] ** 2)
+    it.range_m2 = max(dot(turned(noise, unit), unit) - own - second, 0.0)
+    it.from_m2 = own
+    ahead = scaled(unit, reach)
+    it.ahead_x_m, it.ahead_y_m, it.ahead_z_m = ahead
+    shortened = scaled(ahead, 1.0 - 0.5 * angles)
+    origin = minus((fix[0], fix[1], fix[2]), shortened)
+    it.from_x_m, it.from_y_m, it.from_z_m = origin
+
+
+@compiled
+def note_answer(it: Row, ping: Row, path: float, baseline: Vector, levels: Row) -> None:
+    """Write to a reception, noted as half as far away as call and answer went together (m), what
+    the `path` was; `baseline` (3,), m, as of :func:`.two_way.way_to_caller`.
+    """
+    it.ahead_x_m, it.ahead_y_m, it.ahead_z_m = 2 * it.ahead_x_m, 2 * it.ahead_y_m, 2 * it.ahead_z_m
+    if not isnan(it.range_m2):
+        it.range_m2 = path_sd(path, levels) ** 2
+    it.caller_x_m = it.from_x_m + baseline[0]
+    it.caller_y_m = it.from_y_m + baseline[1]
+    it.caller_z_m = it.from_z_m + baseline[2]
+    it.is_caller = 1.0 if it.asv == ping.called_by else 0.0
+    it.called_before_s = ping.sent_at_s - (ping.called_at_s + ping.call_time_s)
+
+
+@compiled
+def unknown_sights(receptions: Rows) -> None:
+    """Note that what was measured is not known apart from what others measured, nor who called:
+    rows begin with what lay in memory.
+    """
+    for row in range(len(receptions)):
+        receptions[row].range_m2 = receptions[row].caller_x_m = nan
