@@ -428,6 +428,21 @@ def test_requests_to_end_that_nobody_hears_stay_unheard() -> None:
         signal.signal(signal.SIGHUP, before)
 
 
+def test_a_request_to_end_that_python_drops_is_made_again() -> None:
+    """As while C code imports a module, or here while an object is cleared up."""
+
+    class Dropping:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    def dropping() -> None:
+        Dropping()
+        time.sleep(10)
+
+    with ended_in_order(), pytest.raises(SystemExit, match="143"):
+        dropping()
+
+
 PATHS = ("x" * 300, "y" * 5000, "nul\0byte", os.fsdecode(b"bytes\xff\xfe"))
 PLACES = (
     "run {}", "run f.yaml --no-advice --out {}", "run f.yaml --no-advice --force --out {}/o",
