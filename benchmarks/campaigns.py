@@ -24,9 +24,9 @@ from pathlib import Path
 from typing import Any
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.benchmark.command_lines import call
-from bindusbl_des.benchmark.missions import standard_mission
-from bindusbl_des.benchmark.stopwatch import Took, clocked
+from bindusbl_des.benchmarks.command_lines import call
+from bindusbl_des.benchmarks.missions import standard_mission
+from bindusbl_des.benchmarks.timing import Took, clocked
 from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
 from bindusbl_des.campaigns.running import first_record

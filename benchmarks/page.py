@@ -8,7 +8,7 @@ from typing import Any
 
 from targets import verdicts
 
-from bindusbl_des.benchmark.missions import standard_missions
+from bindusbl_des.benchmarks.missions import standard_missions
 
 Measured = dict[str, Any]
 

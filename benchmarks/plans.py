@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.benchmark.command_lines import call
-from bindusbl_des.benchmark.stopwatch import clocked
+from bindusbl_des.benchmarks.command_lines import call
+from bindusbl_des.benchmarks.timing import clocked
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.planning.selection.goals import goals_in
 

@@ -20,8 +20,8 @@ import ns3_uan  # noqa: E402
 from page import page  # noqa: E402
 from plans import plans  # noqa: E402
 
-from bindusbl_des.benchmark.bench import bench  # noqa: E402
-from bindusbl_des.benchmark.missions import standard_missions  # noqa: E402
+from bindusbl_des.benchmarks.bench import bench  # noqa: E402
+from bindusbl_des.benchmarks.missions import standard_missions  # noqa: E402
 
 REPEATS = 9
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from bindusbl_des import simulate
-from bindusbl_des.benchmark.missions import standard_missions
+from bindusbl_des.benchmarks.missions import standard_missions
 
 # Large fleets take long: they are measured when asked for, by -k 1000x50 or -k 10000x200.
 MISSIONS = standard_missions()

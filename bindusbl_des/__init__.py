@@ -7,6 +7,7 @@
 """
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -41,6 +42,10 @@ if TYPE_CHECKING:
     from .usbl.fusion import fuse
     from .usbl.own_instrument import Sounding
     from .verification.verdict import Verdict, verify
+
+# What `reproduce` and `bench` run is in the wheel, or beside the package in a checkout.
+if not (Path(__file__).parent / "experiments").is_dir():
+    __path__.append(str(Path(__file__).parents[1]))
 
 # Loaded when first asked for, so that `bindusbl-des --help` does not wait for numpy and pyarrow.
 _HOMES = {

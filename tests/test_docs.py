@@ -19,12 +19,14 @@ import bindusbl_des
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.campaigns import running
 from bindusbl_des.cli import main
-from bindusbl_des.manual import python_page, reference
 from bindusbl_des.planning import flying
 from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import keys
 
 ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "docs"))  # programs
+python_page = importlib.import_module("make_python").python_page
+reference = importlib.import_module("make_reference").reference
 MANUAL = (
     "index.md", "tutorial.md", "tutorial_real_plan.md", "python.md", "model.md", "navigation.md",
     "replay.md", "modems.md", "instruments.md", "acoustics.md", "surveys.md", "planning.md",
@@ -199,14 +201,14 @@ def leaves(entry: object) -> list[str]:
 
 def test_the_reference_is_that_of_this_program() -> None:
     """Commands, keys and tables are told as they are; the remedy stands at the head of the page."""
-    stale = "python -m bindusbl_des.manual > docs/reference.md"
+    stale = "python docs/make_reference.py > docs/reference.md"
     assert (ROOT / "docs" / "reference.md").read_text() == reference(), stale
 
 
 def test_the_page_on_python_is_that_of_this_program() -> None:
     """Each public name has its heading and tells what it does, in plain Markdown."""
     page = (ROOT / "docs" / "python.md").read_text()
-    assert page == python_page(), "python -m bindusbl_des.manual python > docs/python.md"
+    assert page == python_page(), "python docs/make_python.py > docs/python.md"
     for name in bindusbl_des.__all__:
         part = page.partition(f"### {name}\n")[2].partition("\n### ")[0]
         assert re.search(r"^[A-Z][^|\n]+\.$", part, re.MULTILINE), name

@@ -20,10 +20,9 @@ from typing import Any
 from traffic import Heard, Traffic, traffic_of
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.benchmark.machine import machine
-from bindusbl_des.benchmark.missions import standard_missions
-from bindusbl_des.benchmark.stopwatch import clocked
-from bindusbl_des.benchmark.timing import elsewhere
+from bindusbl_des.benchmarks.bench import machine
+from bindusbl_des.benchmarks.missions import standard_missions
+from bindusbl_des.benchmarks.timing import clocked, elsewhere
 
 SOURCE = Path(__file__).with_name("ns3_uan.cc")
 LIBRARIES = ("uan", "mobility", "network", "energy", "core")

@@ -31,8 +31,8 @@ def bench(
 
     Each is compared with the last record from the same kind of machine: processor, cores, system.
     """
-    from ..benchmark.bench import bench as measure
-    from ..benchmark.missions import USUAL, standard_missions
+    from ..benchmarks.bench import bench as measure
+    from ..benchmarks.missions import USUAL, standard_missions
 
     missions = standard_missions()
     most, asked = 10 if quick and not only else USUAL, only or ""
@@ -53,7 +53,7 @@ def bench(
 
 def _records(against: str | None) -> dict[str, Any]:
     """Return the records to compare with, none where the project's are not there."""
-    from ..benchmark.earlier import HISTORY, recorded
+    from ..benchmarks.bench import HISTORY, recorded
 
     if against is None and not HISTORY.is_file():
         return {}
@@ -68,7 +68,7 @@ def _records(against: str | None) -> dict[str, Any]:
 
 def _compared(found: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
     """Yield how each mission compares with the last record from such a machine."""
-    from ..benchmark.earlier import last_alike, ratios
+    from ..benchmarks.bench import last_alike, ratios
 
     last = last_alike(found, records)
     if last is None:
@@ -89,7 +89,7 @@ def _compared(found: dict[str, Any], records: dict[str, Any]) -> Iterator[str]:
 
 
 def _lines(found: dict[str, Any]) -> Iterator[str]:
-    from ..benchmark.missions import DURATION_S
+    from ..benchmarks.missions import DURATION_S
 
     it = found["machine"]
     yield f"{it['processor']}, {it['cores']} cores, Python {it['python']}; {DURATION_S:g} s each"

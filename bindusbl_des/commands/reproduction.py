@@ -11,9 +11,9 @@ from .options import json_option, out_option
 from .sweeps import SOME_FAILED
 
 if TYPE_CHECKING:
-    from ..reproduction.readings.counting import Tally
-    from ..reproduction.readings.readings import Reading
-    from ..reproduction.reproduce import Counted, Reproduction
+    from ..experiments.reproduction.counting import Tally
+    from ..experiments.reproduction.readings import Reading
+    from ..experiments.reproduction.reproduce import Counted, Reproduction
 
 FOLDER = "results/reproduction"
 
@@ -65,8 +65,8 @@ def reproduce(
     if reading is not None and readings:
         refuse("--reading runs one joint reading, --readings counts all; give one of them")
     with mistakes_told():
-        from ..reproduction import reproduce as ways
-        from ..reproduction.experiments.running import SomeFailed
+        from ..experiments.reproduction import reproduce as ways
+        from ..experiments.reproduction.campaigns import SomeFailed
 
         one = _reading(reading) if reading is not None else None
         folder = Path(out or _folder(one, quick))
@@ -84,7 +84,7 @@ def reproduce(
 
 
 def _reading(name: str) -> "Reading":
-    from ..reproduction.readings.readings import UnknownReading, reading_named
+    from ..experiments.reproduction.readings import UnknownReading, reading_named
 
     try:
         return reading_named(name)
@@ -102,7 +102,7 @@ def _tell(found: "Reproduction", one: "Reading | None", as_json: bool) -> None:
     if as_json:
         print_json(_summary(found, one))
         return
-    from ..reproduction.tables import for_terminal
+    from ..experiments.reproduction.document import for_terminal
 
     if one:
         say(f"Reading: {one.name}")
@@ -111,8 +111,7 @@ def _tell(found: "Reproduction", one: "Reading | None", as_json: bool) -> None:
 
 
 def _summary(found: "Reproduction", one: "Reading | None") -> dict[str, Any]:
-    from ..reproduction.comparison import record
-    from ..reproduction.tables import count
+    from ..experiments.reproduction.document import count, record
 
     return {
         "folder": str(found.folder),
@@ -128,7 +127,7 @@ def _tell_count(found: "Counted", as_json: bool) -> None:
     if as_json:
         print_json(_count(found))
         return
-    from ..reproduction.readings.readings_section import for_terminal
+    from ..experiments.reproduction.readings_page import for_terminal
 
     say(for_terminal(found.tally))
     say(f"Results: {found.folder}")

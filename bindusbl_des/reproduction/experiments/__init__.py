@@ -1,1 +1,0 @@
-"""The paper's experiments: which missions they are, and what is measured of them."""

@@ -1,1 +1,0 @@
-"""What the paper leaves open: its readings, how each changes the numbers, which agree best."""
