@@ -33,7 +33,7 @@ def ended_in_order() -> Iterator[None]:
         now = monotonic()
         if now - asked_s >= SAME_REQUEST_S:
             asked_s = now
-            raise Ended(number)
+            raise Ended(128 + number)
 
     def dropped(what: "sys.UnraisableHookArgs") -> None:
         nonlocal asked_s
@@ -41,7 +41,7 @@ def ended_in_order() -> Iterator[None]:
             dropped_before(what)
             return
         asked_s = -SAME_REQUEST_S
-        number = what.exc_value.number
+        number = int(what.exc_value.args[0]) - 128
         # From another thread: sent by this one, it would be received here, and dropped again.
         threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
 

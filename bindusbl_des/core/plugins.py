@@ -62,10 +62,6 @@ class Family:
 class Ended(SystemExit):
     """Somebody has asked the program to end: whatever it is doing, that is no part's mistake."""
 
-    def __init__(self, number: int) -> None:
-        self.number = number  # of the signal
-        super().__init__(128 + number)
-
 
 class PluginError(ValueError):
     """A part of somebody's own cannot be used; `key` names it in the scenario."""
