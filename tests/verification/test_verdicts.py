@@ -12,9 +12,13 @@ from worlds import merged
 
 from bindusbl_des import Scenario, Verdict, load_scenario, simulate, verify
 from bindusbl_des.core.plugins import allow
+from bindusbl_des.preflight.effort import effort
+from bindusbl_des.verification.bounds import bounds_of
+from bindusbl_des.verification.case import Case
 from bindusbl_des.verification.record import write
 from bindusbl_des.verification.telling import told
 from bindusbl_des.verification.witnesses.playing import played
+from bindusbl_des.verification.witnesses.stage import staged
 
 # As many as it takes for every rule to accept and to refuse
 DRAWN = 60
@@ -308,6 +312,14 @@ def test_a_witness_is_a_scenario_of_its_own(tmp_path: Path) -> None:
     assert (again.receiver, again.signals) == (verdict.witness.receiver, verdict.witness.signals)
     assert {it.sender for it in again.signals} == {"AUV1", "AUV2"}
     assert again.overlap_s == pytest.approx(0.01, rel=1e-6)
+
+
+def test_a_witness_that_lasts_weeks_needs_no_more_memory_than_others() -> None:
+    """Frames of 1 bit/s: sampled as often as a short one, it took 31 GB."""
+    scenario = Scenario.model_validate({"name": "slow", "acoustics": {"mf": {"bit_rate_bps": 1}}})
+    case = Case(scenario, bounds_of(scenario, None, None, None))
+    witness = Scenario.model_validate(staged(case, {}, 2.3e6, 1500.0))
+    assert effort(witness).bytes < 1e9
 
 
 def test_a_schedule_of_one_s_own_is_judged_by_the_groups_it_makes() -> None:

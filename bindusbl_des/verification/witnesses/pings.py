@@ -14,6 +14,10 @@ FRAMES_OF_CHANCE = 20
 # Planned ways are shown for so long (s).
 LONGEST_SHOWN_S = 600.0
 
+# Nobody waits longer for a turn than so many empty rounds take: where a fix is hours on the air,
+# the time of a few full rounds has room for millions of them.
+MOST_EMPTY = 1000
+
 # What is left to chance is given twice the time so many times.
 MOST_DOUBLINGS = 14
 
@@ -44,7 +48,8 @@ def rounds_shown(case: Case) -> float:
         by_lot = case.scenario.protocol.schedule == "random"
         each = FRAMES_OF_CHANCE * count if by_lot else count
         return (each + 2) * rounds.period(1, 1) + case.late_s
-    return 2 * rounds.period(rounds.most, count) + case.late_s
+    full, empty = rounds.period(rounds.most, count), rounds.period(1, 0)
+    return min(2 * full, MOST_EMPTY * empty) + case.late_s
 
 
 def come_in_together(case: Case, lasts_s: float, late_s: float = 0.0) -> Plan:

@@ -23,6 +23,9 @@ OUT_OF_THE_WAY = 20.0
 
 LATEST_S = 10.0
 
+# Of a witness that lasts longer (s), so many instants are sampled: what matters is when it sounds.
+LONG_S, SAMPLES = 5000.0, 10_000
+
 
 @dataclass(frozen=True)
 class Actor:
@@ -72,6 +75,10 @@ def staged(
             "assumed_sound_speed_m_per_s": assumed_sound_speed_of(scenario),
         },
     }
+    if duration_s > LONG_S:
+        rate = SAMPLES / duration_s
+        data["record"] = {"metrics_hz": rate, "tracks_hz": rate}
+        data["navigation"]["imu_rate_hz"] = max(rate, 0.001)
     if any(auv.late_s for auv in auvs):
         data["auvs"]["ping_late_s"] = [auv.late_s for auv in auvs]
     data["acoustics"] = {**data.get("acoustics", {}), "loss": {"law": "none"}}
