@@ -30,7 +30,7 @@ HOMES = {
     "pyarrow": "acoustics.rays.reading results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands",
-    "numba": ("core.compiled core.compiling core.handing.opened"),
+    "numba": "core.compiled core.handed",
     "pydantic": "scenario campaigns",
     "pydantic_core": "scenario",
     "matplotlib": "figures replay",

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, entry
+from ..core.compiled import compiled
 from ..core.wording import refuse
 
 Floats = NDArray[np.float64]
@@ -183,7 +183,7 @@ def loss_probability(slant_range: float, terms: LossTerms) -> float:
     return off(loss, terms.contention, terms.cap)
 
 
-@entry
+@compiled
 def losses(
     ranges: Floats, coefficients: Floats, combine: int, contention: float, cap: float
 ) -> Floats:

@@ -7,8 +7,8 @@ The sound of a call that may drown it at other ASVs stays where it was predicted
 
 from math import isfinite, isnan
 
-from ..core.compiled import compiled, entry
-from ..core.handing.opened import opened
+from ..core.compiled import compiled
+from ..core.handed import opened
 from ..records.events import OUT_OF_RANGE
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Motion
@@ -16,7 +16,7 @@ from .propagation import Spread
 from .travel_time import light_time
 
 
-@entry
+@compiled
 def amend(handed: int, time: float, first: int, end: int) -> int:
     """Work out anew when the pings `first` to `end` (not included) arrive, as ASVs have moved by an
     instant (s).

@@ -8,8 +8,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ..core.compiled import compiled, entry
-from ..core.handing.opened import opened
+from ..core.compiled import compiled
+from ..core.handed import opened
 from ..records.events import HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ..records.rows import NONE, PING, RECEPTION, Row, Rows
 from ..vehicles.motion import Floats, Ints, Motion, Place, where
@@ -126,7 +126,7 @@ class Spread(NamedTuple):
     everything: bool
 
 
-@entry
+@compiled
 def spread(
     handed: int, group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
     ping: int, row: int,

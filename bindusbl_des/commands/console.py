@@ -14,7 +14,6 @@ from ..core.plugins import LEAVE
 from ..core.wording import printable_json, printable_lines
 
 if TYPE_CHECKING:
-    from ..campaigns.workers.helping import Helper
     from ..preflight.effort import Effort
     from ..preflight.reading import Reading
     from ..scenario.files.mistakes import Mistake
@@ -23,6 +22,9 @@ if TYPE_CHECKING:
 BAD_INPUT = 2
 FIGURES = (".png", ".svg", ".pdf")
 QUIET = "bindusbl_des.quiet"
+
+# About so many equations a first mission compiles.
+EQUATIONS = 200
 
 
 class BadInput(click.ClickException):
@@ -73,11 +75,10 @@ def be_quiet(context: click.Context) -> None:
 
 
 @contextmanager
-def compiling_told(functions: int | None = None, helper: "Helper | None" = None) -> Iterator[None]:
+def compiling_told() -> Iterator[None]:
     """Tell the user why the first mission after an installation takes longer, if it does.
 
-    On a terminal a line counts down the equations if there are about so many `functions`.  The
-    first that is to be compiled calls the `helper`.
+    On a terminal a line counts down the equations.
     """
     from ..core.compiled import watch_compiling
     from ..core.progress import ProgressLine, duration
@@ -88,14 +89,13 @@ def compiling_told(functions: int | None = None, helper: "Helper | None" = None)
         nonlocal has_begun
         if not has_begun:
             has_begun = True
-            talk("Compiling the equations, once; this takes 10 to 30 s ...")
-            if helper:
-                helper.begin()
-        if helper:
-            made += helper.made
-        if functions is not None and 0 < made < functions:
-            left = duration(spent * (functions - made) / made)
-            line.tell(lambda: f"{made} of about {functions} equations compiled, {left} left")
+            talk(
+                "Compiling the equations, once; this takes up to a minute "
+                "(`bindusbl-des doctor --warm` does it beforehand) ..."
+            )
+        if made < EQUATIONS:
+            left = duration(spent * (EQUATIONS - made) / made)
+            line.tell(lambda: f"{made} of about {EQUATIONS} equations compiled, {left} left")
 
     watch_compiling(note)
     try:
@@ -103,8 +103,6 @@ def compiling_told(functions: int | None = None, helper: "Helper | None" = None)
     finally:
         watch_compiling(None)
         line.clear()
-        if helper:
-            helper.end()
 
 
 def print_json(data: Any) -> None:

@@ -39,7 +39,7 @@ class Finding:
 @json_option("the findings")
 @click.pass_context
 def doctor(context: click.Context, as_json: bool) -> None:
-    """Check packages, numba's cache and a tiny mission; exit 1 if broken."""
+    """Check packages, compiled code and a tiny mission; exit 1 if broken."""
     findings = list(examined())
     broken = [finding for finding in findings if finding.state in BROKEN]
     if as_json:
@@ -58,7 +58,7 @@ def examined() -> Iterator[Finding]:
     requirements = list(_requirements())
     for name, oldest in requirements:
         yield _dependency(name, oldest)
-    yield _numba_cache()
+    yield _compiled_code()
     yield _tiny_mission()
 
 
@@ -109,33 +109,19 @@ def _first_line(error: Exception) -> str:
     return f"{type(error).__name__}: {str(error).partition(chr(10))[0]}"
 
 
-def _numba_cache() -> Finding:
-    """Keep and load a piece of code, and read all that is kept."""
-    from importlib import import_module
-
-    from ..core.compiled import kept_and_loaded
-    from ..core.compiling import code_cache
-
+def _compiled_code() -> Finding:
+    """Keep and load a piece of code."""
     try:
-        for module in (
-            "mission.simulation",
-            "vehicles.guidance",
-            "vehicles.hulls",
-        ):  # to know where they keep theirs
-            import_module(f"..{module}", __package__)
+        from ..core.compiled import kept_and_loaded, kept_in, troubles
+
         works = kept_and_loaded()
     except Exception as error:  # the doctor tells rather than falls ill itself
-        return Finding("numba cache", "broken", _first_line(error))
-    bad = [path for folder in sorted(code_cache.folders) for path in code_cache.damaged(folder)]
-    if bad:
-        many = f" and {len(bad) - 1} more damaged" if bad[1:] else ""
-        remedy = "delete it and its like; they are compiled anew when needed"
-        return Finding("numba cache", "broken", f"{bad[0]} is damaged{many}; {remedy}")
-    if code_cache.troubles:
-        return Finding("numba cache", "broken", f"{code_cache.troubles[0]}; {CACHE_REMEDY}")
+        return Finding("compiled code", "broken", _first_line(error))
+    if troubles:
+        return Finding("compiled code", "broken", f"{troubles[0]}; {CACHE_REMEDY}")
     if not works:
-        return Finding("numba cache", "broken", f"does not keep what it is given; {CACHE_REMEDY}")
-    return Finding("numba cache", "ok", ", ".join(map(str, sorted(code_cache.folders))))
+        return Finding("compiled code", "broken", f"does not keep what it is given; {CACHE_REMEDY}")
+    return Finding("compiled code", "ok", str(kept_in()))
 
 
 def _tiny_mission() -> Finding:

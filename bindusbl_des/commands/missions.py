@@ -37,7 +37,6 @@ from .options import (
 )
 
 if TYPE_CHECKING:
-    from ..campaigns.workers.helping import Helper
     from ..results.result import Result
     from ..scenario.scenario import Scenario
 
@@ -76,7 +75,6 @@ def run(
     check_folder(folder, force)
     talk(models(mission))
     talk_of(reading.warnings)
-    from ..campaigns.workers.helping import Helper
     from ..preflight.effort import effort
     from ..results.result_folder import result_draft
 
@@ -87,8 +85,7 @@ def run(
     text = written if _tells(written, mission, folder) else None
     # Made before the mission is run, so that a place that cannot be written to is told at once.
     with writing(folder), result_draft(folder, force=force) as draft:
-        helper = None if cost.is_worth_telling else Helper(mission)
-        result = _simulated(mission, seed, draft, helper)
+        result = _simulated(mission, seed, draft)
         result.overrides = overrides
         result.advice = advice_on(result, 0 if no_advice else advice_missions, advice_s, again)
         result.fill(draft, text)
@@ -140,13 +137,9 @@ def models(scenario: "Scenario") -> str:
     )
 
 
-def _simulated(scenario: "Scenario", seed: int, draft: Path, helper: "Helper | None") -> "Result":
-    """Return a mission's result; a Ctrl-C that Python cannot obey yet takes the draft along.
-
-    A `helper` compiles meanwhile, of missions that leave room for a second one.
-    """
+def _simulated(scenario: "Scenario", seed: int, draft: Path) -> "Result":
+    """Return a mission's result; a Ctrl-C that Python cannot obey yet takes the draft along."""
     from ..mission.simulation import simulate
-    from ..preflight.compiling import functions_to_compile
 
     def end(asked: int) -> None:
         shutil.rmtree(draft.parent, ignore_errors=True)
@@ -154,7 +147,7 @@ def _simulated(scenario: "Scenario", seed: int, draft: Path, helper: "Helper | N
 
     progress = MissionProgress(scenario.duration_s, quiet=is_quiet())
     try:
-        with answered(end), compiling_told(functions_to_compile(scenario), helper):
+        with answered(end), compiling_told():
             return simulate(scenario, seed=seed, progress=progress.note)
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, OSError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {_reason(error)}") from error

@@ -93,10 +93,8 @@ def sweep(
             _tell_estimate(plan, shard, workers, as_json)
             return
         from ..campaigns.running import sweep as sweep_experiment
-        from ..campaigns.workers.helping import Helper
 
-        helper = Helper(plan.scenario(0)) if backend == "local" else None
-        with compiling_told(helper=helper):
+        with compiling_told():
             campaign = _as_far_as_it_came(
                 sweep_experiment,
                 plan,

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from .compiled import compiled, entry
+from .compiled import compiled
 
 # A tick count within this of a whole number is that number: 2.5 * 420 / 1500 * 30 is 21, not 22.
 TICK_TOLERANCE = 1e-9
@@ -22,7 +22,7 @@ def after(rate: float, start: float, duration: float) -> float:
     return (first + math.ceil(duration * rate - TICK_TOLERANCE)) / rate
 
 
-@entry
+@compiled
 def _after(rate: float, start: float, duration: float) -> float:
     return after(rate, start, duration)
 

@@ -1,23 +1,26 @@
 """Equations of the sea turned into machine code once, and kept on disk for the next mission.
 
-numba knows a cached function to be stale only if the function's own file changed, so an edited
-hull model would leave the old physics inside the integrator that calls it. `entry` stamps the
-cache with every source file that the function is made of instead, and with no other.
+numba knows kept code to be stale only if the function's own file changed, so an edited hull model
+would leave the old physics inside the integrator that calls it.  So code is kept in a folder that
+is named by a hash of all files of the package that hold equations.
 """
 
 import hashlib
+import os
+import pickle
 import re
-from collections.abc import Callable
+import shutil
+import stat
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from time import monotonic
 from typing import Any, TypeVar, cast
+from zlib import crc32
 
 import numba
-from numba.core import event
-
-from .compiling.code_cache import CodeCache, trouble
-from .compiling.compiler import WholeCompiler, equation
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -25,78 +28,25 @@ Function = TypeVar("Function", bound=Callable[..., object])
 # code calls it.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
+# numba's settings, whose types it does not tell.
+CONFIG: Any = numba.config
+
 PACKAGE = Path(__file__).resolve().parents[1]
 
-# How equations are compiled.
-HOW = [Path(__file__).resolve(), *sorted((PACKAGE / "core/compiling").glob("*.py"))]
+# How one sees that a file holds equations.
+MARKS = re.compile(rb"^@(compiled|inlined|written_out)$", re.MULTILINE)
 
-# What a file imports from files beside it: `from .motion import where`, `from . import logs`
-IMPORT = re.compile(rb"^from (\.*)([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
-COMPILES = re.compile(
-    rb"^from ((\.+(core\.)?|bindusbl_des\.core\.)compiled|numba\.extending) import", re.MULTILINE
+# Files that hold no equations, from which equations take numbers and rows.
+NUMBERS = (
+    *("core/compiled.py", "core/handed.py", "geometry/paths.py", "navigation/memory.py"),
+    *("planning/prediction/sights.py", "records/columns.py", "records/events.py"),
+    *("records/rows.py", "vehicles/hulls/remus100_parameters.py"),
 )
 
-
-@cache
-def _text(source: Path) -> bytes:
-    return source.read_bytes()
-
-
-@cache
-def _made_of(source: Path) -> frozenset[Path]:
-    """Return the files that a file's equations take code or numbers from, itself included.
-
-    Those are the files of equations that it imports, and so on; the files of numbers, where a name
-    in capitals, or a module as a whole, comes from; and what these make them of: files beside them.
-    """
-    found, due = {source}, [source]
-    while due:
-        file = due.pop()
-        for imported, names in _imports(file):
-            named = any(map(str.isupper, names)) or not names
-            beside = imported.parent == file.parent and not _compiles(file)
-            if imported not in found and (named or beside or _compiles(imported)):
-                found.add(imported)
-                due.append(imported)
-    return frozenset(found)
-
-
-@cache
-def _compiles(source: Path) -> bool:
-    return COMPILES.search(_text(source)) is not None
-
-
-@cache
-def _imports(source: Path) -> list[tuple[Path, list[str]]]:
-    """Return the files of its folders, or of ours, that a file imports, and the names that it takes
-    of each.
-    """
-    found: list[tuple[Path, list[str]]] = []
-    for dots, module, listed in IMPORT.findall(_text(source)):
-        parts = module.decode().split(".")
-        if not dots and parts[0] != PACKAGE.name:
-            continue
-        folder = (source.parents[len(dots) - 1] if dots else PACKAGE.parent).joinpath(*parts)
-        names = re.findall(r"\w+", re.sub(r"#.*| as \w+", "", listed.decode()))
-        if folder.with_suffix(".py").is_file():
-            found.append((folder.with_suffix(".py"), names))
-        for name in names:
-            if (folder / f"{name}.py").is_file():
-                found.append((folder / f"{name}.py", []))
-    return found
-
-
-@cache
-def _digest(source: Path) -> str:
-    """Return the fingerprint of all that a file's equations are made of.
-
-    Files outside the package may import each other in any way: theirs are all of their folder.
-    """
-    outside = () if PACKAGE in source.parents else source.parent.glob("*.py")
-    total = hashlib.sha256()
-    for file in (*HOW, *sorted({*_made_of(source), *outside})):
-        total.update(_text(file))
-    return total.hexdigest()
+#: Why compiled code is not kept, a line each.
+troubles: list[str] = []
+# Tells processes that are started by this one that the user has been told.
+TOLD = "BINDUSBL_DES_CODE_CACHE_TOLD"
 
 
 def inlined(function: Function) -> Function:
@@ -110,97 +60,136 @@ def inlined(function: Function) -> Function:
 def written_out(function: Function) -> Function:
     """Return a compiled equation whose lines take the place of each call of it.
 
-    For those that return views of arrays: whoever calls one of another kind has to count who holds
-    them (:mod:`.compiling.counting`).
+    For those that return records, which numba does not hand over by value.
     """
     return compiled(function, inline="always")
 
 
 def compiled(function: Function, **options: Any) -> Function:
-    """Return an equation for compiled code to call; its type stays what it was.
-
-    It is compiled on its first use as a part of what calls it, and kept on disk as such only.
-    Where Python calls it, as tests do, an :func:`entry` is made of it.
-    """
-    whole = cache(lambda: entry(function))
-    return cast(Function, equation(function, whole, **OPTIONS, **options))
-
-
-def entry(function: Function) -> Function:
-    """Return an equation by which Python enters compiled code; its type stays what it was.
+    """Return an equation as machine code; its type stays what it was.
 
     It is compiled on its first use, and kept on disk.  Compiled code is IEEE arithmetic in the
     order written (no fastmath), so results repeat bit for bit on one machine.  Division by zero
     gives infinity as in numpy (`error_model="numpy"`): the integrator reports it with its time, and
-    no division pays for a test.  Where no folder can be used (read-only installation without a
-    home), the code is compiled anew by each process.
+    no division pays for a test.  Code is compiled anew by each process where no folder can be used
+    (read-only installation without a home), and of functions outside this package.
 
     numba takes a tuple of arrays apart ten times slower than the arrays by themselves, so what is
     called at every event may have arguments that stand flat.  What an equation is given again and
-    again is handed over once instead, and opened inside (:mod:`.handing.handed`).
+    again is handed over once instead, and opened inside (:mod:`.handed`).
+
+    Raises:
+        RuntimeError: if the user's environment forbids numba to compile.
     """
-    dispatcher: Any = numba.njit(pipeline_class=WholeCompiler, **OPTIONS)(function)
-    source = _file(function)
-    try:
-        kept = dispatcher._cache = CodeCache(function, _digest(source))
-        dispatcher.compile = kept.in_turn(dispatcher.compile)
-    except (RuntimeError, AttributeError, OSError):  # no place to cache, another numba, a zip file
-        if not source.name.startswith("<"):  # what was typed at a prompt has no place
-            trouble(source.parent, "no folder can be written to keep it")
+    if CONFIG.DISABLE_JIT:
+        raise RuntimeError("missions need compiled equations: unset NUMBA_DISABLE_JIT")
+    dispatcher: Any = numba.njit(**OPTIONS, **options)(function)
+    ours = PACKAGE in Path(function.__code__.co_filename).parents
+    folder = kept_in() if ours else None
+    if folder:
+        asked, CONFIG.CACHE_DIR = CONFIG.CACHE_DIR, str(folder)
+        try:
+            dispatcher.enable_caching()
+        except RuntimeError as error:
+            trouble(f"{folder} cannot be written to ({error})")
+        finally:
+            CONFIG.CACHE_DIR = asked
+    dispatcher.compile = _watched(dispatcher, folder)
     return cast(Function, dispatcher)
 
 
-def _probe(number: float) -> float:
-    return number / 2.0
+def _watched(dispatcher: Any, folder: Path | None) -> Callable[[Any], Any]:
+    """Return how a function is compiled for arguments, or found: in turn, and counted.
 
-
-def kept_and_loaded() -> bool:
-    """Tell whether code is found again on the disk after it was compiled and kept there.
-
-    Raises:
-        OSError: when what was kept before cannot be deleted.
+    No trouble with the disk ends a mission.
     """
-    first: Any = entry(_probe)
-    first._cache.flush()
-    first(1.0)
-    again: Any = entry(_probe)
-    again(1.0)
-    return bool(again.stats.cache_hits)
+    compile_or_load = dispatcher.compile
+    name = f"{dispatcher.__module__}.{dispatcher.__qualname__}"
+
+    def watched(signature: Any) -> Any:
+        with _WATCH.open(dispatcher), _turn(folder, name):
+            try:
+                return compile_or_load(signature)
+            except OSError as error:  # it is compiled, but cannot be kept
+                trouble(f"{folder} cannot be written to ({error.strerror})")
+            except (EOFError, pickle.UnpicklingError):
+                trouble(f"{folder} is damaged, and begun anew")
+                for kept in folder.rglob("*.nb?") if folder else ():
+                    kept.unlink(missing_ok=True)
+            return compile_or_load(signature)
+
+    return watched
 
 
-# Hears, as each function is begun, how many were begun before it, and for how long (s) all took.
+@contextmanager
+def _turn(folder: Path | None, name: str) -> Iterator[None]:
+    """Wait while another process compiles the function of a name: it is found on the disk then."""
+    if folder is None or (file := _locks(folder)) is None:
+        yield
+        return
+    import fcntl
+
+    byte = crc32(name.encode())
+    with suppress(OSError):  # a file system without locks; two that wait for each other
+        fcntl.lockf(file, fcntl.LOCK_EX, 1, byte)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            fcntl.lockf(file, fcntl.LOCK_UN, 1, byte)
+
+
+@cache
+def _locks(folder: Path) -> int | None:
+    """Return a file of which a byte is locked for each function; None on machines without locks."""
+    try:
+        import fcntl  # noqa: F401 (of POSIX alone)
+
+        return os.open(folder / "locks", os.O_CREAT | os.O_RDWR, 0o644)
+    except (ImportError, OSError):
+        return None
+
+
+# Hears, as each function is compiled, how many were before it, and how long (s) all took.
 Told = Callable[[int, float], None]
 
 
-class _Watch(event.Listener):
-    """Sees functions being compiled that no cache holds; tells whoever asked last."""
+class _Watch:
+    """Counts functions that no disk holds, and the time to compile them; tells whoever asked last.
+
+    One function is compiled in the midst of another that calls it, and those are done first.
+    """
 
     def __init__(self) -> None:
-        self.functions = self._open = 0
+        self.functions = self._depth = 0
         self._spent = self._began = 0.0
         self.tell: Told | None = None
 
     @property
     def seconds(self) -> float:
         """The time (s) that all compiling has taken so far."""
-        return self._spent + (monotonic() - self._began if self._open else 0.0)
+        return self._spent + (monotonic() - self._began if self._depth else 0.0)
 
-    def on_start(self, _: Any) -> None:
-        if not self._open:
+    @contextmanager
+    def open(self, dispatcher: Any) -> Iterator[None]:
+        """Watch what is compiled of a function, unless it is found on the disk."""
+        before = len(dispatcher.stats.cache_misses)
+        if not self._depth:
             self._began = monotonic()
-        self._open += 1
-        if self.tell is not None:
-            self.tell(self.functions, self.seconds)
-        self.functions += 1
-
-    def on_end(self, _: Any) -> None:
-        self._open -= 1  # one function is compiled in the midst of another that calls it
-        if not self._open:
-            self._spent += monotonic() - self._began
+        self._depth += 1
+        try:
+            yield
+        finally:
+            if len(dispatcher.stats.cache_misses) > before:
+                self.functions += 1
+                if self.tell is not None:
+                    self.tell(self.functions, self.seconds)
+            self._depth -= 1
+            if not self._depth:
+                self._spent += monotonic() - self._began
 
 
 _WATCH = _Watch()
-event.register("numba:compile", _WATCH)  # type: ignore[no-untyped-call]
 
 
 def watch_compiling(tell: Told | None) -> None:
@@ -214,5 +203,83 @@ def compiling_s() -> float:
     return _WATCH.seconds
 
 
-def _file(function: Callable[..., object]) -> Path:
-    return Path(function.__code__.co_filename).resolve()
+def _roots() -> Iterator[Path]:
+    """Yield where code may be kept: where the user says, in the package, in the user's cache."""
+    ours = Path(PACKAGE.name) / hashlib.sha256(bytes(PACKAGE)).hexdigest()[:16]
+    if CONFIG.CACHE_DIR:  # NUMBA_CACHE_DIR
+        yield Path(CONFIG.CACHE_DIR) / ours
+    yield PACKAGE / "__pycache__" / "compiled"
+    with suppress(RuntimeError):  # there is no home
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / ours
+
+
+@cache
+def kept_in() -> Path | None:
+    """Return the folder in which this process keeps compiled code, if in any.
+
+    It takes the place of those of earlier equations.
+    """
+    reasons = []
+    for root in _roots():
+        folder = root / f"{sys.implementation.cache_tag}-{stamp()}"
+        try:
+            if not folder.is_dir():
+                folder.mkdir(parents=True, exist_ok=True)
+                for other in root.glob(f"{sys.implementation.cache_tag}-*"):
+                    if other != folder:
+                        shutil.rmtree(other, ignore_errors=True)
+            if not (why := _objection(folder)):
+                return folder
+        except OSError as error:
+            why = f"cannot be written to ({error.strerror})"
+        reasons.append(f"{root} {why}")
+    trouble("; ".join(reasons))
+    return None
+
+
+def _objection(folder: Path) -> str:
+    """Return why a folder of code that will be run cannot be used, or ""."""
+    found = folder.stat()
+    if hasattr(os, "geteuid") and found.st_uid not in {0, os.geteuid(), PACKAGE.stat().st_uid}:
+        return "belongs to another user"
+    if hasattr(os, "geteuid") and found.st_mode & stat.S_IWOTH:
+        return "can be written to by everybody"
+    return "" if os.access(folder, os.W_OK) else "cannot be written to"
+
+
+def trouble(what: str) -> None:
+    """Note why code is not kept; tell the user the first time, in the first process."""
+    if what not in troubles:
+        troubles.append(what)
+    if TOLD not in os.environ:
+        os.environ[TOLD] = "1"
+        remedy = "what it lacks is compiled anew; `bindusbl-des doctor` says more"
+        print(f"Compiled code: {what}; {remedy}", file=sys.stderr, flush=True)
+
+
+@cache
+def stamp() -> str:
+    """Return a fingerprint of all files that hold equations, or numbers that they take."""
+    total = hashlib.sha256()
+    for path in equation_files():
+        total.update(path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def equation_files() -> list[Path]:
+    """Return the files whose text is part of compiled code."""
+    named = {PACKAGE / it for it in NUMBERS}
+    files = sorted(PACKAGE.rglob("*.py"))
+    return [it for it in files if it in named or MARKS.search(it.read_bytes())]
+
+
+def _probe(number: float) -> float:
+    return number / 2.0
+
+
+def kept_and_loaded() -> bool:
+    """Tell whether code is found again on the disk after it was compiled and kept there."""
+    for _ in range(2):
+        again: Any = compiled(_probe)
+        again(1.0)
+    return bool(again.stats.cache_hits)

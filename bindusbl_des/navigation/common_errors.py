@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiled import compiled, entry
+from ..core.compiled import compiled
 from ..vehicles.motion import Floats, Ints
 
 Noise = tuple[float, float, float]
@@ -113,7 +113,7 @@ def _turned(spread: Floats, by: Floats) -> Noise:
     return out[0, 0], out[1, 1], (out[0, 1] + out[1, 0]) / 2
 
 
-@entry
+@compiled
 def said_of_all(
     polar: Ints, places: Floats, at: Floats, noise: Floats, levers: Floats, believed: Floats,
     errors: Floats, variances: Floats,

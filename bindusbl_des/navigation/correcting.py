@@ -4,8 +4,8 @@ from math import hypot, isnan, nan
 
 import numpy as np
 
-from ..core.compiled import compiled, entry
-from ..core.handing.opened import opened
+from ..core.compiled import compiled
+from ..core.handed import opened
 from ..records.events import HEARD
 from ..records.rows import NONE, Row, Rows
 from ..vehicles.expected_drift import Told, expected_error, learn, way_since
@@ -18,7 +18,7 @@ from .turning import Believed, turned
 from .weighing import WEIGHED, take
 
 
-@entry
+@compiled
 def correct(
     handed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None
 ) -> None:

@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, entry, inlined
-from ..core.handing.handed import Handed
-from ..core.handing.opened import opened
+from ..core.compiled import compiled, inlined
+from ..core.handed import Handed, opened
 from ..vehicles.expected_drift import Told
 from ..vehicles.motion import Motion, headed, places
 from ..vehicles.reckoning import Wrong, by_compass, error, follow
@@ -47,7 +46,7 @@ def random_walk(rate: float, sd: float, noise: Array) -> Array:
     return noise
 
 
-@entry
+@compiled
 def _sum_up(walks: Array, step: float) -> None:
     for walk in range(walks.shape[0]):
         x, y = walks[walk, 0, 0], walks[walk, 0, 1]
@@ -136,7 +135,7 @@ def reckoned(auv: int, time: float, known: Reckoned) -> Told:
     return _reckon(auv, time, (x, y), (cosine, sine), known.wrong)
 
 
-@entry
+@compiled
 def _reckoned_all(
     handed: int, auv: int, times: Array, lines: Array, position: Array, headings: Array
 ) -> None:
@@ -152,7 +151,7 @@ def _reckoned_all(
         headings[k, 0], headings[k, 1] = told.cosine, told.sine
 
 
-@entry
+@compiled
 def _follow(handed: int, begin: int, end: int) -> None:
     """Write the offsets of the biases that are held in the steps begin..end; `handed` is the
     address of a :class:`Reckoned`.

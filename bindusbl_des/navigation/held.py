@@ -4,10 +4,9 @@ from math import inf
 
 import numpy as np
 
-from ..core.compiled import compiled, entry
+from ..core.compiled import compiled
 from ..core.growing import lengthened
-from ..core.handing.handed import Handed
-from ..core.handing.opened import opened
+from ..core.handed import Handed, opened
 from ..vehicles.expected_drift import Drift, Told, expected_error, way_since
 from ..vehicles.motion import Floats, Ints
 from .belief import Beliefs, Growth, carry, error_spread, expected, one, step_on, write
@@ -49,7 +48,7 @@ class Held:
         return self._order[self._ends[auv] : self._ends[auv + 1]]
 
 
-@entry
+@compiled
 def believed(
     handed: int, auv: int, own: Ints, sure: bool, times: Floats, position: Floats,
     headings: Floats, out: Floats,

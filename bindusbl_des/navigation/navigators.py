@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.handing.handed import Handed
+from ..core.handed import Handed
 from ..records.recorder import EventBuffer, Levers
 from ..records.rows import RECEPTION, Rows
 from ..vehicles.motion import Ints

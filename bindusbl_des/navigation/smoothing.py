@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, entry, inlined
+from ..core.compiled import compiled, inlined
 from ..vehicles.expected_drift import Told, way_since
 from ..vehicles.motion import Floats, Ints
 from .belief import STATES, Belief, Growth, carry, expected
@@ -144,7 +144,7 @@ def _seen(belief: Belief, row: Floats, value: float) -> float:
     return value
 
 
-@entry
+@compiled
 def _filter(own: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> None:
     """Take sights into a belief, in its place, and carry it to the last instant."""
     gain, sight = np.empty(own.state.size), 0
@@ -156,7 +156,7 @@ def _filter(own: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> 
             sight += 1
 
 
-@entry
+@compiled
 def _smooth(
     first: Belief, odometry: Odometry, sights: Sights, growth: Growth
 ) -> tuple[Floats, Floats]:

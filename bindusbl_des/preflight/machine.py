@@ -19,14 +19,6 @@ def machine_cores() -> int:
     return os.cpu_count() or 1
 
 
-def idle_cores() -> float:
-    """Return how many cores nobody used, on average over the last minute; 0 if nobody knows."""
-    try:
-        return machine_cores() - os.getloadavg()[0]
-    except OSError:
-        return 0.0
-
-
 def machine_memory() -> float:
     """Return the memory (bytes) of this machine, or of the container that we are in; infinite where
     it cannot be told.

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, entry
+from ..core.compiled import compiled
 from .conflicts import REMEMBERED, SMALL_FLEET, Hearing
 
 Ints = NDArray[np.int64]
@@ -93,7 +93,7 @@ def _degrees(heard: Hearing) -> Ints:
     return degrees
 
 
-@entry
+@compiled
 def _count_neighbours(heard: Hearing, hearers: Words, bits: Ints, degrees: Ints) -> None:
     """Count all whom an AUV's listeners hear; each AUV is a bit of the words of `hearers`."""
     met = np.empty(hearers.shape[1], dtype=np.uint64)
@@ -129,7 +129,7 @@ def greedy_colours(heard: Hearing, colours: Ints) -> None:
                 lowest[asv] += 1
 
 
-@entry
+@compiled
 def _greedy_colours(heard: Hearing, colours: Ints) -> None:
     greedy_colours(heard, colours)
 
@@ -151,7 +151,7 @@ def _is_used(own: Ints, used: Hearing, colour: int) -> bool:
     return False
 
 
-@entry
+@compiled
 def _dsatur(heard: Hearing, degrees: Ints, colours: Ints) -> None:
     """Write colours over -1."""
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)

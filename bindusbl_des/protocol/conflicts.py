@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..acoustics.propagation import within
-from ..core.compiled import compiled, entry
-from ..core.handing.handed import Handed
-from ..core.handing.opened import opened
+from ..core.compiled import compiled
+from ..core.handed import Handed, opened
 from ..vehicles.motion import Motion, where
 
 if TYPE_CHECKING:
@@ -74,7 +73,7 @@ class Survey:
         return auvs, asvs, heard
 
 
-@entry
+@compiled
 def _survey(handed: int, time: float, auvs: Array, asvs: Array, heard: Hearing) -> None:
     of = opened(handed, Surveyed)
     _place(of.auvs, time, auvs)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..core.growing import lengthened
-from ..core.handing.handed import Handed
+from ..core.handed import Handed
 from .events import Broadcast, Round
 from .frames import Assignment
 from .rows import FIX, FRAME_RECEPTION, PING, RECEPTION, Rows

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiled import compiled, entry, inlined
+from ..core.compiled import compiled, inlined
 from ..navigation.belief import Belief, Growth, carry
 from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, absorb, told_at
@@ -136,7 +136,7 @@ def _between(one: Aim, other: Aim, spread: Floats) -> float:
     return together
 
 
-@entry
+@compiled
 def follow(
     own: Belief, odometry: Odometry, sights: Rows, noise: Mixture, growth: Growth, seen: Rows,
     places: Floats, spreads: Floats,
@@ -185,7 +185,7 @@ def _take(
         absorb(own, row, other.off, mixed(other.variance, inlier, noise), gain)
 
 
-@entry
+@compiled
 def look(
     sights: Rows, places: Floats, position: Floats, noise: Mixture, linear: Sights, seen: Rows
 ) -> int:

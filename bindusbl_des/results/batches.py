@@ -17,7 +17,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, entry
+from ..core.compiled import compiled
 from ..records.rows import Row, Rows
 
 Ints = NDArray[np.int64]
@@ -156,7 +156,7 @@ def _numbers(rows: Rows) -> Ints:
     return np.asarray(flat.reshape(len(rows), rows.dtype.itemsize // WORD))
 
 
-@entry
+@compiled
 def _plan(places: Rows, columns: Rows, rows: int, longest: int) -> int:
     """Find room for the buffers of all columns, of texts as long as the `longest`; return how many
     words they take.
@@ -173,7 +173,7 @@ def _plan(places: Rows, columns: Rows, rows: int, longest: int) -> int:
     return end
 
 
-@entry
+@compiled
 def _begin(words: Ints, places: Rows, columns: Rows, rows: int) -> None:
     """Have all known, and texts begin at 0."""
     for k in range(len(columns)):
@@ -183,7 +183,7 @@ def _begin(words: Ints, places: Rows, columns: Rows, rows: int) -> None:
             words[place.numbers] = 0
 
 
-@entry
+@compiled
 def _tell(message: Ints, node: int, buffer: int, places: Rows, columns: Rows, rows: int) -> None:
     """Write the nodes of a message, which say of each column how many rows it has and how many of
     them are null, and its buffers: where each begins and how long it is (bytes).
@@ -202,7 +202,7 @@ def _tell(message: Ints, node: int, buffer: int, places: Rows, columns: Rows, ro
         node, buffer = node + 2, buffer + 4
 
 
-@entry
+@compiled
 def _write(
     words: Ints, ends: Ends, letters: Bytes, places: Rows, columns: Rows,
     spelt: Bytes, lengths: Ints, begin: int, first: Ints, second: Ints,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import entry
+from ..core.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def gauss_markov(sd: float, time_constant: float, interval: float, noise: Array)
     return np.asarray(sd * varied)
 
 
-@entry
+@compiled
 def _vary(noise: Array, kept: float, varied: Array) -> None:
     """Write a process (n, 2) of unit variance that keeps a share of itself from row to row."""
     fresh = math.sqrt(1.0 - kept**2)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, entry, inlined
+from ..core.compiled import compiled, inlined
 
 Floats = NDArray[np.float64]
 Place = tuple[float, float, float, float]
@@ -151,7 +151,7 @@ def headings_at(log: Floats, first: int, end: int, step: float, time: float) -> 
     return headings(log, line, past, yaw, turn)
 
 
-@entry
+@compiled
 def look_up(log: Floats, first: int, end: int, step: float, times: Floats, out: Floats) -> None:
     """Write what :func:`.motion.lines` returns, (n, 8)."""
     for k in range(times.size):

@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.compiled import compiled, entry, inlined
+from ..core.compiled import compiled, inlined
 from . import logs
 
 Floats = NDArray[np.float64]
@@ -57,7 +57,7 @@ def legs(rows: Floats) -> Floats:
     return table
 
 
-@entry
+@compiled
 def _sum_up(table: Floats) -> None:
     """Write the sums of a vehicle's legs, counted from the start of the mission."""
     for leg in range(1, len(table)):
@@ -131,13 +131,13 @@ def headed(
     return x, y, z, yaw, ahead, aside
 
 
-@entry
+@compiled
 def place_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> Place:
     """Return x, y, z (m) and yaw (rad) of a vehicle at an instant (s): :func:`where` for Python."""
     return where(Motion(table, first, step), vehicle, time)
 
 
-@entry
+@compiled
 def distance_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> float:
     """Return how far (m) a vehicle has travelled by an instant (s)."""
     begin, end = first[vehicle], first[vehicle + 1]
@@ -154,7 +154,7 @@ def places(motion: Motion, time: float) -> Floats:
     return out
 
 
-@entry
+@compiled
 def _places(table: Floats, first: Ints, step: float, time: float, out: Floats) -> None:
     # an array made here and returned would cost ten times as much
     for vehicle in range(first.size - 1):
@@ -174,7 +174,7 @@ def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) 
     return out
 
 
-@entry
+@compiled
 def _lines_of_legs(table: Floats, begin: int, end: int, times: Floats, out: Floats) -> None:
     known = cosine = sine = nan
     for k in range(times.size):

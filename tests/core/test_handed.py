@@ -1,15 +1,14 @@
 """What compiled code is handed once: arrays by their addresses, in one record."""
 
-from typing import Annotated, Any, NamedTuple, TypeVar, cast
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from typing_extensions import TypeAliasType
 
-from bindusbl_des.core.compiled import entry
-from bindusbl_des.core.handing.handed import Handed, Kind, fields_of
-from bindusbl_des.core.handing.opened import opened
+from bindusbl_des.core.compiled import compiled
+from bindusbl_des.core.handed import Handed, Kind, fields_of, opened
 
 FLAG = np.dtype([("number", "i8"), ("value", "f8")])
 
@@ -32,7 +31,7 @@ class Outer(NamedTuple):
     grid: Annotated[NDArray[np.void], FLAG, 2]
 
 
-@entry
+@compiled
 def work(handed: int, row: int) -> float:
     """Read each field, and write to a row."""
     it = opened(handed, Outer)
@@ -106,11 +105,3 @@ def test_an_array_of_another_kind_is_refused(change: dict[str, Any]) -> None:
     handed = Handed(everything())
     with pytest.raises(TypeError, match="is an array of"):
         handed.renew(*change.popitem())
-
-
-def test_who_holds_what_was_handed_over_is_not_counted() -> None:
-    handed, again = Handed(everything()), cast(Any, entry(work.py_func))  # type: ignore[attr-defined]
-    again._cache.flush()  # code that was kept lets go of its bytes
-    again(handed.address, 1)
-    (code,) = again.overloads.values()
-    assert b"NRT_decref" not in code.library._get_compiled_object()

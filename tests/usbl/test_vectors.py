@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bindusbl_des.core.compiled import entry
+from bindusbl_des.core.compiled import compiled
 from bindusbl_des.usbl.vectors import (
     Vector,
     cross,
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 NUMBER = st.floats(-1e3, 1e3)
 
 
-@entry
+@compiled
 def everything(a: Vector, b: Vector, matrix: Array, factor: float) -> Any:
     """Return what all of them make of two vectors, a matrix and a number."""
     same = plus(a, b), minus(a, b), negative(a), scaled(a, factor), divided(a, factor)

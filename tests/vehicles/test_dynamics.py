@@ -4,9 +4,6 @@ The second writing (`rates`) is plain numpy: full matrices, solved anew for each
 on the velocity over ground, added mass and drag on the velocity through the water.
 """
 
-import subprocess
-import sys
-import textwrap
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -17,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.core.compiled import entry
+from bindusbl_des.core.compiled import compiled
 from bindusbl_des.vehicles.hulls import (
     MODELS,
     DivergenceError,
@@ -359,7 +356,7 @@ def test_the_equations_agree_with_their_second_writing(model: str) -> None:
         assert np.abs(ours - theirs).max() < tolerance * np.abs(theirs).max()
 
 
-@entry
+@compiled
 def rates_of(
     model: int, state: Floats, command: Floats, north: float, east: float, p: Floats, rates: Floats
 ) -> None:
@@ -808,48 +805,3 @@ def test_time_does_not_run_backwards() -> None:
     fleet.at(10.0)
     with pytest.raises(ValueError, match=r"otter: time 9.9 s lies before 10.0 s"):
         fleet.at(9.9)
-
-
-def test_an_edited_hull_is_not_answered_with_old_physics(tmp_path: Path) -> None:
-    """Editing one file of equations makes the compiled code of its callers stale as well."""
-    hull, keel = tmp_path / "hull.py", tmp_path / "keel.py"
-    hull.write_text(
-        textwrap.dedent("""
-        from bindusbl_des.core.compiled import compiled
-        from keel import drag
-        @compiled
-        def force(u: float) -> float:
-            return drag(u)
-        print(force(1.0))
-    """)
-    )
-    for coefficient in ("13.0", "14.0"):
-        keel.write_text(
-            textwrap.dedent(f"""
-            from bindusbl_des.core.compiled import compiled
-            @compiled
-            def drag(u: float) -> float:
-                return {coefficient} * u
-        """)
-        )
-        run = subprocess.run(
-            [sys.executable, "-B", hull], capture_output=True, text=True, check=True,
-            cwd=tmp_path, env={"PYTHONPATH": str(Path(__file__).parents[2])},
-        )  # fmt: skip
-        assert run.stdout.strip() == coefficient
-
-
-def test_a_report_page_makes_no_equation_stale() -> None:
-    """Compiled code is made of equations and their numbers; pages and commands are neither."""
-    from bindusbl_des.core.compiled import PACKAGE, _made_of
-
-    found = {
-        file.relative_to(PACKAGE).as_posix()
-        for file in _made_of(PACKAGE / "protocol/hf/reception.py")
-    }
-    assert {"usbl/instrument.py", "usbl/fusion.py", "usbl/array.py", "vehicles/motion.py"} <= found
-    rooms = {file.split("/")[0] for file in found}
-    assert rooms <= {"core", "records", "vehicles", "acoustics", "usbl", "navigation", "protocol"}
-    flight = {file.name for file in _made_of(PACKAGE / "vehicles/guidance/flight.py")}
-    parts = {"remus100_parameters.py", "otter.py", "rk4.py", "tracks.py"}
-    assert parts <= flight

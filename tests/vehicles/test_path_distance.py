@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bindusbl_des.core.compiled import entry
+from bindusbl_des.core.compiled import compiled
 from bindusbl_des.geometry.paths import Path, Pose, Segment
 from bindusbl_des.records.rows import Rows
 from bindusbl_des.vehicles.guidance.tracks import distance_from, pack
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 STEP = 0.01  # m between the samples of a path that places are held against
 
 
-@entry
+@compiled
 def distances(rows: Rows, bounds: Rows, row: int, places: Floats, found: Floats) -> None:
     """Write how far (m) places (n, 2) are from the path about one of its rows."""
     for k in range(len(places)):

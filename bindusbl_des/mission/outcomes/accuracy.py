@@ -6,7 +6,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import entry
+from ...core.compiled import compiled
 from ...navigation.weighing import SURE
 from ...records.rows import Rows
 from ..world import World
@@ -41,7 +41,7 @@ def refuse(auv: int, trouble: str) -> NoReturn:
     )
 
 
-@entry
+@compiled
 def _note(
     metrics: Rows, errors: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats
 ) -> None:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled, entry
+from ...core.compiled import compiled
 from ...records.events import COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import Row, Rows
 from .means import mean, quantile, sort, total
@@ -43,7 +43,7 @@ def note_service(metrics: Rows, fixes: Rows, duration: float, slot: float) -> No
     _note_service(metrics, fixes, order, ends, duration, slot)
 
 
-@entry
+@compiled
 def _note_service(
     metrics: Rows, fixes: Rows, order: Ints, ends: Ints, duration: float, slot: float
 ) -> None:

@@ -6,7 +6,7 @@ from math import hypot, nan, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import entry, inlined
+from ...core.compiled import compiled, inlined
 from ...records.rows import Row, Rows, row_type
 from ...records.tracks import TrackPoint
 from ..samples import instants
@@ -42,7 +42,7 @@ def track_points(world: World) -> Iterator[Rows]:
         yield points
 
 
-@entry
+@compiled
 def _note(
     points: Rows, times: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats,
     depth_error: Floats,
@@ -65,7 +65,7 @@ def _note(
         point.estimate_cov_xy_m2 = sure[k, 2]
 
 
-@entry
+@compiled
 def _note_truth(points: Rows, times: Floats, lines: Floats) -> None:
     """Write where a vessel was on its way, which nobody asks about anything."""
     for k in range(times.size):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import entry
+from ...core.compiled import compiled
 from ...protocol.colouring import dsatur_groups, greedy_colours
 from .inputs import Inputs
 from .parts import Slots
@@ -134,7 +134,7 @@ def _grouped(schedule: str, in_range: Flags) -> tuple[Ints, Floats]:
     return slot, slot.max(axis=0) + 1.0
 
 
-@entry
+@compiled
 def _greedily(in_range: Flags, slot: Ints) -> None:
     for instant in range(slot.shape[1]):
         colours = np.empty(len(slot), dtype=np.int64)
@@ -224,7 +224,7 @@ def _by_sender(inputs: Inputs, sights: Sights, number: Ints, at: Ints) -> tuple[
     return sights.told[rows, at, sender], sights.level_m[rows, at, sender]
 
 
-@entry
+@compiled
 def _begun(
     period: Floats, broadcasts: Ints, step: float, end: float, many: int
 ) -> tuple[Floats, Ints, Ints]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled, entry
+from ...core.compiled import compiled
 from .rounds import Turns
 
 Floats = NDArray[np.float64]
@@ -30,7 +30,7 @@ def waiting(turns: Turns, end: float) -> Waiting:
     return Waiting(*_waiting(turns.told_s, turns.pinged_s, turns.chance, turns.many, end))
 
 
-@entry
+@compiled
 def _waiting(
     told: Floats, pinged: Floats, chance: Floats, many: int, end: float
 ) -> tuple[Floats, Floats, Floats, Floats]:

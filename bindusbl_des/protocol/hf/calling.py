@@ -19,8 +19,8 @@ from ...acoustics.propagation import (
     within,
 )
 from ...acoustics.travel_time import light_time
-from ...core.compiled import compiled, entry
-from ...core.handing.opened import opened
+from ...core.compiled import compiled
+from ...core.handed import opened
 from ...records.events import COLLIDED, HEARD, LOST, OUT_OF_RANGE
 from ...records.rows import Row, Rows, row_type
 from ...vehicles.motion import Floats, Ints, Motion, where
@@ -42,7 +42,7 @@ class Call:
 CALL = row_type(Call)
 
 
-@entry
+@compiled
 def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, callers: Ints) -> None:
     """Write who calls each AUV of a group (n,), of ASVs that have not `failed`: the nearest one.
 
@@ -61,7 +61,7 @@ def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, caller
                 callers[k], least = asv, square
 
 
-@entry
+@compiled
 def interrogate(
     handed: int, group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows,
     calls: Rows, count: int, capture: float,

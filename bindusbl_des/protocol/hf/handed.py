@@ -6,7 +6,7 @@ import numpy as np
 
 from ...acoustics.channel import Receiver
 from ...acoustics.propagation import Spread, Way
-from ...core.handing.handed import Handed
+from ...core.handed import Handed
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import CALLED, NONE
 from ...vehicles.fleet import Fleet

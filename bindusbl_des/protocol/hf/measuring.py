@@ -4,7 +4,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from ...core.handing.handed import Handed
+from ...core.handed import Handed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.recorder import Recorder
 from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH

@@ -4,8 +4,8 @@ from math import erfc, inf, nan, sqrt
 from typing import Annotated, NamedTuple
 
 from ...acoustics.propagation import drowns, overlap
-from ...core.compiled import compiled, entry
-from ...core.handing.opened import opened
+from ...core.compiled import compiled
+from ...core.handed import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
@@ -126,7 +126,7 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
     return strength
 
 
-@entry
+@compiled
 def settle(
     handed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
     fix: int, extras: Extras,
@@ -261,7 +261,7 @@ def by_luck(it: Row, luck: float) -> int:
     return LOST if chance < it.loss else HEARD
 
 
-@entry
+@compiled
 def foretold(
     handed: int, row: int, luck: float, pings: int, receptions: int, calls: int,
     echoes: Rows | None, frames: Rows | None,

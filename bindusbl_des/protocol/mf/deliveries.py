@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import simpy
 
-from ...core.compiled import entry
+from ...core.compiled import compiled
 from ...navigation.navigators import Navigator
 from ...records.events import DELIVERED, IN_FLIGHT
 from ...records.recorder import Recorder
@@ -73,7 +73,7 @@ class Deliveries:
                 self.on_delivered(self._due[:count])
 
 
-@entry
+@compiled
 def delivered(fixes: Rows, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
     """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
 

@@ -13,7 +13,7 @@ from ...acoustics.channel import AskedChannel, between
 from ...acoustics.named_channels import FrameChannel
 from ...acoustics.travel_time import travel_time
 from ...core.clock import Clock
-from ...core.handing.handed import Handed
+from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...navigation.navigators import Navigator
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE

@@ -13,8 +13,8 @@ import numpy as np
 from ...acoustics.propagation import drowns, meet, within
 from ...acoustics.travel_time import distance, light_time, light_time_by
 from ...core.clock import after
-from ...core.compiled import compiled, entry
-from ...core.handing.opened import opened
+from ...core.compiled import compiled
+from ...core.handed import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, Row, Rows, row_type
 from ...vehicles.motion import Ints, Motion, where
@@ -84,7 +84,7 @@ class Sent(NamedTuple):
     rate: float
 
 
-@entry
+@compiled
 def begin(
     handed: int, number: int, asv: int, time: float, on_air: float, airtime: float,
     processing: float, carried: Ints, foreseen: bool,
@@ -121,7 +121,7 @@ def begin(
     return last, frame.passed_at_s
 
 
-@entry
+@compiled
 def way_s(handed: int, asv: int, auv: int, time: float) -> float:
     """Return how long (s) the sound of an ASV at an instant (s) travels to an AUV that it meets.
 
@@ -147,7 +147,7 @@ def _passed(
     return float(ends + margin + PASSED * farthest / sound_speed)
 
 
-@entry
+@compiled
 def receive(
     handed: int, receptions: Rows, known: float, frames: int, promises: int, pings: int
 ) -> None:  # fmt: skip

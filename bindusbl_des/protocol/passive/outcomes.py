@@ -4,7 +4,7 @@ from math import hypot, inf
 
 import numpy as np
 
-from ...core.handing.handed import Handed
+from ...core.handed import Handed
 from ...records.events import IN_FLIGHT
 from ...records.recorder import Recorder
 from ...records.rows import NONE, Row

@@ -4,8 +4,8 @@ from math import sqrt
 
 from ...acoustics.propagation import Spread, Way, lost, reaches, snr, sound
 from ...acoustics.travel_time import light_time
-from ...core.compiled import compiled, entry
-from ...core.handing.opened import opened
+from ...core.compiled import compiled
+from ...core.handed import opened
 from ...records.events import IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import NONE, Row
 from ...vehicles.motion import Place, where
@@ -15,7 +15,7 @@ from ...vehicles.motion import Place, where
 NEARLY_THERE = 0.98
 
 
-@entry
+@compiled
 def radiate(
     handed: int, asv: int, round_number: int, slot: int, time: float, foreseen: bool,
     ping: int, row: int,
@@ -76,7 +76,7 @@ def _meet(it: Row, sent_at: float, travel: float, way: Way) -> None:
     it.loss = 1.0 if it.outcome == OUT_OF_RANGE else lost(it.slant_range_m, it.auv, it.asv, way)
 
 
-@entry
+@compiled
 def arrive(handed: int, row: int, travel: float) -> None:
     """Write the arrival of a ping that is nearly there, now that its travel time (s) is known;
     `handed` as of :func:`radiate`.

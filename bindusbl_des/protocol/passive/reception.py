@@ -10,8 +10,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ...acoustics.propagation import drowns, overlap
-from ...core.compiled import compiled, entry
-from ...core.handing.opened import opened
+from ...core.compiled import compiled
+from ...core.handed import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
@@ -45,7 +45,7 @@ class Decided(NamedTuple):
     shadowing_sd_db: float
 
 
-@entry
+@compiled
 def settle(
     handed: int, time: float, first: int, ping_count: int, reception_count: int, fix: int,
     has_sheet: bool | None, errors: int | None,

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled, entry
+from ...core.compiled import compiled
 from .view import Groups, TimedGroups, View
 
 Array = NDArray[np.float64]
@@ -89,7 +89,7 @@ def departures(
     return departs
 
 
-@entry
+@compiled
 def _pack(
     order: Ints, ways: Array, heard: Flags, blurs: Array, rates: Array, lasts: float,
     tick_rate: float, departs: Array,

@@ -9,8 +9,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...core.compiled import compiled, entry, inlined
-from ...core.handing.opened import opened
+from ...core.compiled import compiled, inlined
+from ...core.handed import opened
 from ...records.rows import LEARNT, Row, Rows
 from ..hulls import rk4
 from ..hulls.frames import Current, Floats, along_body
@@ -122,7 +122,7 @@ def _steer(
     return remus100.steer(sensed, aim, turning, order, control, p, vessel.remus100, command)
 
 
-@entry
+@compiled
 def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
@@ -174,7 +174,7 @@ def fly(handed: int, has_learnt: bool, first: int, last: int) -> int:
     return -1
 
 
-@entry
+@compiled
 def beside(handed: int, vehicle: int, times: Floats, errors: Floats) -> None:
     """Write how far (m) a vehicle was from the path that it flew at instants (s).
 

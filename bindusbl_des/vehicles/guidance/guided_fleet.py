@@ -6,7 +6,7 @@ from math import degrees
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.handing.handed import Handed
+from ...core.handed import Handed
 from ...geometry.paths import Path
 from ...records.rows import LEARNT
 from .. import logs

@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ...core.handing.handed import Handed
+from ...core.handed import Handed
 from .. import logs
 from ..hulls.frames import Floats
 from ..motion import HEADINGS, PLACE, Motion, distance_at, lines, place_at

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiled import compiled, entry, inlined
+from ...core.compiled import compiled, inlined
 from . import bluerov2, cybership2, otter, remus100
 from .frames import ANGLES, C_THETA, Current, Floats, move_rigid_body, move_surface_craft
 
@@ -104,7 +104,7 @@ def move(model: int, vehicle: Moving, current: Current, p: Floats, duration: flo
     return bool(cosine >= COS_STEEPEST)
 
 
-@entry
+@compiled
 def advance(
     model: int, p: Floats, states: Floats, commands: Floats, current_n: float, current_e: float,
     clocks: Floats, start: float, step: float, until: float, exactly: bool,

@@ -9,7 +9,7 @@ from ....acoustics.channel import between
 from ....acoustics.fix_chance import below, frame_chance, ping_chance
 from ....acoustics.loss import losses
 from ....acoustics.named_channels import hf_channel, loss_of
-from ....core.compiled import entry
+from ....core.compiled import compiled
 from ....core.plugins import is_plugin
 from ....mission.build import usbl_of
 from ....records.rows import Rows
@@ -97,7 +97,7 @@ def _moved_m2(scenario: Scenario) -> float:
     return (speed * lasts) ** 2 / 2
 
 
-@entry
+@compiled
 def _variances(
     away: Floats, depth: float, snr_db: Floats, moved: float, weighs: bool,
     array: Floats, metric: Floats, levels: Rows, has_sheet: bool | None,

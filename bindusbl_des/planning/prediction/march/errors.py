@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....core.compiled import compiled, entry
+from ....core.compiled import compiled
 from ..inputs import Inputs
 from ..parts import Source
 from ..rounds import Turns
@@ -89,7 +89,7 @@ def drifts_of(inputs: Inputs) -> tuple[Drifts, State]:
     return drifts, state
 
 
-@entry
+@compiled
 def _march(
     ways: Ways, turns: Turns, fixes: Fixes, gain: float, at_ping: bool, drifts: Drifts, first: State
 ) -> tuple[Floats, Floats, Floats, Ints]:

@@ -1,15 +1,29 @@
 """What compiled code is handed once: numbers and arrays that it works with again and again.
 
 Handing an array over takes as long as working out where a vehicle is, and a step of a mission works
-with a dozen of them.  So their addresses are written to one record, and its own is handed over.
+with a dozen of them.  So their addresses and shapes are written to one record, whose own address is
+handed over; compiled code makes them again from there (:func:`opened`).  Nothing else is copied.
 """
 
 from functools import cache
 from itertools import takewhile
 from struct import Struct
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    NamedTuple,
+    Protocol,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+)  # fmt: skip
 
+import numba
 import numpy as np
+from numba.extending import intrinsic, overload
+
+Whole = TypeVar("Whole")
 
 # Each number stands in a word of eight bytes.
 NUMBERS: dict[Any, str] = {float: "d", int: "q", bool: "q"}
@@ -24,7 +38,7 @@ class Kind(NamedTuple):
 
 class Handed:
     """A named tuple of numbers, arrays and such tuples, for compiled code to open again
-    (:func:`.opened.opened`).
+    (:func:`opened`).
 
     Its class says what it holds: ``Annotated[Rows, PING]`` are rows of records of a kind, and
     ``Annotated[Floats, 2]`` has two axes, where an array has not one; both can be said.  Arrays
@@ -75,16 +89,14 @@ def _kind(hint: Any) -> Kind:
 
 @cache
 def _record(hint: Any) -> Struct:
-    """Return the record of a field, in which arrays stand as numba's compiled code has them."""
+    """Return the record of a field."""
     return Struct(_words(hint))
 
 
 def _words(hint: Any) -> str:
-    """Return the words of a field; of an array who counts its holders, who it is to Python (nobody,
-    both), number and size of its elements, where they are, shape and strides.
-    """
+    """Return the words of a field; of an array its address and shape."""
     if isinstance(hint, Kind):
-        return "q" * (5 + 2 * hint.axes)
+        return "q" * (1 + hint.axes)
     return NUMBERS[hint] if hint in NUMBERS else "".join(map(_words, fields_of(hint).values()))
 
 
@@ -100,8 +112,65 @@ def _write(name: str, hint: Any, value: Any, words: list[Any]) -> None:
         same = value.dtype is hint.of or value.dtype == hint.of  # to compare fields takes long
         if not same or value.ndim != hint.axes or not value.flags.c_contiguous:
             raise TypeError(f"{name} is an array of {value.dtype} {value.shape}, not {hint}")
-        words += (0, 0, value.size, value.itemsize, value.ctypes.data)
-        words += (*value.shape, *value.strides)
+        words += (value.ctypes.data, *value.shape)
     else:
         for (part, of), its_own in zip(fields_of(hint).items(), value, strict=True):
             _write(part, of, its_own, words)
+
+
+class _Opened(Protocol):
+    """How :func:`opened` is called in compiled code, and nowhere else."""
+
+    def __call__(self, handed: int, whole: type[Whole]) -> Whole:
+        """Return the tuple, of a class, whose record was handed over, by its address."""
+
+
+def _opened(handed: int, whole: type[Whole]) -> Whole:
+    raise RuntimeError("only compiled code opens what it was handed")
+
+
+opened: _Opened = _opened
+
+
+@intrinsic
+def _pointer(_: Any, address: Any) -> Any:
+    """Return an address as `numba.carray` takes it."""
+
+    def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        return builder.inttoptr(given[0], context.get_value_type(signature.return_type))
+
+    return numba.types.voidptr(numba.types.int64), build
+
+
+@overload(_opened, strict=False, jit_options={"forceinline": True})
+def _open(_: Any, whole: Any) -> Any:
+    """Write how a tuple of a class is made of the words of its record."""
+    carray = numba.carray  # type: ignore[attr-defined]
+    names: dict[str, Any] = {"carray": carray, "pointer": _pointer, "np": np}
+    made, words = _made(whole.instance_class, 0, names)
+    source = f"""def implementation(handed, whole):
+    words = carray(pointer(handed), {words}, np.int64)
+    numbers = carray(pointer(handed), {words}, np.float64)
+    return {made}
+"""
+    exec(source, names)
+    return names["implementation"]
+
+
+def _made(hint: Any, place: int, names: dict[str, Any]) -> tuple[str, int]:
+    """Return how a field is made of its words, and the place of the word behind them."""
+    if hint in NUMBERS:
+        word = f"numbers[{place}]" if hint is float else f"words[{place}]"
+        return f"{word} != 0" if hint is bool else word, place + 1
+    kind = f"kind{len(names)}"
+    if isinstance(hint, Kind):
+        names[kind] = hint.of
+        behind = place + 1 + hint.axes
+        shape = ", ".join(f"words[{axis}]" for axis in range(place + 1, behind))
+        return f"carray(pointer(words[{place}]), ({shape},), {kind})", behind
+    names[kind] = hint
+    parts = []
+    for field in fields_of(hint).values():
+        part, place = _made(field, place, names)
+        parts.append(part)
+    return f"{kind}({', '.join(parts)})", place

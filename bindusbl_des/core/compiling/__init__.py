@@ -1,1 +1,0 @@
-"""How equations become machine code in few seconds."""

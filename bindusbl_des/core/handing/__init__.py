@@ -1,1 +1,0 @@
-"""State that compiled code is handed once, and opens again at each call."""
