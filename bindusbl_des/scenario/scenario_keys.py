@@ -24,7 +24,7 @@ class Record(Part):
 
     tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", ge=1e-6, le=1e3)
     metrics_hz: Real = key(
-        30.0, "Hz", "rate at which time means are sampled", PAPER, ge=1e-6, le=1e3
+        6.0, "Hz", "rate at which time means are sampled (the paper: 30)", ge=1e-6, le=1e3
     )
     metrics_from_s: Real = key(
         0.0, "s", "instant from which metrics of errors, pings and fixes are taken", ge=0

@@ -40,6 +40,7 @@ TEMPLATES: Mapping[str, Mapping[str, object]] = {
         "navigation.filter": "fixed_gain",
         "navigation.gain": 0.9,
         "navigation.delay_compensation": "none",
+        "record.metrics_hz": 30,
     },
     "still": {
         "name": "still_vehicles",
