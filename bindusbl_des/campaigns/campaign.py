@@ -20,8 +20,7 @@ from .statistics.outcomes import outcomes
 from .statistics.points_table import points_table
 from .statistics.stopping import seeds_wanted
 from .storage.folder import LOCK, CampaignError, damaged_record, is_locked, read_record
-from .storage.parts import Done, committed, done, read_part, read_table
-from .storage.soundness import MISSIONS, part_path
+from .storage.parts import MISSIONS, Done, committed, done, part_path, read_part, read_table
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -41,8 +41,7 @@ from .storage.folder import (
     write_scenario,
 )
 from .storage.joining import compact
-from .storage.parts import clean_parts, done
-from .storage.soundness import set_aside
+from .storage.parts import clean_parts, done, set_aside
 from .workers.batches import NotWritten
 from .workers.interruption import interruptible
 from .workers.pools import at_work, pool_for

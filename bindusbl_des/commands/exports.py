@@ -134,8 +134,7 @@ def _result(source: Path) -> "Result":
 def _campaign_tables(source: Path) -> Mapping[str, Any]:
     """Return the tables of a campaign, finished or not, in the order of its plan."""
     from ..campaigns.storage.folder import read_record
-    from ..campaigns.storage.parts import read_table
-    from ..campaigns.storage.soundness import MISSIONS, TABLES
+    from ..campaigns.storage.parts import MISSIONS, TABLES, read_table
 
     try:
         read_record(source)

@@ -27,8 +27,7 @@ from ..campaigns.storage.folder import (
     write_scenario,
 )
 from ..campaigns.storage.joining import compact
-from ..campaigns.storage.parts import OK, clean_parts, committed, read_part
-from ..campaigns.storage.soundness import MISSIONS, set_aside
+from ..campaigns.storage.parts import MISSIONS, OK, clean_parts, committed, read_part, set_aside
 from ..campaigns.workers.batches import NotWritten, Row
 from ..campaigns.workers.interruption import interruptible
 from ..campaigns.workers.pools import WorkerPool, at_work, pool_for

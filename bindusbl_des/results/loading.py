@@ -1,8 +1,8 @@
-"""Result folders read back: nothing in one is believed that was not checked."""
+"""Result folders read back: tables that have their checksums, of the mission on record."""
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,17 +12,22 @@ from ..core.kept_files import placed
 from ..core.plain_json import read_json
 from ..preflight.worth_knowing import Caution
 from ..scenario.scenario import Scenario
-from .contradictions import BEYOND_MEASURE, contradictions, too_many_rows
 from .effects import Advice, from_data
-from .parquet import DamagedFile, check_claims, read_table, written_out
+from .parquet import DamagedFile, compare_sum, read_table
 from .result import Result
-from .result_folder import ADVICE
+from .result_folder import ADVICE, SUMS
+from .result_folder import RECORD as RUN
 from .schemas import EVENT_TABLES
 from .violations import is_violations, violations_in
 
+T = TypeVar("T")
+
+# What nothing measured reaches, in whatever unit.
+BEYOND_MEASURE = 1e100
+
 
 def load_result(folder: str | Path) -> Result:
-    """Read a result folder back, if its files belong together and hold what a mission can have.
+    """Read a result folder back, if its files are those that were written.
 
     Raises:
         FileNotFoundError: when the folder is not that of a finished run.
@@ -57,9 +62,6 @@ def load_result(folder: str | Path) -> Result:
     return result
 
 
-T = TypeVar("T")
-
-
 class _Damaged(Exception):
     """Files of a folder are damaged; `told` says each, and why."""
 
@@ -68,10 +70,12 @@ class _Damaged(Exception):
 
 
 def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[str, pa.Table]:
-    """Return the tables of a mission, checked step by step: footers, row counts, pages, values.
+    """Return the tables of a mission; none is parsed before all have their checksums.
+
+    Folders of earlier versions have no checksums.
 
     Raises:
-        _Damaged: at the first step that not all of them pass.
+        _Damaged: naming each table that is.
     """
     names = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
     paths = {name: folder / f"{name}.parquet" for name in names}
@@ -79,33 +83,22 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
         "bindusbl.scenario_sha256": run["scenario_sha256"],
         "bindusbl.seed": str(run["seed"]),
     }
-
-    footers = _each(names, lambda name: check_claims(paths[name], name, origin))
-    rows = {name: footer.num_rows for name, footer in footers.items()}
-    _passed(paths, too_many_rows(scenario, rows))
-    read = _each(names, lambda name: read_table(paths[name], name, footers[name]))
-    arrow, words = ({name: it[part] for name, it in read.items()} for part in range(2))
-    _passed(paths, contradictions(scenario, arrow, words))
-    return {name: written_out(arrow[name], name, words[name]) for name in names}
+    if SUMS in run:
+        _each(names, lambda name: compare_sum(paths[name], run[SUMS].get(name), RUN))
+    return _each(names, lambda name: read_table(paths[name], name, origin))
 
 
-def _each(names: tuple[str, ...], read: Callable[[str], T]) -> dict[str, T]:
-    """Return what is read of each table, or tell of all that cannot be read."""
+def _each(names: Sequence[str], work: Callable[[str], T]) -> dict[str, T]:
+    """Return what comes of each table, or tell of all that are damaged."""
     found, damaged = {}, []
     for name in names:
         try:
-            found[name] = read(name)
+            found[name] = work(name)
         except DamagedFile as error:
             damaged.append(str(error))
     if damaged:
         raise _Damaged(damaged)
     return found
-
-
-def _passed(paths: Mapping[str, Path], wrong: Iterator[tuple[str, str]]) -> None:
-    told = [f"{paths[name]} {reason}" for name, reason in wrong]
-    if told:
-        raise _Damaged(told)
 
 
 def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
@@ -183,7 +176,7 @@ def _is_texts(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(it, str) for it in value)
 
 
-def _is_versions(value: Any) -> bool:
+def _is_words(value: Any) -> bool:
     return isinstance(value, dict) and all(isinstance(it, str) for it in value.values())
 
 
@@ -198,7 +191,8 @@ RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "overrides": (_is_texts, "a list of KEY=VALUE"),
     "warnings": (_is_cautions, "a list of keys with messages"),
     "violations": (is_violations, "null, or a count and the first"),
-    "versions": (_is_versions, "a version for each package"),
+    "versions": (_is_words, "a version for each package"),
+    SUMS: (_is_words, "a checksum for each table"),
 }
 ALWAYS = ("scenario", "scenario_sha256", "seed", "wall_time_s")
 

@@ -20,8 +20,8 @@ from ..scenario.scenario import Scenario
 from .effects import Advice
 from .faces import FIGURE, face, page
 from .pandas_tables import PandasTables
-from .parquet import write_parquet
-from .result_folder import ADVICE, RECORD, advice_text, result_draft, write_json
+from .parquet import SummedFile, write_parquet
+from .result_folder import ADVICE, RECORD, SUMS, advice_text, result_draft, write_json
 from .schemas import data_dictionary
 from .summary import summary
 from .violations import Violations
@@ -171,10 +171,12 @@ class Result:
             "bindusbl.scenario_sha256": run["scenario_sha256"],
             "bindusbl.seed": str(self.seed),
         }
+        run[SUMS] = {}
         for name, table in self.arrow.items():
             # Opened here, since Arrow takes no names that are not UTF-8.
-            with open(folder / f"{name}.parquet", "wb") as file:
+            with SummedFile(folder / f"{name}.parquet") as file:
                 write_parquet(table, name, file, origin)
+            run[SUMS][name] = file.sha256()
         copies = copies_of(self.scenario.model_dump(mode="json"))
         if copies:
             keep({name: file for name, file in copies.items() if os.path.isfile(file)}, folder)

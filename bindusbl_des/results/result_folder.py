@@ -14,6 +14,8 @@ from .effects import Advice, as_data
 from .schemas import TABLES
 
 RECORD = "run.json"
+# The key of the checksums of tables in it.
+SUMS = "tables_sha256"
 # The file of what would help, in folders whose mission was advised on.
 ADVICE = "advice.json"
 

@@ -29,8 +29,7 @@ from bindusbl_des.campaigns.storage.folder import (
     write_json,
 )
 from bindusbl_des.campaigns.storage.joining import compact
-from bindusbl_des.campaigns.storage.parts import committed, done
-from bindusbl_des.campaigns.storage.soundness import part_path
+from bindusbl_des.campaigns.storage.parts import committed, done, part_path
 from bindusbl_des.campaigns.workers import pools
 from bindusbl_des.campaigns.workers.batches import Row, run_batch
 from bindusbl_des.campaigns.workers.pools import LocalPool

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from campaigns_for_tests import UNSERVED, auv, call, hand_made
+from campaigns_for_tests import UNSERVED, as_of_an_earlier_version, auv, call, hand_made
 
 from bindusbl_des import Campaign, Scenario, compare, sweep
 from bindusbl_des.campaigns.page import sweep_page
@@ -420,6 +420,7 @@ def test_what_was_found_is_data_too(made: Make, monkeypatch: pytest.MonkeyPatch)
 def test_an_older_campaign_is_refused(made: Make) -> None:
     """What was not recorded cannot be judged; one line says so, and what to do."""
     campaign = made(starving, count=[2, 3])
+    as_of_an_earlier_version(campaign.folder)
     (part,) = (campaign.folder / "missions").glob("*.parquet")
     table = pq.read_table(part)
     names = [name for name in table.column_names if not name.startswith("worst_")]

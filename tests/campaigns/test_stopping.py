@@ -18,8 +18,7 @@ from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.campaigns.statistics.outcomes import Outcomes
 from bindusbl_des.campaigns.statistics.stopping import seeds_wanted, wide_points
 from bindusbl_des.campaigns.storage.folder import CampaignError
-from bindusbl_des.campaigns.storage.parts import done
-from bindusbl_des.campaigns.storage.soundness import part_path
+from bindusbl_des.campaigns.storage.parts import done, part_path
 from bindusbl_des.campaigns.workers.pools import pool_for
 
 METRIC = "position_error_m"

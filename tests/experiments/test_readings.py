@@ -38,6 +38,8 @@ from bindusbl_des.experiments.reproduction.readings import (
 
 PAGE = Path(__file__).parents[2] / "docs" / "reproduction.md"
 
+LOADED = campaigns.load  # which a test replaces
+
 TRUTH = Reading("position", "world", "shift", "paper_raw", "by_lot", speed="published_speeds")
 
 
@@ -245,7 +247,7 @@ def test_gaps_are_shares_of_what_was_published() -> None:
 
 def tiny(name: str) -> Experiment:
     """Return an experiment of the paper with 30 s missions, small teams and two seeds."""
-    experiment = campaigns.load(name)
+    experiment = LOADED(name)
     points = tuple(
         {**point, "duration_s": 30.0}
         for point in experiment.points

@@ -3,9 +3,8 @@
 from typing import Any
 
 from ...scenario.keys import DIALECT, keys
-from ..storage.parts import metric_schema
+from ..storage.parts import MISSIONS, metric_schema
 from ..storage.record import LARGEST_SEED, MOST_MISSIONS
-from ..storage.soundness import MISSIONS
 from .experiment_file import DETAILS
 from .ranges import MOST_POINTS
 from .sampling import METHODS

@@ -8,8 +8,7 @@ from typing import Any
 from ...core.wording import described, did_you_mean
 from ...scenario.files.mistakes import Place
 from ...scenario.files.plain_yaml import Document, Path
-from ..storage.parts import metric_schema
-from ..storage.soundness import MISSIONS
+from ..storage.parts import MISSIONS, metric_schema
 
 # Fewer seeds tell too little of their own spread to stop on.
 FEWEST_SEEDS = 8

@@ -15,8 +15,7 @@ from ...records.rows import NONE
 from ...results.arrow import numpy_array, numpy_columns
 from ...results.schemas import mission_numbers
 from ..storage.folder import CampaignError
-from ..storage.parts import OK, metric_schema, read_table
-from ..storage.soundness import MISSIONS
+from ..storage.parts import MISSIONS, OK, metric_schema, read_table
 from .intervals import Floats
 from .judging import may_be_missing, of_an_auv
 

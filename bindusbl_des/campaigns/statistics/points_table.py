@@ -6,7 +6,7 @@ from textwrap import fill
 
 from ...core.wording import lettered
 from ..experiments.plan import Plan
-from ..storage.soundness import MISSIONS
+from ..storage.parts import MISSIONS
 from .contents import in_intervals
 from .findings import findings
 from .intervals import Interval, interval

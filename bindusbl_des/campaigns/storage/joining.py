@@ -9,13 +9,26 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from ...results.arrow import arrow
-from .parts import REPLACES, clean_parts, committed, in_order, part_schema, read_part, whole_file
-from .soundness import MISSIONS, TABLES, described, part_path, plan_of
+from .parts import (
+    MISSIONS,
+    TABLES,
+    PartWriter,
+    clean_parts,
+    committed,
+    in_order,
+    part_path,
+    part_record,
+    part_schema,
+    read_part,
+)
 
 MISSIONS_AT_A_TIME = 500
 
 # At least so many rows are written together: a file describes each group of rows in each column.
 ROWS_IN_GROUP = 4_000
+
+# What a joined table keeps of the metadata of its parts: which table it is.
+SCHEMA = b"bindusbl.schema"
 
 Source = tuple[Path, str]
 
@@ -47,21 +60,14 @@ def _join(
     if not sources:
         return
     owners: dict[int, Source] = {}
-    ids: dict[int, str] = {}
     for source in sources:
-        rows = read_part(*_at(source, MISSIONS), columns=("mission", "mission_id"))
-        for row in rows.to_pylist() if rows is not None else ():
-            owners.setdefault(row["mission"], source)
-            ids.setdefault(row["mission"], row["mission_id"])
+        rows = read_part(*_at(source, MISSIONS), columns=("mission",))
+        for number in rows["mission"].to_pylist() if rows is not None else ():
+            owners.setdefault(number, source)
     order = sorted(set(owners) - leave_out)
-    mine, plan = [ids[number] for number in order], plan_of(*sources[0])
-    counts: dict[str, int] = {}
+    writer = PartWriter(out, part, part_record(*sources[0]).plan_sha256, replaces)
     for table in TABLES:
-        told = described(plan, part, mine, counts if table == MISSIONS else None)
-        told[REPLACES.decode()] = ",".join(replaces)
-        written = _join_table(table, sources, owners, order, part_path(out, table, part), told)
-        if written is not None:
-            counts[table] = written
+        _join_table(table, sources, owners, order, writer)
 
 
 def _at(source: Source, table: str) -> tuple[Path, str, str]:
@@ -73,25 +79,17 @@ def _join_table(
     sources: Sequence[Source],
     owners: Mapping[int, Source],
     order: Sequence[int],
-    path: Path,
-    told: Mapping[str, str],
-) -> int | None:
-    """Write a table of the joined part; return the number of its rows, None where it has none."""
+    writer: PartWriter,
+) -> None:
+    """Write a table of the joined part, if any of the parts has it."""
     first = next((s for s in sources if part_path(*_at(s, table)).exists()), None)
     if first is None:
-        return None
+        return
     kind = part_schema(*_at(first, table))
-    written = {key.encode(): value.encode() for key, value in told.items()}
-    kind = kind.with_metadata({**(kind.metadata or {}), **written})
-    count = 0
-    with (
-        whole_file(path) as file,
-        pq.ParquetWriter(file, kind, compression="zstd", write_page_checksum=True) as writer,
-    ):
+    kind = kind.with_metadata({SCHEMA: (kind.metadata or {}).get(SCHEMA, b"")})
+    with writer.file(table) as file, pq.ParquetWriter(file, kind, compression="zstd") as rows_of:
         for rows in _grouped(_chunks(table, owners, order)):
-            writer.write_table(rows.cast(kind))
-            count += len(rows)
-    return count
+            rows_of.write_table(rows.cast(kind))
 
 
 def _grouped(chunks: Iterable[pa.Table]) -> Iterator[pa.Table]:

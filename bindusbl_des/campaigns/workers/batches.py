@@ -20,8 +20,7 @@ from ...scenario.scenario import Scenario
 from ..experiments.experiment import as_written
 from ..experiments.plan import Mission, PlannedPoint, mission_id
 from ..storage.folder import STOP, write_json
-from ..storage.parts import FAILED, OK, commit, read_part
-from ..storage.soundness import MISSIONS, part_path
+from ..storage.parts import FAILED, MISSIONS, OK, commit, part_path, read_part
 from .gathering import Gathered, Ran
 from .heartbeats import Heartbeat
 from .warming import warm

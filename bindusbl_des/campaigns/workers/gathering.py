@@ -8,8 +8,7 @@ import pyarrow as pa
 
 from ...results.arrow import arrow
 from ..experiments.plan import Mission, PlannedPoint, mission_id
-from ..storage.parts import ARROW_TYPES, FAILED, OK, labelled, metric_schema
-from ..storage.soundness import MISSIONS
+from ..storage.parts import ARROW_TYPES, FAILED, MISSIONS, OK, labelled, metric_schema
 
 # So many missions have tables of their own: one of a single row takes a kilobyte for each column.
 MOST_APART = 32

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from ...core.plugins import is_allowed
 from ..experiments.plan import Plan
 from ..storage.folder import ask_to_stop
-from ..storage.parts import FAILED
-from ..storage.soundness import MISSIONS, part_path
+from ..storage.parts import FAILED, MISSIONS, part_path
 from .batches import Batch, NotWritten, Row, gathered, rows_of, signal_name, write, write_failure
 from .gathering import Ran
 from .heartbeats import take_heartbeat
