@@ -8,7 +8,7 @@ def test_inputs_that_nobody_would_give_end_as_documented() -> None:
     """Files, command lines and folders that are damaged: codes 0 to 3 and no traceback, within 5 s
     of processor time and 1 GB each.
     """
-    check(0, scenario=50, experiment=40, track=40, named=48, command=60, run=7, campaign=2)
+    check(0, scenario=30, experiment=20, track=20, named=24, command=40, run=5, campaign=2)
 
 
 @pytest.mark.slow

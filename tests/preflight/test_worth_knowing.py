@@ -106,10 +106,15 @@ def is_idle(data: dict[str, Any], key: str) -> bool | None:
 @pytest.mark.parametrize("share", [0.25, pytest.param(1.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: ", ".join(map(str, rule.mode.items())))
 def test_idle_keys_do_nothing(rule: Any, share: float) -> None:
-    """A key that a rule calls idle changes no number of a mission in that mode."""
+    """A key that a rule calls idle changes no number of a mission in that mode: of each, or, every
+    day, of the first that can be flown.
+    """
     bases = [{**base, "duration_s": share * base["duration_s"]} for base in BASES.values()]
     for key in rule.keys:
-        tried = [is_idle(in_mode(base, rule), key) for base in bases]
+        tried = []
+        for base in bases:
+            if share == 1.0 or True not in tried:
+                tried.append(is_idle(in_mode(base, rule), key))
         assert True in tried, key
         assert False not in tried, key
 

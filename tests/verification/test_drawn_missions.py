@@ -7,7 +7,7 @@ from missions_against import collisions, drawn_protocol
 
 from bindusbl_des import Scenario, verify
 
-DRAWN, MISSIONS = 60, 4
+DRAWN, MISSIONS = 24, 3
 SLOW_DRAWN, SLOW_MISSIONS = 1000, 20
 
 # Of the scenarios that are never seen to collide, so many at least are accepted.
@@ -38,7 +38,7 @@ def share_accepted(seeds: range, missions: int, folder: Path) -> tuple[int, int]
 def test_what_is_accepted_does_not_collide_in_missions_against_it(tmp_path: Path) -> None:
     """Every key drawn; AUVs at and about edges of ranges, held or on their way across them."""
     accepted, quiet = share_accepted(range(DRAWN), MISSIONS, tmp_path)
-    assert accepted >= 10
+    assert accepted >= 5
     assert accepted >= LEAST_ACCEPTED * quiet
 
 
