@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .preflight.worth_knowing import cautions
     from .protocol.anchors.view import AnchorView
     from .protocol.broadcasters import BroadcastView
-    from .protocol.own.ranging import Slot
+    from .protocol.ranging import Slot
     from .protocol.schedules.view import TimedGroups, View
     from .protocol.slots import downlink_slot, uplink_slot
     from .results.loading import load_result
@@ -82,7 +82,7 @@ _HOMES = {
     "uplink_slot": "protocol.slots",
     "PlanView": "scenario.own_plans",
     "Signals": "acoustics.channel",
-    "Slot": "protocol.own.ranging",
+    "Slot": "protocol.ranging",
     "Sounding": "usbl.own_instrument",
     "TimedGroups": "protocol.schedules.view",
     "Verdict": "verification.verdict",

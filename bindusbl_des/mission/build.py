@@ -13,21 +13,20 @@ from ..navigation.navigators import Navigator
 from ..protocol.access.named import access_of
 from ..protocol.access.serving import serve_at_random
 from ..protocol.broadcasters import broadcaster_named
+from ..protocol.dissemination import Dissemination, Knowledge, Manner, Roll
 from ..protocol.downlinks import downlink_named
 from ..protocol.hf.measuring import Measuring
 from ..protocol.hf.outcomes import Outcomes
 from ..protocol.hf.uplink import Uplink
-from ..protocol.knowledge.plan import Knowledge
-from ..protocol.knowledge.roll import Roll
-from ..protocol.knowledge.telling import Manner, Telling
-from ..protocol.lookout import Lookout
 from ..protocol.mf.downlink import FrameBand, MfDownlink
 from ..protocol.network import Network
 from ..protocol.passive.beacons import Beacons
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
 from ..protocol.passive.outcomes import PassiveOutcomes
+from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
 from ..protocol.replies import Replies, reply_delay_of
+from ..protocol.schedules.known import known_of
 from ..protocol.schedules.named import is_framed, schedule_named
 from ..protocol.schedules.polling import Answers
 from ..protocol.slots import slots_of
@@ -49,7 +48,6 @@ from ..vehicles.motion import places
 from ..vehicles.pose_source import PoseSource
 from ..vehicles.poses import Poses
 from .closed_loop import Water, afterwards_s
-from .courses import chart_of, known_of
 from .lasting import lasting_errors
 from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
@@ -151,7 +149,7 @@ def _network(
     if protocol.replies:
         message = slots.messages.packed(1)[0] if protocol.replies_in_frames else None
         delay = reply_delay_of(scenario)
-        replies = Replies(env, asvs, outcomes, downlink, record, message, delay)
+        replies = Replies(env, outcomes, downlink, record, message, delay)
     if protocol.schedule == "polling":
         answers = Answers(env, outcomes, record, slots)
     schedule = schedule_named(protocol.schedule)
@@ -173,12 +171,12 @@ def _network(
         broadcaster=broadcaster_named(protocol.broadcaster),
         broadcaster_draw=streams.of(Purpose.BROADCASTER),
         mf_range=scenario.acoustics.mf.range_m,
-        lookout=Lookout(
+        positions=PredictedPositions(
             auvs,
             asvs,
             uplink.band,
             protocol.conflict_margin_m,
-            chart_of(scenario, places(auvs.motion, 0.0)[:, :3]),
+            prediction_of(scenario, places(auvs.motion, 0.0)[:, :3]),
             record.fixes,
         ),
         estimates=known_of(scenario, auvs, record),
@@ -186,15 +184,15 @@ def _network(
         replies=replies,
     )
     if tells_slots(scenario):
-        network.telling = telling_of(scenario, network, streams)
+        network.dissemination = dissemination_of(scenario, network, streams)
     return network
 
 
-def telling_of(scenario: Scenario, network: Network, streams: Streams) -> Telling:
+def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> Dissemination:
     """Return who knows which slots, where AUVs have to be told."""
     protocol, count = scenario.protocol, scenario.auvs.count
     ahead = 1 if protocol.downlink == "sequential" else 2
-    return Telling(
+    return Dissemination(
         network.env,
         network.slots,
         network.record,

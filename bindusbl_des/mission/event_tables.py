@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow as pa
 
 from ..acoustics.channel import Receiver
-from ..protocol.fix_batch import FixBatch
+from ..protocol.broadcasters import hearers
 from ..records.events import OUTCOMES
 from ..records.recorder import Recorder
 from ..results.tables import begun, from_numbers, from_rows
@@ -46,9 +46,9 @@ def _receptions_table(record: Recorder, receiver: Receiver) -> pa.Table:
 
 def _fixes_table(record: Recorder, asvs: int) -> pa.Table:
     rows = record.fixes.rows
-    hearers = np.zeros((len(rows), -(-asvs // 64) * 64), dtype=np.bool_)
-    hearers[:, :asvs] = FixBatch(record, range(len(rows))).hearers(asvs)
-    packed = np.packbits(hearers, axis=1)
+    heard = np.zeros((len(rows), -(-asvs // 64) * 64), dtype=np.bool_)
+    heard[:, :asvs] = hearers(record, range(len(rows)), asvs)
+    packed = np.packbits(heard, axis=1)
     together = np.uint64 if asvs <= 64 else f"V{packed.shape[1]}"  # which is slower to compare
     groups, group = np.unique(packed.view(together)[:, 0], return_inverse=True)
     fused = np.empty(len(rows), dtype=FUSED)

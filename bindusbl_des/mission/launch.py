@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..core.plugins import load
 from ..core.streams import Streams
 from ..protocol.anchors.placing import Anchors, anchors_of
-from ..protocol.chart import CarriedForward
+from ..protocol.predicted_positions import CarriedForward, courses
 from ..scenario.families import ASV, AUV
 from ..scenario.on_earth import vessel_tracks
 from ..scenario.own_plans import WayView, own_motion
@@ -35,7 +35,6 @@ from .closed_loop import (
     guided_auvs,
     room_of,
 )
-from .courses import courses
 
 if TYPE_CHECKING:
     from ..vehicles.guidance import GuidedFleet, GuidedVehicle

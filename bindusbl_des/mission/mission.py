@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..core.growing import keep_memory
 from ..core.wording import plain
 from ..preflight.worth_knowing import Caution, cautions
-from ..protocol.own.steps import Environment
+from ..protocol.steps import Environment
 from ..protocol.watches import Happening, Watch
 from ..records.events import Broadcast
 from ..results.result import Result

@@ -10,20 +10,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.plugins import PluginError, asked, is_whole, shown
+from ..records.events import HEARD
+from ..records.recorder import Recorder
 from ..scenario.families import BROADCASTER
 from ..scenario.part_settings import own_part, shipped_part
 from ..vehicles.fleet import Fleet
-from ..vehicles.motion import places
-from .colouring import greedy_groups
-from .fix_batch import FixBatch
-
-Array = NDArray[np.float64]
-Hearing = NDArray[np.bool_]
-
-Ints = NDArray[np.int64]
+from ..vehicles.motion import Ints, places
+from .conflicts import Array, Hearing, greedy_groups
 
 # What an ASV sends of a broadcast: its number, and which of the k fixes
 Share = tuple[int, Ints]
@@ -44,18 +39,21 @@ class BroadcastView:
         self,
         number: int,
         time: float,
-        batch: FixBatch,
+        record: Recorder,
+        rows: range,
         fleet: Fleet,
         random: np.random.Generator,
         reached: Callable[[float], Hearing],
     ) -> None:
-        self.number, self.time, self.count, self.random = number, time, len(fleet), random
-        self._batch, self._fleet, self._reached = batch, fleet, reached
+        """Take the fixes, `rows` of the record."""
+        self.number, self.time, self.count, self.random = number, time, len(fleet.vehicles), random
+        self._record, self._rows, self._fleet, self._reached = record, rows, fleet, reached
 
     @cached_property
     def fixes(self) -> Array:
         """Where the fixes say that the AUVs were (m), shape (k, 3)."""
-        return self._batch.positions.copy()
+        fixes = self._record.fixes.array[self._rows.start : self._rows.stop]
+        return np.column_stack((fixes["x_m"], fixes["y_m"], fixes["z_m"]))
 
     @cached_property
     def asvs(self) -> Array:
@@ -68,14 +66,31 @@ class BroadcastView:
         return self._fleet.failed(self.time)
 
     @cached_property
-    def heard(self) -> NDArray[np.bool_]:
+    def heard(self) -> Hearing:
         """Whose measurements were fused for each fix, shape (k, m)."""
-        return self._batch.hearers(self.count)
+        return hearers(self._record, self._rows, self.count)
 
     @cached_property
     def listeners(self) -> Hearing:
         """Which AUVs the fleet believes within MF range of each ASV, shape (n, m)."""
         return self._reached(self.time)
+
+
+def hearers(record: Recorder, rows: range, asvs: int) -> Hearing:
+    """Return whose measurements were fused for each of some fixes of a record, (k, `asvs`)."""
+    fused = np.zeros((len(rows), asvs), dtype=np.bool_)
+    if len(rows):
+        fixes = record.fixes.array[rows.start : rows.stop]
+        begin = int(fixes["first"].min())
+        receptions = record.receptions.array[begin : int(fixes["end"].max())]
+        heard = np.flatnonzero(receptions["outcome"] == HEARD)
+        first = np.searchsorted(heard, fixes["first"] - begin)
+        end = np.searchsorted(heard, fixes["end"] - begin)
+        before = np.repeat(np.cumsum(end - first) - end, end - first)
+        hearing = heard[np.arange(len(before)) - before]
+        fix = np.repeat(np.arange(len(fixes)), end - first)
+        fused[fix, receptions["asv"][hearing]] = True
+    return fused
 
 
 #: Which ASV sends all, or slot after slot which ASVs share it.

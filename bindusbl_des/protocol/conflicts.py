@@ -1,6 +1,8 @@
-"""Who hears whom, and so which AUVs must not ping at once: the conflict graph.
+"""Who hears whom, and so which AUVs must not ping at once: conflicts, their graph, ping groups.
 
-Schedules of one's own get the graph; those that ship need none (:mod:`.colouring`).
+The graph of thousands of AUVs has millions of edges.  That two AUVs are in conflict says only that
+some ASV hears both, so for counting and colouring it is enough to know of each ASV whom, or which
+colours, it hears.  Only schedules of one's own get the graph.
 """
 
 from functools import lru_cache
@@ -19,6 +21,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Hearing = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+Words = NDArray[np.uint64]
+Groups = tuple[tuple[int, ...], ...]
+
+BYTE, EIGHT = np.uint64(255), np.uint64(8)
+BITS = np.array([number.bit_count() for number in range(256)], dtype=np.int64)
 
 # AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
 REMEMBERED = 256
@@ -113,3 +121,171 @@ def _graph(heard: bytes, auvs: int, asvs: int) -> "nx.Graph[int]":
 
 
 _remembered = lru_cache(maxsize=REMEMBERED)(_graph)
+
+
+def conflict_count(heard: Hearing) -> int:
+    """Return the number of pairs of AUVs that some ASV hears both of; `heard` (AUVs, ASVs).
+
+    >>> conflict_count(np.array([[True, False], [True, True], [False, True]]))
+    2
+    """
+    work_out = _remembered_count if len(heard) <= SMALL_FLEET else _count
+    return work_out(heard.tobytes(), *heard.shape)
+
+
+def greedy_groups(heard: Hearing) -> Groups:
+    """Return the groups of AUVs without a common listener, each AUV in index order put into the
+    first group that has room for it (eq. greedy_colour).
+
+    An AUV that no ASV hears is in the first group, and burns no slot of its own.
+
+    >>> greedy_groups(np.array([[True], [True], [False]]))
+    ((0, 2), (1,))
+    """
+    work_out = _remembered_greedy if len(heard) <= SMALL_FLEET else _greedy_groups
+    return work_out(heard.tobytes(), *heard.shape)
+
+
+def dsatur_groups(heard: Hearing) -> Groups:
+    """Return groups without a common listener; the AUV that meets most colours is put first, and
+    of these the one with most conflicts (DSATUR, Brelaz 1979).
+    """
+    work_out = _remembered_dsatur if len(heard) <= SMALL_FLEET else _dsatur_groups
+    return work_out(heard.tobytes(), *heard.shape)
+
+
+def _count(heard: bytes, auvs: int, asvs: int) -> int:
+    return int(_degrees(_matrix(heard, auvs, asvs)).sum()) // 2
+
+
+def _greedy_groups(heard: bytes, auvs: int, asvs: int) -> Groups:
+    colours = np.empty(auvs, dtype=np.int64)
+    _greedy_colours(_matrix(heard, auvs, asvs), colours)
+    return _grouped(colours)
+
+
+def _dsatur_groups(heard: bytes, auvs: int, asvs: int) -> Groups:
+    matrix, colours = _matrix(heard, auvs, asvs), np.full(auvs, -1, dtype=np.int64)
+    _dsatur(matrix, _degrees(matrix), colours)
+    return _grouped(colours)
+
+
+_remembered_count = lru_cache(maxsize=REMEMBERED)(_count)
+_remembered_greedy = lru_cache(maxsize=REMEMBERED)(_greedy_groups)
+_remembered_dsatur = lru_cache(maxsize=REMEMBERED)(_dsatur_groups)
+
+
+def _matrix(heard: bytes, auvs: int, asvs: int) -> Hearing:
+    return np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs)
+
+
+def _grouped(colours: Ints) -> Groups:
+    """Return the AUVs of each colour, in index order."""
+    order = np.argsort(colours, kind="stable")
+    ends = np.cumsum(np.bincount(colours))[:-1]
+    return tuple(tuple(group.tolist()) for group in np.split(order, ends))
+
+
+def _degrees(heard: Hearing) -> Ints:
+    """Return with how many others each AUV is in conflict, (AUVs,)."""
+    words = -(-len(heard) // 64)
+    hearers = np.zeros((heard.shape[1], 8 * words), dtype=np.uint8)
+    hearers[:, : -(-len(heard) // 8)] = np.packbits(heard.T, axis=1)
+    degrees = np.zeros(len(heard), dtype=np.int64)
+    _count_neighbours(heard, hearers.view(np.uint64), BITS, degrees)
+    return degrees
+
+
+@compiled
+def _count_neighbours(heard: Hearing, hearers: Words, bits: Ints, degrees: Ints) -> None:
+    """Count all whom an AUV's listeners hear; each AUV is a bit of the words of `hearers`."""
+    met = np.empty(hearers.shape[1], dtype=np.uint64)
+    for auv in range(len(heard)):
+        for word in range(met.size):
+            met[word] = 0
+        for asv in range(len(hearers)):
+            if heard[auv, asv]:
+                for word in range(met.size):
+                    met[word] |= hearers[asv, word]
+        for word in range(met.size):
+            rest = met[word]
+            while rest != 0:
+                degrees[auv] += bits[rest & BYTE]
+                rest >>= EIGHT
+        degrees[auv] -= degrees[auv] > 0  # itself
+
+
+@compiled
+def greedy_colours(heard: Hearing, colours: Ints) -> None:
+    """Write the numbers of the groups (AUVs,) that :func:`greedy_groups` puts AUVs into."""
+    used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
+    lowest = np.zeros(heard.shape[1], dtype=np.int64)  # colour that an ASV may still hear
+    for auv in range(len(heard)):
+        own = np.flatnonzero(heard[auv])
+        first = 0
+        for asv in own:
+            first = max(first, lowest[asv])
+        colours[auv] = colour = _smallest(own, used, first)
+        for asv in own:
+            used[asv, colour] = True
+            while used[asv, lowest[asv]]:
+                lowest[asv] += 1
+
+
+@compiled
+def _greedy_colours(heard: Hearing, colours: Ints) -> None:
+    greedy_colours(heard, colours)
+
+
+@compiled
+def _smallest(own: Ints, used: Hearing, first: int) -> int:
+    """Return the smallest colour from `first` on that none of the ASVs `own` has in use."""
+    colour = first
+    while _is_used(own, used, colour):
+        colour += 1
+    return colour
+
+
+@compiled
+def _is_used(own: Ints, used: Hearing, colour: int) -> bool:
+    for asv in own:  # noqa: SIM110 (compiled)
+        if used[asv, colour]:
+            return True
+    return False
+
+
+@compiled
+def _dsatur(heard: Hearing, degrees: Ints, colours: Ints) -> None:
+    """Write colours over -1."""
+    used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
+    met = np.zeros(len(heard), dtype=np.int64)  # colours of neighbours
+    for _ in range(len(heard)):
+        best = -1
+        for auv in range(len(heard)):
+            if colours[auv] < 0 and (
+                best < 0
+                or met[auv] > met[best]
+                or (met[auv] == met[best] and degrees[auv] > degrees[best])
+            ):
+                best = auv
+        own = np.flatnonzero(heard[best])
+        colours[best] = colour = _smallest(own, used, 0)
+        for auv in range(len(heard)):
+            if colours[auv] < 0 and _is_new(heard[auv], own, used, colour):
+                met[auv] += 1
+        for asv in own:
+            used[asv, colour] = True
+
+
+@compiled
+def _is_new(heard: Hearing, own: Ints, used: Hearing, colour: int) -> bool:
+    """Tell whether an AUV is heard by one of `own`, and by nobody who hears the colour so far."""
+    shared = False
+    for asv in own:
+        shared = shared or heard[asv]
+    if not shared:
+        return False
+    for asv in range(len(heard)):  # noqa: SIM110 (compiled)
+        if heard[asv] and used[asv, colour]:
+            return False
+    return True

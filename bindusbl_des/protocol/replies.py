@@ -2,13 +2,13 @@
 
 from functools import partial
 
+import numpy as np
 import simpy
 
 from ..acoustics.modem import Message
-from ..records.events import IN_FLIGHT, Broadcast
+from ..records.events import IN_FLIGHT
 from ..records.recorder import Recorder
 from ..scenario.scenario import Scenario
-from ..vehicles.fleet import Fleet
 from .hf.outcomes import Outcomes
 from .mf.downlink import MfDownlink
 
@@ -35,7 +35,6 @@ class Replies:
     def __init__(
         self,
         env: simpy.Environment,
-        asvs: Fleet,
         outcomes: Outcomes,
         downlink: MfDownlink,
         record: Recorder,
@@ -43,7 +42,7 @@ class Replies:
         after: float,
     ) -> None:
         self._env, self._outcomes, self._downlink, self._record = env, outcomes, downlink, record
-        self._asvs, self._message, self._after = asvs, message, after
+        self._message, self._after = message, after
 
     def expect(self, pings: range) -> None:
         """Wait for each ping at each ASV in range by itself."""
@@ -72,12 +71,8 @@ class Replies:
 
     def _answer(self, asv: int, number: int, time: float) -> None:
         """Let an ASV answer with the last fix, in a round, at an instant (s)."""
-        fix, frames = self._record.fixes.count - 1, self._record.broadcasts
+        fix = self._record.fixes.count - 1
         if self._message is None:
-            frames.append(Broadcast(number, asv, time, 0.0, 0, 1))
-            self._downlink.reply(fix, asv, time)
-            return
-        _, _, size, airtime, delay = self._message
-        on_air = self._asvs.works_for(asv, time, airtime)
-        frames.append(Broadcast(number, asv, time, on_air, size, 1))
-        self._downlink.send([fix], asv, time, airtime, delay, size)
+            self._downlink.reply(number, fix, asv, time)
+        else:
+            self._downlink.send(number, np.array([fix]), asv, time, self._message)

@@ -1,20 +1,25 @@
 """The TDMA protocol: AUVs ping in groups on HF, then an ASV broadcasts their fixes on MF.
 
 ``serve`` is the process that runs through the mission, round after round.  How a round reads, the
-downlink decides (:mod:`.downlinks`), in the words that follow.
+downlink decides (:mod:`.downlinks`), in the words that follow: `uplink_slot`, `broadcast`,
+`downlink_free` and `until`.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from functools import partial
 from itertools import count
 
+import numpy as np
 import simpy
 
 from ..acoustics.modem import Message
-from ..records.events import Broadcast, Round
-from .colouring import conflict_count
-from .network import Carried, Network, Steps, Turn
-from .own.steps import check_now, event_of, moment, some_work
+from ..records.events import Round
+from ..vehicles.motion import Ints
+from .broadcasters import BroadcastView
+from .conflicts import conflict_count
+from .network import Network, Steps, Turn
+from .schedules.view import TimedGroups
+from .steps import check_now, event_of, moment, some_work
 
 # What is said to a downlink whose words are not of now.
 WAITING = "`time = yield from uplink_slot(...)` waits, and `yield until(network, time)`"
@@ -27,15 +32,30 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
         if network.frame:
             time = yield from frame_start(network, number, time)
         if network.asv_fleet.failures is not None:
-            began = yield from some_work(network.env, network.asv_fleet, network.slots.clock, time)
-            network.paused += began - time
-            time = began
-        # Positions have changed since the last downlink, and with them the conflict graph.
-        view, groups = network.planned(number, time)
-        row = Round(number, time, len(groups), conflict_count(view.heard))
-        turn = Turn(row, groups, view, network.slots.uplink_slot)
-        network.record.rounds.append(turn.row)
-        time = yield from network.policy(network, turn, time)
+            begins = yield from some_work(network.env, network.asv_fleet, network.slots.clock, time)
+            network.paused += begins - time
+            time = begins
+        time = yield from network.policy(network, scheduled(network, number, time), time)
+
+
+def scheduled(network: Network, number: int, time: float) -> Turn:
+    """Return the round that begins now, at `time` (s): which AUVs ping in which of its slots.
+
+    Positions have changed since the last downlink, and with them the conflict graph.
+    """
+    if network.dissemination is None:
+        view = network.view(number, time)
+        groups = network.schedule(view)
+    else:  # AUVs go by the schedule that frames have told them of
+        plan = network.dissemination.planned(number, time)
+        view, groups = plan.view, plan.groups
+    if isinstance(groups, TimedGroups):
+        lengths: Sequence[float] = groups.lengths_s
+    else:
+        lengths = [network.slots.uplink_slot] * len(groups)
+    row = Round(number, time, len(groups), conflict_count(view.heard))
+    network.record.rounds.append(row)
+    return Turn(row, groups, lengths, view)
 
 
 def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
@@ -48,10 +68,13 @@ def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
         ValueError: when it is not `time` (s) now.
     """
     check_now(network.env, time, WAITING)
-    group = network.pinging(turn, slot, time)
+    if network.dissemination is None:
+        group = turn.groups[slot]
+    else:
+        group = network.dissemination.known(turn.row, slot, time)
     if group:
         network.ranging.ping(turn.row.round, slot, group, time, turn.view)
-    ends = network.slots.clock.after(time, turn.length(slot))
+    ends = network.slots.clock.after(time, turn.lengths_s[slot])
     if network.answers is None:
         yield moment(network.env, ends)
     else:
@@ -61,10 +84,11 @@ def uplink_slot(network: Network, turn: Turn, slot: int, time: float) -> Steps:
 
 
 def broadcast(network: Network, turn: Turn, time: float) -> None:
-    """Broadcast every fix made since the last broadcast; none still costs a header.
+    """Broadcast every fix made since the last broadcast; none still costs a header (eq. payload).
 
     One ASV does, or several share it: those that send at once are given time for the longest of
-    their frames and its guard, and the others follow them.  Where AUVs have to be told their slots,
+    their frames and its guard (eq. DL_slot), and the others follow them.  Where one message does
+    not hold what an ASV sends, several follow each other.  Where AUVs have to be told their slots,
     frames name those that have one in a round to come.  While all ASVs have failed, the fixes wait.
 
     Raises:
@@ -72,57 +96,70 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
     """
     check_now(network.env, time, WAITING)
     turn.row.downlink_s = turn.row.downlink_s or 0.0
-    if network.asv_fleet.works_from(time) > time:
+    if network.asv_fleet.failures is not None and network.asv_fleet.works_from(time) > time:
         return
-    begins, slots = time, network.slots
-    for shares in network.shared(turn, time):
-        airtime = max([_send_all(network, turn, share, time, begins) for share in shares])
-        begins = slots.clock.after(begins, airtime + slots.downlink_guard)
-    ends = max(begins, slots.clock.after(time, slots.shortest_downlink))
+    slots, after = network.slots, network.slots.clock.after
+    waiting = network.take_fixes(time)
+    shares = _shared(network, waiting, time)
+    named: dict[int, Sequence[int]] = {}  # the AUVs that each ASV tells their slots
+    if network.dissemination is not None:
+        senders = [asv for at_once in shares for asv, _ in at_once]
+        named.update(network.dissemination.assign(turn.row.round, time, senders))
+    begins = time
+    for at_once in shares:
+        longest = 0.0
+        for asv, fixes in at_once:
+            sends_at, airtime, names = begins, 0.0, named.get(asv, ())
+            for part, message in enumerate(slots.messages.packed(len(fixes), len(names))):
+                frame = message, part, asv, fixes[: message.fixes], names[: message.named]
+                if sends_at == time:
+                    _send(network, turn, frame, sends_at)
+                else:
+                    later = partial(_send, network, turn, frame, sends_at)
+                    moment(network.env, sends_at).callbacks.append(later)
+                fixes, names = fixes[message.fixes :], names[message.named :]
+                sends_at += message.airtime_s
+                airtime += message.airtime_s
+            longest = max(longest, airtime)
+        begins = after(begins, longest + slots.downlink_guard)
+    ends = max(begins, after(time, slots.shortest_downlink))
     network.downlink_free_at = ends
-    network.foretell(turn, ends)
+    if network.dissemination is not None:
+        network.dissemination.foretell(turn.row.round, ends)
     turn.row.downlink_s += ends - time
 
 
-def _send_all(network: Network, turn: Turn, share: Carried, time: float, begins: float) -> float:
-    """Let an ASV send its fixes from when it `begins` (s), now or later; return how long (s) it
-    sends.  Where one message does not hold them, several follow each other.
+def _shared(network: Network, waiting: range, time: float) -> list[list[tuple[int, Ints]]]:
+    """Return which ASVs send which fixes, rows of the record: those of a list at once, one list
+    after the other.
     """
-    airtime, messages = 0.0, network.slots.messages.packed(len(share.fixes), len(share.named))
-    for part, carried in enumerate(share.split(messages)):
-        message, when = messages[part], (part, begins)
-        if begins == time:
-            _send(network, turn, carried, message, when)
-        else:
-            send = partial(_send, network, turn, carried, message, when)
-            moment(network.env, begins).callbacks.append(send)
-        begins += message.airtime_s
-        airtime += message.airtime_s
-    return airtime
+    number, fixes = network.broadcasts, np.arange(waiting.start, waiting.stop)
+    network.broadcasts += 1
+    view = BroadcastView(
+        number, time, network.record, waiting, network.asv_fleet, network.broadcaster_draw,
+        network.listeners,
+    )  # fmt: skip
+    chosen = network.broadcaster(view)
+    if isinstance(chosen, int):
+        return [[(chosen, fixes)]]
+    return [[(asv, fixes[own]) for asv, own in at_once] for at_once in chosen]
 
 
 def _send(
     network: Network,
     turn: Turn,
-    carried: Carried,
-    message: Message,
-    when: tuple[int, float],
+    frame: tuple[Message, int, int, Ints, Sequence[int]],
+    time: float,
     _: simpy.Event | None = None,
 ) -> None:
-    """Let an ASV send one message of a broadcast, its number among them and instant (s) given.
-
-    It carries fixes, and the next slots of the AUVs that it names.
+    """Let an ASV send one message of a broadcast, its part of that, with these fixes, at an instant
+    (s); it names AUVs that have a slot in a round to come.
     """
-    (asv, fixes, named), (part, time) = carried, when
-    count, told, size, airtime, delay = message
-    on_air = network.asv_fleet.works_for(asv, time, airtime)
-    network.record.broadcasts.append(
-        Broadcast(turn.row.round, asv, time, on_air, size, count, part, told)
-    )
-    network.downlink.send(fixes, asv, time, airtime, delay, size)
-    if named or part == 0:
-        network.tell(turn, named)
-    turn.row.fixes += count
+    message, part, asv, fixes, names = frame
+    network.downlink.send(turn.row.round, fixes, asv, time, message, part)
+    turn.row.fixes += message.fixes
+    if network.dissemination is not None and (names or part == 0):
+        network.dissemination.send(turn.row.round, len(network.record.broadcasts) - 1, names)
 
 
 def downlink_free(network: Network, time: float) -> Steps:

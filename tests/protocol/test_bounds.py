@@ -25,8 +25,7 @@ from bindusbl_des.protocol.bounds.rates import (
     sequential_rate,
     slotted_aloha_capacity,
 )
-from bindusbl_des.protocol.colouring import dsatur_groups, greedy_groups
-from bindusbl_des.protocol.conflicts import conflict_graph
+from bindusbl_des.protocol.conflicts import conflict_graph, dsatur_groups, greedy_groups
 from bindusbl_des.protocol.slots import slots_of
 
 # Fixes per AUV and second if all share one ASV, sequential and pipelined over 60, 100 and 140 m,

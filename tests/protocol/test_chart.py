@@ -5,7 +5,7 @@ import math
 import pytest
 
 from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.protocol.chart import Touring
+from bindusbl_des.protocol.predicted_positions import Touring
 
 # There and back, on legs two metres apart.
 HAIRPIN = Path(Pose(0, 0, 0), (Segment(0.0, 100.0), Segment(1.0, math.pi), Segment(0.0, 100.0)))

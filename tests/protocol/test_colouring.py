@@ -8,8 +8,13 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from bindusbl_des.protocol.colouring import conflict_count, dsatur_groups, greedy_groups
-from bindusbl_des.protocol.conflicts import SMALL_FLEET, conflict_graph
+from bindusbl_des.protocol.conflicts import (
+    SMALL_FLEET,
+    conflict_count,
+    conflict_graph,
+    dsatur_groups,
+    greedy_groups,
+)
 
 Groups = tuple[tuple[int, ...], ...]
 

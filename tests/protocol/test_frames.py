@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import simpy
-from test_reception import at, downlink, fleet, made, moving, steered
+from test_reception import at, downlink, fleet, lasting, made, moving, steered
 from worlds import scenario
 
 from bindusbl_des import simulate
@@ -31,7 +31,7 @@ def sent(
         for time, asv, airtime in frames:
             yield env.timeout(time - env.now)
             rows = [made(record, auv, time, 0.0)[0] for auv in range(len(auvs))]
-            band.send(rows, asv, time, airtime)
+            band.send(0, np.array(rows), asv, time, lasting(airtime))
 
     env.process(send())
     env.run(end)

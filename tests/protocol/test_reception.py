@@ -15,12 +15,13 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, fixed_gain, scenario, st
 
 from bindusbl_des import simulate
 from bindusbl_des.acoustics.loss import LOSS_LAWS, LossTerms, range_loss
+from bindusbl_des.acoustics.modem import Message
 from bindusbl_des.acoustics.propagation import Band
 from bindusbl_des.acoustics.travel_time import light_time, travel_time
 from bindusbl_des.core.clock import Clock, ExactClock, TickClock
 from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
-from bindusbl_des.protocol.fix_batch import FixBatch
+from bindusbl_des.protocol.broadcasters import hearers
 from bindusbl_des.protocol.hf.calling import CALL
 from bindusbl_des.protocol.hf.handed import NO_CALL
 from bindusbl_des.protocol.hf.measuring import Measuring
@@ -104,7 +105,8 @@ def test_a_turning_vessel_measures_by_its_heading_at_the_arrival() -> None:
     band, outcomes, record = uplink(fleet(at(600.0, 300.0, 50.0)), fleet(turns))
     band.send(0, 0, [0], 0.0)
     assert outcomes.decide_passed(1.0) == range(1)
-    assert FixBatch(record, range(1)).positions[0] == pytest.approx([600.0, 300.0, 50.0], abs=0.1)
+    [fix] = record.fixes.rows
+    assert [fix["x_m"], fix["y_m"], fix["z_m"]] == pytest.approx([600.0, 300.0, 50.0], abs=0.1)
 
 
 @dataclass
@@ -139,6 +141,11 @@ def downlink(
 HEARS_ALL = FrameBand(500.0, SOUND, None, capture=0.0)
 
 
+def lasting(airtime: float) -> Message:
+    """Return a message that is on the air for so long (s)."""
+    return Message(0, 0, 0, airtime, 0.0)
+
+
 def made(record: Recorder, auv: int, pinged_at: float, x: float, y: float = 0.0) -> range:
     """Put a fix (m) of an AUV's ping (s) on record; return its row."""
     fixes = record.fixes
@@ -167,7 +174,7 @@ def frames(request: pytest.FixtureRequest) -> Callable[..., Fix]:
         band = downlink(env, auvs, fleet(asv), record)
         pinged_from = auv.at(time - 2.0)
         fix = made(record, 0, time - 2.0, pinged_from.x + 3.0, pinged_from.y + 4.0)
-        band.send(fix, 0, time, airtime)
+        band.send(0, np.array(fix), 0, time, lasting(airtime))
         assert auvs.foreseen or auvs.guided.reached == time  # type: ignore[union-attr]
         env.run()
         band.settle(100.0)
@@ -209,7 +216,7 @@ def test_the_first_to_decode_a_ping_answers_from_where_it_heard_it() -> None:
     band = downlink(env, fleet(moving(0.0, -30.0)), fleet(moving(600.0, 30.0)), record)
     met = 600 / 1470  # 1500 t = 600 + 30 t
     [fix] = made(record, 0, 0.0, 0.0)
-    band.reply(fix, 0, met)
+    band.reply(0, fix, 0, met)
     band.settle(100.0)
     latency = record.fixes.rows["latency_s"][fix]
     assert latency == pytest.approx(met + (1500 * met + 30 * met) / 1470, abs=1e-12)
@@ -226,12 +233,13 @@ def test_fixes_are_applied_in_the_order_of_their_arrival(steers: bool) -> None:
         env, steered(auvs) if steers else auvs, asvs, record,
         navigator=fixed_gain(reckoning, 0.5, "none", sums), band=HEARS_ALL,
     )  # fmt: skip
-    band.send(made(record, 0, 0.0, 8.0), 0, 0.0, 0.5)  # AUV0 has it 450 m later, at 0.8 s
+    first = np.array(made(record, 0, 0.0, 8.0))
+    band.send(0, first, 0, 0.0, lasting(0.5))  # AUV0 has it 450 m later, at 0.8 s
 
     def second() -> Any:
         yield env.timeout(0.1)  # AUV0 has it after 15 m, at 0.61 s, AUV1 after 465 m, at 0.91 s
         rows = range(made(record, 0, 0.0, 4.0).start, made(record, 1, 0.0, -476.0).stop)
-        band.send(rows, 1, 0.1, 0.5)
+        band.send(0, np.array(rows), 1, 0.1, lasting(0.5))
 
     env.process(second())
     env.run()
@@ -272,9 +280,8 @@ def frames_received(
             rows = [made(record, auv, time - 0.2, *draw.uniform(-9, 9, 2)).start for auv in group]
             asv, airtime = int(draw.integers(3)), float(draw.uniform(0.1, 0.9))
             for row in rows if way == "apart" else rows[:1]:
-                band.send(
-                    range(row, row + 1 if way == "apart" else rows[-1] + 1), asv, time, airtime
-                )
+                carried = np.arange(row, row + 1 if way == "apart" else rows[-1] + 1)
+                band.send(0, carried, asv, time, lasting(airtime))
 
     env.process(send())
     env.run()
@@ -338,7 +345,7 @@ def test_nobody_answers_before_a_ping_is_over() -> None:
     auvs, asvs = fleet(at(1500.0), at(3.0)), fleet(at(0.0))
     band, outcomes, _ = uplink(auvs, asvs, record)
     near = downlink(env, auvs, asvs, record, band=FrameBand(1.0, SOUND, None))
-    band.answered_by = Replies(env, asvs, outcomes, near, record, None, PING).expect
+    band.answered_by = Replies(env, outcomes, near, record, None, PING).expect
 
     def pings() -> Any:
         for auv, time in ((0, 0.0), (1, 1.005), (1, 2.0)):
@@ -470,13 +477,13 @@ def test_a_frame_tells_whose_measurements_made_its_fixes() -> None:
     """For each fix they are the ASVs that heard its ping, whatever others missed."""
     record = heard_by_a_busy_fleet(0, lambda time: [time])
     receptions, rows = record.receptions.rows, range(7, 41)
-    fused = FixBatch(record, rows).hearers(3)
+    fused = hearers(record, rows, 3)
     assert {1, 2, 3} == set(fused.sum(axis=1).tolist())
     for fix, asvs in zip(rows, fused, strict=True):
         of_ping = receptions["ping"] == record.fixes.rows["ping"][fix]
         heard = receptions["asv"][of_ping & (receptions["outcome"] == HEARD)]
         assert np.flatnonzero(asvs).tolist() == heard.tolist()
-    assert FixBatch(record, range(0)).hearers(3).shape == (0, 3)
+    assert hearers(record, range(0), 3).shape == (0, 3)
 
 
 def test_what_is_out_of_range_drowns_nobody() -> None:

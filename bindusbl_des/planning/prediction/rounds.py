@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import compiled
-from ...protocol.colouring import dsatur_groups, greedy_colours
+from ...protocol.conflicts import dsatur_groups, greedy_colours
 from .inputs import Inputs
 from .parts import Slots
 from .sights import Flags, Sights, located

@@ -13,7 +13,7 @@ from ...protocol.bounds.conflict import (
     most_heard,
     reuse_bound,
 )
-from ...protocol.colouring import dsatur_groups, greedy_groups
+from ...protocol.conflicts import dsatur_groups, greedy_groups
 from ...protocol.schedules.named import is_framed
 from .sights import Flags, Floats
 

@@ -12,9 +12,9 @@ from math import inf
 import simpy
 
 from ...records.events import Round
-from ..colouring import conflict_count
+from ..conflicts import conflict_count
 from ..network import Network, Turn
-from ..own.steps import moment
+from ..steps import moment
 from ..tdma import broadcast
 from .aloha import Access
 
@@ -63,7 +63,7 @@ class Cycles:
         view = self._network.view(number, time)
         row = Round(number, time, colours=0, conflicts=conflict_count(view.heard))
         self._network.record.rounds.append(row)
-        return Turn(row, (), view, self._network.slots.uplink_slot)
+        return Turn(row, (), (), view)
 
     def expect(self, pings: range) -> None:
         """Wait until pings have passed every ASV in range."""

@@ -18,8 +18,8 @@ from ...scenario.scenario import Scenario
 from ...scenario.sections.anchors import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
 from ...vehicles.fleet import Fleet
 from ...vehicles.steered import Steered
-from ..chart import CarriedForward
-from ..own.steps import moment
+from ..predicted_positions import CarriedForward
+from ..steps import moment
 from . import assign, follow, zigzag
 from .own import OwnMover
 from .view import AnchorView, Array, Mover
@@ -49,13 +49,18 @@ class Anchors:
     """
 
     def __init__(
-        self, scenario: Scenario, mover: Mover, pace: Pace, chart: CarriedForward, lead_s: float
+        self,
+        scenario: Scenario,
+        mover: Mover,
+        pace: Pace,
+        prediction: CarriedForward,
+        lead_s: float,
     ) -> None:
         """Launch the vessels where the scenario says, or else where they are to be at first.
 
-        The `chart` knows where AUVs were launched, and is told of the fixes of vessels alone.
+        The `prediction` knows where AUVs were launched, and is told of the fixes of vessels alone.
         """
-        self._mover, self._pace, self._chart, self._lead = mover, pace, chart, lead_s
+        self._mover, self._pace, self._prediction, self._lead = mover, pace, prediction, lead_s
         self._reach, number = horizontal_reach(scenario), scenario.asvs.count
         self._failures, self._all = failures_of(scenario), np.ones(number, dtype=np.bool_)
         given = getattr(scenario.asvs.formation, "start_m", None)
@@ -71,7 +76,7 @@ class Anchors:
     def _view(self, time: float, begins: float, vessels: Array, bound_for: Array) -> AnchorView:
         return AnchorView(
             time, begins, vessels, bound_for, self._working(begins), self._pace.speed_m_per_s,
-            self._reach, self._chart,
+            self._reach, self._prediction,
         )  # fmt: skip
 
     def _working(self, time: float) -> NDArray[np.bool_]:
@@ -102,10 +107,10 @@ class Anchors:
         """Plot the last fix of each AUV that has new ones."""
         made, self._noted = fixes.rows[self._noted :], fixes.count
         last = {auv: row for row, auv in enumerate(made["auv"].tolist())}
-        self._chart.note(made[sorted(last.values())])
+        self._prediction.note(made[sorted(last.values())])
 
 
-def anchors_of(scenario: Scenario, chart: CarriedForward, room: Room) -> Anchors | None:
+def anchors_of(scenario: Scenario, prediction: CarriedForward, room: Room) -> Anchors | None:
     """Return the vessels of a scenario that are told where to go; None where there are none such.
 
     Raises:
@@ -131,7 +136,7 @@ def anchors_of(scenario: Scenario, chart: CarriedForward, room: Room) -> Anchors
         mover = OwnMover(name, own, room.farthest_m)
         words = ("speed_m_per_s", SPEED_M_PER_S), ("replan_s", REPLAN_S)
         pace = Pace(*(_number(name, own, word, usual) for word, usual in words))
-    return Anchors(scenario, mover, pace, chart, room.lead_s)
+    return Anchors(scenario, mover, pace, prediction, room.lead_s)
 
 
 def _shipped(scenario: Scenario, placement: Placed) -> Mover:

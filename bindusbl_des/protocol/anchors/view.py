@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..chart import Chart
+from ..predicted_positions import Prediction
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class AnchorView:
     working: NDArray[np.bool_]
     speed: float
     reach: float
-    _chart: Chart
+    _prediction: Prediction
 
     @property
     def is_first(self) -> bool:
@@ -41,7 +41,7 @@ class AnchorView:
         That is the last fix of each carried forward by what is planned for it; before the first,
         what is planned from where it was launched.
         """
-        return self._chart.at(time)
+        return self._prediction.at(time)
 
 
 class Mover(Protocol):

@@ -6,8 +6,7 @@ ASV.  `heard` (n, m) tells which ASVs each AUV is within range of.
 
 import numpy as np
 
-from ..colouring import dsatur_groups
-from ..conflicts import Hearing
+from ..conflicts import Hearing, dsatur_groups
 
 # Graphs of more AUVs that DSATUR does not settle are left with what is known of them.
 EXACT_UP_TO = 20

@@ -1,7 +1,6 @@
 """The MF band: frames of fixes travel from ASVs to every AUV in range."""
 
 import math
-from collections.abc import Sequence
 from functools import cache, partial
 from typing import NamedTuple
 
@@ -10,13 +9,14 @@ import simpy
 from numpy.typing import NDArray
 
 from ...acoustics.channel import AskedChannel, between
+from ...acoustics.modem import Message
 from ...acoustics.named_channels import FrameChannel
 from ...acoustics.travel_time import travel_time
 from ...core.clock import Clock
 from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...navigation.navigators import Navigator
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, Broadcast
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import FRAME_RECEPTION, NONE, Rows
 from ...vehicles.fleet import Fleet
@@ -100,42 +100,40 @@ class MfDownlink(Deliveries):
         return handed
 
     def send(
-        self,
-        rows: Sequence[int] | Ints,
-        asv: int,
-        time: float,
-        airtime: float,
-        processing: float = 0.0,
-        size_bytes: int = 0,
+        self, round_number: int, rows: Ints, asv: int, time: float, message: Message, part: int = 0
     ) -> None:
-        """Send fixes in a frame that starts at `time` and lasts `airtime` (eq. deliver_tick).
+        """Send fixes of a round in a frame that starts at `time`, and lasts as long as its message
+        (eq. deliver_tick).
 
-        A modem hands a frame over `processing` (s) after its end has arrived.  A channel is asked
-        by its size.
+        A modem hands a frame over so much later than its end has arrived.  A channel is asked by
+        its size.
         """
+        airtime, processing = message.airtime_s, message.delay_s
+        on_air = self._asvs.works_for(asv, time, airtime)
+        size, count, named = message.size_bytes, message.fixes, message.named
+        row = Broadcast(round_number, asv, time, on_air, size, count, part, named)
+        self._record.broadcasts.append(row)
         if self.on_broadcast is not None:
             self.on_broadcast()
         for fleet in self._moving:
             fleet.advance(time)
-        foreseen = airtime <= self._foreseen_s
-        frames, carried = self._frames, np.asarray(rows, dtype=np.int64)
-        on_air = self._asvs.works_for(asv, time, airtime)
+        foreseen, frames = airtime <= self._foreseen_s, self._frames
         if on_air < airtime:  # the frame is cut
-            self._fixes.array["outcome"][carried] = LOST
+            self._fixes.array["outcome"][rows] = LOST
         if self._channel is not None:
-            self._ask(self._channel(size_bytes, airtime), carried, asv, time)
+            self._ask(self._channel(size, airtime), rows, asv, time)
         self._is_shared |= time < self._passed_at
         frames.room_for(1)
         last, self._passed_at = begin(
-            self._sent_in.address, frames.count, asv, time, on_air, airtime, processing, carried,
+            self._sent_in.address, frames.count, asv, time, on_air, airtime, processing, rows,
             foreseen,
         )  # fmt: skip
         frames.count += 1
         if last >= 0.0:
-            self._deliver_by(last, carried)
-        elif len(carried) and not foreseen:  # they steer meanwhile by other fixes, or who knows
+            self._deliver_by(last, rows)
+        elif len(rows) and not foreseen:  # they steer meanwhile by other fixes, or who knows
             event = self._env.timeout(airtime)
-            event.callbacks.append(partial(self._leave, carried, asv, (time, airtime, processing)))
+            event.callbacks.append(partial(self._leave, rows, asv, (time, airtime, processing)))
 
     def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> None:
         """Note which AUVs would decode a frame of fixes that an ASV begins at an instant (s)."""
@@ -256,10 +254,11 @@ class MfDownlink(Deliveries):
         vessel = self._asvs.vehicles[asv].at(time)  # the AUV's way is made known as it is asked for
         return travel_time(vessel, self._auvs.vehicles[auv].at, time, self._sound_speed)
 
-    def reply(self, fix: int, asv: int, time: float) -> None:
+    def reply(self, round_number: int, fix: int, asv: int, time: float) -> None:
         """Answer a ping that reached the ASV at `time` (s); the answer takes only its way."""
         row = self._fixes.array[fix]
         row["broadcast_at_s"], row["broadcast_by"] = time, asv
+        self._record.broadcasts.append(Broadcast(round_number, asv, time, 0.0, 0, 1))
         if self.on_broadcast is not None:
             self.on_broadcast()
         if self._auvs.predicted:

@@ -14,8 +14,8 @@ from ...records.recorder import Recorder
 from ...vehicles.fleet import Fleet
 from ..happenings import Happenings, Watched
 from ..mf.deliveries import Deliveries
-from ..own.steps import moment, some_work
 from ..slots import Slots
+from ..steps import moment, some_work
 from .beacons import Beacons
 from .outcomes import PassiveOutcomes
 

@@ -12,6 +12,12 @@ from numpy.typing import NDArray
 
 from ...records.recorder import Recorder
 from ...records.rows import Rows
+from ...scenario.instruments.own_sensors import straight_drift_rms
+from ...scenario.scenario import Scenario
+from ...scenario.sections.anchors import Placed
+from ...scenario.telling import positions_of
+from ...vehicles.fleet import Fleet
+from ..predicted_positions import planned_speeds
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -122,3 +128,20 @@ def weighed(drifted: float, fix: float) -> float:
     (2.0, 0.0)
     """
     return drifted * fix / (drifted + fix) if drifted > 0.0 else 0.0
+
+
+def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> Known:
+    """Return what a fleet will know of its AUVs' estimates and places, by what it has planned."""
+    speeds, water = planned_speeds(scenario, auvs), scenario.environment
+    carried = 0.0
+    if scenario.auvs.vehicle.has_dynamics:
+        carried = water.current_m_per_s + 3.0 * water.current_variation_m_per_s
+    formation = scenario.asvs.formation
+    vessels = formation.speed_m_per_s if isinstance(formation, Placed) else 0.0
+
+    def drift(auv: int, time: float) -> float:
+        return straight_drift_rms(scenario, time, float(speeds[auv]))
+
+    initial, positions = scenario.navigation.initial_position_sd_m, positions_of(scenario)
+    moving = speeds + carried
+    return Known(record, Plans(initial, moving, moving + vessels, drift, positions))

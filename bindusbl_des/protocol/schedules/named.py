@@ -16,7 +16,7 @@ from ...core.plugins import PluginError, asked, is_whole, loaded, shown
 from ...core.wording import shortened
 from ...scenario.families import FRAMED_SCHEDULES, RANDOM_ACCESS, SCHEDULE
 from ...scenario.part_settings import own_part, shipped_part
-from ..colouring import dsatur_groups, greedy_groups
+from ..conflicts import dsatur_groups, greedy_groups
 from .polling import polling
 from .super_tdma import super_tdma
 from .view import Groups, TimedGroups, View

@@ -7,10 +7,10 @@ import simpy
 
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.recorder import Recorder
-from ..colouring import greedy_groups
+from ..conflicts import greedy_groups
 from ..hf.outcomes import Outcomes
-from ..own.steps import moment
 from ..slots import Slots
+from ..steps import moment
 from .view import Groups, View
 
 Turn = tuple[int, int]  # number of a round, and of a slot in it

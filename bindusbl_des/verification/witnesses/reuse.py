@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from ...protocol.colouring import dsatur_groups, greedy_groups
+from ...protocol.conflicts import dsatur_groups, greedy_groups
 from ..case import Array, Case
 from ..pair import Plan
 from .pings import rounds_shown

@@ -9,9 +9,9 @@ from typing import Any, NoReturn
 import simpy
 from simpy.events import Condition
 
-from ...core.clock import Clock
-from ...core.plugins import PluginError, asked, shown
-from ...vehicles.fleet import Fleet
+from ..core.clock import Clock
+from ..core.plugins import PluginError, asked, shown
+from ..vehicles.fleet import Fleet
 
 # Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
 SAME = 1e-6

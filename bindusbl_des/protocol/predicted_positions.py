@@ -1,7 +1,8 @@
-"""Where the surface fleet believes the AUVs to be: the last fix of each, or that carried forward.
+"""Where the surface fleet believes all vehicles to be, and so who is within reach of whom.
 
-A chart knows what the fleet knows: where it launched the AUVs, what it has planned for them, and
-the fixes that it has made.  It never sees where they are.
+It knows where it launched the AUVs, what it has planned for them, and the fixes that it has made:
+AUVs are at their last fixes, or where these are carried forward to by what is planned.  Only where
+a scenario says so does it see where they are.
 """
 
 import math
@@ -9,13 +10,20 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..acoustics.propagation import Band
 from ..geometry.paths import Path
+from ..records.recorder import EventBuffer
 from ..records.rows import Rows
-from ..vehicles.vehicle import Vehicle
+from ..scenario.planned import route_of, tracks_of
+from ..scenario.plans import planned_tours
+from ..scenario.scenario import Scenario
+from ..scenario.telling import positions_of
+from ..vehicles.fleet import Fleet
+from ..vehicles.motion import SPEED, Floats, places
+from ..vehicles.vehicle import Place, Vehicle, moored, recorded
+from .conflicts import Array, Hearing, Survey, Surveyed, hearing
 
-Array = NDArray[np.float64]
 Spot = tuple[float, float]
 
 # A fix is sought on the tour where its AUV should be by now, give or take this share of the way
@@ -99,7 +107,7 @@ class LastFixes:
         self._places = launched
 
     def note(self, fixes: Rows) -> None:
-        """Plot fixes, rows of the buffer."""
+        """Note fixes, rows of the buffer."""
         for fix in fixes:
             self._places[fix["auv"], :2] = fix["x_m"], fix["y_m"]
 
@@ -109,13 +117,13 @@ class LastFixes:
 
 
 class CarriedForward:
-    """A chart of fixes carried on by what is planned: each AUV where it should be by now."""
+    """Fixes carried forward by what is planned: each AUV where it should be by now."""
 
     def __init__(self, launched: Array, courses: Sequence[Course]) -> None:
         self._places, self._courses = launched, courses
 
     def note(self, fixes: Rows) -> None:
-        """Plot fixes, rows of the buffer; each holds at the instant of its ping."""
+        """Note fixes, rows of the buffer; each holds at the instant of its ping."""
         for fix in fixes:
             place = float(fix["x_m"]), float(fix["y_m"])
             self._courses[fix["auv"]].fixed(float(fix["pinged_at_s"]), place)
@@ -127,4 +135,87 @@ class CarriedForward:
         return places
 
 
-Chart = LastFixes | CarriedForward
+Prediction = LastFixes | CarriedForward
+
+
+class PredictedPositions:
+    """Where the fleet believes its AUVs to be: where they are, or as predicted from their fixes."""
+
+    def __init__(
+        self,
+        auvs: Fleet,
+        asvs: Fleet,
+        band: Band,
+        margin: float,
+        prediction: Prediction | None,
+        fixes: EventBuffer,
+    ) -> None:
+        """An ASV hears AUVs within the reach of the HF band and a margin (m).
+
+        Without a `prediction` the fleet knows the truth.
+        """
+        self._auvs, self._asvs, self._slant = auvs, asvs, band.slant
+        self._reach = band.reach + margin
+        self._survey = Survey(Surveyed(auvs.motion, asvs.motion, self._reach, band.slant))
+        self._prediction, self._fixes, self._noted = prediction, fixes, 0
+
+    def seen(self, time: float) -> tuple[Array, Array, Hearing]:
+        """Return where AUVs and ASVs are believed to be at an instant (s), (n, 3) and (m, 3) in m,
+        and which AUVs each ASV that works is believed to hear, (n, m).
+        """
+        self._asvs.advance(time)
+        if self._prediction is None:
+            self._auvs.advance(time)
+            auvs, asvs, heard = self._survey.at(time)
+        else:
+            self._prediction.note(self._fixes.rows[self._noted :])
+            self._noted = self._fixes.count
+            auvs = self._prediction.at(time)
+            asvs = places(self._asvs.motion, time)[:, :3]
+            heard = hearing(auvs, asvs, self._reach, self._slant)
+        if failed := self._asvs.failed(time):
+            heard[:, failed] = False
+        return auvs, asvs, heard
+
+    def within(self, reach: float, time: float) -> Hearing:
+        """Return which AUVs are believed within a horizontal reach (m) of each ASV, (n, m)."""
+        auvs, asvs, _ = self.seen(time)
+        return hearing(auvs, asvs, reach, slant=False)
+
+
+def prediction_of(scenario: Scenario, launched: Array) -> Prediction | None:
+    """Return how a fleet predicts the AUVs that it has launched at places (n, 3), m; None where it
+    knows the truth.
+    """
+    match positions_of(scenario):
+        case "last_fix":
+            return LastFixes(launched)
+        case "carried_forward":
+            return CarriedForward(launched, courses(scenario))
+        case _:
+            return None
+
+
+def courses(scenario: Scenario) -> list[Course]:
+    """Return what is planned for each AUV of a scenario."""
+    auvs, route = scenario.auvs, route_of(scenario)
+    if route.kind == "hold":
+        depth = scenario.survey.depth
+        held = enumerate(route.positions_m)
+        return [Shifted(moored(Place(x, y, depth(auv), 0.0))) for auv, (x, y) in held]
+    tracks = tracks_of(scenario)
+    if tracks is not None:
+        return [Shifted(recorded(*track)) for track in tracks]
+    tours = zip(planned_tours(scenario), auvs.speeds, strict=True)
+    return [Touring(tour, speed) for tour, speed in tours]
+
+
+def planned_speeds(scenario: Scenario, auvs: Fleet) -> Floats:
+    """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
+    speed = np.array(scenario.auvs.speeds)
+    if scenario.auvs.route.kind == "hold":
+        speed[:] = 0.0
+    elif route_of(scenario).kind == "track" and auvs.poses is None:
+        table, first, _ = auvs.motion
+        speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
+    return speed
