@@ -3,7 +3,7 @@
 
 const MOST_ROUNDS = 3000;
 
-// Groups of AUVs without a common listener: greedy in index order, or DSATUR (protocol/colouring.py).
+// Groups of AUVs without a common listener: greedy in index order, or DSATUR (protocol/conflicts.py).
 // `hears(auv, asv)` tells who hears whom; returned is the group of each AUV.
 function coloured(auvs, asvs, hears, schedule) {
   const colours = new Int32Array(auvs).fill(-1), used = Array.from({ length: asvs }, () => new Uint8Array(auvs + 1));
