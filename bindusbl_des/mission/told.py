@@ -49,9 +49,14 @@ def told_to(scenario: Scenario) -> tuple[Belief, Growth]:
         sds=np.array(sds, dtype=np.float64),
         time_constants=np.array(lasts, dtype=np.float64),
         step=longest if in_body else math.inf,
+        aligned=STATES + len(skew.sds) + len(wandering.sds) if _is_aligned(scenario) else 0,
     )
-    start, bias = _start(scenario), _bias(scenario)
-    return first_belief(start, bias, _current(scenario), sds), growth
+    first = first_belief(_start(scenario), _bias(scenario), _current(scenario), sds)
+    if growth.aligned and growth.stretched:  # the compass that turns the way turns the array too
+        turn = growth.stretched + 1
+        both = first.covariance[turn, turn]
+        first.covariance[turn, growth.aligned] = first.covariance[growth.aligned, turn] = both
+    return first, growth
 
 
 def settings_of(scenario: Scenario) -> Kalman:
@@ -111,6 +116,13 @@ def _common(scenario: Scenario) -> Further:
     sds = [sd for kind in kinds for sd in kind.sds * kind.times]
     lasts = [kind.time_constant_s for kind in kinds for _ in range(len(kind.sds) * kind.times)]
     return Further(tuple(sds), tuple(lasts))
+
+
+def _is_aligned(scenario: Scenario) -> bool:
+    """Tell whether AUVs carry arrays that may be turned, by as much as is estimated."""
+    return scenario.protocol.is_passive and any(
+        it.name == "misalignment" for it in told_of(scenario)
+    )
 
 
 def _current(scenario: Scenario) -> float:

@@ -68,7 +68,8 @@ class Growth(NamedTuple):
     (m2/s3), and whether biases turn with the body.
 
     `stretched` and `wandering` are the first of two states each that stretch and turn the way, and
-    of a bias that wanders; 0 if there are none.  Each state after the first six has a standard
+    of a bias that wanders, `aligned` the misalignment (rad) of an array of the AUV's own, by which
+    all its fixes are turned; 0 if there are none.  Each state after the first six has a standard
     deviation and a time constant (s); it is a stationary Gauss-Markov process, constant if that is
     infinite.  A belief is carried by no more than a `step` (s) at a time.
     """
@@ -81,6 +82,7 @@ class Growth(NamedTuple):
     sds: Floats = NONE
     time_constants: Floats = NONE
     step: float = inf
+    aligned: int = 0
 
 
 def first_belief(
@@ -89,7 +91,7 @@ def first_belief(
     """Return what is believed at the start: no error, as sure as the sensors are.
 
     `start_sd` m of position, `bias_sd` m/s along both axes, `current_sd` m/s; then the standard
-    deviations of `further` states.
+    deviations of `further` states, none of which depends on another.
     """
     sd = np.array([start_sd, start_sd, *bias_sd, current_sd, current_sd, *further])
     return Belief(np.zeros(1, dtype=MOMENT), np.zeros(sd.size), np.diag(sd**2))
@@ -218,6 +220,41 @@ def between(belief: Belief, told: Told, before: Told, growth: Growth) -> float:
         skew = spread[growth.stretched, growth.stretched]
         out += 0.5 * way * (skew + spread[growth.stretched + 1, growth.stretched + 1])
     return float(out)
+
+
+@compiled
+def turn_with(spread: Floats, k: int, x: float, y: float) -> None:
+    """Have in the place of a covariance that of a belief whose place was corrected by x, y (m).
+
+    An array that is turned by c in the AUV that carries it turns all that this believes of its
+    place, about any ASV alike: no fix tells of that turn by itself.  What is believed of it is
+    about the place before the correction.  Left so, each correction would look like news of c, and
+    the filter would grow sure of it by its own noise alone.  So the error goes with c as far as the
+    place believed now is turned by it.  Source: A. Barrau, S. Bonnabel, The Invariant Extended
+    Kalman Filter as a Stable Observer, IEEE Trans. Automatic Control 62(4), 2017; the effect: G. P.
+    Huang, A. I. Mourikis, S. I. Roumeliotis, Observability-based Rules for Designing Consistent EKF
+    SLAM Estimators, Int. J. Robotics Research 29(5), 2010.
+    """
+    for i in range(len(spread)):
+        spread[0, i] -= y * spread[k, i]
+        spread[1, i] += x * spread[k, i]
+    for i in range(len(spread)):
+        spread[i, 0] -= y * spread[i, k]
+        spread[i, 1] += x * spread[i, k]
+
+
+@inlined
+def on_circle(spread: Floats, k: int) -> tuple[float, float, float]:
+    """Return xx, yy, xy (m2) of the place's covariance, of that of all states.
+
+    What goes with the misalignment c of the AUV's own array, its state k if that is not 0, turns
+    the place on a circle, which leaves its tangent by r c^2 / 2, where r c is how far that goes.
+    """
+    xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]
+    if k > 0:  # E c^4 / 4 = 3 var(c)^2 / 4
+        x, y = spread[0, k], spread[1, k]
+        xx, yy, xy = xx + 0.75 * y * y, yy + 0.75 * x * x, xy - 0.75 * x * y
+    return xx, yy, xy
 
 
 @compiled

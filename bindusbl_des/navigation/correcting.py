@@ -10,7 +10,7 @@ from ..records.events import HEARD
 from ..records.rows import NONE, Row, Rows
 from ..vehicles.expected_drift import Told, expected_error, learn, way_since
 from ..vehicles.motion import Floats, Ints, where
-from .belief import Belief, between, carry, expected, next_stop, one, step_on, write
+from .belief import Belief, between, carry, expected, next_stop, one, step_on, turn_with, write
 from .common_errors import Expected, Said, at_place, said_of
 from .dead_reckoning import reckoned
 from .memory import REMEMBERED, Known
@@ -95,7 +95,11 @@ def _take_in(
             _note(fix, said, polar)
         if common is not None and not polar:
             said = _without(said, at, common[number], latest, told, by.desk.common)
+        x, y = latest.state[0], latest.state[1]
         off, weight, is_taken = take(latest, said, by.desk.common, told, by.rule, by.desk.shares)
+        if growth.aligned > 0:
+            x, y = x - latest.state[0], y - latest.state[1]
+            turn_with(latest.covariance, growth.aligned, x, y)
         if number == row:
             fix.innovation_m, fix.nis, taken = off, weight, is_taken
     return taken

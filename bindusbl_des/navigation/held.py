@@ -9,7 +9,7 @@ from ..core.growing import lengthened
 from ..core.handed import Handed, opened
 from ..vehicles.expected_drift import Drift, Told, expected_error, way_since
 from ..vehicles.motion import Floats, Ints
-from .belief import Beliefs, Growth, carry, error_spread, expected, one, step_on, write
+from .belief import Beliefs, Growth, carry, error_spread, expected, on_circle, one, step_on, write
 from .dead_reckoning import Odometry
 from .memory import Desk, Holding, Known
 
@@ -99,9 +99,9 @@ def _spread(
     spread = desk.ahead.covariance
     for n in range(begin, end):
         told = Told(times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1])
-        if growth.stretched + growth.wandering == 0:
+        if growth.stretched + growth.wandering + growth.aligned == 0:
             out[n, 0], out[n, 1], out[n, 2] = error_spread(desk.belief, told, growth)
         else:
             write(desk.belief, desk.ahead)
             carry(desk.ahead, told, growth)
-            out[n, 0], out[n, 1], out[n, 2] = spread[0, 0], spread[1, 1], spread[0, 1]
+            out[n, 0], out[n, 1], out[n, 2] = on_circle(spread, growth.aligned)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..records.rows import FIX, Rows
 from ..vehicles.motion import Ints
-from .belief import NONE, Belief, Growth, begun_at
+from .belief import NONE, Belief, Growth, begun_at, on_circle
 from .common_errors import said_of_all
 from .dead_reckoning import DeadReckoning, Odometry
 from .navigators import LinearNavigator
@@ -117,7 +117,7 @@ class Smoother:
             states, spreads = smooth(begin, nodes, own, self._growth)
             at = np.searchsorted(nodes.times, times[first:end])
             found.places[first:end] = odometry.position[first:end] - states[at, :2]
-            found.covariances[first:end] = spreads[at][:, (0, 1, 0), (0, 1, 1)]
+            found.covariances[first:end] = [on_circle(it, self._growth.aligned) for it in spreads[at]]
         return found
 
     def _of(self, auv: int) -> Known:

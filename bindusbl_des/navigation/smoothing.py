@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..core.compiled import compiled, inlined
 from ..vehicles.expected_drift import Told, way_since
 from ..vehicles.motion import Floats, Ints
-from .belief import STATES, Belief, Growth, carry, expected
+from .belief import STATES, Belief, Growth, carry, expected, turn_with
 from .dead_reckoning import Odometry
 
 Array = NDArray[np.float64]
@@ -150,10 +150,13 @@ def _filter(own: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> 
     gain, sight = np.empty(own.state.size), 0
     for n in range(odometry.times.size):
         carry(own, told_at(odometry, n), growth)
+        x, y = own.state[0], own.state[1]
         while sight < sights.nodes.size and sights.nodes[sight] == n:
             row = sights.rows[sight]
             absorb(own, row, _seen(own, row, sights.values[sight]), sights.variances[sight], gain)
             sight += 1
+        if growth.aligned > 0:
+            turn_with(own.covariance, growth.aligned, x - own.state[0], y - own.state[1])
 
 
 @compiled
@@ -163,23 +166,29 @@ def _smooth(
     """Return states (n, k) and covariances (n, k, k) at n instants from m sights."""
     count, known, rows = odometry.times.size, first.state.size, sights.rows
     states, spreads = np.empty((count, known)), np.empty((count, known, known))
-    moves = np.empty((count, known, known))
+    moves, turns = np.empty((count, known, known)), np.empty((count, 2))
     gains, offs, totals = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows))
     own, sight = Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()), 0
     for n in range(count):
         told = told_at(odometry, n)
         transition(own, told, growth, moves[n])
         carry(own, told, growth)
+        x, y = own.state[0], own.state[1]
         while sight < len(rows) and sights.nodes[sight] == n:
             offs[sight] = _seen(own, rows[sight], sights.values[sight])
             totals[sight] = absorb(
                 own, rows[sight], offs[sight], sights.variances[sight], gains[sight]
             )
             sight += 1
+        if growth.aligned > 0:
+            turns[n, 0], turns[n, 1] = x - own.state[0], y - own.state[1]
+            turn_with(own.covariance, growth.aligned, turns[n, 0], turns[n, 1])
         states[n], spreads[n] = own.state, own.covariance
     later, sure = np.zeros(known), np.zeros((known, known))
     for n in range(count - 1, -1, -1):
         _tell(states[n], spreads[n], later, sure)
+        if growth.aligned > 0:
+            _turn_back(later, sure, growth.aligned, turns[n, 0], turns[n, 1])
         while sight > 0 and sights.nodes[sight - 1] == n:
             sight -= 1
             if totals[sight] > 0.0:
@@ -218,6 +227,18 @@ def _unsee(
         later[i] -= row[i] * (weighed + off / total)
         for j in range(row.size):
             sure[i, j] += row[i] * row[j] / total
+
+
+@compiled
+def _turn_back(later: Floats, sure: Floats, k: int, x: float, y: float) -> None:
+    """Have what is said about a state that :func:`.belief.turn_with` has turned, said about that
+    before it.
+    """
+    later[k] += x * later[1] - y * later[0]
+    for i in range(later.size):
+        sure[k, i] += x * sure[1, i] - y * sure[0, i]
+    for i in range(later.size):
+        sure[i, k] += x * sure[i, 1] - y * sure[i, 0]
 
 
 @compiled
