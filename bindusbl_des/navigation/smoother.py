@@ -117,7 +117,9 @@ class Smoother:
             states, spreads = smooth(begin, nodes, own, self._growth)
             at = np.searchsorted(nodes.times, times[first:end])
             found.places[first:end] = odometry.position[first:end] - states[at, :2]
-            found.covariances[first:end] = [on_circle(it, self._growth.aligned) for it in spreads[at]]
+            found.covariances[first:end] = [
+                on_circle(it, self._growth.aligned) for it in spreads[at]
+            ]
         return found
 
     def _of(self, auv: int) -> Known:
