@@ -52,6 +52,8 @@ def _seed(view):
 def slow(view):
     if view.round == 0:
         time.sleep(0.05)
+    while _seed(view) == 29 and os.path.exists(os.path.join(os.path.dirname(__file__), "hold")):
+        time.sleep(0.02)
     return [[auv] for auv in range(len(view.auvs))]
 
 def poison(view):
@@ -116,6 +118,15 @@ def experiment(home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> P
     return home / "experiment.yaml"
 
 
+@pytest.fixture
+def hold(home: Path, undisturbed: Campaign) -> Iterator[Path]:
+    """A file: while it exists no campaign of slow missions ends, however long a test may take."""
+    file = home / "hold"
+    file.touch()
+    yield file
+    file.unlink(missing_ok=True)
+
+
 def start(home: Path, *words: object, **options: object) -> "subprocess.Popen[str]":
     """Start the command line as a process of its own."""
     return subprocess.Popen(
@@ -128,11 +139,19 @@ def start(home: Path, *words: object, **options: object) -> "subprocess.Popen[st
     )
 
 
-def wait_for_part(folder: Path, seconds: float = 30.0) -> None:
+def wait_for_part(folder: Path, seconds: float = 120.0) -> None:
     """Wait until a campaign has written something."""
     until = time.monotonic() + seconds
     while not list(folder.glob("missions/part-*.parquet")):
         assert time.monotonic() < until, "nothing was written"
+        time.sleep(0.02)
+
+
+def wait_for_stop(folder: Path, seconds: float = 120.0) -> None:
+    """Wait until a campaign has asked its workers to stop."""
+    until = time.monotonic() + seconds
+    while not (folder / "stop").exists():
+        assert time.monotonic() < until, "nobody was asked to stop"
         time.sleep(0.02)
 
 
@@ -148,7 +167,9 @@ def test_tables_do_not_depend_on_the_number_of_workers(
     assert len(list((two.folder / "missions").iterdir())) == 1
 
 
-def test_a_killed_worker_costs_nothing(undisturbed: Campaign, home: Path, tmp_path: Path) -> None:
+def test_a_killed_worker_costs_nothing(
+    undisturbed: Campaign, home: Path, hold: Path, tmp_path: Path
+) -> None:
     """Its missions are run again, once."""
     pools: list[LocalPool] = []
 
@@ -159,6 +180,7 @@ def test_a_killed_worker_costs_nothing(undisturbed: Campaign, home: Path, tmp_pa
     def kill() -> None:
         wait_for_part(tmp_path / "killed")
         os.kill(pools[-1].pids()[0], signal.SIGKILL)
+        hold.unlink()
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(running, "pool_for", remembered)
@@ -168,7 +190,9 @@ def test_a_killed_worker_costs_nothing(undisturbed: Campaign, home: Path, tmp_pa
         killer.join()
 
 
-def test_a_killed_campaign_is_resumed(undisturbed: Campaign, home: Path, tmp_path: Path) -> None:
+def test_a_killed_campaign_is_resumed(
+    undisturbed: Campaign, home: Path, hold: Path, tmp_path: Path
+) -> None:
     """Kill -9 of the parent loses no row and leaves no worker; a second process waits its turn."""
     folder = tmp_path / "killed"
     parent = start(home, "sweep", home / "slow.yaml", "--out", folder, "--workers", 1)
@@ -178,6 +202,7 @@ def test_a_killed_campaign_is_resumed(undisturbed: Campaign, home: Path, tmp_pat
     assert call("sweep", home / "slow.yaml", "--out", folder).exit_code == 2
     assert "running" in call("status", folder).stdout
     parent.kill()
+    hold.unlink()
     parent.communicate()
     before = done(folder)
     assert 0 < len(before) < 60
@@ -191,13 +216,15 @@ def test_a_killed_campaign_is_resumed(undisturbed: Campaign, home: Path, tmp_pat
     assert not (folder / "campaign.lock").exists()
 
 
-def test_ctrl_c_flushes_what_was_run(home: Path, tmp_path: Path) -> None:
+def test_ctrl_c_flushes_what_was_run(home: Path, hold: Path, tmp_path: Path) -> None:
     """The first Ctrl-C ends the campaign in order, with exit code 130."""
     folder = tmp_path / "interrupted"
     parent = start(home, "sweep", home / "slow.yaml", "--out", folder, "--workers", 1)
     wait_for_part(folder)
     parent.send_signal(signal.SIGINT)
-    _, stderr = parent.communicate(timeout=20)
+    wait_for_stop(folder)
+    hold.unlink()
+    _, stderr = parent.communicate(timeout=120)
     assert parent.returncode == 130, stderr
     assert "resume" in stderr
     assert read_record(folder)["status"] == "interrupted"
@@ -208,16 +235,14 @@ def test_a_second_ctrl_c_ends_at_once(home: Path, tmp_path: Path) -> None:
     """A mission that never ends keeps nobody waiting; what was written counts, no worker stays."""
     folder = tmp_path / "twice"
     parent = start(home, "sweep", home / "endless.yaml", "--out", folder, "--workers", 1)
-    until = time.monotonic() + 60
+    until = time.monotonic() + 120
     while not any(mark.read_text().strip() == "3" for mark in folder.glob("missions/.at-*.tmp")):
         assert time.monotonic() < until, "mission 3 was never begun"
         time.sleep(0.02)
     parent.send_signal(signal.SIGINT)
-    while not (folder / "stop").exists():
-        assert time.monotonic() < until, "nobody was asked to stop"
-        time.sleep(0.02)
+    wait_for_stop(folder)
     parent.send_signal(signal.SIGINT)
-    _, stderr = parent.communicate(timeout=30)  # its pipes close when its workers have ended
+    _, stderr = parent.communicate(timeout=120)  # its pipes close when its workers have ended
     assert (parent.returncode, "Traceback" in stderr) == (130, False), stderr
     assert read_record(folder)["status"] == "interrupted"
     assert not list(folder.glob("**/*.tmp"))
@@ -265,7 +290,7 @@ def test_a_mission_that_raises_is_a_failed_row(home: Path, tmp_path: Path) -> No
     missions = load_campaign(folder).missions
     failed = missions[missions["status"] == "failed"]
     told = "'accidents:raising' raised RuntimeError in round 0: seed 3 does not work"
-    line = ", at accidents.py:24"
+    line = ", at accidents.py:26"
     assert list(failed["error"]) == [f"PluginError: protocol.schedule: {told}{line}"] * 2
     assert failed["position_error_m"].isna().all()
     assert len(load_campaign(folder).auvs) == 14 * 3
