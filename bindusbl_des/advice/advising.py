@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..core.wording import counted
 from ..results.effects import FILTER, GAIN, Advice, Effect
+from ..scenario.declared import navigator_of
 from ..scenario.files.mistakes import ScenarioError
 from ..scenario.files.scenario_file import parse_scenario
 from ..scenario.scenario import Scenario
@@ -93,7 +94,7 @@ def advise(
         dropped=_words([it for it in race.tried if it not in said]),
         untried=_words(race.untried),
         shortage=_short(trials, most) if unknown and not effects else "",
-        fixed_gain=scenario.navigation.filter == "fixed_gain",
+        fixed_gain=navigator_of(scenario).has_gain,
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..acoustics.fix_chance import HALF, delivery
 from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
+from ..scenario.declared import DOWNLINKS, channel_named, navigator_of
 from ..scenario.families import is_random
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
@@ -25,7 +26,7 @@ GAINS = (0.5, 0.2, 0.35, 0.7, 0.1, 0.05)
 SMALL_GAINS = (0.05, 0.2, 0.1, 0.02, 0.35, 0.5)
 FACTORS = (1.5, 1.25, 2.0)
 BROADCASTERS = ("nearest", "parallel", "most_fixes", "rotate", "random")
-DOWNLINKS = ("pipelined_round", "direct_reply", "sequential", "pipelined_group")
+DOWNLINKS_TRIED = ("pipelined_round", "direct_reply", "sequential", "pipelined_group")
 SCHEDULES = ("one_per_slot", "spatial_reuse", "dsatur")
 
 STATIONS, COUNT, RANGES, PAIR = "formation", "number of ASVs", "ranges", "pair"
@@ -106,7 +107,7 @@ def _filters(scenario: Scenario) -> Iterator[Change]:
 
 def _delays(scenario: Scenario) -> Iterator[Change]:
     navigation = scenario.navigation
-    if navigation.filter == "fixed_gain" and navigation.delay_compensation == "none":
+    if navigator_of(scenario).has_gain and navigation.delay_compensation == "none":
         yield Change(
             DELAY,
             "compare fixes with the estimate at their ping (delay compensation)",
@@ -116,7 +117,7 @@ def _delays(scenario: Scenario) -> Iterator[Change]:
 
 def _gains(scenario: Scenario, harmful: bool, needless: list[str]) -> Iterator[Change]:
     now = scenario.navigation.gain
-    if scenario.navigation.filter != "fixed_gain":
+    if not navigator_of(scenario).has_gain:
         needless.append("another gain or delay compensation (the filter has none)")
         return
     for gain in SMALL_GAINS if harmful else GAINS:
@@ -142,11 +143,12 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
     Answers without airtime are not advised: no modem can give them.
     """
     instant = scenario.protocol.reply == "instant"
-    names = tuple(it for it in DOWNLINKS if it != "direct_reply" or not instant)
+    names = [it for it in DOWNLINKS_TRIED if not (DOWNLINKS[it].replies and instant)]
     if not is_random(scenario):
-        return names
-    answers = scenario.protocol.downlink == "direct_reply"
-    return tuple(it for it in names if it == ("sequential" if answers else "direct_reply"))
+        return tuple(names)
+    broadcast = [it for it in names if not DOWNLINKS[it].replies and DOWNLINKS[it].waits]
+    answered = [it for it in names if DOWNLINKS[it].replies]
+    return tuple(broadcast if scenario.protocol.replies else answered)
 
 
 def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
@@ -157,7 +159,7 @@ def _schedules(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
 
 
 def _broadcasters(scenario: Scenario, needless: list[str]) -> Iterator[Change]:
-    if scenario.asvs.count == 1 or scenario.protocol.downlink == "direct_reply":
+    if scenario.asvs.count == 1 or scenario.protocol.replies:
         needless.append("another broadcaster (no frame has a choice of ASVs)")
         return
     yield from _others(scenario, "broadcaster", BROADCASTERS)
@@ -197,7 +199,12 @@ def _losses(scenario: Scenario) -> Iterator[Change]:
     """Yield a loss law that is made for the HF range, where most pings over that are lost."""
     hf, law = scenario.acoustics.hf, scenario.acoustics.loss.law
     found = delivery(scenario, "hf")
-    if hf.channel == "disc" and law != "scaled" and found is not None and found[1] < HALF:
+    if (
+        channel_named(hf.channel).ends_at_range
+        and law != "scaled"
+        and found is not None
+        and found[1] < HALF
+    ):
         words = f"pings that carry over {hf.range_m:g} m (loss law scaled instead of {law})"
         yield Change("loss law", words, {"acoustics.loss.law": "scaled"})
 

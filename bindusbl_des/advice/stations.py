@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.formation import formation
+from ..scenario.declared import broadcaster_of
 from ..scenario.planned import horizontal_reach, route_of, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario
@@ -30,7 +31,8 @@ class Ways:
     def __init__(self, scenario: Scenario) -> None:
         self._area = area_of(scenario)
         self._hears, self._told = horizontal_reach(scenario), scenario.acoustics.mf.range_m
-        self._choice = scenario.protocol.broadcaster == "nearest"
+        sender = broadcaster_of(scenario)
+        self._choice = sender.serves_nearest and not sender.at_once
         self._choice |= scenario.protocol.replies
         self._instant = not scenario.protocol.sends_frames
         count = scenario.auvs.count

@@ -22,7 +22,7 @@ def sending_at_random(result: "Result", ping: Any) -> Iterator[Step]:
     yield Step(
         row.started_at_s,
         f"Round {ping['round']}",
-        f"begins: {_why_round(protocol.downlink)} ({protocol.schedule.told})",
+        f"begins: {_why_round(protocol.replies)} ({protocol.schedule.told})",
         f"AUVs ping as they like; {counted(row.conflicts, 'pair')} of them could collide at an ASV",
         {"round": ping["round"], "conflicts": row.conflicts},
     )
@@ -39,8 +39,8 @@ def sending_at_random(result: "Result", ping: Any) -> Iterator[Step]:
     )  # fmt: skip
 
 
-def _why_round(downlink: str) -> str:
-    if downlink == "direct_reply":
+def _why_round(replies: bool) -> str:
+    if replies:
         return "it lasts as long as the mission, since each ping is answered by itself"
     return "MF is free"
 

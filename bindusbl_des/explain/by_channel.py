@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..acoustics.channel import AskedChannel, Signals
 from ..acoustics.named_channels import echoing, hf_channel
 from ..core.plugins import is_plugin
+from ..scenario.declared import channel_named
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -81,7 +82,7 @@ def _chance(scenario: "Scenario", reception: Any) -> str:
     """Tell how likely a ping was lost on its way."""
     channel, away = scenario.acoustics.hf.channel, float(reception.slant_range_m)
     loss = loss_by_channel(scenario, away)
-    if channel == "curve":
+    if not channel_named(channel).has_levels:
         name = Path(channel.settings["file"]).name
         return f"loss probability {loss:.3f} by the curve {name} at {away:.1f} m"
     spread = _asked(scenario).receiver.shadowing_sd_db

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..navigation.weighing import MOST_REFUSED
+from ..scenario.declared import navigator_of
 from .chain import Step
 from .numbers import rows_where
 
@@ -67,7 +68,7 @@ def _gates(result: "Result") -> bool:
 
 
 def _smooths(result: "Result") -> bool:
-    return result.scenario.navigation.filter == "smoother"
+    return navigator_of(result.scenario).is_smoother
 
 
 def _share(fix: Any) -> float | None:
@@ -86,7 +87,7 @@ def _compared(result: "Result", fix: Any) -> str:
     if innovation is None:
         return ""
     when = "of the instant at which the fix holds"
-    if navigation.filter == "fixed_gain" and navigation.delay_compensation == "none":
+    if navigator_of(result.scenario).has_gain and navigation.delay_compensation == "none":
         when = "of now, though it has gone on since the ping (delay_compensation none)"
     return f"innovation {innovation:.2f} m against its estimate {when}"
 
@@ -94,8 +95,8 @@ def _compared(result: "Result", fix: Any) -> str:
 def _gated(result: "Result", fix: Any) -> str:
     """Return in words whether the gate let a fix pass, empty where it did not come to that."""
     navigation, square = result.scenario.navigation, _known(fix.nis)
-    if navigation.filter == "fixed_gain" and _known(fix.innovation_m) is not None:
-        return "no gate: fixed_gain takes every fix in"
+    if navigator_of(result.scenario).has_gain and _known(fix.innovation_m) is not None:
+        return f"no gate: {navigation.filter} takes every fix in"
     if not _gates(result) or square is None:
         return ""
     if navigation.nis_gate is None:
@@ -111,7 +112,7 @@ def _gated(result: "Result", fix: Any) -> str:
 def _moved(result: "Result", fix: Any) -> str:
     """Return in words by which gain a fix moved the estimate, or why it did not."""
     navigation, moved = result.scenario.navigation, _known(fix.correction_m)
-    if navigation.filter == "dead_reckoning":
+    if navigator_of(result.scenario).ignores_fixes:
         return "dead reckoning alone takes no fix in"
     if _known(fix.innovation_m) is None:
         late = "it comes too late for its place among fixes of later instants, and is left out"
@@ -120,7 +121,7 @@ def _moved(result: "Result", fix: Any) -> str:
         return "refused: the estimate stays"
     whose = "its filter's" if _smooths(result) else "the"
     moves = f"moves {whose} estimate by {moved:.2f} m"
-    if navigation.filter == "fixed_gain":
+    if navigator_of(result.scenario).has_gain:
         return f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m {moves}"
     who = "by the covariances it" if navigation.weighs else navigation.filter.told
     share = _share(fix)

@@ -9,6 +9,7 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..protocol.slots import slots_of
 from ..results.round_timeline import uplink_slots
+from ..scenario.declared import broadcaster_of, channel_named, downlink_of
 from ..scenario.families import is_random
 from ..scenario.water import sound_speed_of
 from .astray import wrong
@@ -28,7 +29,7 @@ def known_at(result: "Result", fix: Any) -> float:
 
     Who replies directly knows it when the reply sets out.
     """
-    if result.scenario.protocol.downlink == "direct_reply":
+    if downlink_of(result.scenario).replies:
         return float(fix.broadcast_at_s)
     met = rows_where(result.tables["receptions"], ping=fix.ping)
     reached = met[met.outcome != "out_of_range"]
@@ -68,7 +69,7 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         "limit_m": limit,
     }
     protocol, mf = result.scenario.protocol, result.scenario.acoustics.mf
-    at_once = "direct_reply: the first ASV to decode a ping answers it at once"
+    at_once = f"{protocol.downlink}: the first ASV to decode a ping answers it at once"
     if not protocol.sends_frames:
         when = (
             "as the ping's front arrives (reply_at ping_front)"
@@ -84,7 +85,7 @@ def broadcasting(result: "Result", fix: Any) -> Step:
         reached = f"the frame is {met}"
     elif cut := frame_cut(result, fix):
         reached = cut
-    elif mf.channel != "disc":
+    elif not channel_named(mf.channel).ends_at_range:
         reached = f"{fix.auv} is {away:.1f} m away"
         reached += f"; {undecoded(mf, fix)}" if fix.outcome in ("lost", "out_of_range") else ""
     if protocol.replies:
@@ -133,13 +134,13 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
         return f"{policy.told}: the plug-in decided to broadcast now"
     if is_random(result.scenario):
         return why_broadcast(result, fix, frame, known_at(result, fix))
-    slots = uplink_slots(result, fix["round"])
-    slot = row_slot(result, fix) if policy == "pipelined_group" else len(slots) - 1
-    if int(frame["round"]) != int(fix["round"]) and policy == "sequential":
+    slots, declared = uplink_slots(result, fix["round"]), downlink_of(result.scenario)
+    slot = row_slot(result, fix) if declared.by_group else len(slots) - 1
+    if int(frame["round"]) != int(fix["round"]) and declared.waits:
         most = slots_of(result.scenario).messages.most
         return f"{policy}: older fixes filled the messages before, of {most} each"
     ends = slots[slot].end
-    which = "its slot" if policy == "pipelined_group" else "the last slot of its round"
+    which = "its slot" if declared.by_group else "the last slot of its round"
     told = f"{policy}: {which} ended at {ends:.4f} s"
     if fix.broadcast_at_s - ends > 1e-9:
         told += " and the frame before it held the band until now"
@@ -159,25 +160,26 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
     carried = rows_where(result.tables["fixes"], broadcast_at_s=fix.broadcast_at_s)
     if is_plugin(rule):
         return f"{rule.told}: the plug-in chose {fix.broadcast_by}"
-    if rule == "rotate" and gone:
+    chosen = broadcaster_of(result.scenario)
+    if chosen.chosen_by == "turn" and gone:
         names = ", ".join(f"ASV{n}" for n in able)
         return (
-            f"rotate: frame {number} is that of number {number} mod {len(able)} = "
+            f"{rule}: frame {number} is that of number {number} mod {len(able)} = "
             f"{number % len(able)} of those that work, {names}"
         )
-    if rule == "rotate":
-        return f"rotate: frame {number} is that of ASV {number} mod {count} = {number % count}"
-    if rule == "random":
-        return "random: drawn by lot"
-    if rule == "fixed":
+    if chosen.chosen_by == "turn":
+        return f"{rule}: frame {number} is that of ASV {number} mod {count} = {number % count}"
+    if chosen.chosen_by == "lot":
+        return f"{rule}: drawn by lot"
+    if chosen.chosen_by == "one":
         asked = f"ASV{rule.settings.get('asv', 0)}"
         if asked != fix.broadcast_by:
-            return f"fixed: {asked} has failed, {fix.broadcast_by} is the next that works"
-        return f"fixed: always {fix.broadcast_by}"
-    if rule == "most_fixes":
+            return f"{rule}: {asked} has failed, {fix.broadcast_by} is the next that works"
+        return f"{rule}: always {fix.broadcast_by}"
+    if chosen.chosen_by == "hearing":
         own = sum(fix.broadcast_by in asvs.split() for asvs in carried.asvs)
-        return f"most_fixes: it measured {own} of the {len(carried)}, no ASV more"
-    if rule == "parallel":
+        return f"{rule}: it measured {own} of the {len(carried)}, no ASV more"
+    if chosen.at_once:
         return _shared(result, fix, able)
     goals = carried[["x_m", "y_m"]].to_numpy(float)
     means = [
@@ -185,16 +187,17 @@ def _why_it(result: "Result", fix: Any, number: int) -> str:
         for n in able
     ]
     told = ", ".join(f"ASV{n} {mean:.1f} m" for n, mean in zip(able, means, strict=True))
-    return f"nearest: mean distance to the fixes {told}"
+    return f"{rule}: mean distance to the fixes {told}"
 
 
 def _shared(result: "Result", fix: Any, able: list[int]) -> str:
-    """Tell why the one of those ASVs that work sends a fix that is nearest to it (parallel)."""
+    """Tell why the one of those ASVs that work sends a fix that is nearest to it."""
     begin, goal = fix.broadcast_at_s, np.array([fix.x_m, fix.y_m], dtype=float)
     away = [math.hypot(*(goal - place(result, f"ASV{n}", begin)[:2])) for n in able]
     frames = rows_where(result.tables["broadcasts"], sent_at_s=begin)
     others = sorted(set(frames.asv) - {fix.broadcast_by})
-    told = f"parallel: {fix.broadcast_by} is the nearest to the fix, {min(away):.1f} m from it"
+    rule = result.scenario.protocol.broadcaster
+    told = f"{rule}: {fix.broadcast_by} is the nearest to the fix, {min(away):.1f} m from it"
     if not others:
         return f"{told}; no other ASV sends now"
     return f"{told}; {', '.join(others)} {'send' if len(others) > 1 else 'sends'} at once"

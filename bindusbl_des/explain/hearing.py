@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..acoustics.channel import contention_of
 from ..acoustics.loss import COMBINERS, FITTED_RANGE, loss_law, range_loss
 from ..core.plugins import is_plugin
+from ..scenario.declared import channel_named
 from .by_channel import decided_by_channel, levels, loss_by_channel
 from .chain import Step
 from .failing import failed_while, had_failed
@@ -45,7 +46,7 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
             "slant_range_m": reception.slant_range_m,
             "travel_time_s": reception.travel_time_s,
             "range_m": _counted_range(result, reception, depth),
-            "limit_m": hf.range_m if hf.channel == "disc" else None,
+            "limit_m": hf.range_m if channel_named(hf.channel).ends_at_range else None,
             "loss_probability": None if reception.outcome == "out_of_range" else probability,
             **levels(reception),
         }
@@ -65,7 +66,7 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
     if told := deafened(result, reception):
         return "hears nothing", told
     others = sounds_beside(result, reception)
-    if hf.channel != "disc" and not is_plugin(hf.channel):
+    if not channel_named(hf.channel).ends_at_range and not is_plugin(hf.channel):
         return decided_by_channel(result, reception, others)
     away = _counted_range(result, reception, depth)
     # A vessel that moves may cross the limit while the ping is under way.
@@ -124,7 +125,7 @@ def _loss(result: "Result", reception: Any) -> tuple[float | None, str]:
     channel, slant_range = result.scenario.acoustics.hf.channel, float(reception.slant_range_m)
     if is_plugin(channel):
         return None, "the chance is the plug-in's (not recorded)"
-    if channel != "disc":
+    if not channel_named(channel).ends_at_range:
         return loss_by_channel(result.scenario, slant_range), ""
     loss, contention = result.scenario.acoustics.loss, contention_of(result.scenario)
     hf_range = result.scenario.acoustics.hf.range_m

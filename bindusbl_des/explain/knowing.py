@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..core.wording import counted
+from ..scenario.declared import channel_named
 from .chain import Step
 from .numbers import place, rows_where
 
@@ -85,6 +86,6 @@ def _why_missed(result: "Result", slot: Any) -> str:
     auv, asv = (place(result, name, slot.told_at_s) for name in (slot.auv, slot.told_by))
     away, mf = math.hypot(*(auv - asv)[:2]), result.scenario.acoustics.mf
     frame = f"the frame of {slot.told_by} that began at {slot.told_at_s:.4f} s"
-    if mf.channel == "disc" and away > mf.range_m:
+    if channel_named(mf.channel).ends_at_range and away > mf.range_m:
         return f"it was out of MF range of {frame}: {away:.1f} m > {mf.range_m:g} m"
     return f"it had not decoded {frame}, from {away:.1f} m away"

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.plugins import is_plugin
+from ..scenario.declared import channel_named
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -35,7 +36,7 @@ def out_of_range(hf: "Uplink") -> str:
     """Return where nothing on the HF band is decoded, as ends "ASV0 is 60 m away, ..."."""
     if is_plugin(hf.channel):
         return f"where the channel {hf.channel.told} lets no sound through"
-    if hf.channel != "disc":
+    if not channel_named(hf.channel).ends_at_range:
         return f"where the channel {hf.channel} lets nothing be decoded"
     return f"out of HF range ({hf.range_m:g} m {hf.range_metric})"
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..core.wording import counted
 from ..protocol.schedules.known import weighed
+from ..scenario.declared import schedule_of
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from .failing import number_of
 from .numbers import row_of, rows_where
@@ -19,11 +20,14 @@ Why = tuple[list[str], dict[str, Any]]
 
 def why_now(result: "Result", ping: Any) -> Why:
     """Return why an AUV pings now, in sentences and numbers; nothing where its slot says it all."""
-    rule = RULES.get(str(result.scenario.protocol.schedule))
-    return ([], {}) if rule is None else rule(result, ping)
+    rule = RULES.get(schedule_of(result.scenario).turn_by)
+    if rule is None:
+        return [], {}
+    (first, *others), facts = rule(result, ping)
+    return [f"{result.scenario.protocol.schedule}: {first}", *others], facts
 
 
-def _worst_first(result: "Result", ping: Any) -> Why:
+def _by_expected_error(result: "Result", ping: Any) -> Why:
     """Tell what the fleet expected of the AUV when the round began, and how long it had waited."""
     begins = float(row_of(result, "rounds", "round", ping["round"]).started_at_s)
     pings, fixes = result.tables["pings"], result.tables["fixes"]
@@ -44,7 +48,7 @@ def _worst_first(result: "Result", ping: Any) -> Why:
     tried = f", {counted(since_then, 'ping')} since then made none" if since_then else ""
     waited = f", passed over for {counted(passed, 'round')}" if passed else ""
     return (
-        [f"worst_first: {age}, an expected error of {error:.2f} m{tried}{waited}"],
+        [f"{age}, an expected error of {error:.2f} m{tried}{waited}"],
         {
             "since_s": since, "expected_error_m": error, "pings_since": since_then,
             "rounds_passed_over": passed,
@@ -59,12 +63,12 @@ def _drift(result: "Result", auv: str, time: float) -> float:
     return straight_drift_rms(result.scenario, time, speed)
 
 
-def _polling(result: "Result", ping: Any) -> Why:
+def _by_calls(result: "Result", ping: Any) -> Why:
     """Tell what the call has waited for."""
     pings = rows_where(result.tables["pings"], round=ping["round"])
     before = pings[pings.slot == ping.slot - 1]
     if not len(before):
-        return ["polling: it is the first to be called in this round"], {}
+        return ["it is the first to be called in this round"], {}
     names, unheard = ", ".join(before.auv), []
     for it in before.itertuples():
         met = rows_where(result.tables["receptions"], ping=it.ping, asv=it.called_by)
@@ -72,11 +76,11 @@ def _polling(result: "Result", ping: Any) -> Why:
             unheard.append(it.auv)
     if unheard:
         silent = ", ".join(unheard)
-        return [f"polling: it was called when the wait for {silent} was over, unanswered"], {}
-    return [f"polling: it was called when the answer of {names} had been decoded"], {}
+        return [f"it was called when the wait for {silent} was over, unanswered"], {}
+    return [f"it was called when the answer of {names} had been decoded"], {}
 
 
-def _super_tdma(result: "Result", ping: Any) -> Why:
+def _by_arrivals(result: "Result", ping: Any) -> Why:
     """Tell behind whose arrival this one comes in most closely, at which ASV."""
     lasts = result.scenario.acoustics.hf.ping_s
     pings = rows_where(result.tables["pings"], round=ping["round"])
@@ -88,7 +92,7 @@ def _super_tdma(result: "Result", ping: Any) -> Why:
         if len(others):
             other = others.loc[others.arrived_at_s.idxmax()]
             gaps.append((own.arrived_at_s - other.arrived_at_s - lasts, own.asv, other.auv))
-    departs = f"super_tdma: it sets out {1e3 * _late(result, ping):.1f} ms after the round began"
+    departs = f"it sets out {1e3 * _late(result, ping):.1f} ms after the round began"
     if not gaps:
         return [f"{departs}, as the first to arrive wherever it is heard"], {}
     gap, asv, other = min(gaps)
@@ -103,4 +107,4 @@ def _late(result: "Result", ping: Any) -> float:
     return float(np.subtract(ping.sent_at_s, begins))
 
 
-RULES = {"worst_first": _worst_first, "polling": _polling, "super_tdma": _super_tdma}
+RULES = {"expected_error": _by_expected_error, "calls": _by_calls, "arrivals": _by_arrivals}

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.plugins import is_plugin
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
+from ..scenario.declared import schedule_of
 from ..scenario.families import is_random
 from ..scenario.telling import tells_slots
 from .at_random import sending_at_random
@@ -92,7 +93,7 @@ def _caller(result: "Result", ping: Any) -> str:
     if is_plugin(ranging):
         return f"{ranging}: the plug-in chose it"
     others = "no other ASV that works" if failed(result, ping.called_at_s) else "no other ASV"
-    rule = "polling" if protocol.schedule == "polling" else ranging
+    rule = protocol.schedule if schedule_of(result.scenario).turn_by == "calls" else ranging
     return f"{rule}: {others} is nearer, as far as the fleet knows"
 
 

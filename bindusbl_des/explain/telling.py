@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from ..scenario.declared import channel_named
 from .chain import Chain, Part, Step
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, undecoded
@@ -79,7 +80,7 @@ def _never_delivered(result: "Result", fix: Any) -> str:
     if cut := frame_cut(result, fix):
         return f"fix {fix.fix}, never delivered: {cut}"
     mf = result.scenario.acoustics.mf
-    if mf.channel != "disc":
+    if not channel_named(mf.channel).ends_at_range:
         return f"fix {fix.fix}, never delivered: {undecoded(mf, fix)}"
     reach = mf.range_m
     return (

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..scenario.declared import channel_named
 from ..scenario.instruments.own_sensors import wanders_over_m
 from ..scenario.sections.navigation import Drift
 from ..scenario.sections.vehicles import Formation
@@ -94,7 +95,11 @@ def doubts(question: Question, team: Candidate, foresight: Foresight) -> list[Do
 def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield shorter ranges, the ASVs where they are; of a disc only, which they bound."""
     bands = team.scenario.acoustics
-    discs = [name for name, band in ((HF, bands.hf), (MF, bands.mf)) if str(band.channel) == "disc"]
+    discs = [
+        name
+        for name, band in ((HF, bands.hf), (MF, bands.mf))
+        if channel_named(band.channel).ends_at_range
+    ]
     lengths = {HF: bands.hf.range_m, MF: bands.mf.range_m}
     if discs:
         keys = {f"{name}.range_m": float(f"{SHORTER * lengths[name]:.6g}") for name in discs}

@@ -92,12 +92,12 @@ def _predicted(inputs: Inputs) -> Value:
 def _told(inputs: Inputs, sights: Sights) -> Floats:
     """Return how likely AUVs decode a frame (n, k), whichever ASV broadcasts it."""
     access, told = inputs.access, sights.told
-    replies = access.downlink == "direct_reply"
-    if access.ranging == "passive" or (replies and not access.replies_in_frames):
+    replies = access.downlink.replies
+    if access.ranging.asvs_ping or (replies and not access.replies_in_frames):
         return np.ones(told.shape[:2])
-    if access.broadcaster == "fixed" and not replies:
+    if access.broadcaster.chosen_by == "one" and not replies:
         return np.asarray(told[:, :, access.fixed_asv])
-    if replies or access.broadcaster in ("nearest", "parallel"):
+    if replies or access.broadcaster.serves_nearest:
         nearest = sights.level_m.argmin(axis=2)[:, :, None]
         return np.asarray(np.take_along_axis(told, nearest, axis=2)[:, :, 0])
     return np.asarray(told.mean(axis=2))

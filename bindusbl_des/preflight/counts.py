@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scenario.declared import downlink_of, schedule_of
 from ..scenario.families import is_random
 from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
@@ -56,7 +57,8 @@ def _random(scenario: Scenario) -> dict[str, float]:
     pings = duration * load.pings_per_s
     fixes = duration * load.fixes_per_s * min(share, 1.0)
     rounds = rounds_of(scenario)
-    cycles = min(fixes, duration / rounds.period(0, 1)) if rounds.policy == "sequential" else 0.0
+    replies = scenario.protocol.replies
+    cycles = 0.0 if replies else min(fixes, duration / rounds.period(0, 1))
     met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
     return {
         "rounds": math.ceil(cycles) + 1,
@@ -81,7 +83,6 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     heard = _heard(scenario)
     crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one
     groups = min(max(round(crowd), rounds.fewest), rounds.most)
-    downlink = scenario.protocol.downlink
     pinging = 1 if rounds.frame else rounds.auvs
     fixed = min(float(heard.sum()), pinging)
     periods = scenario.duration_s / _period(rounds, groups, round(fixed))
@@ -90,7 +91,9 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
     share = min(float(heard.sum()) / auvs, asvs)
     edges = min(auvs * (auvs - 1) / 2, float((heard**2).sum()) / 2)
     whole, schedule = scenario.record.detail == "full", scenario.protocol.schedule
-    fixes, frames = pings * min(share, 1.0), number * {"pipelined_group": groups}.get(downlink, 1)
+    chosen = schedule_of(scenario).groups == "saturation"
+    fixes = pings * min(share, 1.0)
+    frames = float(number * (groups if downlink_of(scenario).by_group else 1))
     if scenario.protocol.replies:
         frames = fixes if scenario.protocol.sends_frames else 0.0
     met = min(auvs * asvs, NEW_PAIRS * float(heard.sum()), pings * asvs)
@@ -102,7 +105,7 @@ def _protocol(scenario: Scenario) -> dict[str, float]:
         "frame_receptions": frames * auvs if whole else 0.0,
         "fixes": fixes,
         "edges": edges * number if ":" in schedule else 0.0,
-        "choices": float(auvs) ** 2 * number if schedule == "dsatur" else 0.0,
+        "choices": float(auvs) ** 2 * number if chosen else 0.0,
         "pairs": float(auvs * asvs),
         "noises": met,
     }

@@ -10,7 +10,7 @@ from typing import Any
 from ..core.wording import plain
 from ..presets.airtimes import airtime_table
 from ..scenario.agreement.problem import Problem
-from ..scenario.agreement.telling import RENUMBERING
+from ..scenario.declared import channel_named, downlink_of, schedule_of
 from ..scenario.families import is_random
 from ..scenario.files.curve_file import read_curve
 from ..scenario.planned import known_stations
@@ -24,9 +24,6 @@ from .whereabouts import shapes
 _MESSAGE = tuple(
     f"acoustics.mf.{it}" for it in ("bit_rate_bps", "modem", "payload_bytes", "overfull")
 )
-
-# Schedules by which AUVs share slots that no ASV hears two of
-SHARING = ("spatial_reuse", "dsatur", "worst_first", "super_tdma")
 
 # Within so far (m) no law of loss takes half of all pings: the most is 12 %.
 SAFE_M = 200.0
@@ -68,7 +65,7 @@ def deliveries(scenario: Scenario) -> Iterator[Problem]:
         if (found := delivery(scenario, band)) is None or found[1] >= HALF:
             continue
         reach, chance, half_m = found
-        on_disc = getattr(scenario.acoustics, band).channel == "disc"
+        on_disc = channel_named(getattr(scenario.acoustics, band).channel).ends_at_range
         chooser = "acoustics.loss.law" if on_disc else f"acoustics.{band}.channel"
         other = ", or acoustics.loss.law scaled" if on_disc and loss.law != "scaled" else ""
         most = f"at least half of them up to {half_m:.4g} m" if half_m else "nowhere half of them"
@@ -86,8 +83,11 @@ def _may_lose_half(scenario: Scenario, band: str) -> bool:
     """
     hf, loss = scenario.acoustics.hf, scenario.acoustics.loss
     if band == "mf":
-        return scenario.acoustics.mf.channel != "disc" and scenario.protocol.sends_frames
-    if hf.channel != "disc":
+        return (
+            not channel_named(scenario.acoustics.mf.channel).ends_at_range
+            and scenario.protocol.sends_frames
+        )
+    if not channel_named(hf.channel).ends_at_range:
         return True
     away = math.hypot(hf.range_m, scenario.survey.deepest)
     shrink = min(1.0, SAFE_M / 2.0 / hf.range_m) if loss.law == "scaled" else 1.0
@@ -100,13 +100,13 @@ def messages(scenario: Scenario) -> Iterator[Problem]:
     mf, count = scenario.acoustics.mf, scenario.auvs.count
     if mf.overfull != "oldest_first" or (mf.payload_bytes is None and mf.airtimes is None):
         return
-    if scenario.protocol.is_passive or scenario.protocol.downlink == "direct_reply":
+    if scenario.protocol.is_passive or scenario.protocol.replies:
         return
     from .round_lengths import rounds_of
 
     rounds = rounds_of(scenario)
     most = rounds.slots.messages.most
-    groups = count if scenario.protocol.downlink == "pipelined_group" else 1
+    groups = count if downlink_of(scenario).by_group else 1
     if most is not None and not rounds.frame and most * groups < count:
         yield Problem(
             "acoustics.mf.overfull",
@@ -121,7 +121,7 @@ def last_slots(scenario: Scenario) -> Iterator[Problem]:
     protocol = scenario.protocol
     if not tells_slots(scenario) or protocol.missed != "last_slot":
         return
-    if protocol.schedule in RENUMBERING and scenario.auvs.count > 1:
+    if schedule_of(scenario).renumbers and scenario.auvs.count > 1:
         yield Problem(
             "protocol.missed",
             f"{protocol.schedule} deals its slots anew in every round: an AUV that misses a frame "
@@ -154,7 +154,7 @@ def backlog(scenario: Scenario) -> Iterator[Problem]:
 def answers(scenario: Scenario) -> Iterator[Problem]:
     """Yield that answers to AUVs that share a slot may destroy each other."""
     protocol, mf = scenario.protocol, scenario.acoustics.mf
-    shares = protocol.schedule in SHARING or protocol.schedule.settings.get("side_by_side")
+    shares = schedule_of(scenario).shares_slots or protocol.schedule.settings.get("side_by_side")
     if not (protocol.replies_in_frames and shares) or scenario.auvs.count == 1:
         return
     apart = [math.dist(*both) for both in combinations(known_stations(scenario), 2)]

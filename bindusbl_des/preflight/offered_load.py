@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from ..protocol.access.closed_forms import aloha_success, offered_load, slot_share, slotted_success
 from ..protocol.access.named import backoff_slot_s, sensing_of
 from ..protocol.slots import Slots, slots_of
+from ..scenario.declared import broadcaster_of
 from ..scenario.scenario import Scenario
 
 # Of so many fixes in a broadcast header and guard count for nothing.
@@ -52,7 +53,7 @@ def carried_per_s(scenario: Scenario) -> float:
     slots = slots_of(scenario)
     most = slots.messages.most
     counts = (MANY,) if most is None or slots.messages.splits else range(1, most + 1)
-    shares = scenario.asvs.count if scenario.protocol.broadcaster == "parallel" else 1
+    shares = scenario.asvs.count if broadcaster_of(scenario).at_once else 1
     return shares * max(count / slots.downlink_slot(count) for count in counts)
 
 

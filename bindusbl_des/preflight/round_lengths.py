@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from ..protocol.schedules.named import is_framed
 from ..protocol.slots import Slots, slots_of
+from ..scenario.declared import Schedule, schedule_of
 from ..scenario.families import SCHEDULE, Polling, SuperTdma, WorstFirst, is_random
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
@@ -102,12 +102,12 @@ class Rounds:
         """Return the time (s) from one round to the next: its length, or its frame if longer."""
         return max(self.length(groups, fixes), self.frame)
 
-    def pace_told(self, schedule: str) -> Iterator[str]:
+    def pace_told(self, schedule: Schedule) -> Iterator[str]:
         """Yield how long slots are that are not all of T_UL."""
         if self.pace is None:
             return
         least = 1e3 * self.pace[0].uplink_slot
-        if schedule == "polling":
+        if schedule.pace == "answered":
             yield (
                 f"The next AUV is called when one has answered, {least:.1f} ms after its call if "
                 "it is right below its caller; who is not answered waits for T_UL."
@@ -126,15 +126,15 @@ def rounds_of(scenario: Scenario) -> Rounds:
     if protocol.is_passive:
         return Rounds(slots, "passive", asvs, asvs, count, 0.0)
     if is_random(scenario):
-        replies = protocol.downlink == "direct_reply"
-        policy = protocol.downlink if replies else "sequential"
+        policy = protocol.downlink if protocol.replies else "sequential"
         return Rounds(slots, policy, 0, 0, count, 0.0)
     named = count if tells_slots(scenario) else 0
     contention = named > 0 and protocol.missed == "contention"
     rounds = Rounds(
         slots, protocol.downlink, 1, count, count, 0.0, named=named, contention=contention
     )
-    if is_framed(protocol.schedule):
+    declared = schedule_of(scenario)
+    if declared.framed:
         told = replace(rounds, named=min(named, 1))
         return replace(told, fewest=1, most=1, auvs=1, frame=protocol.frame_s)
     schedule = (
@@ -144,7 +144,7 @@ def rounds_of(scenario: Scenario) -> Rounds:
         most = min(count, schedule.slots)
         turns = min(count, most * asvs)
         return replace(rounds, fewest=1, most=most, auvs=turns, named=min(named, turns))
-    fewest = count if protocol.schedule in ("one_per_slot", "polling") else 1
+    fewest = count if declared.groups == "each" else 1
     if isinstance(schedule, Polling) and schedule.side_by_side:
         fewest = 1
     pace = pace_of(scenario, slots)
@@ -159,11 +159,12 @@ def pace_of(scenario: Scenario, slots: Slots) -> tuple[Slots, Slots] | None:
     they are believed.
     """
     schedule, ping = scenario.protocol.schedule, slots.ping_duration
-    if schedule == "polling":
+    pace = schedule_of(scenario).pace
+    if pace == "answered":
         way = min(map(scenario.survey.depth, range(scenario.auvs.count))) / slots.sound_speed
         answered = 2.0 * (ping + way) + scenario.protocol.turnaround_s + slots.answer
         return replace(slots, uplink_slot=min(answered, slots.uplink_slot)), slots
-    settings = settings_of(SCHEDULE, schedule) if schedule == "super_tdma" else None
+    settings = settings_of(SCHEDULE, schedule) if pace == "packed" else None
     if isinstance(settings, SuperTdma):
         lasts = ping + settings.clear_s + slots.answer
         first = slots.longest_travel_time / scenario.auvs.count

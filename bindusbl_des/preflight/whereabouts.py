@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ..scenario.agreement.problem import Problem
+from ..scenario.declared import channel_named
 from ..scenario.on_earth import positioned, positioned_stations, recorded_track
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import Placed
@@ -50,7 +51,7 @@ def _unheard(scenario: Scenario, asked: Formation, beyond: Sequence[float]) -> I
     """Yield which ASVs are so far (m) beyond the survey's edge that they hear nobody in it."""
     reach = scenario.acoustics.hf.range_m
     deaf = [asv for asv, excess in enumerate(beyond) if excess > reach]
-    if not deaf or scenario.acoustics.hf.channel != "disc":
+    if not deaf or not channel_named(scenario.acoustics.hf.channel).ends_at_range:
         return
     names = [name for name in ("positions_m", "positions_deg") if getattr(asked, name) is not None]
     farthest = max(beyond[asv] for asv in deaf)

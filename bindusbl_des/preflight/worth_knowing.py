@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from ..scenario.agreement.problem import Problem
-from ..scenario.families import FRAMED_SCHEDULES
+from ..scenario.declared import schedule_of
 from ..scenario.instruments.lasting_kinds import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.scenario import Scenario
@@ -94,7 +94,7 @@ def _told(scenario: Scenario) -> Iterator[Problem]:
 
 def _frames(scenario: Scenario) -> Iterator[Problem]:
     protocol = scenario.protocol
-    if protocol.schedule not in FRAMED_SCHEDULES or protocol.is_passive:
+    if not schedule_of(scenario).framed or protocol.is_passive:
         return
     from .round_lengths import rounds_of  # brings the whole protocol, which others do not need
 

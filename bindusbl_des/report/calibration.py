@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..navigation.weighing import SURE
+from ..scenario.declared import navigator_of
 from .page import filled, number, table
 from .recording import Floats, Recording
 
 if TYPE_CHECKING:
-    from ..scenario.sections.navigation import Navigation
+    from ..scenario.scenario import Scenario
 
 LEVELS = (0.50, 0.95, 0.99)
 
@@ -127,7 +128,7 @@ def calibration_told(mission: Recording) -> str:
         *((f"inside {100 * p:.0f} %", "% of time") for p in LEVELS),
         ("filter", ""),
     ]
-    said = _said(mission.scenario.navigation, fleet)
+    said = _said(mission.scenario, fleet)
     others = [f"{name} {it.verdict}" for name, it in known.items() if it.verdict != fleet.verdict]
     if 0 < len(others) <= MOST_NAMED:
         said += f" Of the AUVs alone: {', '.join(others)}."
@@ -144,8 +145,9 @@ def _row(name: str, found: Calibration | None) -> list[str]:
     return [name, *(number(share, 1, 100) for share in found.inside), found.verdict]
 
 
-def _said(navigation: "Navigation", fleet: Calibration) -> str:
+def _said(scenario: "Scenario", fleet: Calibration) -> str:
     """Return in words whether the filter knows how far off it is."""
+    navigation = scenario.navigation
     half, most, _ = (f"{100 * share:.0f} %" for share in fleet.inside)
     name = navigation.filter
     over, under = f"The filter {name} is over", f"The filter {name} is under"
@@ -161,7 +163,7 @@ def _said(navigation: "Navigation", fleet: Calibration) -> str:
         if fleet.verdict == UNDECIDED
         else f"and shares within {SIGNIFICANT:g} standard errors of those are taken for chance"
     )
-    late = name == "fixed_gain" and navigation.delay_compensation == "none"
+    late = navigator_of(scenario).has_gain and navigation.delay_compensation == "none"
     why = (
         " Its delay_compensation is none: it takes a fix for where the AUV is now, and its "
         "covariance does not know of the way gone since the ping."

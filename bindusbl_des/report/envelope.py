@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scenario.declared import navigator_of
 from ..scenario.instruments.own_sensors import own_sensors
 
 if TYPE_CHECKING:
@@ -36,10 +37,10 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     factor and a heading, of which the drift is the way travelled, and that turned by a quarter; a
     bias that wanders is taken for a constant one, which carries an AUV farther.  The bound is
     |mean| + 3 sqrt(largest eigenvalue).  Unsteady currents and late corrections of the heading are
-    left out.  Another filter than `fixed_gain` says itself how sure it is: there the bound is three
+    left out.  A filter without a fixed gain says itself how sure it is: there the bound is three
     sigma of that.
     """
-    if mission.scenario.navigation.filter != "fixed_gain":
+    if not navigator_of(mission.scenario).has_gain:
         return SIGMAS * _largest_sd(mission.covariance(auv))
     sd = own_sensors(mission.scenario).random_walk_m_per_sqrt_s
     walk = np.array([sd**2, sd**2, 0.0])  # growth of xx, yy, xy (m2/s)

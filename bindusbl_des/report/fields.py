@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..acoustics.fix_chance import fix_chance, survey_grid
 from ..geometry.formation import keep_station
+from ..scenario.declared import navigator_of
 from .packing import Packer
 from .recording import Recording
 
@@ -72,11 +73,12 @@ def expected_error(mission: Recording, places: Floats, chance: Floats) -> Floats
     """
     navigation = mission.scenario.navigation
     noise = _noise(mission, places)
-    if noise is None or navigation.filter not in ("fixed_gain", "kalman", "smoother"):
+    navigator = navigator_of(mission.scenario)
+    if noise is None or not (navigation.weighs or navigator.has_gain):
         return None
     wait = _round(mission) / np.where(chance > HARDLY_ANY, chance, np.nan)
     walk = navigation.random_walk_m_per_sqrt_s**2
-    if navigation.filter != "fixed_gain":
+    if not navigator.has_gain:
         return np.sqrt(2.0 * np.sqrt(walk**2 * wait**2 / 4.0 + walk * wait * noise))
     gain, p = navigation.gain, chance
     bias = math.hypot(*navigation.velocity_bias_m_per_s, _drawn(mission))

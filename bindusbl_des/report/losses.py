@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.wording import counted
+from ..scenario.declared import channel_named
 from ..scenario.families import is_random
 from .recording import COLLIDED, DELIVERED, LOST, OUT_OF_MF, Metrics, Recording, works
 
@@ -98,7 +99,7 @@ def _beyond_reach(mission: Recording) -> list[str]:
     missed -= met
     if not missed:
         return told
-    if mission.scenario.acoustics.mf.channel != "disc":
+    if not channel_named(mission.scenario.acoustics.mf.channel).ends_at_range:
         return [
             *told,
             f"<b>Downlink:</b> {missed} of {made} fixes ({100 * missed / made:.0f} %) were in "

@@ -7,13 +7,14 @@ from html import escape
 
 import numpy as np
 
-from ..preflight.limits.groups import COLOURINGS, each, groups_of
+from ..preflight.limits.groups import each, groups_of
 from ..preflight.limits.limits import Limits, least_latency, limits_of
 from ..preflight.limits.rates import rates_of
 from ..preflight.limits.sights import MOST_PAIRS, Sights, instants, sights
 from ..preflight.round_lengths import rounds_of
 from ..protocol.bounds.conflict import reuse_bound
 from ..protocol.slots import slots_of
+from ..scenario.declared import schedule_of
 from .page import number
 from .recording import TRUTH, Floats, Recording, Whole
 
@@ -118,8 +119,13 @@ def _slots(mission: Recording) -> Iterator[Reached]:
     A schedule that goes by where it believes AUVs to be may make fewer than are free of conflicts.
     """
     rounds, protocol = mission.rounds, mission.scenario.protocol
-    schedule = protocol.schedule
-    if protocol.is_passive or schedule not in COLOURINGS or protocol.positions != "truth":
+    schedule = schedule_of(mission.scenario)
+    if (
+        protocol.is_passive
+        or schedule.framed
+        or not schedule.has_exact_groups
+        or protocol.positions != "truth"
+    ):
         return
     at = _evenly(mission, np.arange(len(rounds["round"])))
     if not at.size:  # while no ASV works nobody begins a round

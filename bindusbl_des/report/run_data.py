@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scenario.declared import channel_named
 from ..scenario.on_earth import origin_of
 from ..scenario.planned import horizontal_reach
 from ..scenario.plans import planned_paths
@@ -44,7 +45,10 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
         **survey_data(scenario),
         "hf": {"range": acoustics.hf.range_m, "reach": horizontal_reach(scenario)},
         "mf": {"range": acoustics.mf.range_m},
-        "discs": {"hf": acoustics.hf.channel == "disc", "mf": acoustics.mf.channel == "disc"},
+        "discs": {
+            "hf": channel_named(acoustics.hf.channel).ends_at_range,
+            "mf": channel_named(acoustics.mf.channel).ends_at_range,
+        },
         "broadcasting": scenario.protocol.sends_frames,
         "fields": fields(mission, packer),
         "soundSpeed": sound_speed_of(scenario),

@@ -11,6 +11,7 @@ from math import isnan
 from ..core.wording import counted
 from ..explain.numbers import out_of_range
 from ..results.effects import harm_told
+from ..scenario.declared import channel_named
 from ..scenario.failing import alive
 from ..scenario.scenario import Scenario
 from ..scenario.telling import tells_slots
@@ -166,7 +167,7 @@ def _why(mission: Recording, auv: Service) -> str:
     were = "were" if calls else "were sent"
     told = {"out_of_hf": f"{were} {escape(out_of_range(mission.scenario.acoustics.hf))}"}
     told |= REASONS | (HEARD_BY_ITSELF if passive else {})
-    if mission.scenario.acoustics.mf.channel != "disc":
+    if not channel_named(mission.scenario.acoustics.mf.channel).ends_at_range:
         told["out_of_mf"] = UNDECODED
     elif mission.scenario.asvs.failures:
         told["out_of_mf"] += ", or as its ASV failed"

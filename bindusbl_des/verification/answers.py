@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 from ..acoustics.propagation import TOUCH
 from ..preflight.round_lengths import rounds_of
+from ..scenario.declared import channel_named, schedule_of
 from .case import Case
 from .pair import ACCEPTED, UNDECIDED, Pair, undecided
-from .reuse import REUSING
 from .uplink import round_gap, slot_gap
 
 KIND = "consecutive answers"
@@ -30,9 +30,9 @@ def answers(case: Case) -> Iterator[Pair]:
     if not scenario.protocol.replies_in_frames:
         return
     if scenario.asvs.count > 1:
-        if count > 1 and scenario.protocol.schedule in REUSING:
+        if count > 1 and schedule_of(scenario).is_shared_and_proved:
             yield undecided(KIND, WHAT, "pings of one slot are answered at once, by several ASVs")
-        if mf.channel != "disc":
+        if not channel_named(mf.channel).ends_at_range:
             why = f"with the channel {str(mf.channel)!r} sound ends at no range"
             yield undecided(KIND, WHAT, why)
     speed = case.sound_speeds[0] - case.bounds.max_speed_m_per_s - case.bounds.asv_speed_m_per_s

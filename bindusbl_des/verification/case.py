@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..core.plugins import PluginError
 from ..protocol.slots import Slots, slots_of
+from ..scenario.declared import ranging_of
 from ..scenario.planned import NoStations, asv_stations, tracks_of
 from ..scenario.scenario import Scenario
 from ..scenario.telling import tells_slots
@@ -48,7 +49,7 @@ class Case:
     @property
     def late_s(self) -> float:
         """How much later (s) one AUV may ping than another whose slot is the same."""
-        return 2 * self.bounds.clock_error_s if self.scenario.protocol.ranging != "twtt" else 0.0
+        return 2 * self.bounds.clock_error_s if not ranging_of(self.scenario).calls else 0.0
 
     @property
     def recalls(self) -> int:

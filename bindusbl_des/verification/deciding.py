@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from ..core.plugins import is_plugin
+from ..scenario.declared import channel_named, ranging_of, schedule_of
 from ..scenario.families import is_random
 from ..scenario.telling import tells_slots
 from .answers import answers
@@ -11,22 +12,18 @@ from .case import Case
 from .frames import beacons, broadcasts
 from .pair import Pair, undecided
 from .random_access import random_access
-from .reuse import REUSING, same_slot
+from .reuse import same_slot
 from .two_way import answer_and_next_call, call_and_answer, calls_of_a_slot
 from .uplink import consecutive_slots
 from .witnesses.pings import groups_shown
 
 Rule = Callable[[Case], Iterator[Pair]]
 
-# Schedules of which something is proved here
-SCHEDULED = (*REUSING, "one_per_slot", "round_robin", "random")
-
+# What may meet where ASVs ping, where they call AUVs, and where AUVs ping by their clocks
+BEACONS: tuple[Rule, ...] = (beacons,)
+CALLED: tuple[Rule, ...] = (same_slot, calls_of_a_slot, call_and_answer, answer_and_next_call)
+BY_CLOCKS: tuple[Rule, ...] = (same_slot, consecutive_slots)
 FRAMES: tuple[Rule, ...] = (broadcasts, answers)
-RULES: dict[str, tuple[Rule, ...]] = {
-    "owtt_sync": (same_slot, consecutive_slots, *FRAMES),
-    "twtt": (same_slot, calls_of_a_slot, call_and_answer, answer_and_next_call, *FRAMES),
-    "passive": (beacons,),
-}
 
 
 def pairs_of(case: Case) -> list[Pair]:
@@ -36,8 +33,14 @@ def pairs_of(case: Case) -> list[Pair]:
         return unknown
     if is_random(case.scenario):
         return list(random_access(case))
-    rules = RULES[str(case.scenario.protocol.ranging)]
-    return [pair for rule in rules for pair in rule(case)]
+    return [pair for rule in _rules(case) for pair in rule(case)]
+
+
+def _rules(case: Case) -> tuple[Rule, ...]:
+    ranging = ranging_of(case.scenario)
+    if ranging.asvs_ping:
+        return BEACONS
+    return (*(CALLED if ranging.calls else BY_CLOCKS), *FRAMES)
 
 
 def _unknown(case: Case) -> Iterator[Pair]:
@@ -53,18 +56,18 @@ def _unknown(case: Case) -> Iterator[Pair]:
     if not protocol.is_passive:
         bands.append(("frames", acoustics.mf.channel))
     for what, channel in bands:
-        if channel != "disc":
+        if not channel_named(channel).ends_at_range:
             why = f"with the channel {str(channel)!r} sound ends at no range"
             yield undecided("sound without a range", what, why)
     known = protocol.is_passive or is_plugin(str(protocol.schedule)) or is_random(case.scenario)
-    if not known and protocol.schedule not in SCHEDULED:
+    if not known and not schedule_of(case.scenario).is_proved:
         why = "nothing is proved of this schedule beyond what was played"
         yield undecided("schedule", str(protocol.schedule), why, partial(groups_shown, case))
     if tells_slots(case.scenario) and protocol.missed != "silent":
         why = "AUVs that were not told their slots ping when they reckon these to be"
         shown = partial(groups_shown, case)
         yield undecided("slots that are told", f"missed {protocol.missed}", why, shown)
-    elif tells_slots(case.scenario) and protocol.schedule in REUSING:
+    elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
         shown = partial(groups_shown, case)
         yield undecided("slots that are told", str(protocol.schedule), why, shown)

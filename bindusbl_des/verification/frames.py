@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 
 from ..preflight.round_lengths import rounds_of
+from ..scenario.declared import broadcaster_of, downlink_of, schedule_of
 from .case import Array, Case
 from .pair import Pair, by_time, undecided
 from .uplink import frame_s, slot_gap
@@ -82,9 +83,9 @@ def broadcasts(case: Case) -> Iterator[Pair]:
     slot more where rounds are sequential; of all sizes of a frame the largest leaves least.
     """
     kind, what = "consecutive frames", "broadcasts at an AUV"
-    if case.scenario.protocol.downlink == "direct_reply":
+    if downlink_of(case.scenario).replies:
         return
-    if case.scenario.protocol.broadcaster == "parallel":
+    if broadcaster_of(case.scenario).at_once:
         why = "which ASVs broadcast at once is decided by where AUVs are believed to be"
         yield undecided(kind, what, why)
         return
@@ -104,14 +105,16 @@ def most_fixes(case: Case) -> int:
     most = scenario.auvs.count
     if rounds_of(scenario).frame:
         most = 1 + case.recalls
-    elif scenario.protocol.downlink == "pipelined_group":
+    elif downlink_of(scenario).by_group:
         most = min(most, fixes_of_group(case))
     return most if messages.splits or messages.most is None else min(most, messages.most)
 
 
 def fixes_of_group(case: Case) -> int:
     """Return the most AUVs of one slot that are heard: an ASV hears one."""
-    return 1 if case.scenario.protocol.schedule == "one_per_slot" else case.scenario.asvs.count
+    schedule = schedule_of(case.scenario)
+    own = schedule.groups == "each" and schedule.is_proved
+    return 1 if own else case.scenario.asvs.count
 
 
 def downlink_gap(case: Case) -> float:
@@ -144,12 +147,12 @@ def _gap(case: Case, size: Size) -> float:
 
     Where only the largest is looked at, a slot is not rounded up to ticks: another may just fit.
     """
-    slots, downlink = case.slots, case.scenario.protocol.downlink
+    slots, downlink = case.slots, downlink_of(case.scenario)
     lasts = slots.downlink_slot(*size)
     if len(sizes(case)) > 1:
         lasts = slots.clock.after(0.0, lasts)
-    meanwhile = case.slot_s * (1 if downlink == "pipelined_group" else fewest_slots(case))
-    every = lasts + meanwhile if downlink == "sequential" else max(lasts, meanwhile)
+    meanwhile = case.slot_s * (1 if downlink.by_group else fewest_slots(case))
+    every = lasts + meanwhile if downlink.waits else max(lasts, meanwhile)
     return max(every, frame_s(case)) - slots.airtime(*size)
 
 
@@ -173,8 +176,8 @@ def _moved(case: Case) -> float:
 
 def _widest_frames(case: Case, moved: float, later: int = 1) -> tuple[float, float]:
     """Return :func:`widest` of the ASVs that send a frame and one so many frames `later`."""
-    name, reach = str(case.scenario.protocol.broadcaster), case.scenario.acoustics.mf.range_m
-    apart = case.in_turn_m if name == "rotate" and later == 1 else case.apart_m
-    if name == "fixed" and not case.scenario.asvs.failures:
+    chosen, reach = broadcaster_of(case.scenario).chosen_by, case.scenario.acoustics.mf.range_m
+    apart = case.in_turn_m if chosen == "turn" and later == 1 else case.apart_m
+    if chosen == "one" and not case.scenario.asvs.failures:
         apart = np.empty(0)
     return widest(case, apart, reach, False, moved)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ..scenario.declared import downlink_of, ranging_of
 from .case import Case
 from .frames import downlink_gap, fewest_slots, frame_spread, sizes
 from .pair import Pair
@@ -44,7 +45,7 @@ def uplink_guard(case: Case, pairs: Sequence[Pair]) -> Guard | None:
 def _busy_s(case: Case) -> float:
     """Return what an uplink slot holds beside its guard (s), at the speed of sound assumed."""
     slots = case.slots
-    if case.scenario.protocol.ranging == "twtt":
+    if ranging_of(case.scenario).calls:
         answered = slots.ping_duration + answering_s(case) + 2 * slots.longest_travel_time
         return answered + slots.answer
     return slots.ping_duration + slots.longest_travel_time + slots.answer
@@ -55,15 +56,15 @@ def downlink_guard(case: Case) -> Guard | None:
 
     What uplink slots between two broadcasts add is not taken for a guard, but makes less needed.
     """
-    protocol, slots = case.scenario.protocol, case.slots
-    if protocol.is_passive or protocol.downlink == "direct_reply":
+    downlink, slots = downlink_of(case.scenario), case.slots
+    if ranging_of(case.scenario).asvs_ping or downlink.replies:
         return None
     guard = min(
         slots.clock.after(0.0, slots.downlink_slot(*size)) - slots.airtime(*size)
         for size in sizes(case)
     )
     needed = frame_spread(case)
-    if protocol.downlink == "sequential":
+    if downlink.waits:
         needed -= fewest_slots(case) * case.slot_s
     if downlink_gap(case) >= frame_spread(case):  # whatever comes between
         needed = min(needed, guard)

@@ -8,7 +8,8 @@ import numpy as np
 
 from ..core.plugins import is_plugin
 from ..mission.build import usbl_of
-from ..protocol.schedules.worst_first import SLOTS
+from ..preflight.round_lengths import rounds_of
+from ..scenario.declared import downlink_of, ranging_of, schedule_of
 from ..scenario.instruments.lasting_kinds import kinds
 from ..scenario.planned import route_of
 from ..usbl.bounds import Beside, farthest_off
@@ -23,9 +24,6 @@ WHAT = "AUVs of one ping group"
 
 # What a margin lacks by less (m) is rounding.
 TOUCH_M = 1e-9
-
-# Schedules that let AUVs without a common listener ping together
-REUSING = ("spatial_reuse", "dsatur", "worst_first")
 
 
 def same_slot(case: Case) -> Iterator[Pair]:
@@ -44,7 +42,7 @@ def same_slot(case: Case) -> Iterator[Pair]:
     who is not heard is not fixed.
     """
     scenario = case.scenario
-    if scenario.protocol.schedule not in REUSING or scenario.auvs.count < 2:
+    if not schedule_of(scenario).is_shared_and_proved or scenario.auvs.count < 2:
         return
     returning = [it for it in scenario.asvs.failures if it.until_s is not None]
     if returning:
@@ -73,7 +71,7 @@ def bounded(value: float) -> float | None:
 
 def margin_needed(case: Case) -> float:
     """Return the least conflict margin (m) with which no ASV hears two AUVs of one group."""
-    if case.scenario.protocol.schedule not in REUSING or case.scenario.auvs.count < 2:
+    if not schedule_of(case.scenario).is_shared_and_proved or case.scenario.auvs.count < 2:
         return 0.0
     return _nearer(case, case.closing_m_per_s * age_s(case)) + believed_off_m(case)
 
@@ -93,7 +91,7 @@ def believed_off_m(case: Case) -> float:
     if is_plugin(usbl.model) or (positions == "carried_forward" and tours):
         return math.inf
     many = len(case.apart_m) and float(case.apart_m.min()) <= 2 * hf.range_m
-    both_ways = scenario.protocol.ranging == "twtt"
+    both_ways = ranging_of(scenario).calls
     if many or (both_ways and case.bounds.asv_speed_m_per_s > 0.0):
         return math.inf
     lasting, auvs = {it.name: it.sds[0] for it in kinds(scenario)}, range(scenario.auvs.count)
@@ -137,8 +135,7 @@ def age_s(case: Case) -> float:
 def most_shared_slot(case: Case) -> int:
     """Return the last slot of a round that two AUVs may share and an ASV hear both."""
     last = case.scenario.auvs.count - 2
-    if case.scenario.protocol.schedule == "worst_first":  # whoever finds no room has no slot
-        last = min(last, case.scenario.protocol.schedule.settings.get("slots", SLOTS) - 1)
+    last = min(last, rounds_of(case.scenario).most - 1)  # whoever finds no room has no slot
     if last < 1 or not len(case.apart_m):
         return 0
     protocol, reach = case.scenario.protocol, case.scenario.acoustics.hf.range_m
@@ -149,7 +146,7 @@ def most_shared_slot(case: Case) -> int:
 
 def _slot_in_round(case: Case) -> float:
     """Return the most time (s) from one slot of a round to the next."""
-    if case.scenario.protocol.downlink != "pipelined_group":
+    if not downlink_of(case.scenario).by_group:
         return slot_gap(case)
     slots = case.slots
     return max(slot_gap(case), slots.clock.after(0.0, slots.downlink_slot(len(case.depths))))

@@ -6,9 +6,10 @@ from functools import partial
 
 import numpy as np
 
+from ..scenario.declared import schedule_of
 from .case import Case
 from .pair import ACCEPTED, REFUSED, Pair, by_time, undecided
-from .reuse import REUSING, age_s
+from .reuse import age_s
 from .uplink import answering_s, round_gap, slot_gap
 from .witnesses.calls import answer_late, answer_passing, two_calls
 
@@ -24,7 +25,7 @@ def calls_of_a_slot(case: Case) -> Iterator[Pair]:
     """
     scenario = case.scenario
     kind, what = "calls of one slot", "calls of two ASVs at an AUV"
-    if scenario.protocol.schedule not in REUSING or scenario.auvs.count < 2:
+    if not schedule_of(scenario).is_shared_and_proved or scenario.auvs.count < 2:
         return
     if not len(case.apart_m):
         return
@@ -72,7 +73,8 @@ def answer_and_next_call(case: Case) -> Iterator[Pair]:
     that go away meanwhile.
     """
     scenario = case.scenario
-    within = scenario.auvs.count > 1 and scenario.protocol.schedule in (*REUSING, "one_per_slot")
+    schedule = schedule_of(scenario)
+    within = scenario.auvs.count > 1 and schedule.is_proved and not schedule.framed
     gap = slot_gap(case) if within else round_gap(case)
     auv = max(range(scenario.auvs.count), key=case.longest_m)
     margin = gap - two_way_needed(case)

@@ -6,6 +6,7 @@ from functools import partial
 from typing import NamedTuple
 
 from ..preflight.round_lengths import rounds_of
+from ..scenario.declared import downlink_of, schedule_of
 from .case import Case
 from .pair import Pair, Plan, by_time
 from .witnesses.pings import far_then_near
@@ -61,9 +62,8 @@ def round_gap(case: Case) -> float:
 
     A frame's rounds may begin a tick earlier, since frames are rounded up to ticks.
     """
-    protocol, clock = case.scenario.protocol, case.slots.clock
-    gap = case.slot_s
-    if protocol.downlink == "sequential":
+    clock, gap = case.slots.clock, case.slot_s
+    if downlink_of(case.scenario).waits:
         gap = clock.after(gap, case.slots.downlink_slot(0))
     return max(gap, frame_s(case))
 
@@ -86,7 +86,7 @@ def round_s(case: Case) -> float:
     rounds = rounds_of(case.scenario)
     turns = 1 + case.recalls
     told = replace(rounds, named=min(rounds.named, 1) * turns)
-    return told.length(turns, 0 if rounds.policy == "direct_reply" else turns)
+    return told.length(turns, 0 if downlink_of(case.scenario).replies else turns)
 
 
 def _margin(case: Case, it: Succession) -> float:
@@ -111,20 +111,20 @@ def _apart(case: Case, first: int, second: int, sound_speed: float) -> float:
 
 def _followers(case: Case) -> Iterator[Succession]:
     """Yield who may ping after whom: of fleets whose order is free the worst pairs."""
-    count, schedule = case.scenario.auvs.count, case.scenario.protocol.schedule
+    count, schedule = case.scenario.auvs.count, schedule_of(case.scenario)
     within, between = slot_gap(case), round_gap(case)
     if case.recalls:  # whoever is lost leaves its slot to the next, and may be called back last
         yield from (Succession(i, k, within) for i, k in _worst(case, count))
-    elif schedule == "round_robin":
+    elif schedule.turn == "rotation":
         yield from (Succession(i, (i + 1) % count, between) for i in range(count))
         yield from (Succession(i, k, 2 * between) for i, k in _worst(case, count))
-    elif schedule == "one_per_slot":
+    elif schedule.groups == "each":
         yield from (Succession(i, i + 1, within) for i in range(count - 1))
         yield Succession(count - 1, 0, between)
         yield from (Succession(i, k, 2 * within) for i, k in _worst(case, count))
     else:
         for i, k in _worst(case, count):
-            yield Succession(i, k, between if schedule == "random" else within)
+            yield Succession(i, k, between if schedule.turn == "lot" else within)
         yield Succession(0, 0, between)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..preflight.round_lengths import rounds_of
+from ..scenario.declared import ranging_of, schedule_of
 from ..scenario.files.scenario_file import load_scenario
 from ..scenario.scenario import Scenario
 from .bounds import Bounds, bounds_of
@@ -16,7 +17,7 @@ from .deciding import pairs_of
 from .guards import Guard, downlink_guard, uplink_guard
 from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair
 from .remedy import Remedy, remedy_of
-from .reuse import REUSING, age_s, believed_off_m, bounded, margin_needed
+from .reuse import age_s, believed_off_m, bounded, margin_needed
 from .uplink import round_s
 from .witnesses.playing import Witness, witnessed
 
@@ -73,8 +74,8 @@ class Verdict:
     @property
     def reuses(self) -> bool:
         """Whether AUVs may share a slot."""
-        protocol = self.scenario.protocol
-        return protocol.schedule in REUSING and not protocol.is_passive
+        shared = schedule_of(self.scenario).is_shared_and_proved
+        return shared and not ranging_of(self.scenario).asvs_ping
 
     @property
     def position_age_s(self) -> float | None:

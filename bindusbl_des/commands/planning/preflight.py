@@ -77,6 +77,7 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
 
 def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
+    from ...scenario.declared import broadcaster_of, schedule_of
     from ...scenario.families import is_random
 
     policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
@@ -90,14 +91,14 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
         yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
         return
     yield f"{schedule} / {policy}: {POLICIES[policy]}"
-    if policy == "direct_reply":
+    if scenario.protocol.replies:
         yield f"There, {answered(rounds.slots)}."
-    yield from rounds.pace_told(schedule)
+    yield from rounds.pace_told(schedule_of(scenario))
     yield from assignments(scenario, rounds)
     if rounds.frame:
         yield from _frames(scenario, rounds)
     else:
-        yield from _groups(rounds, scenario.protocol.broadcaster == "parallel")
+        yield from _groups(rounds, broadcaster_of(scenario).at_once)
 
 
 def _passive(rounds: "Rounds") -> Iterator[str]:
@@ -110,8 +111,10 @@ def _passive(rounds: "Rounds") -> Iterator[str]:
 
 def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield the rounds of a schedule that gives each frame to one AUV."""
+    from ...scenario.declared import schedule_of
+
     count, frame = scenario.auvs.count, rounds.frame
-    by_lot = scenario.protocol.schedule == "random"
+    by_lot = schedule_of(scenario).turn == "lot"
     turn, chosen = ("on average ", "drawn by lot from") if by_lot else ("", "in turn of")
     yield f"One AUV pings in each frame of {frame:g} s, {chosen} {count}:"
     yield f"{'':<24}{'round s':>10}{'begins every s':>18}{'an AUV pings every s':>24}"

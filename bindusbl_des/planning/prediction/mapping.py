@@ -46,12 +46,12 @@ def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMa
     )
     around = sights(here, spots[np.newaxis], asvs)
     found, own = located(here, around)[0], fixes(here, around, spots[np.newaxis], asvs)
-    if inputs.access.ranging == "passive":
+    if inputs.access.ranging.asvs_ping:
         chance, kind = found.max(axis=1), found.argmax(axis=1)
         period *= len(asvs) / np.maximum(found.sum(axis=1) / np.maximum(chance, SELDOM), 1.0)
     else:
         chance, kind = found[:, 0] * _told(here, around), np.zeros(len(spots), dtype=np.int64)
-    if inputs.access.schedule in ("round_robin", "random"):
+    if inputs.access.schedule.turn != "each":
         period *= len(ways.places_m)
     spread = own.noise[0, np.arange(len(spots)), kind]
     lasts = own.lasts[0, np.arange(len(spots)), kind]
@@ -69,14 +69,15 @@ def _tables(noise: FixNoise) -> tuple[Floats, Floats, Floats, Floats]:
 
 def _told(inputs: Inputs, around: Sights) -> Floats:
     """Return how likely an AUV decodes a broadcast (p,)."""
-    rule, told = inputs.access.broadcaster, around.told[0]
-    if inputs.access.downlink == "direct_reply":
+    chosen, told = inputs.access.broadcaster, around.told[0]
+    nearest = chosen.serves_nearest
+    if inputs.access.downlink.replies:
         if not inputs.access.replies_in_frames:
             return np.ones(len(told))
-        rule = "nearest"
-    if rule == "fixed":
+        nearest = True
+    elif chosen.chosen_by == "one":
         return np.asarray(told[:, inputs.access.fixed_asv])
-    if rule in ("nearest", "parallel"):
+    if nearest:
         return np.asarray(told[np.arange(len(told)), around.level_m[0].argmin(axis=1)])
     return np.asarray(told.mean(axis=1))
 
@@ -93,11 +94,11 @@ class Pauses(NamedTuple):
 
 def _late(inputs: Inputs, plan: Plan) -> float:
     """Return how long after its ping (s) an AUV is told of it, on average."""
-    if inputs.access.ranging == "passive":
+    if inputs.access.ranging.asvs_ping:
         return 0.0
-    if inputs.access.downlink == "direct_reply":
+    if inputs.access.downlink.replies:
         return inputs.access.reply_s
-    waited = 0.0 if inputs.access.downlink == "pipelined_group" else plan.slot * plan.pitch_s
+    waited = 0.0 if inputs.access.downlink.by_group else plan.slot * plan.pitch_s
     return float((plan.send_s + plan.frame_s - waited).mean())
 
 

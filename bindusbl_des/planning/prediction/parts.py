@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...scenario.declared import Broadcaster, Downlink, Ranging, Schedule
+
 Floats = NDArray[np.float64]
 
 
@@ -103,18 +105,18 @@ class Slots:
 
 @dataclass(frozen=True)
 class Access:
-    """Who pings when, and who answers how; names are those of the scenario.
+    """Who pings when, and who answers how, as the parts of the protocol declare it.
 
     `frame_s` is 0 unless the schedule has frames; `fixed_asv` broadcasts if the broadcaster is
     fixed; the end of a direct reply, or all of it, sets out `reply_s` after a ping's front, in a
     frame that others may overlap if it `replies_in_frames`.
     """
 
-    schedule: str
-    downlink: str
-    broadcaster: str
+    schedule: Schedule
+    downlink: Downlink
+    broadcaster: Broadcaster
+    ranging: Ranging
     fixed_asv: int
-    ranging: str
     frame_s: float
     reply_s: float
     replies_in_frames: bool

@@ -64,7 +64,7 @@ def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
     over_time = mean_size(square, shape)
     rounds = 1.0 / plan.period_s
     in_range = sights.heard > SELDOM
-    passive = inputs.access.ranging == "passive"  # where the pings are those of ASVs
+    passive = inputs.access.ranging.asvs_ping  # where the pings are those of ASVs
     covered = in_range.mean(axis=2) if passive else in_range.any(axis=2)
     return Prediction(
         (covered * rounds).sum(axis=1) / rounds.sum(),

@@ -71,25 +71,25 @@ def planned_rounds(inputs: Inputs, sights: Sights) -> Plan:
     auvs, instants = sights.in_range.shape[:2]
     found = located(inputs, sights).sum(axis=2)
     expected = np.minimum(_added(found), float(auvs))
-    if access.ranging == "passive":
+    if access.ranging.asvs_ping:
         ones, zeros = np.ones(instants), np.zeros((auvs, instants), dtype=np.int64)
         return Plan(zeros, uplink * ones, 0.0 * ones, 0.0 * ones, uplink * ones, _whole(ones))
     if access.frame_s > 0.0:
         expected = expected / auvs
-    slot, groups = _grouped(access.schedule, sights.in_range)
+    slot, groups = _grouped(access.schedule.groups, sights.in_range)
     busy = groups * uplink
-    if access.downlink == "direct_reply":
+    if access.downlink.replies:
         period = np.maximum(busy, access.frame_s)
         none = np.zeros(instants)
         return Plan(slot, uplink + none, none, none, period, _whole(none))
-    by_group = access.downlink == "pipelined_group"
+    by_group = access.downlink.by_group
     fixes = expected / groups if by_group else expected
     downlink, frame = _between(slots.downlink_s, fixes), _between(slots.frame_s, fixes)
     if by_group:
         pitch = np.maximum(uplink, downlink)
         period = np.maximum(groups * pitch, access.frame_s)
         return Plan(slot, pitch, pitch, frame, period, _whole(groups))
-    if access.downlink == "pipelined_round":
+    if not access.downlink.waits:
         send = np.maximum(busy, downlink)
         period = np.maximum(send, access.frame_s)
     else:
@@ -115,19 +115,19 @@ def _between(table: Floats, fixes: Floats) -> Floats:
     return np.asarray(table[low] + (fixes - low) * (table[low + 1] - table[low]))
 
 
-def _grouped(schedule: str, in_range: Flags) -> tuple[Ints, Floats]:
+def _grouped(groups: str, in_range: Flags) -> tuple[Ints, Floats]:
     """Return the slot of each AUV (n, k), and how many slots there are (k,)."""
     auvs, instants, _ = in_range.shape
     slot = np.zeros((auvs, instants), dtype=np.int64)
-    if schedule == "one_per_slot":
+    if groups == "each":
         slot[:] = np.arange(auvs)[:, np.newaxis]
         return slot, np.full(instants, float(auvs))
-    if schedule in ("round_robin", "random"):
+    if groups == "frame":
         return slot, np.ones(instants)
-    if schedule == "dsatur":
+    if groups == "saturation":
         for instant in range(instants):
-            groups = dsatur_groups(np.ascontiguousarray(in_range[:, instant]))
-            for number, group in enumerate(groups):
+            found = dsatur_groups(np.ascontiguousarray(in_range[:, instant]))
+            for number, group in enumerate(found):
                 slot[list(group), instant] = number
     else:
         _greedily(in_range, slot)
@@ -155,18 +155,18 @@ def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:
     late = np.minimum((pinged / step + 0.5).astype(np.int64), len(ways.times_s) - 1)
     rows = np.arange(auvs)[:, np.newaxis]
     found, c = located(inputs, sights), inputs.slots.sound_speed_m_per_s
-    if access.ranging == "passive":
+    if access.ranging.asvs_ping:
         kind = np.tile(number % asvs, (auvs, 1))
         chance = found[rows, late, kind]
         told = pinged + sights.slant_m[rows, late, kind] / c + inputs.slots.ping_s
         return Turns(pinged, told, chance, late, kind, many)
     kind = np.zeros(pinged.shape, dtype=np.int64)
     chance = found[rows, late, kind]
-    if access.schedule == "round_robin":
+    if access.schedule.turn == "rotation":
         chance = np.where(np.arange(len(at)) % auvs == rows, chance, 0.0)
-    elif access.schedule == "random":
+    elif access.schedule.turn == "lot":
         chance = chance / auvs
-    if access.downlink == "direct_reply":
+    if access.downlink.replies:
         way = sights.slant_m.min(axis=2)
         told = pinged + 2.0 * way[rows, late] / c + access.reply_s
         if access.replies_in_frames:
@@ -175,7 +175,7 @@ def turns_of(inputs: Inputs, sights: Sights, plan: Plan) -> Turns:
             together = np.broadcast_to(rows, slot.shape) if alone else slot
             chance = chance * _answered(sights, together, chance, late)
         return Turns(pinged, told, chance, late, kind, many)
-    by_group = access.downlink == "pipelined_group"
+    by_group = access.downlink.by_group
     base = pinged + plan.send_s[at] if by_group else begin + plan.send_s[at]
     sender = number + slot if by_group else np.broadcast_to(number, pinged.shape)
     hears, way = _by_sender(inputs, sights, sender, late)
@@ -205,18 +205,19 @@ def _tick(slots: Slots) -> float:
 
 def _by_sender(inputs: Inputs, sights: Sights, number: Ints, at: Ints) -> tuple[Floats, Floats]:
     """Return how likely AUVs decode broadcasts of some numbers (n, r), and over which way (m)."""
-    rule, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
+    chosen, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
     asvs = sights.told.shape[2]
-    if rule == "random":
+    if chosen.chosen_by == "lot":
         return sights.told.mean(axis=2)[rows, at], sights.level_m.mean(axis=2)[rows, at]
-    if rule == "rotate":
+    if chosen.chosen_by == "turn":
         sender = number % asvs
-    elif rule == "fixed":
+    elif chosen.chosen_by == "one":
         sender = np.full(number.shape, inputs.access.fixed_asv)
     else:
-        weights = located(inputs, sights) if rule == "nearest" else np.ones(1)
-        score = -sights.heard if rule == "most_fixes" else weights * sights.level_m
-        if rule == "parallel" or inputs.access.frame_s > 0.0:  # each AUV has a frame of its own
+        weights = np.ones(1) if chosen.at_once else located(inputs, sights)
+        hearing = chosen.chosen_by == "hearing"
+        score = -sights.heard if hearing else weights * sights.level_m
+        if chosen.at_once or inputs.access.frame_s > 0.0:  # each AUV has a frame of its own
             best = score.argmin(axis=2)
         else:
             best = np.broadcast_to(score.sum(axis=0).argmin(axis=1), score.shape[:2])

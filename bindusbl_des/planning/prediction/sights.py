@@ -89,13 +89,13 @@ def located(inputs: Inputs, sights: Sights) -> Floats:
     or (passive) the ping of each ASV one of its own.
     """
     heard = sights.heard
-    if inputs.access.ranging == "passive":
+    if inputs.access.ranging.asvs_ping:
         return heard
     missed = np.ones(heard.shape[:2])
     for asv in range(heard.shape[2]):
         missed = missed * (1.0 - heard[:, :, asv])
     found = 1.0 - missed
-    if inputs.access.ranging == "twtt":
+    if inputs.access.ranging.calls:
         nearest = sights.level_m.argmin(axis=2)[:, :, np.newaxis]
         found = found * np.take_along_axis(heard, nearest, axis=2)[:, :, 0]
     return np.asarray(found[:, :, np.newaxis])
@@ -113,11 +113,11 @@ def fixes(inputs: Inputs, sights: Sights, places: Floats, stations: Floats) -> F
     cosine = np.where(above, 1.0, (places[:, :, np.newaxis, 0] - stations[:, 0]) / away)
     sine = np.where(above, 0.0, (places[:, :, np.newaxis, 1] - stations[:, 1]) / away)
     line, apart = (cosine, sine), (level, sights.slant_m)
-    if inputs.access.ranging == "passive":
+    if inputs.access.ranging.asvs_ping:
         one = lasting.turned(along, across, line)
         return Fixes(one, *lasting.of_each(inputs, *apart, line))
     weights = sights.heard
-    if inputs.access.downlink == "direct_reply":  # the first to hear it answers by itself
+    if inputs.access.downlink.replies:  # the first to hear it answers by itself
         weights = np.where(level == level.min(axis=2, keepdims=True), weights, 0.0)
     fused = _fused((along, across, down, leaning), weights, line)
     if inputs.lasting.is_none:

@@ -14,16 +14,16 @@ from ...protocol.bounds.conflict import (
     reuse_bound,
 )
 from ...protocol.conflicts import dsatur_groups, greedy_groups
-from ...protocol.schedules.named import is_framed
+from ...scenario.declared import Schedule
 from .sights import Flags, Floats
 
 Ints = NDArray[np.int64]
 
-# How many ping groups schedules make of what is heard whose rounds have a slot T_UL for every AUV.
+# How many ping groups there are of what is heard, by how they come about.
 COLOURINGS: Mapping[str, Callable[[Flags], int]] = {
-    "spatial_reuse": lambda heard: len(greedy_groups(heard)),
-    "dsatur": lambda heard: len(dsatur_groups(heard)),
-    "one_per_slot": len,
+    "first_fit": lambda heard: len(greedy_groups(heard)),
+    "saturation": lambda heard: len(dsatur_groups(heard)),
+    "each": len,
 }
 
 
@@ -48,7 +48,7 @@ class Groups:
         return self.fewest[0] == self.fewest[1]
 
 
-def groups_of(schedule: str, heard: Flags) -> Groups:
+def groups_of(schedule: Schedule, heard: Flags) -> Groups:
     """Return the ping groups of rounds that begin with so much in HF range, (k, n, m)."""
     made = groups_made(schedule, heard)
     small = heard.shape[1] <= EXACT_UP_TO
@@ -64,15 +64,15 @@ def groups_of(schedule: str, heard: Flags) -> Groups:
     )
 
 
-def groups_made(schedule: str, heard: Flags) -> Ints | None:
+def groups_made(schedule: Schedule, heard: Flags) -> Ints | None:
     """Return how many ping groups a schedule makes of what is in range (k, n, m), at each instant
     (k,); None where only the schedule knows.
     """
-    if is_framed(schedule):
+    if schedule.framed:
         return np.ones(len(heard), dtype=np.int64)
-    if (colouring := COLOURINGS.get(schedule)) is None:
+    if not schedule.has_exact_groups:
         return None
-    return each(heard, colouring).astype(np.int64)
+    return each(heard, COLOURINGS[schedule.groups]).astype(np.int64)
 
 
 def each(heard: Flags, of: Callable[[Flags], float]) -> Floats:

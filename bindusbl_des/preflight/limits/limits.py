@@ -14,6 +14,7 @@ from ...protocol.bounds.rates import (
 )
 from ...protocol.replies import reply_delay_of
 from ...protocol.slots import Slots
+from ...scenario.declared import broadcaster_of, schedule_of
 from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
 from ...scenario.water import sound_speed_of
@@ -76,7 +77,7 @@ def limits_of(scenario: Scenario, sights: Sights) -> Limits:
     return Limits(
         in_range=np.asarray(sights.heard.any(axis=2).mean(axis=0)),
         fix_chance=np.asarray(sights.delivered.mean(axis=0)),
-        groups=groups_of(protocol.schedule, sights.heard) if slotted else None,
+        groups=groups_of(schedule_of(scenario), sights.heard) if slotted else None,
         decodes_hz=decode_bound(ping, 0.0),
         cleared_hz=decode_bound(ping),
         capacity_hz=_capacity(scenario, sights, slots),
@@ -112,7 +113,7 @@ def _capacity(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
 
 def _senders(scenario: Scenario, sights: Sights) -> int:
     """Return how many ASVs may send frames at once, at most."""
-    if scenario.protocol.broadcaster != "parallel" and not scenario.protocol.replies:
+    if not broadcaster_of(scenario).at_once and not scenario.protocol.replies:
         return 1
     return int(each(sights.told, disjoint_senders).max())
 

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from ...protocol.slots import Slots
+from ...scenario.declared import schedule_of
 from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
 from ..round_lengths import LENGTHS, Rounds
@@ -54,11 +55,11 @@ def rates_of(
     if rounds.frame and rounds.are_known:
         in_turn = np.full(len(heard), scenario.auvs.count * rounds.period(1, 1))
         found["planned"] = _shared(delivered, in_turn)
-    groups = groups_made(protocol.schedule, heard)
+    groups = groups_made(schedule_of(scenario), heard)
     if groups is not None and not rounds.frame:
         policies = dict.fromkeys((protocol.downlink, *POLICIES))
-        if protocol.downlink == "direct_reply":
-            policies = {"direct_reply": None}
+        if protocol.replies:
+            policies = {protocol.downlink: None}
         for policy in policies:
             if policy in LENGTHS:
                 name = "planned" if policy == protocol.downlink else policy

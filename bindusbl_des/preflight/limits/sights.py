@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, ping_chance
+from ...scenario.declared import channel_named
 from ...scenario.scenario import Scenario
 from .planned_ways import planned_places, planned_stations
 
@@ -87,5 +88,5 @@ def _chances(
     table = chance(scenario, ranges, scenario.survey.deepest)
     if table is None:
         return in_range.astype(np.float64)
-    within = in_range if channel == "disc" else works
+    within = in_range if channel_named(channel).ends_at_range else works
     return np.where(within, np.interp(slant, ranges, table), 0.0)

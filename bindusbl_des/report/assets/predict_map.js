@@ -9,7 +9,7 @@ function errorMap(inputs, stations, places) {
   const { ways, noise, access, navigator } = inputs, instants = ways.times_s.length, one = (rows) => [rows[0]];
   const fleet = sightsOf(inputs, flat(ways.places_m), instants, stations), plan = plannedRounds(inputs, fleet, located(inputs, fleet));
   let period = instants / plan.period.reduce((sum, it) => sum + 1 / it, 0);
-  if (access.schedule === "round_robin" || access.schedule === "random") period *= ways.places_m.length;
+  if (access.schedule.turn !== "each") period *= ways.places_m.length;
   const here = { ...inputs, ways: { ...ways, depths_m: one(ways.depths_m) }, noise: {
     step_m: noise.step_m, along_m2: one(noise.along_m2), across_m2: one(noise.across_m2), down_m2: one(noise.down_m2), leaning_m2: one(noise.leaning_m2),
   } };
@@ -26,16 +26,16 @@ function errorMap(inputs, stations, places) {
 
 // How likely a round brings a fix, of which kind, and how much longer rounds are for that.
 function chanceAt({ access }, around, { kinds, chance }, i) {
-  if (access.ranging !== "passive") return { chance: chance[i] * toldAt(access, around, i), kind: 0, slower: 1 };
+  if (!access.ranging.asvs_ping) return { chance: chance[i] * toldAt(access, around, i), kind: 0, slower: 1 };
   const own = chance.subarray(i * kinds, (i + 1) * kinds), most = own.reduce((a, b) => Math.max(a, b)), sum = own.reduce((a, b) => a + b, 0);
   return { chance: most, kind: own.indexOf(most), slower: kinds / Math.max(sum / Math.max(most, HARDLY_ANY), 1) };
 }
 
 // How likely an AUV decodes a broadcast.
 function toldAt({ downlink, replies_in_frames, broadcaster, fixed_asv }, { asvs, told, level }, i) {
-  if (downlink === "direct_reply") return replies_in_frames ? told[nearestOf(level, i, asvs)] : 1;
-  if (broadcaster === "fixed") return told[i * asvs + fixed_asv];
-  if (broadcaster === "nearest" || broadcaster === "parallel") return told[nearestOf(level, i, asvs)];
+  if (downlink.replies) return replies_in_frames ? told[nearestOf(level, i, asvs)] : 1;
+  if (broadcaster.chosen_by === "one") return told[i * asvs + fixed_asv];
+  if (broadcaster.chosen_by === "distance") return told[nearestOf(level, i, asvs)];
   let sum = 0;
   for (let asv = 0; asv < asvs; asv++) sum += told[i * asvs + asv];
   return sum / asvs;
@@ -43,10 +43,10 @@ function toldAt({ downlink, replies_in_frames, broadcaster, fixed_asv }, { asvs,
 
 // How long after its ping (s) an AUV is told of it, on average.
 function lateOf({ access }, { slot, pitch, send, frame }, auvs) {
-  if (access.ranging === "passive") return 0;
-  if (access.downlink === "direct_reply") return access.reply_s;
+  if (access.ranging.asvs_ping) return 0;
+  if (access.downlink.replies) return access.reply_s;
   let sum = 0;
-  const instants = send.length, byGroup = access.downlink === "pipelined_group";
+  const instants = send.length, byGroup = access.downlink.by_group;
   for (let auv = 0; auv < auvs; auv++) for (let k = 0; k < instants; k++) sum += send[k] + frame[k] - (byGroup ? 0 : slot[auv * instants + k] * pitch[k]);
   return sum / (auvs * instants);
 }

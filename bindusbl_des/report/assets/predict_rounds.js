@@ -5,7 +5,7 @@ const MOST_ROUNDS = 3000;
 
 // Groups of AUVs without a common listener: greedy in index order, or DSATUR (protocol/conflicts.py).
 // `hears(auv, asv)` tells who hears whom; returned is the group of each AUV.
-function coloured(auvs, asvs, hears, schedule) {
+function coloured(auvs, asvs, hears, kind) {
   const colours = new Int32Array(auvs).fill(-1), used = Array.from({ length: asvs }, () => new Uint8Array(auvs + 1));
   const smallest = (auv) => {
     for (let colour = 0; ; colour++) {
@@ -18,7 +18,7 @@ function coloured(auvs, asvs, hears, schedule) {
     const colour = colours[auv] = smallest(auv);
     for (let asv = 0; asv < asvs; asv++) if (hears(auv, asv)) used[asv][colour] = 1;
   };
-  if (schedule !== "dsatur") {
+  if (kind !== "saturation") {
     for (let auv = 0; auv < auvs; auv++) paint(auv);
     return colours;
   }
@@ -38,15 +38,15 @@ function coloured(auvs, asvs, hears, schedule) {
 }
 
 // The slot of each AUV at each instant, and how many slots there are then.
-function groupedOf({ schedule }, { auvs, instants, asvs, inRange }) {
+function groupedOf({ schedule: { groups: kind } }, { auvs, instants, asvs, inRange }) {
   const slot = new Int32Array(auvs * instants), groups = new Float64Array(instants), known = new Map();
   for (let k = 0; k < instants; k++) {
-    if (schedule === "round_robin" || schedule === "random") { groups[k] = 1; continue; }
+    if (kind === "frame") { groups[k] = 1; continue; }
     let colours = null;
-    if (schedule !== "one_per_slot") {
+    if (kind !== "each") {
       let key = "";
       for (let auv = 0; auv < auvs; auv++) for (let asv = 0; asv < asvs; asv++) key += inRange[(auv * instants + k) * asvs + asv];
-      colours = known.get(key) ?? coloured(auvs, asvs, (auv, asv) => inRange[(auv * instants + k) * asvs + asv], schedule);
+      colours = known.get(key) ?? coloured(auvs, asvs, (auv, asv) => inRange[(auv * instants + k) * asvs + asv], kind);
       known.set(key, colours);
     }
     for (let auv = 0; auv < auvs; auv++) {
@@ -80,7 +80,7 @@ function between(table, fixes) {
 function plannedRounds(inputs, sights, { kinds, chance }) {
   const { access, slots } = inputs, { auvs, instants } = sights, uplink = uplinkSlot(inputs);
   const column = (value) => new Float64Array(instants).fill(value);
-  if (access.ranging === "passive") return { slot: new Int32Array(auvs * instants), pitch: column(uplink), send: column(0), frame: column(0), period: column(uplink), broadcasts: column(1) };
+  if (access.ranging.asvs_ping) return { slot: new Int32Array(auvs * instants), pitch: column(uplink), send: column(0), frame: column(0), period: column(uplink), broadcasts: column(1) };
   const { slot, groups } = groupedOf(access, sights), downlinks = flat(slots.downlink_s), frames = flat(slots.frame_s);
   const [pitch, send, frame, period, broadcasts] = [column(uplink), column(0), column(0), column(0), column(1)];
   for (let k = 0; k < instants; k++) {
@@ -88,8 +88,8 @@ function plannedRounds(inputs, sights, { kinds, chance }) {
     for (let auv = 0; auv < auvs; auv++) for (let kind = 0; kind < kinds; kind++) expected += chance[(auv * instants + k) * kinds + kind];
     expected = Math.min(expected, auvs);
     if (access.frame_s > 0) expected /= auvs;
-    const busy = groups[k] * uplink, byGroup = access.downlink === "pipelined_group", fixes = byGroup ? expected / groups[k] : expected;
-    if (access.downlink === "direct_reply") {
+    const busy = groups[k] * uplink, byGroup = access.downlink.by_group, fixes = byGroup ? expected / groups[k] : expected;
+    if (access.downlink.replies) {
       period[k] = Math.max(busy, access.frame_s);
       broadcasts[k] = 0;
       continue;
@@ -100,7 +100,7 @@ function plannedRounds(inputs, sights, { kinds, chance }) {
       pitch[k] = send[k] = Math.max(uplink, downlink);
       period[k] = Math.max(groups[k] * pitch[k], access.frame_s);
       broadcasts[k] = groups[k];
-    } else if (access.downlink === "pipelined_round") {
+    } else if (!access.downlink.waits) {
       send[k] = Math.max(busy, downlink);
       period[k] = Math.max(send[k], access.frame_s);
     } else {
@@ -132,7 +132,7 @@ function turnsOf(inputs, sights, found, plan) {
   const often = plan.period.reduce((sum, it) => sum + 1 / it, 0) / instants, many = Math.max(Math.ceil(end * often / MOST_ROUNDS), 1);
   const { begin, at, number } = begunRounds(plan, step, end, many), rounds = begin.length, c = slots.sound_speed_m_per_s;
   const [pinged, told, chance] = [0, 1, 2].map(() => new Float64Array(auvs * rounds)), [late, kind] = [0, 1].map(() => new Int32Array(auvs * rounds));
-  const passive = access.ranging === "passive", byGroup = access.downlink === "pipelined_group";
+  const passive = access.ranging.asvs_ping, byGroup = access.downlink.by_group;
   const tick = slots.tick_rate_hz === 0 ? 0 : 1 / slots.tick_rate_hz, senders = new Senders(inputs, sights, found);
   for (let auv = 0, i = 0; auv < auvs; auv++) for (let round = 0; round < rounds; round++, i++) {
     const k = at[round], slot = plan.slot[auv * instants + k];
@@ -146,9 +146,9 @@ function turnsOf(inputs, sights, found, plan) {
       continue;
     }
     chance[i] = found.chance[row];
-    if (access.schedule === "round_robin" && round % auvs !== auv) chance[i] = 0;
-    if (access.schedule === "random") chance[i] /= auvs;
-    if (access.downlink === "direct_reply") {
+    if (access.schedule.turn === "rotation" && round % auvs !== auv) chance[i] = 0;
+    if (access.schedule.turn === "lot") chance[i] /= auvs;
+    if (access.downlink.replies) {
       told[i] = pinged[i] + 2 * slant[nearestOf(slant, row, asvs)] / c + access.reply_s + (access.replies_in_frames ? 0.5 * tick : 0);
       continue;
     }
@@ -179,19 +179,19 @@ function answered({ auvs, instants, asvs, level, told }, plan, { at, late, chanc
 // Who broadcasts: how likely an AUV decodes that, and over which way (m).
 class Senders {
   constructor(inputs, sights, found) {
-    Object.assign(this, { sights, rule: inputs.access.broadcaster, fixed: inputs.access.fixed_asv });
-    if (!["most_fixes", "nearest", "parallel"].includes(this.rule)) return;
+    Object.assign(this, { sights, chosenBy: inputs.access.broadcaster.chosen_by, atOnce: inputs.access.broadcaster.at_once, fixed: inputs.access.fixed_asv });
+    if (!["hearing", "distance"].includes(this.chosenBy)) return;
     const { auvs, instants } = sights, fleet = Array.from({ length: auvs }, (_, auv) => auv);
-    const framed = this.rule === "parallel" || inputs.access.frame_s > 0; // a frame has the fix of one AUV, else those of all
+    const framed = this.atOnce || inputs.access.frame_s > 0; // a frame has the fix of one AUV, else those of all
     this.best = Int32Array.from({ length: auvs * instants }, (_, row) => this.choose(found, row % instants, framed ? [Math.floor(row / instants)] : fleet));
   }
   choose(found, k, auvs) {
-    const { instants, asvs, heard, level } = this.sights, most = this.rule === "most_fixes";
+    const { instants, asvs, heard, level } = this.sights, most = this.chosenBy === "hearing";
     const scores = Array.from({ length: asvs }, (_, asv) => {
       let score = 0;
       for (const auv of auvs) {
         const row = auv * instants + k, n = row * asvs + asv;
-        const weight = this.rule === "parallel" ? 1 : found.chance[found.kinds === 1 ? row : n];
+        const weight = this.atOnce ? 1 : found.chance[found.kinds === 1 ? row : n];
         score += most ? -heard[n] : weight * level[n];
       }
       return score;
@@ -200,12 +200,12 @@ class Senders {
   }
   at(auv, k, number) {
     const { instants, asvs, told, level } = this.sights, row = auv * instants + k, first = row * asvs;
-    if (this.rule === "random") {
+    if (this.chosenBy === "lot") {
       let [sum, ways] = [0, 0];
       for (let asv = 0; asv < asvs; asv++) { sum += told[first + asv]; ways += level[first + asv]; }
       return [sum / asvs, ways / asvs];
     }
-    const asv = this.rule === "rotate" ? number % asvs : this.rule === "fixed" ? this.fixed : this.best[row];
+    const asv = this.chosenBy === "turn" ? number % asvs : this.chosenBy === "one" ? this.fixed : this.best[row];
     return [told[first + asv], level[first + asv]];
   }
 }

@@ -56,13 +56,13 @@ function nearestOf(values, row, asvs) {
 // How likely a ping makes a fix: of all ASVs that hear it, or (passive) of each by itself.
 function located(inputs, { auvs, instants, asvs, level, heard }) {
   const { ranging } = inputs.access;
-  if (ranging === "passive") return { kinds: asvs, chance: heard };
+  if (ranging.asvs_ping) return { kinds: asvs, chance: heard };
   const chance = new Float64Array(auvs * instants);
   for (let row = 0; row < chance.length; row++) {
     let missed = 1;
     for (let n = row * asvs; n < (row + 1) * asvs; n++) missed *= 1 - heard[n];
     chance[row] = 1 - missed;
-    if (ranging === "twtt") chance[row] *= heard[nearestOf(level, row, asvs)];
+    if (ranging.calls) chance[row] *= heard[nearestOf(level, row, asvs)];
   }
   return { kinds: 1, chance };
 }
@@ -78,7 +78,7 @@ function turned(along, across, cosine, sine) {
 // What fixes err by, xx, yy, xy of each row and kind: `noise` of their own, and what `lasts`, which
 // falls apart at a `rate` (1/s).
 function fixesOf(inputs, sights, places, stations) {
-  const { auvs, instants, asvs, level } = sights, passive = inputs.access.ranging === "passive";
+  const { auvs, instants, asvs, level } = sights, passive = inputs.access.ranging.asvs_ping;
   const kinds = passive ? asvs : 1, size = 3 * auvs * instants * kinds;
   const noise = new Float64Array(size), lasts = new Float64Array(size), rate = new Float64Array(size / 3);
   const row = newRow(inputs, asvs), lasting = hasCommon(inputs), speeds = lasting ? speedsOf(inputs.ways, auvs, instants, places) : null;
@@ -107,7 +107,7 @@ function newRow({ noise, ways }, asvs) {
 
 function fillRow(row, inputs, { asvs, level, slant, heard }, auv, i, places, stations) {
   const { step_m } = inputs.noise, [along, across, down, leaning] = row.tables, start = auv * row.length;
-  const direct = inputs.access.downlink === "direct_reply", first = i * asvs;
+  const direct = inputs.access.downlink.replies, first = i * asvs;
   let least = Infinity;
   for (let asv = 0; asv < asvs; asv++) least = Math.min(least, level[first + asv]);
   for (let asv = 0; asv < asvs; asv++) {

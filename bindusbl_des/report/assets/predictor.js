@@ -21,7 +21,7 @@ function predict(inputs, stations) {
 
 // The share of pings that some ASV is in range of; where ASVs ping, of those of which the AUV is.
 function coverageOf({ access }, { auvs, instants, asvs, heard }, { period }) {
-  const passive = access.ranging === "passive", all = period.reduce((sum, it) => sum + 1 / it, 0);
+  const passive = access.ranging.asvs_ping, all = period.reduce((sum, it) => sum + 1 / it, 0);
   return Array.from({ length: auvs }, (_, auv) => {
     let covered = 0;
     for (let k = 0; k < instants; k++) {

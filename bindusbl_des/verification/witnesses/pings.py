@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from ...preflight.round_lengths import rounds_of
+from ...scenario.declared import schedule_of
 from ..case import Case
 from ..pair import Plan
 from .stage import LATEST_S, SLIVER, Actor, staged, stations_of
@@ -45,7 +46,7 @@ def rounds_shown(case: Case) -> float:
     """Return how long (s) a witness lasts: until each AUV has had its turn, and a round more."""
     rounds, count = rounds_of(case.scenario), case.scenario.auvs.count
     if rounds.frame:
-        by_lot = case.scenario.protocol.schedule == "random"
+        by_lot = schedule_of(case.scenario).turn == "lot"
         each = FRAMES_OF_CHANCE * count if by_lot else count
         return (each + 2) * rounds.period(1, 1) + case.late_s
     full, empty = rounds.period(rounds.most, count), rounds.period(1, 0)

@@ -9,6 +9,7 @@ from typing import Any
 from ...acoustics.propagation import TOUCH
 from ...mission.simulation import simulate
 from ...results.result import Result
+from ...scenario.declared import ranging_of
 from ...scenario.planned import asv_stations
 from ...scenario.scenario import Scenario
 from ...scenario.water import sound_speed_of
@@ -96,7 +97,7 @@ def _overlaps(result: Result) -> Iterator[tuple[str, Signal, Signal]]:
             there.setdefault(row[protocol.listening], []).append(signal)
     for receiver, signals in there.items():
         yield from _neighbours(receiver, signals)
-    if protocol.ranging == "twtt":
+    if ranging_of(result.scenario).calls:
         yield from _calls(result, list(pings.values()), there)
     if "frame_receptions" in result.arrow:
         yield from _frames(result)

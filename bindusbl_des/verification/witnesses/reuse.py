@@ -7,17 +7,14 @@ from itertools import product
 import numpy as np
 
 from ...protocol.conflicts import dsatur_groups, greedy_groups
+from ...scenario.declared import schedule_of
 from ..case import Array, Case
 from ..pair import Plan
 from .pings import rounds_shown
 from .stage import SLIVER, Actor, staged, stations_of
 
-# At first all claims of `worst_first` are equal.
-GROUPS = {
-    "spatial_reuse": greedy_groups,
-    "worst_first": greedy_groups,
-    "dsatur": dsatur_groups,
-}
+# How AUVs share slots; of equal claims, as all are at first, the first AUV has its way.
+GROUPS = {"first_fit": greedy_groups, "saturation": dsatur_groups}
 
 # Directions (deg) from which AUVs come in, beside that of the other ASV, and away from it
 BESIDE = (0.0, 20.0, -20.0, 45.0, -45.0, 70.0, -70.0)
@@ -85,7 +82,9 @@ def _played(case: Case, asv: Array, other: Array, first: float, second: float) -
     away = np.linalg.norm(places[:, None] - stations, axis=2)
     if slant:
         away = np.hypot(away, np.array([it.depth for it in actors.values()])[:, None])
-    groups = GROUPS[str(protocol.schedule)](_in_order(actors, away <= hf.range_m + margin))
+    groups = GROUPS[schedule_of(case.scenario).groups](
+        _in_order(actors, away <= hf.range_m + margin)
+    )
     shared = [set(group) for group in groups].index
     names = sorted(actors)
     group = {names.index(one), names.index(two)}

@@ -6,20 +6,27 @@ from ....acoustics.modem import messages_of
 from ....core.plugins import is_plugin, loaded
 from ....preflight.round_lengths import pace_of
 from ....protocol.replies import reply_delay_of
-from ....protocol.schedules.named import is_framed
 from ....protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
 from ....protocol.slots import Slots as ProtocolSlots
 from ....protocol.slots import slots_of as protocol_slots
+from ....scenario.declared import (
+    Broadcaster,
+    Downlink,
+    Schedule,
+    broadcaster_of,
+    downlink_of,
+    ranging_of,
+    schedule_of,
+)
 from ....scenario.scenario import Scenario
 from ....scenario.telling import tells_slots
 from ....scenario.water import assumed_sound_speed_of
 from ..parts import Access, Slots
 
-# What stands in for parts of one's own, whose ways nobody knows.
-STAND_INS = {"schedule": "spatial_reuse", "downlink": "sequential", "broadcaster": "rotate"}
-
-# Schedules that are predicted as another that is like them
-LIKE = {"worst_first": "spatial_reuse", "super_tdma": "spatial_reuse", "polling": "one_per_slot"}
+# What stands in for parts of one's own that do not say what they are like.
+SCHEDULE = Schedule(groups="first_fit")
+DOWNLINK = Downlink(waits=True)
+BROADCASTER = Broadcaster("turn")
 
 
 def slots_of(scenario: Scenario) -> Slots:
@@ -56,7 +63,7 @@ def _usual_slot(scenario: Scenario, slots: ProtocolSlots) -> float | None:
     AUVs are polled from two thirds of the longest way, as they are on average over a disc.
     """
     pace = pace_of(scenario, slots)
-    if scenario.protocol.schedule == "polling":
+    if schedule_of(scenario).pace == "answered":
         ways = 4.0 / 3.0 * slots.longest_travel_time
         answered = 2.0 * slots.ping_duration + scenario.protocol.turnaround_s + ways
         return answered + slots.answer
@@ -74,15 +81,15 @@ def _reply_s(scenario: Scenario) -> float:
 def access_of(scenario: Scenario) -> Access:
     """Return who pings when, and who answers how."""
     protocol = scenario.protocol
-    named = {name: str(getattr(protocol, name)) for name in STAND_INS}
-    known = {name: STAND_INS[name] if is_plugin(it) else it for name, it in named.items()}
-    known["schedule"] = LIKE.get(known["schedule"], known["schedule"])
-    ranging = str(protocol.ranging)
+    schedule, broadcaster = schedule_of(scenario), broadcaster_of(scenario)
+    framed = schedule.framed
     return Access(
-        **known,
+        schedule if schedule.groups else SCHEDULE,
+        DOWNLINK if is_plugin(protocol.downlink) else downlink_of(scenario),
+        broadcaster if broadcaster.chosen_by else BROADCASTER,
+        ranging_of(scenario),
         fixed_asv=protocol.broadcaster.settings.get("asv", 0),
-        ranging="owtt_sync" if is_plugin(ranging) else ranging,
-        frame_s=protocol.frame_s if is_framed(protocol.schedule) else 0.0,
+        frame_s=protocol.frame_s if framed else 0.0,
         reply_s=_reply_s(scenario),
         replies_in_frames=protocol.replies_in_frames,
     )

@@ -13,6 +13,7 @@ from ....core.compiled import compiled
 from ....core.plugins import is_plugin
 from ....mission.build import usbl_of
 from ....records.rows import Rows
+from ....scenario.declared import channel_named, ranging_of
 from ....scenario.instruments.own_sensors import own_sensors
 from ....scenario.scenario import Scenario
 from ....scenario.survey_area import area_of
@@ -37,7 +38,7 @@ def hf_chances(scenario: Scenario) -> Chances:
     """Return how likely a ping is decoded by one array."""
     hf, farthest = scenario.acoustics.hf, farthest_of(scenario)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
-    is_cut = hf.channel == "disc" or is_plugin(hf.channel)
+    is_cut = channel_named(hf.channel).ends_at_range or is_plugin(hf.channel)
     chances = ping_chance(scenario, ranges, scenario.survey.deepest)
     if chances is None:
         chances = 1.0 - losses(ranges, *loss_of(scenario))
@@ -47,7 +48,7 @@ def hf_chances(scenario: Scenario) -> Chances:
 def mf_chances(scenario: Scenario) -> Chances:
     """Return how likely an AUV decodes a frame with the fixes of all."""
     mf, farthest = scenario.acoustics.mf, farthest_of(scenario)
-    is_cut = mf.channel == "disc" or is_plugin(mf.channel)
+    is_cut = channel_named(mf.channel).ends_at_range or is_plugin(mf.channel)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
     chances = frame_chance(scenario, ranges, scenario.survey.deepest)
     if chances is None:
@@ -88,7 +89,7 @@ def _moved_m2(scenario: Scenario) -> float:
     A filter that weighs fixes knows that way by dead reckoning, but for the walk meanwhile.
     """
     protocol = scenario.protocol
-    if protocol.ranging != "twtt":
+    if not ranging_of(scenario).calls:
         return -1.0
     lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
     if scenario.navigation.weighs:

@@ -3,16 +3,10 @@
 from collections.abc import Iterator
 
 from ....core.plugins import is_plugin
+from ....scenario.declared import schedule_of
 from ....scenario.families import plugins_of
 from ....scenario.scenario import Scenario
 from ....scenario.telling import tells_slots
-
-# What is said of schedules that are predicted as another.
-SCHEDULES = {
-    "worst_first": "worst_first is taken for spatial_reuse: each AUV has a turn in every round.",
-    "super_tdma": "super_tdma is taken for spatial_reuse with slots of T_P + clear_s.",
-    "polling": "polling is taken for one_per_slot, AUVs answering from two thirds of the HF range.",
-}
 
 
 def approximations(scenario: Scenario) -> Iterator[str]:
@@ -20,8 +14,8 @@ def approximations(scenario: Scenario) -> Iterator[str]:
     for key, name in plugins_of(scenario).items():
         if key not in ("asvs.formation", "auvs.route"):
             yield f"{key} {name} is taken for the part that ships with the program."
-    if told := SCHEDULES.get(str(scenario.protocol.schedule)):
-        yield told
+    if taken := schedule_of(scenario).approximation:
+        yield f"{scenario.protocol.schedule} {taken}"
     if scenario.auvs.vehicle.has_dynamics:
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
     if scenario.asvs.vehicle.has_dynamics or is_plugin(str(scenario.asvs.vehicle)):

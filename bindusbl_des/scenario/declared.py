@@ -1,0 +1,235 @@
+"""What the whole program must know of each part that ships: a record for each, in a table a family.
+
+Who needs to know something about a part asks its record; its name is tested nowhere else.  A part
+of one's own declares the same by attributes of these names, each of which has a default.
+
+To add a part: its line here and in :mod:`.families`, and the module in which it works.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Literal, TypeVar
+
+from ..core.plugins import Family, asked, loaded
+from .families import BROADCASTER, CHANNEL, DOWNLINK, NAVIGATOR, RANGING, SCHEDULE
+from .scenario_keys import ScenarioKeys
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Who pings when.
+
+    How the ping groups of a round come about (`groups`): a round is one AUV's (`frame`), each AUV
+    has a slot of its own (`each`), or those that no ASV hears two of share one, by the first that
+    is free (`first_fit`) or the most constrained AUV first (`saturation`); "" where nobody knows
+    beforehand.  With a frame, whose `turn` it is: by `rotation` or by `lot`.  With random access
+    AUVs ping as they like.
+
+    `is_proved` says that the verifier's rules hold for it, `renumbers` that an AUV's slot is
+    another in each round.  What a prediction leaves out of it is its `approximation`: then `groups`
+    are what it is taken for.  How long slots are that are not all T_UL, its `pace` says: until a
+    called AUV has `answered`, or until the next of the `packed` arrivals.  By what `explain` tells
+    whose turn it is, beside the slot: `turn_by`.
+    """
+
+    framed: bool = False
+    groups: Literal["frame", "each", "first_fit", "saturation", ""] = ""
+    turn: Literal["each", "rotation", "lot"] = "each"
+    random_access: bool = False
+    is_proved: bool = False
+    renumbers: bool = False
+    approximation: str = ""
+    pace: Literal["", "answered", "packed"] = ""
+    turn_by: Literal["", "expected_error", "calls", "arrivals"] = ""
+
+    @property
+    def shares_slots(self) -> bool:
+        """Whether AUVs that no ASV hears two of share a slot."""
+        return self.groups in ("first_fit", "saturation")
+
+    @property
+    def is_shared_and_proved(self) -> bool:
+        """Whether they do by rules that the verifier knows."""
+        return self.shares_slots and self.is_proved
+
+    @property
+    def has_exact_groups(self) -> bool:
+        """Whether its groups follow from who hears whom alone."""
+        return self.groups not in ("", "frame") and not self.approximation
+
+
+@dataclass(frozen=True)
+class Downlink:
+    """When fixes travel, and what the next round waits for.
+
+    Each ping is answered by itself (`replies`), or fixes are broadcast: after each group of a round
+    (`by_group`) or after all of them; the next slot then waits for the end of the broadcast
+    (`waits`), or does not.  Rounds of a downlink that `is_foreseen` begin at instants that a frame
+    can tell a round before.
+    """
+
+    replies: bool = False
+    by_group: bool = False
+    waits: bool = False
+    is_foreseen: bool = False
+
+
+@dataclass(frozen=True)
+class Broadcaster:
+    """Which ASV broadcasts.
+
+    The next one (`turn`), one drawn by `lot`, always `one`, that which has measured the most fixes
+    (`hearing`), or that nearest to them (`distance`): nearest to each, `at_once` with others, or to
+    all together.
+    """
+
+    chosen_by: Literal["", "turn", "lot", "one", "hearing", "distance"] = ""
+    at_once: bool = False
+
+    @property
+    def serves_nearest(self) -> bool:
+        """Whether the ASV nearest to AUVs sends their fixes."""
+        return self.chosen_by == "distance"
+
+
+@dataclass(frozen=True)
+class Ranging:
+    """How a range is measured: ASVs ping and AUVs fix themselves (`asvs_ping`), or AUVs ping, at
+    their own clocks or in answer to a call (`calls`), whose both ways are measured.
+    """
+
+    asvs_ping: bool = False
+    calls: bool = False
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What becomes of sound: if it `ends_at_range` nothing is heard beyond; with a channel that
+    `has_levels` one knows how loud it is.
+    """
+
+    ends_at_range: bool = False
+    has_levels: bool = False
+
+
+@dataclass(frozen=True)
+class Navigator:
+    """What an AUV makes of a fix: nothing (`ignores_fixes`), a fixed share of it (`has_gain`), or
+    as much as it is worth; `is_smoother` if it revises what was before.
+    """
+
+    ignores_fixes: bool = False
+    has_gain: bool = False
+    is_smoother: bool = False
+
+
+SCHEDULES: Mapping[str, Schedule] = {
+    "spatial_reuse": Schedule(groups="first_fit", is_proved=True),
+    "dsatur": Schedule(groups="saturation", is_proved=True),
+    "one_per_slot": Schedule(groups="each", is_proved=True),
+    "round_robin": Schedule(framed=True, groups="frame", turn="rotation", is_proved=True),
+    "random": Schedule(framed=True, groups="frame", turn="lot", is_proved=True),
+    "worst_first": Schedule(
+        groups="first_fit",
+        is_proved=True,
+        renumbers=True,
+        approximation="is taken for spatial_reuse: each AUV has a turn in every round.",
+        turn_by="expected_error",
+    ),
+    "polling": Schedule(
+        groups="each",
+        approximation=(
+            "is taken for one_per_slot, AUVs answering from two thirds of the HF range."
+        ),
+        pace="answered",
+        turn_by="calls",
+    ),
+    "super_tdma": Schedule(
+        groups="first_fit",
+        renumbers=True,
+        approximation="is taken for spatial_reuse with slots of T_P + clear_s.",
+        pace="packed",
+        turn_by="arrivals",
+    ),
+    "aloha": Schedule(random_access=True),
+    "slotted_aloha": Schedule(random_access=True),
+    "csma": Schedule(random_access=True),
+}
+DOWNLINKS: Mapping[str, Downlink] = {
+    "sequential": Downlink(waits=True, is_foreseen=True),
+    "pipelined_round": Downlink(is_foreseen=True),
+    "pipelined_group": Downlink(by_group=True),
+    "direct_reply": Downlink(replies=True),
+}
+BROADCASTERS: Mapping[str, Broadcaster] = {
+    "rotate": Broadcaster("turn"),
+    "random": Broadcaster("lot"),
+    "most_fixes": Broadcaster("hearing"),
+    "nearest": Broadcaster("distance"),
+    "fixed": Broadcaster("one"),
+    "parallel": Broadcaster("distance", at_once=True),
+}
+RANGINGS: Mapping[str, Ranging] = {
+    "owtt_sync": Ranging(),
+    "twtt": Ranging(calls=True),
+    "passive": Ranging(asvs_ping=True),
+}
+CHANNELS: Mapping[str, Channel] = {
+    "disc": Channel(ends_at_range=True),
+    "curve": Channel(),
+    "sonar": Channel(has_levels=True),
+    "table": Channel(has_levels=True),
+}
+NAVIGATORS: Mapping[str, Navigator] = {
+    "fixed_gain": Navigator(has_gain=True),
+    "kalman": Navigator(),
+    "smoother": Navigator(is_smoother=True),
+    "dead_reckoning": Navigator(ignores_fixes=True),
+}
+
+Record = TypeVar("Record", Schedule, Downlink, Broadcaster, Ranging, Channel, Navigator)
+
+
+def _declared(family: Family, table: Mapping[str, Record], default: Record, name: str) -> Record:
+    """Return the record of a part; of one's own from its attributes, if it is loaded."""
+    if name in table:
+        return table[name]
+    own = loaded(name)
+    if own is None:
+        return default
+
+    def given() -> Record:
+        names = [it.name for it in fields(default) if hasattr(own, it.name)]
+        return replace(default, **{name: getattr(own, name) for name in names})
+
+    return asked(family.key, name, given, when=" as it was asked what it declares")
+
+
+def schedule_of(scenario: ScenarioKeys) -> Schedule:
+    """Return what the schedule of a scenario declares."""
+    return _declared(SCHEDULE, SCHEDULES, Schedule(), str(scenario.protocol.schedule))
+
+
+def downlink_of(scenario: ScenarioKeys) -> Downlink:
+    """Return what the downlink of a scenario declares."""
+    return _declared(DOWNLINK, DOWNLINKS, Downlink(), str(scenario.protocol.downlink))
+
+
+def broadcaster_of(scenario: ScenarioKeys) -> Broadcaster:
+    """Return what the broadcaster of a scenario declares."""
+    return _declared(BROADCASTER, BROADCASTERS, Broadcaster(), str(scenario.protocol.broadcaster))
+
+
+def ranging_of(scenario: ScenarioKeys) -> Ranging:
+    """Return what the ranging of a scenario declares."""
+    return _declared(RANGING, RANGINGS, Ranging(), str(scenario.protocol.ranging))
+
+
+def channel_named(name: str) -> Channel:
+    """Return what a channel declares, of either band."""
+    return _declared(CHANNEL, CHANNELS, Channel(), str(name))
+
+
+def navigator_of(scenario: ScenarioKeys) -> Navigator:
+    """Return what the navigator of a scenario declares."""
+    return _declared(NAVIGATOR, NAVIGATORS, Navigator(), str(scenario.navigation.filter))
