@@ -1,57 +1,15 @@
 """How long the rounds of a scenario's protocol last, from its slots alone: nothing is simulated."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots, slots_of
-from ..scenario.declared import Schedule, schedule_of
+from ..scenario.declared import DOWNLINKS, Downlink, Schedule, schedule_of
 from ..scenario.families import SCHEDULE, Polling, SuperTdma, WorstFirst, is_random
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.telling import tells_slots
-
-
-def sequential(slots: Slots, groups: int, fixes: int, named: int = 0) -> float:
-    """Return the length (s) of a round whose broadcast follows its pings.
-
-    The broadcast tells `named` AUVs their slots.
-    """
-    return slots.round_length(groups, fixes, named)
-
-
-def pipelined_round(slots: Slots, groups: int, fixes: int, named: int = 0) -> float:
-    """Return the time (s) between rounds that ping while the one before them is broadcast."""
-    down = slots.clock.after(0.0, slots.downlink_slot(fixes, named))
-    return max(direct_reply(slots, groups), down)
-
-
-def pipelined_group(slots: Slots, groups: int, fixes: int, named: int = 0) -> float:
-    """Return the time (s) between rounds each of whose groups is broadcast as the next one pings.
-
-    The fixes are spread evenly over the groups.
-    """
-    each, more = divmod(fixes, groups)
-    fuller, emptier = (pipelined_round(slots, 1, each + extra) for extra in (1, 0))
-    return more * fuller + (groups - more) * emptier
-
-
-def direct_reply(slots: Slots, groups: int, fixes: int = 0, named: int = 0) -> float:
-    """Return the length (s) of a round whose pings are answered at once: that of its slots."""
-    end = 0.0
-    for _ in range(groups):
-        end = slots.clock.after(end, slots.uplink_slot)
-    return end
-
-
-def passive(slots: Slots, groups: int, fixes: int = 0, named: int = 0) -> float:
-    """Return the length (s) of a round in which so many ASVs ping, one in each slot."""
-    return direct_reply(slots, groups)
-
-
-LENGTHS: Mapping[str, Callable[[Slots, int, int, int], float]] = {
-    policy.__name__: policy
-    for policy in (sequential, pipelined_round, pipelined_group, direct_reply, passive)
-}
 
 
 @dataclass(frozen=True)
@@ -61,14 +19,14 @@ class Rounds:
     With random access there are none: one of no groups is a cycle of the downlink, at its shortest.
     They have `fewest` to `most` groups, together of `auvs` AUVs.  A schedule with frames (`frame`
     in s, else 0) begins each round with a frame.  How long those of a policy of one's own last,
-    only it knows; where a number is needed, they are taken for sequential ones.  Passive ranging,
-    which has no downlink, is a policy of its own whose groups are of one ASV each.  Broadcasts tell
+    only it knows; where a number is needed, they are taken for sequential ones.  With passive
+    ranging there is no downlink (None), and groups are of one ASV each.  Broadcasts tell
     `named` AUVs their slots, and after the groups there may be a slot for others (`contention`).
     Where slots are not all of T_UL, `pace` has those of the shortest and of the longest.
     """
 
     slots: Slots
-    policy: str
+    policy: str | None
     fewest: int
     most: int
     auvs: int
@@ -80,7 +38,12 @@ class Rounds:
     @property
     def are_known(self) -> bool:
         """Whether the lengths follow from the slots: those of a policy that ships do."""
-        return self.policy in LENGTHS
+        return self.policy is None or self.policy in DOWNLINKS
+
+    @property
+    def broadcasts(self) -> bool:
+        """Whether fixes are broadcast, so that their number decides how long a round lasts."""
+        return self.policy is not None and not DOWNLINKS.get(self.policy, Downlink()).replies
 
     def length(self, groups: int, fixes: int) -> float:
         """Return the time (s) that a round of some groups and fixes takes, at most."""
@@ -91,8 +54,7 @@ class Rounds:
         return self._lasts(self.slots if self.pace is None else self.pace[0], groups, fixes)
 
     def _lasts(self, slots: Slots, groups: int, fixes: int) -> float:
-        length = LENGTHS.get(self.policy, sequential)
-        return length(slots, groups + self.contention, fixes, self.named)
+        return cycle(self.policy, slots, groups + self.contention, fixes, self.named).length_s
 
     def usual(self, groups: int, fixes: int) -> float:
         """Return about how long (s) it is from one round to the next."""
@@ -124,9 +86,9 @@ def rounds_of(scenario: Scenario) -> Rounds:
     protocol, count, asvs = scenario.protocol, scenario.auvs.count, scenario.asvs.count
     slots = slots_of(scenario)
     if protocol.is_passive:
-        return Rounds(slots, "passive", asvs, asvs, count, 0.0)
+        return Rounds(slots, None, asvs, asvs, count, 0.0)
     if is_random(scenario):
-        policy = protocol.downlink if protocol.replies else "sequential"
+        policy = protocol.downlink if protocol.replies else STAND_IN
         return Rounds(slots, policy, 0, 0, count, 0.0)
     named = count if tells_slots(scenario) else 0
     contention = named > 0 and protocol.missed == "contention"

@@ -138,13 +138,6 @@ class Slots:
         guard, shortest = self.downlink_guard, self.shortest_downlink
         return downlink_slot(self.airtime(fix_count, named), self.crossing_time, guard, shortest)
 
-    def round_length(self, groups: int, fix_count: int, named: int = 0) -> float:
-        """Return the length (s) of a sequential round on this clock."""
-        end = 0.0
-        for _ in range(groups):
-            end = self.clock.after(end, self.uplink_slot)
-        return self.clock.after(end, self.downlink_slot(fix_count, named))
-
 
 def clock_of(scenario: Scenario) -> Clock:
     """Return the clock on which slots start and fixes are delivered."""

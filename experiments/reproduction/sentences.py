@@ -4,6 +4,7 @@ import json
 from typing import TYPE_CHECKING
 
 from bindusbl_des.campaigns.statistics.intervals import interval
+from bindusbl_des.protocol.cycles import cycle
 from bindusbl_des.protocol.slots import Slots, slots_of
 from bindusbl_des.scenario.scenario import Scenario
 
@@ -148,15 +149,9 @@ LATENCY_S = 0.57
 def rate(slots: Slots, policy: str, auvs: int) -> float:
     """Return the fix rate (Hz) of each AUV when all conflict, all are heard and none is lost.
 
-    A sequential round lasts N slots and the downlink slot of N fixes; pipelined, the longer of the
-    two; by groups, each ping waits for the downlink slot of one fix.
+    A downlink's own round says it, of N groups and N fixes, without sound.
     """
-    if policy == SEQUENTIAL:
-        return 1.0 / slots.round_length(auvs, auvs)
-    slot = slots.clock.after(0.0, slots.uplink_slot)
-    if policy == ROUND:
-        return 1.0 / max(auvs * slot, slots.clock.after(0.0, slots.downlink_slot(auvs)))
-    return 1.0 / (auvs * max(slot, slots.clock.after(0.0, slots.downlink_slot(1))))
+    return 1.0 / cycle(policy, slots, auvs, auvs).length_s
 
 
 def fastest(slots: Slots, auvs: int) -> float:

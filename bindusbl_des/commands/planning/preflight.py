@@ -118,7 +118,7 @@ def _frames(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     turn, chosen = ("on average ", "drawn by lot from") if by_lot else ("", "in turn of")
     yield f"One AUV pings in each frame of {frame:g} s, {chosen} {count}:"
     yield f"{'':<24}{'round s':>10}{'begins every s':>18}{'an AUV pings every s':>24}"
-    answers = ("answered",) if rounds.policy == "direct_reply" else ("without a fix", "with a fix")
+    answers = ("without a fix", "with a fix") if rounds.broadcasts else ("answered",)
     for fixes, name in enumerate(answers):
         every = rounds.period(1, fixes)
         yield (
@@ -138,8 +138,8 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
     `shares` of a broadcast, downlink slots are shorter than of one that sends all.
     """
     slots, ends = rounds.slots, sorted({rounds.fewest, rounds.most})
-    yield from messages(slots) if rounds.policy != "direct_reply" else ()
-    if rounds.policy == "direct_reply":
+    yield from messages(slots) if rounds.broadcasts else ()
+    if not rounds.broadcasts:
         yield f"{'ping groups':>14}{'round s':>18}{'rounds/s':>18}"
         for groups in _shown(rounds.fewest, rounds.most):
             lengths = [rounds.least(groups, 0), rounds.length(groups, 0)]
@@ -167,7 +167,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
     from ...scenario.survey_area import area_of
 
     slots, protocol = rounds.slots, scenario.protocol
-    answered = rounds.policy in ("direct_reply", "passive")
+    answered = not rounds.broadcasts
     most = 1 if rounds.frame else rounds.auvs
     rows = [
         {"groups": groups, "fixes": fixes, "round_s": rounds.length(groups, fixes),

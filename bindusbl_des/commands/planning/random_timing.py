@@ -62,8 +62,8 @@ def _load(scenario: "Scenario", load: "OfferedLoad") -> Iterator[str]:
 
 def _cycles(rounds: "Rounds", fixes: list[int]) -> Iterator[str]:
     """Yield how long MF is taken by a broadcast of each number of fixes."""
-    if rounds.policy == "direct_reply":
-        yield f"direct_reply: {answered(rounds.slots)}; there are no rounds."
+    if not rounds.broadcasts:
+        yield f"{rounds.policy}: {answered(rounds.slots)}; there are no rounds."
         return
     yield "A fix is broadcast as soon as MF is free, with all that wait; a round of K fixes takes"
     yield f"{'K':>6}{'bytes':>8}{'T_tx ms':>10}{'T_DL ms':>10}{'fixes/s':>10}"

@@ -5,11 +5,12 @@ from functools import cache
 
 import numpy as np
 
+from ...protocol.cycles import cycle
 from ...protocol.slots import Slots
-from ...scenario.declared import schedule_of
+from ...scenario.declared import DOWNLINKS, schedule_of
 from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
-from ..round_lengths import LENGTHS, Rounds
+from ..round_lengths import Rounds
 from .groups import Ints, groups_made
 from .sights import Floats, Sights
 
@@ -61,7 +62,7 @@ def rates_of(
         if protocol.replies:
             policies = {protocol.downlink: None}
         for policy in policies:
-            if policy in LENGTHS:
+            if policy in DOWNLINKS:
                 name = "planned" if policy == protocol.downlink else policy
                 found[name] = _shared(delivered, _lengths(policy, rounds, groups, sights.made))
     if records_hz is not None:
@@ -82,7 +83,7 @@ def _lengths(policy: str, rounds: Rounds, groups: Ints, made: Floats) -> Floats:
     made on average.
     """
     further, told, slots = rounds.contention, rounds.named, rounds.slots
-    length = cache(lambda count, fixes: LENGTHS[policy](slots, count + further, fixes, told))
+    length = cache(lambda count, fixes: cycle(policy, slots, count + further, fixes, told).length_s)
     fixes = np.rint(made.sum(axis=1)).astype(np.int64).tolist()
     return np.array([length(*it) for it in zip(groups.tolist(), fixes, strict=True)])
 
