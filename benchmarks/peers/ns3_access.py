@@ -28,7 +28,7 @@ from ns3_uan import compiled_driver
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.core.streams import Purpose, Streams
 from bindusbl_des.protocol.access import named
-from bindusbl_des.protocol.access.packets import packets_of
+from bindusbl_des.protocol.access.named import packets_of
 
 Case = dict[str, Any]
 Heard = list[tuple[int, float, str]]

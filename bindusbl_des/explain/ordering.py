@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.wording import counted
-from ..protocol.schedules.known import weighed
+from ..protocol.schedules.view import weighed
 from ..scenario.declared import schedule_of
 from ..scenario.instruments.own_sensors import straight_drift_rms
 from .failing import number_of

@@ -15,20 +15,18 @@ from ..protocol.access.serving import serve_at_random
 from ..protocol.broadcasters import broadcaster_named
 from ..protocol.dissemination import Dissemination, Knowledge, Manner, Roll
 from ..protocol.downlinks import downlink_named
-from ..protocol.hf.measuring import Measuring
-from ..protocol.hf.outcomes import Outcomes
+from ..protocol.hf.outcomes import Measuring, Outcomes
 from ..protocol.hf.uplink import Uplink
 from ..protocol.mf.downlink import FrameBand, MfDownlink
 from ..protocol.network import Network
-from ..protocol.passive.beacons import Beacons
+from ..protocol.passive.beacons import Beacons, PassiveOutcomes
 from ..protocol.passive.network import OwnFixes, PassiveNetwork, take_turns
-from ..protocol.passive.outcomes import PassiveOutcomes
 from ..protocol.predicted_positions import PredictedPositions, prediction_of
 from ..protocol.ranging import ranging_of, strayed
 from ..protocol.replies import Replies, reply_delay_of
-from ..protocol.schedules.known import known_of
 from ..protocol.schedules.named import is_framed, schedule_named
 from ..protocol.schedules.polling import Answers
+from ..protocol.schedules.view import known_of
 from ..protocol.slots import slots_of
 from ..protocol.tdma import serve
 from ..records.recorder import Levers, Recorder

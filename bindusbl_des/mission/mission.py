@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ..core.growing import keep_memory
 from ..core.wording import plain
 from ..preflight.worth_knowing import Caution, cautions
+from ..protocol.happenings import Happening, Watch
 from ..protocol.steps import Environment
-from ..protocol.watches import Happening, Watch
 from ..records.events import Broadcast
 from ..results.result import Result
 from ..results.tables import from_numbers, from_row
@@ -101,7 +101,7 @@ class Mission:
         """Return the event of the next happening of a kind: `ping`, `arrival`, `reception`,
         `broadcast` or `delivery`.
 
-        Its value is a :class:`.protocol.watches.Happening`: kind, time (s), and the row of that
+        Its value is a :class:`.protocol.happenings.Happening`: kind, time (s), and the row of that
         instant.  `which` are values that columns of the row must have:
         ``happening("delivery", auv=1)``.  Whoever waits, and for what, changes nothing of the
         mission.

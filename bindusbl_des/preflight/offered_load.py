@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..protocol.access.closed_forms import aloha_success, offered_load, slot_share, slotted_success
+from ..protocol.access.aloha import aloha_success, offered_load, slot_share, slotted_success
 from ..protocol.access.named import backoff_slot_s, sensing_of
 from ..protocol.slots import Slots, slots_of
 from ..scenario.declared import broadcaster_of

@@ -20,10 +20,9 @@ from .mf.downlink import MfDownlink
 from .predicted_positions import PredictedPositions
 from .ranging import OneWay, OwnRanging, TwoWay
 from .replies import Replies
-from .schedules.known import Known
 from .schedules.named import Schedule
 from .schedules.polling import Answers
-from .schedules.view import Groups, View
+from .schedules.view import Groups, Known, View
 from .slots import Slots
 
 Steps = Generator[simpy.Event, None, float]

@@ -19,8 +19,7 @@ from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints
 from .hf.calling import choose_callers
-from .hf.handed import NO_CALL, members
-from .hf.uplink import Uplink
+from .hf.uplink import NO_CALL, Uplink, members
 from .predicted_positions import planned_speeds
 from .schedules.polling import Answers
 from .schedules.view import View

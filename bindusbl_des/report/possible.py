@@ -12,7 +12,7 @@ from ..preflight.limits.limits import Limits, least_latency, limits_of
 from ..preflight.limits.rates import rates_of
 from ..preflight.limits.sights import MOST_PAIRS, Sights, instants, sights
 from ..preflight.round_lengths import rounds_of
-from ..protocol.bounds.conflict import reuse_bound
+from ..protocol.bounds import reuse_bound
 from ..protocol.slots import slots_of
 from ..scenario.declared import schedule_of
 from .page import number

@@ -12,10 +12,10 @@ from test_mission import DURATION_S, MISSIONS, flown, look, same
 from worlds import merged
 
 from bindusbl_des import Mission, Scenario, simulate
+from bindusbl_des.protocol.happenings import KINDS, Happening
 from bindusbl_des.protocol.network import Network, Turn
 from bindusbl_des.protocol.schedules.view import View
 from bindusbl_des.protocol.tdma import broadcast, downlink_free, until, uplink_slot
-from bindusbl_des.protocol.watches import KINDS, Happening
 
 # Where somebody waits, the band is busy: pings are lost, collide, and come in whatever order.
 BUSY: dict[str, Any] = {

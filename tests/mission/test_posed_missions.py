@@ -11,7 +11,7 @@ from worlds import merged, scenario
 
 from bindusbl_des import Mission, Result, Scenario, load_result, simulate
 from bindusbl_des.mission.build import build_world
-from bindusbl_des.protocol.watches import Happening
+from bindusbl_des.protocol.happenings import Happening
 from bindusbl_des.vehicles.motion import places
 
 SOUND = 1500.0  # m/s

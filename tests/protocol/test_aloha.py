@@ -13,14 +13,15 @@ from worlds import merged, scenario, still
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.core.clock import ExactClock, TickClock
 from bindusbl_des.core.streams import Streams
-from bindusbl_des.protocol.access.aloha import Aloha, SlottedAloha
-from bindusbl_des.protocol.access.closed_forms import (
+from bindusbl_des.protocol.access.aloha import (
+    Aloha,
+    SlottedAloha,
     aloha_success,
     offered_load,
     slot_share,
     slotted_success,
 )
-from bindusbl_des.protocol.access.packets import packets_of
+from bindusbl_des.protocol.access.named import packets_of
 from bindusbl_des.protocol.slots import slots_of
 
 PING_S = 0.010

@@ -7,21 +7,19 @@ import numpy as np
 import pytest
 
 from bindusbl_des import load_scenario
-from bindusbl_des.protocol.bounds.conflict import (
+from bindusbl_des.protocol.bounds import (
+    aloha_capacity,
     clique_number,
+    decode_bound,
     disjoint_senders,
     fewest_groups,
-    most_heard,
-    reuse_bound,
-)
-from bindusbl_des.protocol.bounds.rates import (
-    aloha_capacity,
-    decode_bound,
     latency_bound,
+    most_heard,
     optimum_rate,
     pipelined_rate,
     record_bound,
     record_limit,
+    reuse_bound,
     sequential_rate,
     slotted_aloha_capacity,
 )

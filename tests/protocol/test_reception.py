@@ -23,11 +23,9 @@ from bindusbl_des.core.streams import ROWS, NoiseStore, Purpose, Streams
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, random_walk
 from bindusbl_des.protocol.broadcasters import hearers
 from bindusbl_des.protocol.hf.calling import CALL
-from bindusbl_des.protocol.hf.handed import NO_CALL
-from bindusbl_des.protocol.hf.measuring import Measuring
-from bindusbl_des.protocol.hf.outcomes import Outcomes
+from bindusbl_des.protocol.hf.outcomes import Measuring, Outcomes
 from bindusbl_des.protocol.hf.reception import Air, overlapped
-from bindusbl_des.protocol.hf.uplink import Uplink
+from bindusbl_des.protocol.hf.uplink import NO_CALL, Uplink
 from bindusbl_des.protocol.mf.downlink import FrameBand, MfDownlink
 from bindusbl_des.protocol.replies import Replies
 from bindusbl_des.records.events import (

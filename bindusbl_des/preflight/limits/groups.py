@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...protocol.bounds.conflict import (
+from ...protocol.bounds import (
     EXACT_UP_TO,
     clique_number,
     fewest_groups,

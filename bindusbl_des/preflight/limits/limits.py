@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...protocol.bounds.conflict import disjoint_senders, most_heard
-from ...protocol.bounds.rates import (
+from ...protocol.bounds import (
     aloha_capacity,
     decode_bound,
+    disjoint_senders,
     latency_bound,
+    most_heard,
     record_bound,
     slotted_aloha_capacity,
 )

@@ -1,9 +1,85 @@
 """Vessels that have AUVs of their own, and stay above the middle of those."""
 
-import numpy as np
+import math
 
-from .groups import Groups, circle
+import numpy as np
+from numpy.typing import NDArray
+
+from ...geometry.placement.assignment import least_sum
+from ...geometry.placement.enclosing_circle import Circle, enclosing_circle
 from .view import AnchorView, Array
+
+Numbers = NDArray[np.intp]
+
+
+class Groups:
+    """The AUVs of each vessel, which stay its own until another split is better by a share.
+
+    One split is better than another if the largest of the smallest circles around its groups is
+    smaller.
+    """
+
+    def __init__(self, hysteresis: float) -> None:
+        self._hysteresis = hysteresis
+        self._of: dict[int, Numbers] = {}
+
+    def of(self, view: AnchorView, fleet: Array) -> dict[int, Numbers]:
+        """Return the AUVs of each vessel that works and has any, AUVs believed at (n, 2), m."""
+        working = np.flatnonzero(view.working)
+        wanted = split(fleet, len(working))
+        kept = list(self._of.values())
+        same = set(self._of) <= set(working.tolist()) and len(kept) == len(wanted)
+        if same and largest(fleet, wanted) >= (1.0 - self._hysteresis) * largest(fleet, kept):
+            return self._of
+        middles = np.array([circle(fleet, group)[:2] for group in wanted])
+        owners = np.arange(len(wanted))
+        if not view.is_first:
+            apart = middles[:, None, :] - view.vessels[working]
+            owners = least_sum((apart**2).sum(axis=-1))
+        self._of = {int(working[it]): own for it, own in zip(owners, wanted, strict=True)}
+        return self._of
+
+
+def circle(fleet: Array, group: Numbers) -> Circle:
+    """Return the smallest circle around a group of AUVs."""
+    return enclosing_circle(fleet[group])
+
+
+def largest(fleet: Array, groups: list[Numbers]) -> float:
+    """Return the radius (m) of the largest of the smallest circles around groups."""
+    return max(circle(fleet, group).radius for group in groups)
+
+
+def split(fleet: Array, count: int) -> list[Numbers]:
+    """Return AUVs (n, 2), m, in `count` groups, or n if that is less, of sizes that differ by one
+    at most: neighbours along the direction in which the fleet is longest, or across it.
+
+    >>> [it.tolist() for it in split(np.array([(0.0, 0.0), (9.0, 1.0), (1.0, 2.0), (8.0, 0.0)]), 2)]
+    [[0, 2], [3, 1]]
+    """
+    along = lengthwise(fleet)
+    orders = [np.argsort((fleet @ it).round(9), kind="stable") for it in (along, across(along))]
+    tried = [np.array_split(order, min(count, len(fleet))) for order in orders]
+    return min(tried, key=lambda groups: largest(fleet, groups))
+
+
+def lengthwise(fleet: Array) -> Array:
+    """Return the direction (2,) in which AUVs (n, 2) are spread out most; y where in none.
+
+    >>> lengthwise(np.array([(0.0, 0.0), (3.0, -4.0)])).round(9).tolist()
+    [-0.6, 0.8]
+    """
+    offsets = fleet - fleet.mean(axis=0)
+    (xx, xy), (_, yy) = (offsets.T @ offsets).tolist()
+    yaw = math.atan2(2.0 * xy, xx - yy) / 2.0 if xx + yy > 0.0 else math.pi / 2.0
+    line = np.array([math.cos(yaw), math.sin(yaw)])
+    turned: Array = line * np.sign(line[np.abs(line).argmax()])
+    return turned  # either way is the same line
+
+
+def across(line: Array) -> Array:
+    """Return the direction (2,) at a right angle to another."""
+    return np.array([-line[1], line[0]])
 
 
 class Assign:

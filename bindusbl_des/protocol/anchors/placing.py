@@ -21,8 +21,7 @@ from ...vehicles.steered import Steered
 from ..predicted_positions import CarriedForward
 from ..steps import moment
 from . import assign, follow, zigzag
-from .own import OwnMover
-from .view import AnchorView, Array, Mover
+from .view import AnchorView, Array, Mover, OwnMover
 
 
 class Room(NamedTuple):

@@ -9,8 +9,7 @@ worth what it brings a vessel near to each AUV of a fleet that it cannot hear at
 
 import math
 
-from .assign import at_rest
-from .groups import Groups, across, lengthwise
+from .assign import Groups, across, at_rest, lengthwise
 from .view import AnchorView, Array
 
 # Vessels no faster than their AUVs sweep at this share of their speed, and fall behind.

@@ -1,19 +1,72 @@
-"""What becomes of pings at ASVs, and the fixes of them: decided when somebody wants to know."""
+"""What becomes of pings at ASVs, and the fixes measured of them: decided when somebody asks."""
+
+from functools import cache, partial
 
 import numpy as np
 
+from ...core.handed import Handed
+from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.recorder import EventBuffer, Recorder
 from ...records.rows import NONE, Row, Rows
-from ...usbl.instrument import NOISE_WIDTH
+from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH
 from ...usbl.measurement import note
 from ...usbl.own_instrument import OwnInstrument, sounding_of
+from ...usbl.systematic.errors import OUTLIER_WIDTH, Astray, HandedErrors
+from ...usbl.usbl import Usbl
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
-from .handed import decided_by
-from .measuring import Measuring
-from .reception import Extras, foretold, settle
+from .reception import Decided, Noise, foretold, settle
 from .uplink import PASSED, Uplink
+
+
+class Measuring:
+    """Who measures the pings of a band, with what noise, and what is wrong all the time.
+
+    `own` is an instrument of somebody's own, which measures in Python what compiled code has
+    decided, with a `draw` for each AUV; None where one that ships does.
+    """
+
+    def __init__(
+        self,
+        instrument: Usbl | Astray | OwnInstrument,
+        streams: Streams,
+        auvs: int,
+        asvs: int,
+        record: Recorder,
+    ) -> None:
+        """Measure pings between so many AUVs and ASVs, and write fixes to a record."""
+        self._record, self._errors, outliers = record, None, 0
+        if isinstance(instrument, Astray):
+            (instrument, lasting), outliers = instrument, OUTLIER_WIDTH
+            levers = record.levers
+            self._errors = Handed(HandedErrors(*lasting, levers.of, levers.left))
+            levers.hand_on(self._errors)
+        self.noise = NoiseStore(streams, auvs, asvs, NOISE_WIDTH + 1, outliers)
+        self.own = instrument if isinstance(instrument, OwnInstrument) else None
+        self.draw = cache(partial(streams.of, Purpose.INSTRUMENT))
+        self.instrument, has_sheet = NO_INSTRUMENT, None
+        if isinstance(instrument, Usbl):
+            self.instrument, has_sheet = instrument.handed, instrument.has_sheet
+        #: What compiled code is made for: whether there is a data sheet, and errors that last, by
+        #: their address; None where there are none.
+        self.made_for = has_sheet, None if self._errors is None else self._errors.address
+
+    def make_room(self, fixes: int) -> None:
+        """Have room for so many further fixes."""
+        room = self._record.fixes.room_for(fixes)
+        if self._errors is not None:
+            self._record.levers.make_room(len(room))
+
+    def hand_on(self, to: Handed) -> None:
+        """Keep the field `noise` of what compiled code is handed what the noise is."""
+        self.noise.on_grown = lambda store: to.renew("noise", noise_of(store))
+
+
+def noise_of(store: NoiseStore) -> Noise:
+    """Return noise as compiled code takes it."""
+    asvs, width = store.shelf.shape[1], store.blocks.shape[2]
+    return Noise(store.shelf, store.taken, store.blocks, np.zeros((asvs, width)))
 
 
 class Outcomes:
@@ -34,17 +87,40 @@ class Outcomes:
     ) -> None:
         """Decide pings at ASVs, and have them measured.
 
-        `strayed` (n,), m2, as of :class:`.reception.Extras`.  ASVs hear nothing while they send
+        `strayed` (n,), m2, as of :func:`.reception.settle`.  ASVs hear nothing while they send
         frames that are `deafening` (:data:`..mf.frames.FRAME`).
         """
         self.band, self.receiver = uplink.band, uplink.receiver
         self._uplink, self._asvs, self._record = uplink, asvs, record
         self._measuring, self._strayed, self._deafening = measuring, strayed, deafening
-        self._decided_by = decided_by(
-            record, uplink.calls, asvs, measuring, self.band.duration, self.receiver
-        )
+        self._decided_by = self._packed(record, uplink.calls)
         self._room = 1  # for numbers of pings that are due
         self._undecided = 0  # pings before this one are decided
+
+    def _packed(self, record: Recorder, calls: EventBuffer) -> Handed:
+        """Return the packed state that pings are decided by, :class:`.reception.Decided`."""
+        measuring = self._measuring
+        packed = Handed(
+            Decided(
+                record.pings.array,
+                record.receptions.array,
+                calls.array,
+                record.fixes.array,
+                np.empty(1, dtype=np.int64),
+                noise_of(measuring.noise),
+                self._asvs.motion,
+                measuring.instrument,
+                self.band.duration,
+                self.receiver.capture,
+                self.receiver.shadowing_sd_db,
+            )
+        )
+        record.pings.hand_on(packed, "pings")
+        record.receptions.hand_on(packed, "receptions")
+        calls.hand_on(packed, "calls")
+        record.fixes.hand_on(packed, "fixes")
+        measuring.hand_on(packed)
+        return packed
 
     @property
     def _further_sound(self) -> tuple[Rows | None, Rows | None]:
@@ -77,7 +153,7 @@ class Outcomes:
         fixes.count, undecided, auv, asv = settle(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
             self._uplink.calls.count, count,
-            Extras(*measuring.made_for, self._strayed, *self._further_sound),
+            *measuring.made_for, self._strayed, *self._further_sound,
         )  # fmt: skip
         if measuring.own is not None:
             for fix in fixes.array[count : fixes.count]:

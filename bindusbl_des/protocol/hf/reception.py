@@ -62,22 +62,6 @@ class Decided(NamedTuple):
     shadowing_sd_db: float
 
 
-class Extras(NamedTuple):
-    """What few bands have; what is None is not even compiled.
-
-    A data sheet, as :class:`.instrument.Instrument` has it; `errors` that last, the address of a
-    :class:`.errors.HandedErrors`; how far each AUV may have `strayed` (n,) between a call and its
-    answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions, as
-    of :data:`.echoing.ECHO`; and `frames`, of ASVs that hear no ping while they send them.
-    """
-
-    has_sheet: bool | None
-    errors: int | None
-    strayed: Floats | None
-    echoes: Rows | None
-    frames: Rows | None
-
-
 @compiled
 def overlapped(row: int, air: Air, echoes: Rows | None) -> bool:
     """Tell whether other pings that overlap this one at its ASV destroy it, or (if not None) the
@@ -129,7 +113,8 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 @compiled
 def settle(
     handed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
-    fix: int, extras: Extras,
+    fix: int, has_sheet: bool | None, errors: int | None, strayed: Floats | None,
+    echoes: Rows | None, frames: Rows | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -138,6 +123,12 @@ def settle(
     when the noise of a pair of an AUV and an ASV is used up, these: it must be refilled and the
     function called again.  `handed` is the address of a :class:`Decided`, of which so many `pings`,
     `receptions` and `calls` are on record, and `fix` fixes.
+
+    What few bands have comes with each call; what is None is not even compiled: a data sheet, as
+    :class:`.instrument.Instrument` has it; systematic `errors`, the address of a
+    :class:`.errors.HandedErrors`; how far each AUV may have `strayed` (n,) between a call and its
+    answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions, as
+    of :data:`.echoing.ECHO`; and `frames`, of ASVs that hear no ping while they send them.
     """
     by = opened(handed, Decided)
     air = _on_record(by, pings, receptions, calls)
@@ -145,13 +136,11 @@ def settle(
     if only == NONE:
         count = _write_due(by.due, air.pings, first, time)
     for ping in by.due[:count]:
-        dry, makes_fix = _decide(ping, only, air, extras.echoes, extras.frames, by.noise)
+        dry, makes_fix = _decide(ping, only, air, echoes, frames, by.noise)
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
         if makes_fix:
-            _make(
-                fix, air.pings[ping], only, handed, extras.has_sheet, extras.errors, extras.strayed
-            )
+            _make(fix, air.pings[ping], only, handed, has_sheet, errors, strayed)
             fix += 1
         if only == NONE:
             air.pings[ping].passed_at_s = inf
@@ -167,7 +156,7 @@ def _make(
 ) -> None:  # fmt: skip
     """Write the row of a fix: the receptions that it is made of, and what is measured of the ping.
 
-    Arguments as of :func:`settle` and :class:`Extras`.
+    Arguments as of :func:`settle`.
     """
     by = opened(handed, Decided)
     row = by.fixes[fix]

@@ -1,7 +1,7 @@
 """The HF band: pings of AUVs and calls of ASVs, and where and when they arrive."""
 
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from math import hypot
 
 import numpy as np
@@ -10,20 +10,39 @@ from ...acoustics.channel import AskedChannel, Bending, Signals, between, decidi
 from ...acoustics.deafness import deafen
 from ...acoustics.loss import LossTerms
 from ...acoustics.prediction import amend
-from ...acoustics.propagation import Band, spread
+from ...acoustics.propagation import Band, Spread, Way, spread
 from ...acoustics.sonar.echoing import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
+from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...records.events import HEARD, LOST
 from ...records.recorder import EventBuffer, Recorder
-from ...records.rows import CALLED, Rows
+from ...records.rows import CALLED, NONE, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from .calling import CALL, interrogate
-from .handed import NO_CALL, members, spread_in
 
 # Factor on the longest way after which sound has met whoever was in range; nobody is as fast.
 PASSED = 1.05
+
+
+# What a ping has that nobody called
+NO_CALL = np.array([(np.nan, NONE, NONE, np.nan)], dtype=CALLED)
+
+
+@lru_cache(maxsize=4096)
+def members(group: tuple[int, ...]) -> Ints:
+    """Return a ping group as an array; small fleets have the same groups again and again."""
+    return np.array(group, dtype=np.int64)
+
+
+def spread_in(record: Recorder, way: Way, auvs: Fleet, asvs: Fleet) -> Handed:
+    """Return the packed state that pings spread in, :class:`.propagation.Spread`."""
+    pings, receptions, fleets = record.pings, record.receptions, (auvs.motion, asvs.motion)
+    handed = Handed(Spread(pings.array, receptions.array, way, *fleets, record.everything))
+    pings.hand_on(handed, "pings")
+    receptions.hand_on(handed, "receptions")
+    return handed
 
 
 class Uplink:

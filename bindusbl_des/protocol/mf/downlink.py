@@ -1,6 +1,7 @@
-"""The MF band: frames of fixes travel from ASVs to every AUV in range."""
+"""The MF band: frames of fixes travel from ASVs to every AUV in range, who has which fix when."""
 
 import math
+from collections.abc import Callable, Iterable
 from functools import cache, partial
 from typing import NamedTuple
 
@@ -22,8 +23,67 @@ from ...records.rows import FRAME_RECEPTION, NONE, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from ...vehicles.vehicle import Place
-from .deliveries import Deliveries
-from .frames import FRAME, PROMISE, Sent, begin, receive, way_s
+from .frames import FRAME, PROMISE, Sent, begin, delivered, receive, way_s
+
+
+class Deliveries:
+    """The fixes of a mission that AUVs are yet to have, however they come to them."""
+
+    def __init__(
+        self, env: simpy.Environment, auvs: Fleet, navigator: Navigator, record: Recorder
+    ) -> None:
+        self._env, self._auvs, self._fixes, self._navigator = env, auvs, record.fixes, navigator
+        self._undelivered = 0  # fixes before this one are delivered, or never will be
+        self._due = np.empty(0, dtype=np.int64)
+        #: Whom to tell that a broadcast begins, of fixes whose arrivals are known, and of those
+        #: that are delivered: nobody unless somebody waits for that.
+        self.on_broadcast: Callable[[], None] | None = None
+        self.on_frame: Callable[[Iterable[int]], None] | None = None
+        self.on_delivered: Callable[[Ints], None] | None = None
+
+    def _expect(self, fix: int, instant: float) -> None:
+        """Let an AUV have a fix at an instant (s), but not before now."""
+        arrives = max(instant, self._env.now)
+        self._fixes.array[fix]["arrives_at_s"] = arrives
+        self._deliver_by(arrives, [fix])
+
+    def _deliver_by(self, instant: float, rows: Iterable[int]) -> None:
+        """Let AUVs have fixes of which the last arrives at an instant (s), if anybody can tell."""
+        if self.on_frame is not None:
+            self.on_frame(rows)
+        elif not self._auvs.foreseen:  # they steer by them, or who knows by what
+            event = self._env.timeout(max(instant - self._env.now, 0.0))
+            event.callbacks.append(lambda _: self.deliver(instant))
+
+    @property
+    def first_under_way(self) -> int:
+        """The first fix that may still be delivered."""
+        return self._undelivered
+
+    def settle(self, time: float) -> None:
+        """Let AUVs have what has reached them by an instant (s), all of whose events are over.
+
+        Fixes that nobody waits for are delivered when somebody wants to know, in the order of their
+        arrival.  Who steers by them has had each at its own instant, and nothing is left to do.
+        """
+        if self._auvs.foreseen:
+            self.deliver(time)
+
+    def deliver(self, time: float) -> None:
+        """Let AUVs have every fix that has reached them by an instant (s)."""
+        fixes = self._fixes
+        waiting = fixes.count - self._undelivered
+        if waiting > len(self._due):
+            self._due = np.empty(2 * waiting, dtype=np.int64)
+        self._auvs.advance(time)  # up to now AUVs have steered without these fixes
+        count, self._undelivered = delivered(
+            fixes.array, self._undelivered, fixes.count, time, self._due
+        )
+        if count:
+            self._navigator.correct(fixes.array, self._due[:count])
+            if self.on_delivered is not None:
+                self.on_delivered(self._due[:count])
+
 
 # Share of the way after which an arrival is worked out; vehicles are a thousand times slower.
 NEARLY_THERE = 0.98

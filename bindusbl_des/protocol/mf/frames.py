@@ -1,4 +1,4 @@
-"""What becomes of a frame at each AUV: frames that overlap there destroy each other.
+"""What becomes of a frame, and of its fixes, at each AUV: frames that overlap destroy each other.
 
 Compiled, as :mod:`.propagation`.  A frame begins at an AUV when its front has come, and ends when
 the sound of its end has, from where the ASV is by then.
@@ -15,7 +15,7 @@ from ...acoustics.travel_time import distance, light_time, light_time_by
 from ...core.clock import after
 from ...core.compiled import compiled
 from ...core.handed import opened
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ...records.events import COLLIDED, DELIVERED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, Row, Rows, row_type
 from ...vehicles.motion import Ints, Motion, where
 
@@ -282,3 +282,29 @@ def _interference_of(other: int, auv: int, begins: float, ends: float, medium: M
         if not meet(begins, ends, its_begin, its_end):
             strength = 0.0
     return strength
+
+
+@compiled
+def delivered(fixes: Rows, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
+    """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
+
+    They stand there in the order of their arrival.  Return how many there are, and the first row
+    that is still under way.
+    """
+    count, waiting = 0, end
+    for row in range(first, end):
+        line = fixes[row]
+        if line.outcome != IN_FLIGHT:
+            continue
+        if line.arrives_at_s <= time:
+            line.delivered_at_s, line.outcome = line.arrives_at_s, DELIVERED
+            line.latency_s = line.arrives_at_s - line.pinged_at_s
+            place = count
+            while place > 0 and fixes[due[place - 1]].arrives_at_s > line.arrives_at_s:
+                due[place] = due[place - 1]
+                place -= 1
+            due[place] = row
+            count += 1
+        elif waiting == end:
+            waiting = row
+    return count, waiting

@@ -13,11 +13,10 @@ from ...records.events import Round
 from ...records.recorder import Recorder
 from ...vehicles.fleet import Fleet
 from ..happenings import Happenings, Watched
-from ..mf.deliveries import Deliveries
+from ..mf.downlink import Deliveries
 from ..slots import Slots
 from ..steps import moment, some_work
-from .beacons import Beacons
-from .outcomes import PassiveOutcomes
+from .beacons import Beacons, PassiveOutcomes
 
 
 class OwnFixes(Deliveries):

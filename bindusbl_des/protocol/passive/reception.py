@@ -1,26 +1,102 @@
-"""What becomes of an ASV's ping at the AUVs in range, and the fixes that they make of it.
+"""How the ping of an ASV spreads to the AUVs: whom it reaches, and when.  Compiled."""
 
-Compiled.  Each reception is decided once it has ended: all sound that could overlap it is on record
-by then.
-"""
-
-from math import hypot
+from math import hypot, sqrt
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...acoustics.propagation import drowns, overlap
+from ...acoustics.propagation import Spread, Way, drowns, lost, overlap, reaches, snr, sound
+from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled
 from ...core.handed import opened
-from ...records.events import COLLIDED, HEARD, IN_FLIGHT
+from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.inverted import Hearing, located_astray, located_itself
 from ...usbl.measurement import note
 from ...usbl.sights import unknown_sights
 from ...usbl.systematic.errors import HandedErrors, lasting_of
-from ...vehicles.motion import Floats, Ints, Motion, where
+from ...vehicles.motion import Floats, Ints, Motion, Place, where
 from ..hf.reception import Noise, begin, by_luck
+
+# Share of the way after which an arrival is worked out at an AUV that has no sure future; nobody is
+# a fiftieth as fast as sound.
+NEARLY_THERE = 0.98
+
+
+@compiled
+def radiate(
+    handed: int, asv: int, round_number: int, slot: int, time: float, foreseen: bool,
+    ping: int, row: int,
+) -> int:  # fmt: skip
+    """Let an ASV ping at an instant (s): write its row, `ping`, and from `row` on one for each AUV
+    that it reaches.
+
+    Return the row that comes after the last reception.  `handed` is the address of a
+    :class:`.propagation.Spread`.  Where the way of AUVs is not `foreseen`, the arrivals written are
+    those at which it is nearly there (:func:`arrive`).
+    """
+    into = opened(handed, Spread)
+    pings, receptions, auvs, asvs = into.pings, into.receptions, into.auvs, into.asvs
+    way, sound_speed = into.way, into.way.band.sound_speed
+    here, line = where(asvs, asv, time), pings[ping]
+    line.ping, line.round, line.slot, line.auv, line.asv = ping, round_number, slot, NONE, asv
+    line.sent_at_s = time
+    line.x_m, line.y_m, line.z_m = here[0], here[1], here[2]
+    line.called_at_s = line.call_time_s = line.waited_s = float("nan")
+    line.called_by = line.call = NONE
+    line.first, line.in_range_of, line.heard_by, line.calls = row, 0, 0, 0
+    last = longest = 0.0
+    longest_so_far = pings[ping - 1].longest_s if ping else 0.0
+    for auv in range(auvs.first.size - 1):
+        there = where(auvs, auv, time)
+        in_range, strength = reaches(there, here, auv, asv, way), sound(there, here, auv, asv, way)
+        if not (in_range or into.everything or strength > 0.0):
+            continue
+        it = receptions[row]
+        it.ping, it.auv, it.asv = ping, auv, asv
+        it.outcome = IN_FLIGHT if in_range else OUT_OF_RANGE
+        it.sound, it.snr_db = strength, snr(auv, asv, way)
+        if foreseen:
+            travel = light_time(here, auvs, auv, time, sound_speed)
+        else:
+            travel = NEARLY_THERE * _apart(here, there) / sound_speed
+        _meet(it, time, travel, way)
+        row += 1
+        longest = max(longest, travel) if strength > 0.0 else longest
+        if in_range:
+            line.in_range_of += 1
+            last = max(last, travel)
+    line.end, line.longest_s = row, max(longest, longest_so_far)
+    line.passed_at_s = time + last + way.band.duration
+    return row
+
+
+@compiled
+def _apart(here: Place, there: Place) -> float:
+    return sqrt((here[0] - there[0]) ** 2 + (here[1] - there[1]) ** 2 + (here[2] - there[2]) ** 2)
+
+
+@compiled
+def _meet(it: Row, sent_at: float, travel: float, way: Way) -> None:
+    """Write when a ping arrives that travels for so long (s), and how likely it is lost."""
+    it.arrived_at_s, it.travel_time_s = sent_at + travel, travel
+    it.slant_range_m = travel * way.band.sound_speed
+    it.loss = 1.0 if it.outcome == OUT_OF_RANGE else lost(it.slant_range_m, it.auv, it.asv, way)
+
+
+@compiled
+def arrive(handed: int, row: int, travel: float) -> None:
+    """Write the arrival of a ping that is nearly there, now that its travel time (s) is known;
+    `handed` as of :func:`radiate`.
+    """
+    into = opened(handed, Spread)
+    it = into.receptions[row]
+    line = into.pings[it.ping]
+    _meet(it, line.sent_at_s, travel, into.way)
+    if it.outcome == IN_FLIGHT:
+        line.passed_at_s = max(line.passed_at_s, it.arrived_at_s + into.way.band.duration)
+
 
 # Factor on the longest way on record after which sound has passed whoever was in range, be his
 # arrival one at which it was nearly there (:mod:`.radiation`); nobody is as fast.
@@ -55,7 +131,7 @@ def settle(
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
     called again.  `handed` is the address of a :class:`Decided`, of which so many pings, receptions
-    and fixes are on record; the rest as of :class:`..hf.reception.Extras`.
+    and fixes are on record; the rest as of :func:`..hf.reception.settle`.
     """
     by = opened(handed, Decided)
     noise, pings, receptions = by.noise, by.pings[:ping_count], by.receptions[:reception_count]

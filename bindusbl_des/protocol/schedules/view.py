@@ -1,6 +1,11 @@
-"""What a schedule is asked with, and what it may answer: ping groups, with slots of any length."""
+"""What a schedule is asked with, and what it may answer: ping groups, with slots of any length.
 
-from collections.abc import Iterable, Sequence
+What the surface fleet knows of how well its AUVs know where they are goes by the fixes that it has
+made and broadcast, and by how dead reckoning is planned to drift (section navigation).  It sees no
+estimate, no truth, and not whether an AUV has decoded a frame.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -8,16 +13,147 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...records.recorder import Recorder
+from ...records.rows import Rows
+from ...scenario.instruments.own_sensors import straight_drift_rms
+from ...scenario.scenario import Scenario
+from ...scenario.sections.anchors import Placed
+from ...scenario.telling import positions_of
+from ...vehicles.fleet import Fleet
 from ..conflicts import Hearing, conflict_graph
+from ..predicted_positions import planned_speeds
 from ..slots import Slots
-from .known import Known
 
 if TYPE_CHECKING:
     import networkx as nx
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 Groups = Sequence[Sequence[int]]
+
+
+@dataclass(frozen=True)
+class Plans:
+    """What is planned for AUVs, as far as it tells how wrong the fleet may be.
+
+    How well each knows its start (m, per axis); its speed (m/s), (n,), and that at which it and an
+    ASV may come nearer to each other; the drift (m, RMS) of an AUV, by number, in a time (s)
+    without fixes; and where it is believed to be, as of `protocol.positions`.
+    """
+
+    initial_sd_m: float
+    speeds_m_per_s: Array
+    range_rates_m_per_s: Array
+    drift: Callable[[int, float], float]
+    positions: str
+
+
+class Known:
+    """The last fix of each AUV that was broadcast, and what has been tried since.
+
+    Nothing is worked out before somebody asks.
+    """
+
+    def __init__(self, record: Recorder, plans: Plans) -> None:
+        self._record, self._plans = record, plans
+        self.range_rates_m_per_s = plans.range_rates_m_per_s
+        auvs, initial_sd_m = len(plans.speeds_m_per_s), plans.initial_sd_m
+        self._pinged_at = np.zeros(auvs)
+        self._variance = np.full(auvs, 2.0 * initial_sd_m**2)
+        self._fixed = np.full(auvs, 0.0)  # variances (m2) of the last fixes, where AUVs are plotted
+        self._heard = np.zeros(auvs, dtype=np.bool_)
+        self._tried: list[list[int]] = [[] for _ in range(auvs)]  # pings since then
+        self._fixes = self._pings = 0  # of these rows account has been taken
+
+    def since_s(self, time: float) -> Array:
+        """Return how long before an instant (s) each AUV sent the ping of its last fix, (n,)."""
+        self._note()
+        return np.asarray(time - self._pinged_at)
+
+    def expected_error_m(self, time: float) -> Array:
+        """Return the RMS of the horizontal error (m) expected of each AUV at an instant (s), (n,).
+
+        Variances of drift add up, those of fixes are weighed with them (:func:`weighed`).
+        """
+        since = self.since_s(time)
+        drift = self._plans.drift
+        drifted = [drift(auv, max(age, 0.0)) for auv, age in enumerate(since.tolist())]
+        return np.asarray(np.sqrt(self._variance + np.square(drifted)))
+
+    def misplaced_m(self, time: float, sds: float) -> Array:
+        """Return how far (m) AUVs may be from where they are believed at an instant (s), (n,).
+
+        Where the last fixes are plotted: by so many standard deviations of them, and the way since.
+        Where these are carried forward, AUVs are off their plans by what they err by themselves,
+        too.
+        """
+        if self._plans.positions == "truth":
+            return np.zeros(len(self._variance))
+        if self._plans.positions == "carried_forward":
+            return np.asarray(sds * np.sqrt(self._fixed + self.expected_error_m(time) ** 2))
+        way = self._plans.speeds_m_per_s * self.since_s(time)
+        return np.asarray(sds * np.sqrt(self._fixed) + way)
+
+    def turns_in_vain(self, heard: Flags) -> Ints:
+        """Return how many pings each AUV was given since its last fix while it was believed to be
+        heard, (n,).
+
+        Whom an ASV is believed to hear now, `heard` (n,), counts for what is sent from now on.
+        """
+        self._note()
+        self._heard = heard
+        return np.array([len(tried) for tried in self._tried], dtype=np.int64)
+
+    def _note(self) -> None:
+        """Take account of the pings that were sent and the fixes that were broadcast meanwhile."""
+        pings = self._record.pings.rows[self._pings :]
+        for auv, ping in zip(pings["auv"].tolist(), pings["ping"].tolist(), strict=True):
+            if self._heard[auv]:
+                self._tried[auv].append(ping)
+        self._pings += len(pings)
+        fixes = self._record.fixes.rows[self._fixes :]
+        told = np.isfinite(fixes["broadcast_at_s"])
+        for fix in fixes[told]:
+            self._note_fix(fix)
+        self._fixes += len(fixes) if told.all() else int(told.argmin())
+
+    def _note_fix(self, fix: Rows) -> None:
+        auv = int(fix["auv"])
+        if fix["pinged_at_s"] >= self._pinged_at[auv]:
+            since = float(fix["pinged_at_s"]) - self._pinged_at[auv]
+            drifted = self._variance[auv] + self._plans.drift(auv, since) ** 2
+            self._variance[auv] = weighed(drifted, fix["sd_x_m"] ** 2 + fix["sd_y_m"] ** 2)
+            self._fixed[auv] = fix["sd_x_m"] ** 2 + fix["sd_y_m"] ** 2
+            self._pinged_at[auv] = fix["pinged_at_s"]
+            self._tried[auv] = [ping for ping in self._tried[auv] if ping > fix["ping"]]
+
+
+def weighed(drifted: float, fix: float) -> float:
+    """Return what variance (m2) is left of one that has drifted when a fix of another is weighed
+    with it: the inverses add up.
+
+    >>> weighed(4.0, 4.0), weighed(0.0, 1.0)
+    (2.0, 0.0)
+    """
+    return drifted * fix / (drifted + fix) if drifted > 0.0 else 0.0
+
+
+def known_of(scenario: Scenario, auvs: Fleet, record: Recorder) -> Known:
+    """Return what a fleet will know of its AUVs' estimates and places, by what it has planned."""
+    speeds, water = planned_speeds(scenario, auvs), scenario.environment
+    carried = 0.0
+    if scenario.auvs.vehicle.has_dynamics:
+        carried = water.current_m_per_s + 3.0 * water.current_variation_m_per_s
+    formation = scenario.asvs.formation
+    vessels = formation.speed_m_per_s if isinstance(formation, Placed) else 0.0
+
+    def drift(auv: int, time: float) -> float:
+        return straight_drift_rms(scenario, time, float(speeds[auv]))
+
+    initial, positions = scenario.navigation.initial_position_sd_m, positions_of(scenario)
+    moving = speeds + carried
+    return Known(record, Plans(initial, moving, moving + vessels, drift, positions))
 
 
 class TimedGroups(tuple[Sequence[int], ...]):
