@@ -9,7 +9,7 @@ from typing import Literal
 
 import click
 
-from .console import print_json, say
+from .console import is_quiet, print_json, say, talk
 from .options import json_option
 
 State = Literal["ok", "missing", "broken", "note"]
@@ -36,10 +36,16 @@ class Finding:
 
 
 @click.command()
+@click.option("--warm", is_flag=True, help="First compile what missions need, once.")
 @json_option("the findings")
 @click.pass_context
-def doctor(context: click.Context, as_json: bool) -> None:
-    """Check packages, compiled code and a tiny mission; exit 1 if broken."""
+def doctor(context: click.Context, warm: bool, as_json: bool) -> None:
+    """Check packages, compiled code and a tiny mission; exit 1 if broken.
+
+    With `--warm`, after an installation, the first mission need not compile.
+    """
+    if warm:
+        _compile_all()
     findings = list(examined())
     broken = [finding for finding in findings if finding.state in BROKEN]
     if as_json:
@@ -122,6 +128,22 @@ def _compiled_code() -> Finding:
     if not works:
         return Finding("compiled code", "broken", f"does not keep what it is given; {CACHE_REMEDY}")
     return Finding("compiled code", "ok", str(kept_in()))
+
+
+def _compile_all() -> None:
+    """Compile what missions need, unless that was done, and tell how far it is."""
+    from ..core.compiled import kept_in
+    from ..core.progress import ProgressLine
+    from .warming import KINDS, warm, warmed
+
+    folder = kept_in()
+    if folder is None or warmed(folder).exists():  # without a folder the findings say what to do
+        return
+    talk(f"Compiling what missions need, once, in {folder}; this takes a minute or two ...")
+    line = ProgressLine(quiet=is_quiet())
+    for done in warm(folder):
+        line.tell(lambda done=done: f"{done} of {len(KINDS)} kinds of missions compiled")
+    line.end(lambda: f"{len(KINDS)} of {len(KINDS)} kinds of missions compiled")
 
 
 def _tiny_mission() -> Finding:

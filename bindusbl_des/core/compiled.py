@@ -220,12 +220,13 @@ def kept_in() -> Path | None:
     It takes the place of those of earlier equations.
     """
     reasons = []
+    version = f"{sys.implementation.cache_tag}-numba-{numba.__version__}"
     for root in _roots():
-        folder = root / f"{sys.implementation.cache_tag}-{stamp()}"
+        folder = root / f"{version}-{stamp()}"
         try:
             if not folder.is_dir():
                 folder.mkdir(parents=True, exist_ok=True)
-                for other in root.glob(f"{sys.implementation.cache_tag}-*"):
+                for other in root.glob(f"{version}-*"):
                     if other != folder:
                         shutil.rmtree(other, ignore_errors=True)
             if not (why := _objection(folder)):
