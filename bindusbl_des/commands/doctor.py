@@ -140,10 +140,14 @@ def _compile_all() -> None:
     if folder is None or warmed(folder).exists():  # without a folder the findings say what to do
         return
     talk(f"Compiling what missions need, once, in {folder}; this takes a minute or two ...")
-    line = ProgressLine(quiet=is_quiet())
-    for done in warm(folder):
-        line.tell(lambda done=done: f"{done} of {len(KINDS)} kinds of missions compiled")
-    line.end(lambda: f"{len(KINDS)} of {len(KINDS)} kinds of missions compiled")
+    line, done = ProgressLine(quiet=is_quiet()), 0
+
+    def told() -> str:
+        return f"{done} of {len(KINDS)} kinds of missions compiled"
+
+    for done in warm(folder):  # noqa: B007 (told says it)
+        line.tell(told)
+    line.end(told)
 
 
 def _tiny_mission() -> Finding:
