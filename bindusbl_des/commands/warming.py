@@ -14,6 +14,8 @@ KINDS: tuple[tuple[str, ...], ...] = (
     ("quickstart", "protocol.ranging=passive"),
     ("quickstart", "navigation.filter=smoother"),
     ("quickstart", "usbl.preset=seatrac_x150", "navigation.drift.percent_of_distance=0.3"),
+    ("quickstart", "usbl.preset=seatrac_x150", "usbl.misalignment_sd_deg=1"),
+    ("quickstart", "usbl.misalignment_sd_deg=1"),
     ("quickstart", "protocol.downlink=direct_reply"),
     ("quickstart", "protocol.knowledge=broadcast", "protocol.schedule=dsatur"),
     ("quickstart", "protocol.schedule=super_tdma", "protocol.positions=carried_forward"),
