@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.wording import counted
 from ..protocol.slots import slots_of
+from ..scenario.declared import schedule_of
 from .chain import Step
 from .numbers import row_of
 
@@ -62,24 +63,28 @@ def why_broadcast(result: "Result", fix: Any, frame: Any, known_at_s: float) -> 
 def _why_now(result: "Result", ping: Any) -> str:
     """Tell by which rule an AUV pings at this instant."""
     protocol = result.scenario.protocol
-    if protocol.schedule == "aloha":
+    access = schedule_of(result.scenario).access
+    if access == "poisson":
         return (
-            "aloha: an instant of its own Poisson process, on average every "
+            f"{protocol.schedule}: an instant of its own Poisson process, on average every "
             f"{protocol.frame_s:g} s; it asks nobody"
         )
-    if protocol.schedule == "slotted_aloha":
+    if access == "slotted":
         slots = slots_of(result.scenario)
         length = slots.clock.after(0.0, slots.uplink_slot)
         return (
-            f"slotted_aloha: slot {round(ping.sent_at_s / length)} of {length:.4f} s begins, and "
-            "in the one before it has had something to send"
+            f"{protocol.schedule}: slot {round(ping.sent_at_s / length)} of {length:.4f} s begins, "
+            "and in the one before it has had something to send"
         )
     waited = float(ping.waited_s)
     if waited <= 0.0:
-        return "csma: it hears no other AUV, so that it pings as soon as it has something to send"
+        return (
+            f"{protocol.schedule}: it hears no other AUV, so that it pings as soon as it has "
+            "something to send"
+        )
     return (
-        f"csma: it has had something to send since {ping.sent_at_s - waited:.4f} s, but heard a "
-        f"ping then, or sent one; it held back for {waited:.4f} s, until its backoff was counted "
+        f"{protocol.schedule}: it has had something to send since {ping.sent_at_s - waited:.4f} s, "
+        f"but heard a ping then, or sent one; it held back for {waited:.4f} s, until its backoff was counted "
         "down in quiet"
     )
 

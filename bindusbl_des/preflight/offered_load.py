@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ..protocol.access.aloha import aloha_success, offered_load, slot_share, slotted_success
 from ..protocol.access.named import backoff_slot_s, sensing_of
 from ..protocol.slots import Slots, slots_of
-from ..scenario.declared import broadcaster_of
+from ..scenario.declared import broadcaster_of, schedule_of
 from ..scenario.scenario import Scenario
 
 # Of so many fixes in a broadcast header and guard count for nothing.
@@ -61,14 +61,15 @@ def offered(scenario: Scenario, slots: Slots | None = None) -> OfferedLoad:
     """Return the load that the AUVs of a scenario with random access offer."""
     slots, protocol = slots or slots_of(scenario), scenario.protocol
     senders, every, ping = scenario.auvs.count, protocol.frame_s, slots.ping_duration
-    if protocol.schedule == "slotted_aloha":
+    access = schedule_of(scenario).access
+    if access == "slotted":
         slot = slots.clock.after(0.0, slots.uplink_slot)
         load = offered_load(senders, slot, every)
         pings = senders * slot_share(slot, every) / slot
         return OfferedLoad(senders, slot, load, slotted_success(load, senders), pings)
     load = offered_load(senders, ping, every)
     answer = slots.messages.airtime(1) if protocol.replies_in_frames else 0.0
-    if protocol.schedule == "aloha":
+    if access == "poisson":
         pings, success = senders / (every + ping), aloha_success(load, senders)
         return OfferedLoad(senders, ping, load, success, pings, answer_s=answer)
     sensing = sensing_of(scenario)

@@ -10,6 +10,7 @@ from ..scenario.declared import navigator_of
 from ..scenario.instruments.own_sensors import own_sensors
 
 if TYPE_CHECKING:
+    from ..scenario.scenario import Scenario
     from .recording import Recording
 
 Floats = NDArray[np.float64]
@@ -17,11 +18,13 @@ Floats = NDArray[np.float64]
 SIGMAS = 3.0
 
 
-def envelope_made_of(navigator: str) -> str:
-    """Return in words what the bound is made of, with a filter of that name."""
-    if navigator == "fixed_gain":
+def envelope_made_of(scenario: "Scenario") -> str:
+    """Return in words what the bound is made of."""
+    if navigator_of(scenario).has_gain:
         return "the known bias, the random walk and the covariances of the fixes delivered"
-    return f"what the filter {navigator} believes of its own error (its covariance)"
+    return (
+        f"what the filter {scenario.navigation.filter} believes of its own error (its covariance)"
+    )
 
 
 def error_envelope(mission: "Recording", auv: int) -> Floats:

@@ -103,7 +103,7 @@ def run_page(result: "Result") -> str:
             interval=html.escape(spread_told(intervals(mission))),
             thinned=_sentences(data["thinned"]),
             calibration=calibration_told(mission),
-            envelope=html.escape(envelope_made_of(result.scenario.navigation.filter)),
+            envelope=html.escape(envelope_made_of(result.scenario)),
         )
         middle += possible_told(mission)
     else:

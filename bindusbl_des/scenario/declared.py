@@ -22,8 +22,9 @@ class Schedule:
     How the ping groups of a round come about (`groups`): a round is one AUV's (`frame`), each AUV
     has a slot of its own (`each`), or those that no ASV hears two of share one, by the first that
     is free (`first_fit`) or the most constrained AUV first (`saturation`); "" where nobody knows
-    beforehand.  With a frame, whose `turn` it is: by `rotation` or by `lot`.  With random access
-    AUVs ping as they like.
+    beforehand.  With a frame, whose `turn` it is: by `rotation` or by `lot`.  AUVs ping in slots
+    that they are given (`access`), or as they like: at the instants of a Poisson process
+    (`poisson`), at the next of equal slots (`slotted`), or once they hear nobody (`sensing`).
 
     `is_proved` says that the verifier's rules hold for it, `renumbers` that an AUV's slot is
     another in each round.  What a prediction leaves out of it is its `approximation`: then `groups`
@@ -35,12 +36,17 @@ class Schedule:
     framed: bool = False
     groups: Literal["frame", "each", "first_fit", "saturation", ""] = ""
     turn: Literal["each", "rotation", "lot"] = "each"
-    random_access: bool = False
+    access: Literal["slots", "poisson", "slotted", "sensing"] = "slots"
     is_proved: bool = False
     renumbers: bool = False
     approximation: str = ""
     pace: Literal["", "answered", "packed"] = ""
     turn_by: Literal["", "expected_error", "calls", "arrivals"] = ""
+
+    @property
+    def random_access(self) -> bool:
+        """Whether AUVs ping as they like."""
+        return self.access != "slots"
 
     @property
     def shares_slots(self) -> bool:
@@ -151,9 +157,9 @@ SCHEDULES: Mapping[str, Schedule] = {
         pace="packed",
         turn_by="arrivals",
     ),
-    "aloha": Schedule(random_access=True),
-    "slotted_aloha": Schedule(random_access=True),
-    "csma": Schedule(random_access=True),
+    "aloha": Schedule(access="poisson"),
+    "slotted_aloha": Schedule(access="slotted"),
+    "csma": Schedule(access="sensing"),
 }
 DOWNLINKS: Mapping[str, Downlink] = {
     "sequential": Downlink(waits=True, is_foreseen=True),

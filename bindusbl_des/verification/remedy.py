@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..core.wording import plain
+from ..scenario.declared import broadcaster_of
 from ..scenario.scenario import Scenario
 from .case import Case
 from .deciding import pairs_of
@@ -67,7 +68,7 @@ def _lacking(case: Case, pairs: list[Pair]) -> Iterator[tuple[str, Any]]:
     margin = margin_needed(case)
     if "same slot" in refused and margin <= MOST_RANGES * case.scenario.acoustics.hf.range_m:
         yield "conflict_margin_m", _up(margin, STEP_M)
-    if case.scenario.protocol.broadcaster == "parallel":
+    if broadcaster_of(case.scenario).at_once:
         yield "broadcaster", "rotate"
     if "call and answer" in refused:
         lacks = -(refused["call and answer"].margin_s or 0.0)

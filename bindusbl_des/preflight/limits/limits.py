@@ -103,10 +103,10 @@ def _capacity(scenario: Scenario, sights: Sights, slots: Slots) -> float | None:
     auvs = round(float(each(sights.heard, most_heard).mean()))
     if not is_random(scenario) or auvs == 0:
         return None
-    match scenario.protocol.schedule:
-        case "aloha":
+    match schedule_of(scenario).access:
+        case "poisson":
             return aloha_capacity(slots.ping_duration, auvs)
-        case "slotted_aloha":
+        case "slotted":
             return slotted_aloha_capacity(slots.clock.after(0.0, slots.uplink_slot), auvs)
         case _:
             return None
