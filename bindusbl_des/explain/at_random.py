@@ -84,8 +84,8 @@ def _why_now(result: "Result", ping: Any) -> str:
         )
     return (
         f"{protocol.schedule}: it has had something to send since {ping.sent_at_s - waited:.4f} s, "
-        f"but heard a ping then, or sent one; it held back for {waited:.4f} s, until its backoff was counted "
-        "down in quiet"
+        f"but heard a ping then, or sent one; it held back for {waited:.4f} s, until its backoff "
+        "was counted down in quiet"
     )
 
 
