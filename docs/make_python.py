@@ -139,7 +139,7 @@ VIEWS = (
 )  # fmt: skip
 
 # What a mission shows of itself, and what navigators and downlinks offer and are handed
-SHOWN = ("mission.looking:AuvStates", "mission.looking:PingUnderWay")
+SHOWN = ("mission.mission:AuvStates", "mission.mission:PingUnderWay")
 INTERFACES = (
     "navigation.navigators:Navigator", "navigation.dead_reckoning:DeadReckoning",
     "navigation.dead_reckoning:Odometry", "protocol.network:Network", "protocol.network:Turn",

@@ -8,7 +8,7 @@ import numpy as np
 from ..core.plugins import is_plugin
 from ..core.streams import Streams
 from ..mission.closed_loop import slow_gnss
-from ..mission.lasting import clocks, misalignments
+from ..mission.sensor_errors import clocks, misalignments
 from ..scenario.instruments.lasting_kinds import kinds, sound_speed_error
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..vehicles.currents import CONTROL_S

@@ -46,10 +46,9 @@ from ..vehicles.motion import places
 from ..vehicles.pose_source import PoseSource
 from ..vehicles.poses import Poses
 from .closed_loop import Water, afterwards_s
-from .lasting import lasting_errors
 from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs
-from .own_errors import wrong_reckoning
+from .sensor_errors import lasting_errors, wrong_reckoning
 from .world import World
 
 

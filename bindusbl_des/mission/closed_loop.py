@@ -1,4 +1,4 @@
-"""Vehicles with dynamics on their voyage: hulls, controllers and the water of a scenario.
+"""Vehicles with dynamics on their way: hulls, controllers and the water of a scenario.
 
 Hulls and controllers are loaded when somebody needs them: most missions are kinematic.
 """
@@ -104,7 +104,7 @@ def room_of(scenario: Scenario) -> Room:
 
 
 def control_intervals(scenario: Scenario) -> int:
-    """Return the number of control intervals of a voyage that outlasts the mission a little."""
+    """Return the number of control intervals of a trajectory that outlasts the mission a little."""
     return math.ceil((scenario.duration_s + afterwards_s(scenario)) / CONTROL_S)
 
 
@@ -125,7 +125,7 @@ def slow_gnss(scenario: Scenario, streams: Streams) -> Array:
 def guided_auvs(
     scenario: Scenario, tours: Sequence[Path], water: Water, wrong: Wrong | None
 ) -> "GuidedFleet":
-    """Return the voyage of all AUVs along their tours.
+    """Return the trajectories of all AUVs along their tours.
 
     They steer by their estimates, and their dead reckoning is `wrong`; by the truth for None.
     """
@@ -155,7 +155,7 @@ def guided_auvs(
 def guided_asvs(
     scenario: Scenario, stations: Sequence[tuple[float, float]], streams: Streams, water: Water
 ) -> "GuidedFleet":
-    """Return the voyage of all ASVs, which keep their stations by noisy GNSS positions."""
+    """Return the trajectories of all ASVs, which keep their stations by noisy GNSS positions."""
     from ..vehicles.guidance import GuidedFleet, Plan
 
     asvs, count = scenario.asvs, control_intervals(scenario)

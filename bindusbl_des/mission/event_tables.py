@@ -10,7 +10,7 @@ from ..protocol.broadcasters import hearers
 from ..records.events import OUTCOMES
 from ..records.recorder import Recorder
 from ..results.tables import begun, from_numbers, from_rows
-from .outcomes.track_points import TRACK_POINT, track_points
+from .outcomes.accuracy import TRACK_POINT, track_points
 from .world import World
 
 # What tables have beside the buffers of a mission: how loud receptions were, and whose measurements
@@ -67,7 +67,7 @@ def _together(packed: bytes) -> str:
 def _tracks_table(world: World) -> pa.Table:
     auvs, asvs = range(len(world.auv_fleet)), range(len(world.asv_fleet))
     names = *(f"AUV{auv}" for auv in auvs), *(f"ASV{asv}" for asv in asvs)
-    instants_each = world.voyage.beside_m.shape[1]
+    instants_each = world.trajectories.beside_m.shape[1]
     table = begun("tracks", len(names) * instants_each, TRACK_POINT, words=names)
     for points in track_points(world):
         table.write(points)

@@ -29,7 +29,7 @@ from .outcomes.reach import (
     heard_of_auvs,
 )
 from .outcomes.service import MOST, note_service
-from .samples import instants
+from .trajectories import instants
 from .world import World
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def auv_metrics(world: World) -> Rows:
     metrics, errors = np.zeros(count, dtype=AUV_METRICS), np.empty(len(times))
     metrics["auv"] = np.arange(count)
     look = heard_by_auvs if scenario.protocol.is_passive else heard_of_auvs
-    for name, its_own in (look(world.record, count, begin) | world.voyage.metrics).items():
+    for name, its_own in (look(world.record, count, begin) | world.trajectories.metrics).items():
         metrics[name] = its_own
     fixes, judged_s = _since(world.record.fixes.rows, begin), scenario.duration_s - begin
     note_service(metrics, fixes, judged_s, _slot(world))
@@ -113,7 +113,7 @@ def utilisation(world: World) -> Utilisation:
     """Return what only the mission as a whole has."""
     record, duration = world.record, world.scenario.duration_s
     ping = world.network.slots.ping_duration
-    swept, area = world.voyage.covered_m2, area_of(world.scenario)
+    swept, area = world.trajectories.covered_m2, area_of(world.scenario)
     energies = modem_energies(world)
     drawn = None if energies is None else float(energies[0].sum() + energies[1].sum())
     delivered = int(np.sum(record.fixes.rows["outcome"] == DELIVERED))
@@ -128,7 +128,7 @@ def utilisation(world: World) -> Utilisation:
         duration_s=float(duration),
         area_covered_m2=swept,
         area_covered_share=None if swept is None else swept / area.square_m,
-        survey_finished_at_s=world.voyage.finished_at_s,
+        survey_finished_at_s=world.trajectories.finished_at_s,
         **_service(world),
     )
 

@@ -2,13 +2,13 @@
 
 import math
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import simpy
@@ -19,22 +19,91 @@ from ..core.wording import plain
 from ..preflight.worth_knowing import Caution, cautions
 from ..protocol.happenings import Happening, Watch
 from ..protocol.steps import Environment
-from ..records.events import Broadcast
+from ..records.events import HEARD, Broadcast
+from ..records.rows import NONE
 from ..results.result import Result
 from ..results.tables import from_numbers, from_row
 from ..scenario.files.scenario_file import as_scenario
 from ..scenario.scenario import Scenario
+from ..vehicles.fleet import Fleet
+from ..vehicles.motion import places
 from ..vehicles.pose_source import PoseSource
 from .build import build_world
 from .event_tables import event_tables
-from .looking import AuvStates, PingUnderWay, auv_states, on_air, places_of, under_way
 from .metrics import auv_metrics, mission_metrics, utilisation
-from .outcomes.monitor import violations_of
+from .outcomes.reach import violations_of
+from .trajectories import turned
+from .world import World
 
 Array = NDArray[np.float64]
 
 # Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
 keep_memory(8_000_000)
+
+
+class AuvStates(NamedTuple):
+    """The AUVs at one instant, a row for each; survey frame, z down.
+
+    `truth` (n, 4): x, y, z (m), yaw (rad, in (-pi, pi]).  `estimate` (n, 2): x and y (m) as the
+    AUV's own navigator has them.  `covariance` (n, 2, 2), m2: how sure that is of it.
+    """
+
+    truth: Array
+    estimate: Array
+    covariance: Array
+
+
+class PingUnderWay(NamedTuple):
+    """A ping in the water: its number in the table `pings`, its AUV (row), when it began (s).
+
+    With passive ranging it is the ping of an ASV (row), and of no AUV (None).
+    """
+
+    ping: int
+    auv: int | None
+    sent_at_s: float
+    asv: int | None = None
+
+
+def auv_states(world: World, time: float) -> AuvStates:
+    """Return the AUVs at an instant (s); the estimate is of the fixes delivered so far."""
+    world.auv_fleet.advance(time)
+    count, now = len(world.auv_fleet), np.array([time])
+    states = AuvStates(np.empty((count, 4)), np.empty((count, 2)), np.empty((count, 2, 2)))
+    for auv in range(count):
+        found = world.sample(auv, now)
+        states.truth[auv], states.estimate[auv] = found.way.truth[0], found.estimate[0]
+        xx, yy, xy = world.navigator.covariance(auv, found.odometry)[0]
+        states.covariance[auv] = (xx, xy), (xy, yy)
+    states.truth[:, 3] = turned(states.truth[:, 3])
+    return states
+
+
+def places_of(fleet: Fleet, time: float) -> Array:
+    """Return x, y, z (m), yaw (rad, in (-pi, pi]) of a fleet at an instant (s), shape (n, 4)."""
+    fleet.advance(time)
+    found = places(fleet.motion, time)
+    found[:, 3] = turned(found[:, 3])
+    return found
+
+
+def under_way(world: World, time: float) -> list[PingUnderWay]:
+    """Return the pings that are in the water at an instant (s), of those on record by then."""
+    pings = world.record.pings.rows
+    # an AUV that was called in vain does not ping
+    silent = ~np.isin(pings["call"], (NONE, HEARD))
+    sending = ~silent & (pings["sent_at_s"] + world.network.uplink.band.duration > time)
+    passing = np.isfinite(pings["passed_at_s"]) & (pings["passed_at_s"] > time)
+    found = pings[list(PingUnderWay._fields)][sending | passing].tolist()
+    return [
+        PingUnderWay(ping, None if auv == NONE else auv, sent_at, None if asv == NONE else asv)
+        for ping, auv, sent_at, asv in found
+    ]
+
+
+def on_air(broadcasts: Sequence[Broadcast], time: float) -> list[Broadcast]:
+    """Return the frames that are being sent at an instant (s), of those on record by then."""
+    return [it for it in broadcasts if time < it.sent_at_s + it.airtime_s]
 
 
 class Mission:
@@ -198,9 +267,7 @@ class Mission:
 
     def _happen(self, until: float) -> None:
         """Let all events up to an instant (s) happen."""
-        last, peek, step = self._last_instant(until), self._env.peek, self._env.step
-        while peek() <= last:  # `run(until)` may stop beside it by a rounding
-            step()
+        self._env.happen(self._last_instant(until))
 
     def _last_instant(self, time: float) -> float:
         """Return the last instant (s), up to one of the mission, at which anything may happen."""

@@ -16,8 +16,7 @@ from ..records.rows import Rows
 from ..results.tables import numbers_of
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
-from .samples import Samples
-from .voyage import Voyage, voyage_of
+from .trajectories import Samples, Trajectories, trajectories_of
 
 Array = NDArray[np.float64]
 
@@ -36,9 +35,9 @@ class World:
     streams: Streams
 
     @cached_property
-    def voyage(self) -> Voyage:
+    def trajectories(self) -> Trajectories:
         """What the AUVs have done, once their motion is known to the mission's end."""
-        return voyage_of(self.scenario, self.auv_fleet)
+        return trajectories_of(self.scenario, self.auv_fleet)
 
     @cached_property
     def broadcasts(self) -> Rows:

@@ -44,6 +44,12 @@ class Environment(simpy.Environment):
             raise ValueError("a wait must last a number of seconds; got nan")
         return simpy.Timeout(self, delay, value)
 
+    def happen(self, last: float) -> None:
+        """Let everything happen up to an instant (s), that instant included."""
+        queue, step = self._queue, self.step
+        while queue and queue[0][0] <= last:  # `run(until)` may stop beside it by a rounding
+            step()
+
     def end(self) -> None:
         """Have nobody wait any more for what is still to come.
 

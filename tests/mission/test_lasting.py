@@ -11,7 +11,7 @@ from worlds import QUIET_USBL, merged, paper_case, scenario, still
 from bindusbl_des import Mission, Result, cautions, simulate
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
-from bindusbl_des.mission.lasting import clocks, misalignments
+from bindusbl_des.mission.sensor_errors import clocks, misalignments
 from bindusbl_des.protocol.slots import slots_of
 from bindusbl_des.scenario.instruments.lasting_kinds import told_of
 from bindusbl_des.scenario.planned import asv_stations

@@ -12,8 +12,7 @@ from worlds import scenario, still
 from bindusbl_des import load_scenario, simulate
 from bindusbl_des.mission import metrics
 from bindusbl_des.mission.mission import Mission
-from bindusbl_des.mission.outcomes.means import mean, quantile, quantile_of, sort
-from bindusbl_des.mission.outcomes.service import fix_ages
+from bindusbl_des.mission.outcomes.service import fix_ages, mean, quantile, quantile_of, sort
 from bindusbl_des.navigation.dead_reckoning import Odometry
 from bindusbl_des.navigation.navigators import LinearNavigator
 from bindusbl_des.records.worst import WORST_IS_LARGEST, worst_of
@@ -209,12 +208,13 @@ def test_ways_are_looked_back_on_once_for_all_seeds() -> None:
     """What follows from them alone is shared by missions of the same ways; not if these differ."""
     world = scenario(duration_s=20.0, auvs={"count": 2}, survey={"swath_m": 10.0})
     first, other = (Mission(world, seed=seed)._world for seed in (1, 2))
-    assert first.voyage is other.voyage
+    assert first.trajectories is other.trajectories
     longer = Mission(world.model_copy(update={"duration_s": 21.0}), seed=1)._world
     assert (
-        longer.voyage.metrics["distance_m"].tolist() > first.voyage.metrics["distance_m"].tolist()
+        longer.trajectories.metrics["distance_m"].tolist()
+        > first.trajectories.metrics["distance_m"].tolist()
     )
-    assert first.voyage.swept_m2.shape == (2, 40)
+    assert first.trajectories.swept_m2.shape == (2, 40)
     steered = scenario(
         duration_s=5.0,
         auvs={

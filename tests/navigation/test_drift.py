@@ -13,7 +13,7 @@ from bindusbl_des.campaigns.statistics.contents import DRIFTS
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import Water
-from bindusbl_des.mission.own_errors import wrong_reckoning
+from bindusbl_des.mission.sensor_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.scenario.instruments.own_sensors import (
     drift_told,

@@ -10,7 +10,7 @@ from worlds import merged, scenario
 from bindusbl_des import Mission, simulate
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import Water
-from bindusbl_des.mission.own_errors import wrong_reckoning
+from bindusbl_des.mission.sensor_errors import wrong_reckoning
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded

@@ -13,7 +13,7 @@ from worlds import QUIET_USBL, merged, scenario, still
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.core.streams import Streams
 from bindusbl_des.mission.closed_loop import slow_gnss
-from bindusbl_des.mission.lasting import clocks, lasting_errors, misalignments
+from bindusbl_des.mission.sensor_errors import clocks, lasting_errors, misalignments
 from bindusbl_des.records.rows import PING, RECEPTION
 from bindusbl_des.usbl.instrument import Instrument
 from bindusbl_des.usbl.inverted import Hearing, located_astray, located_itself

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bindusbl_des.mission.samples import instants
+from bindusbl_des.mission.trajectories import instants
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import recorded
 from bindusbl_des.vehicles.ways import MOST_BYTES, Ways

@@ -1,17 +1,19 @@
-"""How far off an AUV was, and whether it knew."""
+"""How far off each AUV's estimate was, and the points of the track that show it."""
 
-from math import sqrt
+from collections.abc import Iterator
+from math import hypot, nan, pi, sqrt
 from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.compiled import compiled
+from ...core.compiled import compiled, inlined
 from ...navigation.weighing import SURE
-from ...records.rows import Rows
+from ...records.rows import Row, Rows, row_type
+from ...records.tracks import TrackPoint
+from ..trajectories import beside, instants
 from ..world import World
-from .means import mean, quantile_of
-from .service import MOST
+from .service import MOST, mean, quantile_of
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +28,7 @@ def note_accuracy(metrics: Rows, world: World, auv: int, times: Floats, errors: 
     """
     found, metric = world.sample(auv, times), metrics[auv : auv + 1]
     sure = world.navigator.covariance(auv, found.odometry)
-    _note(metric, errors, found.way.lines, found.odometry.position, found.estimate, sure)
+    _note_errors(metric, errors, found.way.lines, found.odometry.position, found.estimate, sure)
     if not np.isfinite(metric["position_error_m"][0]):
         lost_at = times[np.flatnonzero(~np.isfinite(errors))[0]]
         refuse(auv, f"estimate is no number from {lost_at:g} s on")
@@ -42,7 +44,7 @@ def refuse(auv: int, trouble: str) -> NoReturn:
 
 
 @compiled
-def _note(
+def _note_errors(
     metrics: Rows, errors: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats
 ) -> None:
     """Write to the one row of metrics the errors of an estimate (n, 2), m, along a way
@@ -74,3 +76,76 @@ def _note(
             normalised[known] = weighed / determinant
             known += 1
     metric.nees = mean(normalised[:known])
+
+
+TRACK_POINT = row_type(TrackPoint)
+
+
+def track_points(world: World) -> Iterator[Rows]:
+    """Yield the tracks of all vehicles at record.tracks_hz, AUVs first, (n,) :data:`TRACK_POINT`.
+
+    Each is written over by the next.
+    """
+    times = instants(world.scenario.duration_s, world.scenario.record.tracks_hz)
+    auvs, asvs, ways = world.auv_fleet, world.asv_fleet, world.trajectories
+    points = np.empty(len(times), dtype=TRACK_POINT)
+    for auv in range(len(auvs)):
+        points["vehicle"], points["path_error_m"] = auv, ways.beside_m[auv]
+        points["swept_m2"] = ways.swept_m2[auv]
+        found = world.sample(auv, times)
+        sure = world.navigator.covariance(auv, found.odometry)
+        depth_error = world.depth_noise(auv, times)
+        _note_points(points, *found.way, found.odometry.position, found.estimate, sure, depth_error)
+        yield points
+    off_station = beside(asvs.vehicles, times)
+    for asv in range(len(asvs)):
+        points["vehicle"], points["path_error_m"] = len(auvs) + asv, off_station[asv]
+        points["swept_m2"] = nan
+        _note_truth(points, *asvs.ways.of(asv, times))
+        yield points
+
+
+@compiled
+def _note_points(
+    points: Rows, times: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats,
+    depth_error: Floats,
+) -> None:  # fmt: skip
+    """Write where an AUV was on its way (:class:`.ways.Way`), and what it made of it.
+
+    `reckoned` and `estimate` (n, 2), m; how `sure` it was: xx, yy, xy (n, 3), m2.
+    """
+    for k in range(times.size):
+        point = points[k]
+        _place(point, times[k], lines, k)
+        point.estimate_x_m, point.estimate_y_m = estimate[k, 0], estimate[k, 1]
+        point.estimate_z_m = lines[k, 2] + depth_error[k]
+        point.imu_x_m, point.imu_y_m = reckoned[k, 0], reckoned[k, 1]
+        x, y = estimate[k, 0] - lines[k, 0], estimate[k, 1] - lines[k, 1]
+        point.position_error_m = hypot(x, y)
+        point.cross_track_error_m = lines[k, 6] * y - lines[k, 7] * x
+        point.estimate_sd_x_m = sqrt(max(sure[k, 0], 0.0))
+        point.estimate_sd_y_m = sqrt(max(sure[k, 1], 0.0))
+        point.estimate_cov_xy_m2 = sure[k, 2]
+
+
+@compiled
+def _note_truth(points: Rows, times: Floats, lines: Floats) -> None:
+    """Write where a vessel was on its way, which nobody asks about anything."""
+    for k in range(times.size):
+        point = points[k]
+        _place(point, times[k], lines, k)
+        point.estimate_x_m = point.estimate_y_m = point.estimate_z_m = nan
+        point.imu_x_m = point.imu_y_m = nan
+        point.position_error_m = point.cross_track_error_m = nan
+        point.estimate_sd_x_m = point.estimate_sd_y_m = point.estimate_cov_xy_m2 = nan
+
+
+@inlined
+def _place(point: Row, time: float, lines: Floats, k: int) -> None:
+    """Write the instant and the true place of line k of a way, its heading in (-pi, pi]."""
+    point.time_s = time
+    point.x_m, point.y_m, point.z_m = lines[k, 0], lines[k, 1], lines[k, 2]
+    turned = pi - lines[k, 3]
+    if not 0.0 <= turned < 2 * pi:
+        turned %= 2 * pi
+    point.yaw_rad = pi - turned

@@ -1,28 +1,71 @@
-"""What of a mission follows from the ways of its AUVs alone, whatever is heard in it."""
+"""Where AUVs were, by samples of their motion, and what follows from their trajectories alone."""
 
 import math
 from collections.abc import Hashable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..navigation.dead_reckoning import Odometry
 from ..scenario.plans import plans_of
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of, swath_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle
-from .samples import instants
+from ..vehicles.ways import Way
 
 Array = NDArray[np.float64]
+
+# Guards floor(duration * rate) against rounding, as for ticks.
+COUNT_TOLERANCE = 1e-9
+
+
+@lru_cache(maxsize=8)
+def instants(duration: float, rate: float, begin: float = 0.0) -> Array:
+    """Return the instants k / rate in [begin, duration) (s); read-only, since missions share them.
+
+    Of those from the start on the first is always the start, however low the rate.
+
+    >>> instants(3.0, 1e-12).tolist()
+    [0.0]
+    """
+    count = max(1, int(np.ceil(duration * rate - COUNT_TOLERANCE)))
+    times: Array = np.arange(count) / rate
+    times = times[times.searchsorted(begin) :]
+    times.setflags(write=False)
+    return times
+
+
+class Samples(NamedTuple):
+    """One AUV at n instants: its true way, and what it made of it.
+
+    `odometry` is what its own sensors told it, `estimate` where it believed to be (n, 2), m, with
+    every fix delivered by then.
+    """
+
+    way: Way
+    odometry: Odometry
+    estimate: Array
+
+
+def turned(yaw: Array) -> Array:
+    """Return headings (rad) in (-pi, pi].
+
+    >>> turned(np.array([0.0, np.pi, -np.pi])).round(9).tolist()
+    [0.0, 3.141592654, 3.141592654]
+    """
+    return np.asarray(np.pi - np.mod(np.pi - yaw, 2 * np.pi))
+
 
 # A lane whose end is this near (m) is flown; the instant of it is found to 2^-50 of the mission.
 ARRIVED_M, HALVINGS = 1e-6, 50
 
 
-class Voyage(NamedTuple):
+class Trajectories(NamedTuple):
     """The ways of n AUVs, looked back on; NaN stands for what somebody does not say or do.
 
     `metrics` are columns of :class:`.metrics.AuvMetrics`, (n,).  At the k instants of `tracks`,
@@ -38,10 +81,10 @@ class Voyage(NamedTuple):
     finished_at_s: float | None
 
 
-_looked_back: WeakKeyDictionary[Fleet, tuple[Hashable, Voyage]] = WeakKeyDictionary()
+_looked_back: WeakKeyDictionary[Fleet, tuple[Hashable, Trajectories]] = WeakKeyDictionary()
 
 
-def voyage_of(scenario: Scenario, fleet: Fleet) -> Voyage:
+def trajectories_of(scenario: Scenario, fleet: Fleet) -> Trajectories:
     """Return what AUVs have done whose motion is known to the mission's end.
 
     Where that is foreseen, missions share it.
@@ -56,7 +99,7 @@ def voyage_of(scenario: Scenario, fleet: Fleet) -> Voyage:
     return kept[1]
 
 
-def _look_back(scenario: Scenario, fleet: Fleet) -> Voyage:
+def _look_back(scenario: Scenario, fleet: Fleet) -> Trajectories:
     end, vehicles, record = scenario.duration_s, fleet.vehicles, scenario.record
     often, seldom = instants(end, record.metrics_hz), instants(end, record.tracks_hz)
     if record.detail == "summary":
@@ -74,7 +117,7 @@ def _look_back(scenario: Scenario, fleet: Fleet) -> Voyage:
         "lanes_flown_share": np.array(flown or [np.nan] * len(vehicles)),
         "swept_m2": swept_m2[:, -1],
     }
-    return Voyage(
+    return Trajectories(
         metrics,
         beside(vehicles, seldom),
         swept_m2[:, :-1],
