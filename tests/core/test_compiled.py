@@ -85,7 +85,7 @@ def test_code_is_found_again_until_a_file_that_it_is_made_of_changes(
     assert [call(), call()] == [(6.0, 0), (6.0, 1)]
     Path("keel.py").write_text("FACTOR = 5.00\n")
     assert [call(), call()] == [(15.0, 0), (15.0, 1)]
-    Path("tiny.py").write_text(TINY.replace("FACTOR *", "FACTOR +"))
+    Path("tiny.py").write_text(TINY.replace("FACTOR *", "1.0 * FACTOR +"))
     assert [call(), call()] == [(8.0, 0), (8.0, 1)]
     assert len(kept("nbc")) == 1
     assert capsys.readouterr().err == ""
