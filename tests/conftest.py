@@ -27,7 +27,10 @@ if threading.current_thread() is threading.main_thread():
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # Files of few tests that take long go first: begun last, they would leave all workers but one idle.
-LONG = ("test_docs.py", "test_reproduction.py", "test_campaigns.py", "test_advice.py")
+LONG = (
+    "test_docs.py", "test_reproduction.py", "test_campaigns.py", "test_replays.py",
+    "test_figures.py", "test_advice.py", "test_plans.py", "test_drawn_missions.py",
+)  # fmt: skip
 
 
 @pytest.hookimpl(wrapper=True)
@@ -42,7 +45,7 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: item.path.name not in LONG)
+    items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG else len(LONG))
 
 
 # Parts of the tests' own, named by scenarios in Python; files need leave as everywhere.

@@ -200,8 +200,9 @@ def tiny(*, quick: bool) -> list[Experiment]:
 
 @pytest.fixture(scope="module", autouse=True)
 def tiny_plans() -> Iterator[None]:
-    """Let `reproduce` run tiny experiments in this process."""
+    """Let `reproduce` run tiny experiments in this process, and draw with few dots."""
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bindusbl_des.experiments.reproduction.drawings.DOTS_PER_INCH", 60)
         patch.setattr("bindusbl_des.experiments.reproduction.reproduce.experiments", tiny)
         patch.setattr("bindusbl_des.campaigns.running.pool_for", OneThread)
         yield
