@@ -118,6 +118,19 @@ def test_waiting_now_and_then_changes_nothing(name: str) -> None:
     assert same(mission.result(), simulate(busy(name), 2))
 
 
+def test_who_begins_to_wait_hears_of_fixes_that_are_under_way() -> None:
+    """A tenth of a millisecond before each delivery, when its frame has long been sent."""
+    world = busy("sequential")
+    fixes = simulate(world, 1).tables["fixes"]
+    instants = np.unique(fixes.delivered_at_s.dropna())
+    for instant in instants[:: len(instants) // 8]:
+        mission = Mission(world, 1)
+        mission.advance(instant - 1e-4)
+        found = mission.advance(mission.happening("delivery"))
+        assert found is not None
+        assert found.time == mission.time == pytest.approx(instant, abs=1e-9)
+
+
 def listening(mission: Mission, *kinds: str) -> list[tuple[float, Happening]]:
     """Run a mission to its end; return all happenings of some kinds, and when they were told."""
     told: list[tuple[float, Happening]] = []
