@@ -34,7 +34,7 @@ HOMES = (
 LEFT = {
     "acoustics": 3,
     "campaigns": 1,
-    "commands": 11,
+    "commands": 5,
     "figures": 1,
     "mission": 7,
     "planning": 5,

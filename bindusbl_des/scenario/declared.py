@@ -71,13 +71,14 @@ class Downlink:
     Each ping is answered by itself (`replies`), or fixes are broadcast: after each group of a round
     (`by_group`) or after all of them; the next slot then waits for the end of the broadcast
     (`waits`), or does not.  Rounds of a downlink that `is_foreseen` begin at instants that a frame
-    can tell a round before.
+    can tell a round before.  What becomes of a round's fixes, `in_words`.
     """
 
     replies: bool = False
     by_group: bool = False
     waits: bool = False
     is_foreseen: bool = False
+    in_words: str = ""
 
 
 @dataclass(frozen=True)
@@ -162,10 +163,20 @@ SCHEDULES: Mapping[str, Schedule] = {
     "csma": Schedule(access="sensing"),
 }
 DOWNLINKS: Mapping[str, Downlink] = {
-    "sequential": Downlink(waits=True, is_foreseen=True),
-    "pipelined_round": Downlink(is_foreseen=True),
-    "pipelined_group": Downlink(by_group=True),
-    "direct_reply": Downlink(replies=True),
+    "sequential": Downlink(
+        waits=True,
+        is_foreseen=True,
+        in_words="the fixes of a round are broadcast after its last slot; then the next begins.",
+    ),
+    "pipelined_round": Downlink(
+        is_foreseen=True,
+        in_words="the fixes of a round are broadcast while the next round pings.",
+    ),
+    "pipelined_group": Downlink(
+        by_group=True,
+        in_words="the fixes of a ping group are broadcast while the next group pings.",
+    ),
+    "direct_reply": Downlink(replies=True, in_words="a round is its uplink slots."),
 }
 BROADCASTERS: Mapping[str, Broadcaster] = {
     "rotate": Broadcaster("turn"),

@@ -9,11 +9,9 @@ if TYPE_CHECKING:
     from ...preflight.limits.limits import Limits
     from ...scenario.scenario import Scenario
 
-# What stands before the rates of each kind of rounds.
+# What stands before the rates of rounds that are not a downlink's of that name.
 RATES = {
     "planned": "these rounds",
-    "sequential": "sequential",
-    "pipelined_round": "pipelined_round",
     "back_to_back": "frame behind frame",
 }
 WIDTH = 28
@@ -66,7 +64,7 @@ def limits_told(scenario: "Scenario", limits: "Limits | None") -> Iterator[str]:
     for name, rates in limits.rates.items():
         lowest = f"{rates.lowest:.3f} (AUV{rates.worst})"
         share = f"{100 * rates.mean / best:.0f} %" if best else "-"
-        yield f"  {RATES[name]:<{WIDTH - 2}}{rates.mean:>8.3f}{lowest:>16}{share:>13}"
+        yield f"  {RATES.get(name, name):<{WIDTH - 2}}{rates.mean:>8.3f}{lowest:>16}{share:>13}"
 
 
 def _groups(groups: "Groups") -> Iterator[str]:

@@ -20,14 +20,6 @@ if TYPE_CHECKING:
 # Rows of the timing table; a fleet of more AUVs is shown by its ends.
 MOST_ROWS = 12
 
-# What becomes of a round's fixes, in one sentence for each downlink.
-POLICIES = {
-    "sequential": "the fixes of a round are broadcast after its last slot; then the next begins.",
-    "pipelined_round": "the fixes of a round are broadcast while the next round pings.",
-    "pipelined_group": "the fixes of a ping group are broadcast while the next group pings.",
-    "direct_reply": "a round is its uplink slots.",
-}
-
 
 @click.command()
 @scenario_argument
@@ -77,7 +69,7 @@ def _durations(scenario: "Scenario", slots: "Slots") -> Iterator[str]:
 
 def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
-    from ...scenario.declared import broadcaster_of, schedule_of
+    from ...scenario.declared import broadcaster_of, downlink_of, schedule_of
     from ...scenario.families import is_random
 
     policy, schedule = scenario.protocol.downlink, scenario.protocol.schedule
@@ -90,7 +82,7 @@ def _policy(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     if not rounds.are_known:
         yield f"{schedule} / {policy}: the plug-in decides when fixes are broadcast and rounds end."
         return
-    yield f"{schedule} / {policy}: {POLICIES[policy]}"
+    yield f"{schedule} / {policy}: {downlink_of(scenario).in_words}"
     if scenario.protocol.replies:
         yield f"There, {answered(rounds.slots)}."
     yield from rounds.pace_told(schedule_of(scenario))
