@@ -104,16 +104,6 @@ def test_a_folder_comes_back_and_a_wrong_one_is_refused(lossy: Result, tmp_path:
     lossy.write(folder)
     again = load_result(folder)
     assert all(again.arrow[name].equals(lossy.arrow[name]) for name in lossy.arrow)
-    for table, column, value, told_so in (
-        ("pings", "auv", "AUV0", "pings of no ASV, or of an AUV"),
-        ("pings", "asv", None, "pings of no ASV, or of an AUV"),
-        ("fixes", "outcome", "in_flight", "fixes that AUVs made themselves"),
-        ("fixes", "broadcast_by", "ASV1", "fixes that AUVs made themselves"),
-    ):
-        wrong = tmp_path / f"{table}-{column}"
-        lossy.write(wrong)
-        changed(table, lambda it, column=column, value=value: column_set(it, column, [value]))(
-            wrong
-        )
-        with pytest.raises(ValueError, match=told_so):
-            load_result(wrong)
+    changed("pings", lambda it: column_set(it, "auv", ["AUV0"]))(folder)
+    with pytest.raises(ValueError, match="was edited"):
+        load_result(folder)
