@@ -259,7 +259,7 @@ class Happenings:
         """Tell of an arrival or of its end, if it is there by now: who hears it may have been
         predicted.
         """
-        self._outcomes.amend(self._env.now)
+        self._outcomes.update_arrivals(self._env.now)
         reception = self._record.receptions.array[row]
         lasts = self._outcomes.band.duration if kind != "arrival" else 0.0
         instant = float(reception["arrived_at_s"]) + lasts

@@ -110,11 +110,11 @@ class Network(Watched):
 
     def has_fix(self, time: float) -> bool:
         """Tell whether a fix waits, of pings that have been heard by an instant (s)."""
-        return self.outcomes.decide_passed(time).stop > self.fixes_taken
+        return self.outcomes.resolve_passed(time).stop > self.fixes_taken
 
     def take_fixes(self, time: float) -> range:
         """Return the fixes that wait, the oldest first, as many as one broadcast carries."""
-        first, end = self.fixes_taken, self.outcomes.decide_passed(time).stop
+        first, end = self.fixes_taken, self.outcomes.resolve_passed(time).stop
         messages = self.slots.messages
         if messages.most is not None and not messages.splits:
             end = min(end, first + messages.most)
@@ -126,7 +126,7 @@ class Network(Watched):
         before_the_end = math.nextafter(time, 0.0)
         self.uplink.answered_by = self.dissemination = None  # nobody is answered any more
         if self.replies is None:
-            self.outcomes.decide_passed(before_the_end)  # heard, but not broadcast any more
+            self.outcomes.resolve_passed(before_the_end)  # heard, but not broadcast any more
         self.outcomes.close(time)
         self.ranging.close()
         self.downlink.close(before_the_end)

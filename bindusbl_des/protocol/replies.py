@@ -59,11 +59,11 @@ class Replies:
 
     def _hear(self, expected: float, ping: int, row: int, _: simpy.Event) -> None:
         """Answer a ping when it has just been heard for the first time."""
-        self._outcomes.amend(self._env.now)
+        self._outcomes.update_arrivals(self._env.now)
         arrived = float(self._record.receptions.array[row]["arrived_at_s"])
         if arrived > expected:  # the ASV was predicted to be nearer
             self._hear_at(arrived, ping, row)
-        elif self._outcomes.decide(ping, row):
+        elif self._outcomes.resolve(ping, row):
             asv = int(self._record.receptions.array[row]["asv"])
             number = int(self._record.pings.array[ping]["round"])
             self._record.rounds[number].fixes += 1

@@ -88,7 +88,7 @@ def test_a_ping_is_measured_from_where_the_vessel_is_when_it_arrives() -> None:
     # 15 m/s away from a ping sent 990 m behind: caught up with after 2/3 s, 1000 m away
     band, outcomes, record = uplink(fleet(at(-990.0, z=0.0)), fleet(moving(0.0, 15.0)))
     band.send(0, 0, [0], 0.0)
-    assert outcomes.decide_passed(1.0) == range(1)
+    assert outcomes.resolve_passed(1.0) == range(1)
     [fix] = record.fixes.rows
     found = record.receptions.rows[0]
     found = found["arrived_at_s"], found["slant_range_m"], found["travel_time_s"]
@@ -102,7 +102,7 @@ def test_a_turning_vessel_measures_by_its_heading_at_the_arrival() -> None:
     turns = recorded(np.array([0.0, 0.3, 1.0]), np.array([[0, 0, 0], [3, 0, 0], [3, 7, 0.0]]))
     band, outcomes, record = uplink(fleet(at(600.0, 300.0, 50.0)), fleet(turns))
     band.send(0, 0, [0], 0.0)
-    assert outcomes.decide_passed(1.0) == range(1)
+    assert outcomes.resolve_passed(1.0) == range(1)
     [fix] = record.fixes.rows
     assert [fix["x_m"], fix["y_m"], fix["z_m"]] == pytest.approx([600.0, 300.0, 50.0], abs=0.1)
 
@@ -316,9 +316,9 @@ def test_pings_of_earlier_slots_collide_with_later_ones() -> None:
     )
     decided = []
     for auv, time in ((0, 0.0), (1, 0.5), (2, 0.995)):
-        decided += outcomes.decide_passed(time)
+        decided += outcomes.resolve_passed(time)
         band.send(0, auv, [auv], time)
-    decided += outcomes.decide_passed(1.5)
+    decided += outcomes.resolve_passed(1.5)
     assert record.receptions.rows["arrived_at_s"] == pytest.approx([1.0, 0.6, 1.005])
     assert record.receptions.rows["outcome"].tolist() == [COLLIDED, HEARD, COLLIDED]
     assert decided == [0]
@@ -329,11 +329,11 @@ def test_no_ping_is_decided_before_it_is_over() -> None:
     """A ping that has arrived is not decided while another that is sent now could overlap it."""
     band, outcomes, record = uplink(fleet(at(1500.0), at(3.0)), fleet(at(0.0)))
     for auv, time in ((0, 0.0), (1, 1.005), (0, 2.0)):
-        assert outcomes.decide_passed(time) == range(0)
+        assert outcomes.resolve_passed(time) == range(0)
         band.send(0, 0, [auv], time)
-    assert outcomes.decide_passed(math.nextafter(3.0 + PING, 0.0)) == range(0)
+    assert outcomes.resolve_passed(math.nextafter(3.0 + PING, 0.0)) == range(0)
     assert record.receptions.rows["outcome"].tolist() == [COLLIDED, COLLIDED, IN_FLIGHT]
-    assert outcomes.decide_passed(3.0 + PING) == range(1)
+    assert outcomes.resolve_passed(3.0 + PING) == range(1)
     assert record.fixes.rows["pinged_at_s"].tolist() == [2.0]
 
 
@@ -440,8 +440,8 @@ def heard_by_a_busy_fleet(seed: int, instants: Callable[[float], list[float]]) -
         band.send(slot // 3, slot % 3, group, time, NO_CALL if caller < 0 else call)
         time += float(draw.choice([0.005, 0.05, 0.3, 1.5]))
         for instant in instants(time):
-            decided += outcomes.decide_passed(instant)
-    decided += outcomes.decide_passed(time + 2.0)
+            decided += outcomes.resolve_passed(instant)
+    decided += outcomes.resolve_passed(time + 2.0)
     assert decided == list(range(record.fixes.count))
     return record
 
@@ -488,7 +488,7 @@ def test_what_is_out_of_range_drowns_nobody() -> None:
     """Sound from beyond the HF range arrives together with a ping, which is heard all the same."""
     band, outcomes, record = uplink(fleet(at(90.0), at(-101.0)), fleet(at(0.0)), hf_range=100.0)
     assert band.send(0, 0, [0, 1], 0.0) == range(2)
-    assert outcomes.decide_passed(1.0) == range(1)
+    assert outcomes.resolve_passed(1.0) == range(1)
     assert record.receptions.rows["outcome"].tolist() == [HEARD, OUT_OF_RANGE]
 
 
@@ -496,7 +496,7 @@ def test_at_the_end_what_has_arrived_is_decided_and_the_rest_under_way() -> None
     """A mission ends between two arrivals: one ASV has heard the ping, but there is no fix yet."""
     band, outcomes, record = uplink(fleet(at(0.0)), fleet(at(1500.0), at(150.0)))
     band.send(0, 0, [0], 0.0)
-    assert outcomes.decide_passed(0.5) == range(0)
+    assert outcomes.resolve_passed(0.5) == range(0)
     outcomes.close(0.5)
     assert record.receptions.rows["outcome"].tolist() == [IN_FLIGHT, HEARD]
     assert record.pings.rows["heard_by"][0] == 1
@@ -614,5 +614,5 @@ def test_a_ping_is_fixed_once_and_heard_by_all_that_hear_it() -> None:
     """Decided one ASV after the other, a ping makes one fix, and every ASV that heard it counts."""
     band, outcomes, record = uplink(fleet(at(0.0)), fleet(at(150.0), at(300.0), at(450.0)))
     [ping] = band.send(0, 0, [0], 0.0)
-    assert [outcomes.decide(ping, row) for row in range(3)] == [True, False, False]
+    assert [outcomes.resolve(ping, row) for row in range(3)] == [True, False, False]
     assert (record.pings.rows["heard_by"][0], record.fixes.count) == (3, 1)

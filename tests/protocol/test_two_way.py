@@ -53,7 +53,7 @@ def test_who_calls_allows_for_its_own_way() -> None:
     ping = record.pings.rows[0]
     assert (ping["sent_at_s"], ping["call_time_s"]) == pytest.approx((0.6, 0.4))
     assert record.receptions.rows["travel_time_s"] == pytest.approx(back)
-    assert outcomes.decide_passed(2.0) == range(1)
+    assert outcomes.resolve_passed(2.0) == range(1)
     assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=1e-6)
     fix = record.fixes.rows[0]
     assert (fix["pinged_at_s"], fix["valid_at_s"]) == pytest.approx((0.6, 0.6))
@@ -63,7 +63,7 @@ def test_who_did_not_call_finds_the_auv_on_an_ellipse() -> None:
     """Call and answer took 2000 m: of them 1400 m are those from where the listener hears it."""
     for row, asv in enumerate((at(0.0), at(600.0, 1400.0), at(-400.0, 1400.0))):
         outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(600.0, 1400.0), asv), 0.3)
-        assert outcomes.decide(0, min(row, 2))  # the first to hear it makes the fix, by itself
+        assert outcomes.resolve(0, min(row, 2))  # the first to hear it makes the fix, by itself
         assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=0.02)
         assert record.fixes.rows["error_m"][0] < 0.03
 
@@ -71,12 +71,12 @@ def test_who_did_not_call_finds_the_auv_on_an_ellipse() -> None:
 def test_between_caller_and_listener_nobody_can_tell() -> None:
     """On the line between them every place makes the same way: a fix says so, and is in between."""
     outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
-    assert outcomes.decide(0, 1)
+    assert outcomes.resolve(0, 1)
     fix = record.fixes.rows[0]
     assert 0.0 <= fix["x_m"] <= 2000.0
     assert 400.0 < fix["sd_x_m"] < 1000.0
     outcomes, record = answered(fleet(at(600.0)), fleet(at(0.0), at(2000.0)))
-    assert outcomes.decide_passed(5.0) == range(1)  # with the caller's measurement they can
+    assert outcomes.resolve_passed(5.0) == range(1)  # with the caller's measurement they can
     assert record.fixes.rows["x_m"][0] == pytest.approx(600.0, abs=1e-6)
 
 
@@ -202,13 +202,13 @@ def test_a_call_drowns_answers_at_other_asvs(turnaround: float, outcome: int) ->
     """ASV1's call arrives 50 m away at 33 ms, when the answer from 20 m comes to ASV0 at 37 ms."""
     auvs, asvs = fleet(at(-20.0), at(70.0)), fleet(at(0.0), at(50.0))
     outcomes, record = answered(auvs, asvs, turnaround, hf_range=50.0)
-    outcomes.decide_passed(1.0)
+    outcomes.resolve_passed(1.0)
     heard = record.receptions.rows[record.receptions.rows["outcome"] != OUT_OF_RANGE]
     assert heard["arrived_at_s"] == pytest.approx([0.08 / 3 + PING + turnaround] * 2)
     assert heard["outcome"].tolist() == [outcome] * 2
     # from farther away the call is not heard
     outcomes, record = answered(fleet(at(-20.0), at(71.0)), fleet(at(0.0), at(51.0)), hf_range=50.0)
-    outcomes.decide_passed(1.0)
+    outcomes.resolve_passed(1.0)
     assert HEARD in record.receptions.rows["outcome"]
     assert COLLIDED not in record.receptions.rows["outcome"]
 
@@ -222,7 +222,7 @@ def test_an_asv_hears_nothing_while_it_calls(time: float, outcome: int) -> None:
     band.send(0, 0, [0], 0.0)
     band.call([1], np.array([0]), time)
     band.call([1], np.array([1]), 0.1)  # far away, out of range of all
-    outcomes.decide_passed(1.0)
+    outcomes.resolve_passed(1.0)
     assert record.receptions.rows["outcome"][0] == outcome
 
 
@@ -236,7 +236,7 @@ def test_calls_of_other_slots_are_searched_as_well() -> None:
     band.send(0, 0, [0], 1.495)  # at ASV0 at 1.505 s, at ASV1 at 2.985 s
     for slot in range(20):
         band.call([0], np.array([0]), 2.0 + 0.02 * slot)
-    outcomes.decide_passed(5.0)
+    outcomes.resolve_passed(5.0)
     assert record.receptions.rows["outcome"].tolist() == [COLLIDED, HEARD]
 
 
@@ -327,7 +327,7 @@ def test_calls_change_no_other_noise() -> None:
         lost = [call["call"][0] == LOST for call in calls]
         draws[loss is None] = lost
         band.send(0, 0, [0], 60.0)
-        outcomes.decide_passed(100.0)
+        outcomes.resolve_passed(100.0)
         assert record.receptions.rows["outcome"][0] in (HEARD, LOST, IN_FLIGHT)
     assert not any(draws[True])
     assert 10 < sum(draws[False]) < 50

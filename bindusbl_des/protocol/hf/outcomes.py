@@ -16,7 +16,7 @@ from ...usbl.systematic.errors import OUTLIER_WIDTH, Astray, HandedErrors
 from ...usbl.usbl import Usbl
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
-from .reception import Decided, Noise, foretold, settle
+from .reception import Decided, Noise, foretold, resolve
 from .uplink import PASSED, Uplink
 
 
@@ -87,7 +87,7 @@ class Outcomes:
     ) -> None:
         """Decide pings at ASVs, and have them measured.
 
-        `strayed` (n,), m2, as of :func:`.reception.settle`.  ASVs hear nothing while they send
+        `strayed` (n,), m2, as of :func:`.reception.resolve`.  ASVs hear nothing while they send
         frames that are `deafening` (:data:`..mf.frames.FRAME`).
         """
         self.band, self.receiver = uplink.band, uplink.receiver
@@ -128,18 +128,18 @@ class Outcomes:
         echoes, frames = self._uplink.echoes, self._deafening
         return None if echoes is None else echoes.rows, None if frames is None else frames.rows
 
-    def decide_passed(self, time: float) -> range:
+    def resolve_passed(self, time: float) -> range:
         """Decide every ping that has passed all ASVs by an instant (s); return the new fixes."""
         fixes = self._record.fixes
         first = fixes.count
-        self.amend(time)
+        self.update_arrivals(time)
         while True:
-            self._undecided, _, dry = self._settle(time, self._undecided)
+            self._undecided, _, dry = self._resolve(time, self._undecided)
             if dry == NONE:
                 return range(first, fixes.count)
             self._refill_noise()  # of all at once: settling begins anew each time
 
-    def _settle(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
+    def _resolve(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
         """Decide what has passed; return the first ping that has not, and an AUV and an ASV whose
         noise is used up, or NONE.
         """
@@ -150,7 +150,7 @@ class Outcomes:
         if most > self._room:
             self._room = 2 * most
             self._decided_by.renew("due", np.empty(self._room, dtype=np.int64))
-        fixes.count, undecided, auv, asv = settle(
+        fixes.count, undecided, auv, asv = resolve(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
             self._uplink.calls.count, count,
             *measuring.made_for, self._strayed, *self._further_sound,
@@ -174,16 +174,16 @@ class Outcomes:
         under_way = rows["outcome"] == IN_FLIGHT
         self._measuring.noise.refill_spent(rows["auv"][under_way], rows["asv"][under_way])
 
-    def decide(self, ping: int, row: int) -> bool:
+    def resolve(self, ping: int, row: int) -> bool:
         """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
         count = self._record.fixes.count
-        while (dry := self._settle(0.0, ping, row)[1:])[1] != NONE:
+        while (dry := self._resolve(0.0, ping, row)[1:])[1] != NONE:
             self._measuring.noise.refill(*dry)
         return self._record.fixes.count > count
 
-    def amend(self, time: float) -> None:
+    def update_arrivals(self, time: float) -> None:
         """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
-        self._uplink.amend(time)
+        self._uplink.update_arrivals(time)
 
     def first_under_way(self, time: float) -> int:
         """Return the first reception that may not be over by an instant (s)."""
@@ -226,10 +226,10 @@ class Outcomes:
 
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""
-        self.amend(time)
+        self.update_arrivals(time)
         receptions, fixes = self._record.receptions.rows, self._record.fixes
         arrived = receptions["arrived_at_s"] + self.band.duration < time
         count = fixes.count
         for row in np.flatnonzero((receptions["outcome"] == IN_FLIGHT) & arrived).tolist():
-            self.decide(int(receptions["ping"][row]), row)
+            self.resolve(int(receptions["ping"][row]), row)
         fixes.count = count  # nobody waits for what others hear of them any more

@@ -111,7 +111,7 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 
 
 @compiled
-def settle(
+def resolve(
     handed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
     fix: int, has_sheet: bool | None, errors: int | None, strayed: Floats | None,
     echoes: Rows | None, frames: Rows | None,
@@ -136,7 +136,7 @@ def settle(
     if only == NONE:
         count = _write_due(by.due, air.pings, first, time)
     for ping in by.due[:count]:
-        dry, makes_fix = _decide(ping, only, air, echoes, frames, by.noise)
+        dry, makes_fix = _resolve(ping, only, air, echoes, frames, by.noise)
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
         if makes_fix:
@@ -156,7 +156,7 @@ def _make(
 ) -> None:  # fmt: skip
     """Write the row of a fix: the receptions that it is made of, and what is measured of the ping.
 
-    Arguments as of :func:`settle`.
+    Arguments as of :func:`resolve`.
     """
     by = opened(handed, Decided)
     row = by.fixes[fix]
@@ -196,7 +196,7 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 
 
 @compiled
-def _decide(
+def _resolve(
     ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: Noise
 ) -> tuple[int, bool]:
     """Decide the receptions of a ping, or `only` one, each by a row of the noise.
@@ -256,7 +256,7 @@ def foretold(
     echoes: Rows | None, frames: Rows | None,
 ) -> int:  # fmt: skip
     """Return what will be decided of a reception, once the ping has passed its ASV; arguments as of
-    :func:`settle`, and its `luck` a standard normal.
+    :func:`resolve`, and its `luck` a standard normal.
     """
     air = _on_record(opened(handed, Decided), pings, receptions, calls)
     return _outcome(row, luck, air, echoes, frames)

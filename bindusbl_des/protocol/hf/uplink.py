@@ -182,7 +182,7 @@ class Uplink:
             self.answered_by(sent)
         return sent
 
-    def amend(self, time: float) -> None:
+    def update_arrivals(self, time: float) -> None:
         """Amend what has arrived by now, an instant (s), at ASVs whose way was predicted."""
         if self._asvs.predicted:
             self._asvs.advance(time)

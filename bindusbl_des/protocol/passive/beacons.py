@@ -22,7 +22,7 @@ from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
 from ..hf.outcomes import Measuring, noise_of
 from ..hf.uplink import spread_in
-from .reception import Decided, arrive, radiate, settle
+from .reception import Decided, arrive, radiate, resolve
 
 # How far off an ASV believes to be as it pings, in standard deviations: x, y, z
 GNSS_NOISE = np.dtype(("f8", (3,)))
@@ -98,7 +98,7 @@ class Beacons:
         """Have compiled code know what becomes of signals."""
         self._spread_in.renew("way", self._way._replace(prospects=prospects))
 
-    def amend(self, time: float) -> None:
+    def update_arrivals(self, time: float) -> None:
         """Work out the arrivals that are nearly there by an instant (s), at AUVs that have no sure
         future: they steer by their fixes, or an outside program moves them.
         """
@@ -156,13 +156,13 @@ class PassiveOutcomes:
         measuring.hand_on(handed)
         return handed
 
-    def decide(self, time: float) -> None:
+    def resolve(self, time: float) -> None:
         """Decide all receptions that have ended by an instant (s), and what AUVs make of them."""
-        self.amend(time)
+        self.update_arrivals(time)
         fixes, made = self._record.fixes, self._record.fixes.count
         if self._undecided < self._record.receptions.count:
             self._auvs.advance(time)
-            while (dry := self._settle(time)) != NONE:
+            while (dry := self._resolve(time)) != NONE:
                 self._refill(dry)
         rows = fixes.array[made : fixes.count]
         for number, count in zip(*np.unique(rows["round"], return_counts=True), strict=True):
@@ -171,11 +171,11 @@ class PassiveOutcomes:
             for fix in rows:
                 self._measure(self._measuring.own, fix)
 
-    def _settle(self, time: float) -> int:
+    def _resolve(self, time: float) -> int:
         """Decide what has ended; return a reception whose pair has no noise left, or NONE."""
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         self._measuring.make_room(receptions.count - self._undecided)
-        fixes.count, self._undecided, dry = settle(
+        fixes.count, self._undecided, dry = resolve(
             self._decided_by.address, time, self._undecided, pings.count, receptions.count,
             fixes.count, *self._measuring.made_for,
         )  # fmt: skip
@@ -198,14 +198,14 @@ class PassiveOutcomes:
         note(fix, ping, estimate, covariance)
         fix["error_m"] = hypot(estimate[0] - pose.x, estimate[1] - pose.y)
 
-    def amend(self, time: float) -> None:
+    def update_arrivals(self, time: float) -> None:
         """Work out the arrivals that are nearly there by an instant (s)."""
-        self._beacons.amend(time)
+        self._beacons.update_arrivals(time)
 
     def outcome_of(self, row: int) -> tuple[int, float]:
         """Return what has become of a ping at an AUV where it has just ended, and its SNR (dB)."""
         it = self._record.receptions.array[row]
-        self.decide(float(it["arrived_at_s"]) + self.band.duration)
+        self.resolve(float(it["arrived_at_s"]) + self.band.duration)
         it = self._record.receptions.array[row]
         return int(it["outcome"]), float(it["snr_db"])
 
@@ -215,5 +215,5 @@ class PassiveOutcomes:
 
     def close(self, time: float) -> None:
         """Decide what has ended by an instant (s), the mission's last; tell when the rest would."""
-        self.decide(time)
-        self.amend(inf)
+        self.resolve(time)
+        self.update_arrivals(inf)

@@ -45,7 +45,7 @@ class OwnFixes(Deliveries):
 
     def _near(self, row: int) -> None:
         """Wait for the end of a ping that is nearly there."""
-        self._outcomes.amend(self._env.now)
+        self._outcomes.update_arrivals(self._env.now)
         ends = float(self._receptions.array[row]["arrived_at_s"]) + self._outcomes.band.duration
         self._at(ends, partial(self.settle, ends))
 
@@ -54,7 +54,7 @@ class OwnFixes(Deliveries):
 
     def settle(self, time: float) -> None:
         """Let AUVs have all fixes that they have made by an instant (s)."""
-        self._outcomes.decide(time)
+        self._outcomes.resolve(time)
         self.deliver(time)
 
 

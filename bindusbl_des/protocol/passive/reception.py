@@ -122,7 +122,7 @@ class Decided(NamedTuple):
 
 
 @compiled
-def settle(
+def resolve(
     handed: int, time: float, first: int, ping_count: int, reception_count: int, fix: int,
     has_sheet: bool | None, errors: int | None,
 ) -> tuple[int, int, int]:  # fmt: skip
@@ -131,7 +131,7 @@ def settle(
     Return the number of fixes then, the first row that is not decided, and NONE; or, when the noise
     of a pair is used up, in place of that its row: the pair must have new noise and the function be
     called again.  `handed` is the address of a :class:`Decided`, of which so many pings, receptions
-    and fixes are on record; the rest as of :func:`..hf.reception.settle`.
+    and fixes are on record; the rest as of :func:`..hf.reception.resolve`.
     """
     by = opened(handed, Decided)
     noise, pings, receptions = by.noise, by.pings[:ping_count], by.receptions[:reception_count]

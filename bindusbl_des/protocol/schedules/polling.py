@@ -65,7 +65,7 @@ class Answers:
         event.callbacks.append(partial(self._decode, arrives, turn, row))
 
     def _decode(self, expected: float, turn: Turn, row: int, _: simpy.Event) -> None:
-        self._outcomes.amend(self._env.now)
+        self._outcomes.update_arrivals(self._env.now)
         arrived = float(self._record.receptions.array[row]["arrived_at_s"])
         if arrived > expected:  # the ASV was predicted to be nearer
             self._decode_at(arrived, turn, row)
