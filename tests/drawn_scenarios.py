@@ -16,7 +16,7 @@ from bindusbl_des import Scenario, cautions, simulate
 from bindusbl_des.campaigns.statistics.contents import DRIFTS
 from bindusbl_des.preflight.effort import effort
 from bindusbl_des.preflight.round_lengths import rounds_of
-from bindusbl_des.presets.airtimes import table_file
+from bindusbl_des.presets.modems import table_file
 from bindusbl_des.scenario.agreement.instruments import REPLACED_BY_DRIFT
 from bindusbl_des.scenario.instruments.datasheet import OF_ACCURACY, OF_ANGLES
 from bindusbl_des.scenario.keys import json_schema

@@ -26,8 +26,8 @@ BESIDE = ("benchmarks", "experiments")
 HOMES = {
     "simpy": "protocol mission",
     "networkx": "protocol.conflicts protocol.schedules.view",
-    "pelagic": "acoustics.rays.tracing",
-    "pyarrow": "acoustics.rays.reading results mission.event_tables campaigns export replay",
+    "pelagic": "acoustics.ray_tracing",
+    "pyarrow": "acoustics.ray_tables results mission.event_tables campaigns export replay",
     "yaml": "scenario.files",
     "click": "cli commands",
     "numba": "core.compiled core.handed",

@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow as pa
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.presets.airtimes import table_file
+from bindusbl_des.presets.modems import table_file
 from bindusbl_des.scenario.families import FAMILIES
 from bindusbl_des.scenario.keys import OWN_PART, Key, keys
 

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..records.events import HEARD, OUT_OF_RANGE, Broadcast
-from ..records.recorder import Recorder
-from ..records.rows import NONE
+from ..records.rows import NONE, Recorder
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import Floats, Ints
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from ..presets.airtimes import AirtimeTable, airtime_table
+from ..presets.modems import AirtimeTable, airtime_table
 from ..scenario.scenario import Scenario
 from ..scenario.telling import tells_slots
 

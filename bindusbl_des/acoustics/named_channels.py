@@ -1,24 +1,64 @@
-"""The channels of both bands, as a scenario names them."""
+"""The channels of both bands, as a scenario names them, and `curve`: a share decoded over range."""
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from operator import attrgetter
 from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..core.plugins import Family, is_plugin
 from ..presets.catalogue import preset
 from ..scenario.channel_settings import Curve, PingSonar, Sonar, Sound, Table
 from ..scenario.families import CHANNEL, MF_CHANNEL
+from ..scenario.files.curve_file import read_curve
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
 from ..scenario.water import sound_speed_of, water_of
-from .channel import AskedChannel, contention_of, own_channel
-from .curve import curve_channel
+from .channel import PLAIN, AskedChannel, Prospects, Receiver, Signals, contention_of, own_channel
 from .loss import COMBINERS, LossTerms, loss_law
-from .sonar.budget import link_budget
-from .sonar.decoding import Message, timing_sd_s
-from .sonar.echoing import echoing_sonar
-from .sonar.sonar_channel import sonar_channel
+from .propagation import PROSPECT
+from .sonar_channel import echoing_sonar, sonar_channel
+from .sonar_equation import Message, link_budget, timing_sd_s
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CurveChannel:
+    """Signals are decoded as often as a curve of delivery ratios over slant ranges (m) says.
+
+    Between its points it is straight, before the first as there, and beyond the last 0.  Signals
+    drown each other up to `audible_m`, whether or not they could be decoded.
+    """
+
+    ranges: Floats
+    ratios: Floats
+    audible_m: float
+    receiver: Receiver = PLAIN
+
+    def prospects(self, signals: Signals) -> Prospects:
+        """Return what becomes of each signal."""
+        told = np.empty(signals.ranges.shape, PROSPECT)
+        told["loss"] = 1.0 - np.interp(signals.ranges, self.ranges, self.ratios, right=0.0)
+        told["snr_db"] = math.nan
+        told["sound"] = signals.ranges <= self.audible_m
+        return told
+
+
+def curve_channel(settings: Curve) -> CurveChannel:
+    """Return the channel of a curve in a file.
+
+    Raises:
+        ValueError: naming file, line and remedy, when it is no such curve.
+    """
+    ranges, ratios = read_curve(settings.file)
+    farthest = max(settings.interference_m or 0.0, ranges[-1])
+    return CurveChannel(np.array(ranges), np.array(ratios), farthest)
+
 
 # The settings of a channel that knows levels
 Sounding = TypeVar("Sounding", bound=Sound)
@@ -87,7 +127,7 @@ def echoing(scenario: Scenario) -> bool:
 
 
 def _table(scenario: Scenario, settings: Table, message: Message, range_m: float) -> AskedChannel:
-    from .rays.table_channel import table_channel  # brings pyarrow
+    from .table_channel import table_channel  # brings pyarrow
 
     return table_channel(scenario, settings, message, range_m)
 

@@ -1,6 +1,6 @@
-"""How sound spreads from one vehicle to others that move: who is within range, and how late.
+"""How sound spreads from one vehicle to others that move: who is in range, how late, who is deaf.
 
-These are the compiled inner loops of the bands.
+These are the compiled inner loops of the bands.  ASVs that fail miss pings that come to them.
 """
 
 from math import inf, nan
@@ -10,8 +10,9 @@ import numpy as np
 
 from ..core.compiled import compiled
 from ..core.handed import opened
-from ..records.events import HEARD, IN_FLIGHT, OUT_OF_RANGE
+from ..records.events import HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import NONE, PING, RECEPTION, Row, Rows
+from ..vehicles.fleet import Failures
 from ..vehicles.motion import Floats, Ints, Motion, Place, where
 from .loss import LossTerms, loss_probability
 from .travel_time import light_time
@@ -226,3 +227,25 @@ def _silence(receptions: Rows, outcome: int) -> None:
         line.arrived_at_s = line.snr_db = nan
         if line.outcome == IN_FLIGHT:
             line.outcome = outcome
+
+
+def deafen(failures: Failures, pings: Rows, receptions: Rows, band: Band) -> None:
+    """Let ASVs that have failed, or fail meanwhile, not hear pings that have just been sent.
+
+    `receptions` are those of `pings`.  Who has failed before a ping comes is as good as not there:
+    nothing is in range of it.  Who fails while one is arriving has lost it.
+    """
+    sender = receptions["ping"] - pings["ping"][0]
+    arrive = pings["sent_at_s"][sender] + receptions["travel_time_s"]
+    missed, cut = failures.met(receptions["asv"], arrive, arrive + band.duration)
+    missed &= receptions["outcome"] != OUT_OF_RANGE
+    cut &= receptions["outcome"] == IN_FLIGHT
+    receptions["outcome"][missed], receptions["outcome"][cut] = OUT_OF_RANGE, LOST
+    receptions["loss"][missed | cut] = 1.0
+    np.subtract.at(pings["in_range_of"], sender[missed], 1)
+    for number in np.unique(sender[missed]):
+        ping = pings[number]
+        if ping["passed_at_s"] < np.inf:
+            others = (sender == number) & (receptions["outcome"] != OUT_OF_RANGE)
+            last = (arrive[others] + band.duration).max(initial=-np.inf)
+            ping["passed_at_s"] = last if others.any() else np.inf

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..records.quantities import WORST, quantity
+from ..records.metrics import WORST, quantity
 from ..report.packing import Packer
 from ..results.schemas import schema
 from .statistics.intervals import intervals

@@ -169,7 +169,7 @@ def params(pattern: str, as_json: bool) -> None:
     a * in it, as in acoustics.*.range_m, it must match the whole name.
     """
     from ..core.wording import did_you_mean
-    from ..records.quantities import metrics
+    from ..records.metrics import metrics
     from ..scenario.keys import items, keys, settings
 
     rows = [row for row in (*keys(), *items(), *settings()) if _matches(row, pattern)]

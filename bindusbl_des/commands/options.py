@@ -77,7 +77,7 @@ def scenario_keys(_: click.Context, __: click.Parameter, begun: str) -> list[Com
 
 def goal_metrics(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
     """Return what a shell offers for METRIC=VALUE."""
-    from ..records.quantities import metrics
+    from ..records.metrics import metrics
 
     return [CompletionItem(f"{name}=") for name in metrics() if name.startswith(begun)]
 

@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from ..core.palette import COLOURS
 from ..core.wording import significant
-from ..records.quantities import quantity
+from ..records.metrics import quantity
 from .style import LARGEST_LEGEND, legend_below, new_figure, shortened
 
 # More columns or rows than this leave no room for numbers in the cells of a heatmap.

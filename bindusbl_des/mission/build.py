@@ -29,7 +29,7 @@ from ..protocol.schedules.polling import Answers
 from ..protocol.schedules.view import known_of
 from ..protocol.slots import slots_of
 from ..protocol.tdma import serve
-from ..records.recorder import Levers, Recorder
+from ..records.rows import Levers, Recorder
 from ..scenario.failing import failures_of
 from ..scenario.families import is_random, ready_plugins
 from ..scenario.instruments.lasting_kinds import told_of
@@ -38,13 +38,11 @@ from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of
 from ..usbl.array import ARRAYS
 from ..usbl.own_instrument import instrument_named
-from ..usbl.stated import sheet_of
-from ..usbl.systematic.errors import Astray
-from ..usbl.usbl import Usbl
+from ..usbl.systematic_fixes import Astray
+from ..usbl.usbl import Usbl, sheet_of
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from ..vehicles.pose_source import PoseSource
-from ..vehicles.poses import Poses
+from ..vehicles.poses import Poses, PoseSource
 from .closed_loop import Water, afterwards_s
 from .launch import launch_anchors, launch_asvs, launch_auvs, posed
 from .onboard import equip_auvs

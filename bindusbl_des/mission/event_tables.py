@@ -8,7 +8,7 @@ import pyarrow as pa
 from ..acoustics.channel import Receiver
 from ..protocol.broadcasters import hearers
 from ..records.events import OUTCOMES
-from ..records.recorder import Recorder
+from ..records.rows import Recorder
 from ..results.tables import begun, from_numbers, from_rows
 from .outcomes.accuracy import TRACK_POINT, track_points
 from .world import World

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf
 from ..records.events import DELIVERED, HEARD
 from ..records.metrics import AuvMetrics, Utilisation
-from ..records.recorder import Recorder
-from ..records.rows import NONE, Rows, row_type
+from ..records.rows import NONE, Recorder, Rows, row_type
 from ..records.worst import worst_of
 from ..results.schemas import never_null
 from ..scenario.families import UNEQUAL_SLOTS, is_random

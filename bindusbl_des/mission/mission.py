@@ -27,7 +27,7 @@ from ..scenario.files.scenario_file import as_scenario
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet
 from ..vehicles.motion import places
-from ..vehicles.pose_source import PoseSource
+from ..vehicles.poses import PoseSource
 from .build import build_world
 from .event_tables import event_tables
 from .metrics import auv_metrics, mission_metrics, utilisation
@@ -133,7 +133,7 @@ class Mission:
 
         `scenario` may be the path of a scenario file, or the name of one that ships, read as by
         `load_scenario`.  `poses` is an outside program that moves AUVs, ASVs or both, in the place
-        of what the scenario says (:class:`.pose_source.PoseSource`).  It is asked each
+        of what the scenario says (:class:`.poses.PoseSource`).  It is asked each
         `pose_step_s` (s), as the mission goes on; positions between two samples are interpolated.
 
         Raises:

@@ -4,12 +4,10 @@ import numpy as np
 
 from ..core.plugins import is_plugin
 from ..navigation.dead_reckoning import DeadReckoning
-from ..navigation.navigators import LinearNavigator, Navigator
-from ..navigation.own_navigator import OwnNavigator
+from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.smoother import Smoother
 from ..navigation.weighing import WEIGHED, Rule
-from ..records.recorder import Recorder
-from ..records.rows import LEARNT
+from ..records.rows import LEARNT, Recorder
 from ..scenario.families import NAVIGATOR
 from ..scenario.part_settings import own_part
 from ..scenario.scenario import Scenario

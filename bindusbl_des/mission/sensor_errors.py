@@ -12,7 +12,7 @@ from ..records.rows import NONE, Rows
 from ..scenario.instruments.lasting_kinds import kinds, told_of
 from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
-from ..usbl.systematic.errors import SYSTEMATIC, Systematic
+from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of
 from .closed_loop import Array, Water, control_intervals, slow_gnss

@@ -11,8 +11,7 @@ from ..navigation.dead_reckoning import DeadReckoning
 from ..navigation.navigators import Navigator
 from ..protocol.network import Network
 from ..protocol.passive.network import PassiveNetwork
-from ..records.recorder import Recorder
-from ..records.rows import Rows
+from ..records.rows import Recorder, Rows
 from ..results.tables import numbers_of
 from ..scenario.scenario import Scenario
 from ..vehicles.fleet import Fleet

@@ -29,8 +29,8 @@ import numpy as np
 
 from ..core.compiled import compiled, inlined, written_out
 from ..records.rows import Rows
-from ..vehicles.expected_drift import Drift, Told, Way, expected_error, way_since
 from ..vehicles.motion import Floats
+from ..vehicles.reckoning import Drift, Told, Way, expected_error, way_since
 from .dead_reckoning import Reckoned, reckoned
 
 # States that every belief has: the error (m), velocity bias (m/s) and current (m/s), two each.

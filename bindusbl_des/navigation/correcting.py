@@ -1,21 +1,109 @@
-"""How fixes correct what AUVs believe, each in its place among those before and after it."""
+"""How fixes correct what AUVs believe, each in its place among those before and after it, and what
+navigators remember for that.
+"""
 
 from math import hypot, isnan, nan
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ..core.compiled import compiled
 from ..core.handed import opened
 from ..records.events import HEARD
-from ..records.rows import NONE, Row, Rows
-from ..vehicles.expected_drift import Told, expected_error, learn, way_since
+from ..records.rows import LEARNT, NONE, RECEPTION, Row, Rows
 from ..vehicles.motion import Floats, Ints, where
-from .belief import Belief, between, carry, expected, next_stop, one, step_on, turn_with, write
-from .common_errors import Expected, Said, at_place, said_of
-from .dead_reckoning import reckoned
-from .memory import REMEMBERED, Known
+from ..vehicles.reckoning import Told, expected_error, learn, way_since
+from .belief import (
+    Belief,
+    Beliefs,
+    Growth,
+    between,
+    carry,
+    copies,
+    expected,
+    next_stop,
+    one,
+    step_on,
+    turn_with,
+    write,
+)
+from .dead_reckoning import Reckoned, reckoned
 from .turning import Believed, turned
-from .weighing import WEIGHED, take
+from .weighing import WEIGHED, Expected, Rule, Said, at_place, said_of, take
+
+# Fixes that a late one may be earlier than, and still be put in its place.
+REMEMBERED = 16
+
+# One of them: its row, and the row of what was believed before it
+PAST = np.dtype([("fix", "i8"), ("before", "i8")])
+
+
+class Memory(NamedTuple):
+    """What each of n AUVs remembers: its latest belief, and its last `known` (n,) fixes, `past`
+    (n, REMEMBERED), PAST, in the order in which they are taken in, with what was believed `before`.
+    """
+
+    latest: Beliefs
+    before: Beliefs
+    past: Annotated[Rows, PAST, 2]
+    known: Ints
+
+
+def memory_of(first: Belief, start: Beliefs) -> Memory:
+    """Return what AUVs remember at the start."""
+    count = len(start.moments)
+    past = np.zeros((count, REMEMBERED), dtype=PAST)
+    past["before"] = np.arange(past.size).reshape(past.shape)
+    latest = Beliefs(start.moments.copy(), start.states.copy(), start.covariances.copy())
+    return Memory(latest, copies(first, past.size), past, np.zeros(count, dtype=np.int64))
+
+
+class Holding(NamedTuple):
+    """Beliefs in the order in which they came about: by which AUV (n,), since when (n,), s, and
+    what was believed.
+    """
+
+    holders: Ints
+    since: Floats
+    beliefs: Beliefs
+
+
+class Desk(NamedTuple):
+    """Room to work things out: two beliefs of k states, at one instant and further `ahead`; shares
+    (k, 2) of what a fix says, and what the last m states add to it, `common` (2, m).
+    """
+
+    belief: Belief
+    ahead: Belief
+    shares: Annotated[Floats, 2]
+    common: Annotated[Floats, 2]
+
+
+def desk_for(first: Belief, common: int) -> Desk:
+    """Return room for beliefs of as many states as the first, so many of them in common."""
+    belief, ahead = [
+        Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()) for _ in range(2)
+    ]
+    return Desk(belief, ahead, np.zeros((len(first.state), 2)), np.zeros((2, common)))
+
+
+class Known(NamedTuple):
+    """What the navigators of n AUVs know: how fixes change beliefs, how these become less sure,
+    dead reckoning, what is remembered, what has been believed since when, and the receptions that
+    fixes are made of.  For autopilots,
+    what to add to dead reckoning, `corrections` (n, 2), m, and which bias and current go on
+    carrying it off since when, `learnt` (n,), :data:`.rows.LEARNT`.
+    """
+
+    rule: Rule
+    growth: Growth
+    reckoning: Reckoned
+    memory: Memory
+    held: Holding
+    desk: Desk
+    receptions: Annotated[Rows, RECEPTION]
+    corrections: Annotated[Floats, 2]
+    learnt: Annotated[Rows, LEARNT]
 
 
 @compiled
@@ -23,10 +111,10 @@ def correct(
     handed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None
 ) -> None:
     """Take in the fixes `due`; note what is believed then in the rows from `count` on of what has
-    been held, and for autopilots.  `handed` is the address of a :class:`.memory.Known`.
+    been held, and for autopilots.  `handed` is the address of a :class:`.correcting.Known`.
 
     Each fix contains of the m last states, errors that fixes have in common, beside the true
-    position `common` (n or more, 2, 4 m), as of :class:`.recorder.Levers`; its noise is what is
+    position `common` (n or more, 2, 4 m), as of :class:`.rows.Levers`; its noise is what is
     `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are none.
     """
     by = opened(handed, Known)
@@ -110,7 +198,7 @@ def _believed(
     receptions: Rows, auv: int, told: Told, belief: Belief, unsure: float, handed: int
 ) -> Believed:
     """Return where an AUV believes to have been as it pinged, and as it heard what it answers;
-    `unsure` (m2) as of :func:`.common_errors.at_place`.
+    `unsure` (m2) as of :func:`.weighing.at_place`.
     """
     by, spread = opened(handed, Known), belief.covariance
     depth = where(by.reckoning.motion, auv, told.time)[2]  # as its pressure sensor has it

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
 from ..core.handed import Handed, opened
-from ..vehicles.expected_drift import Told
 from ..vehicles.motion import Motion, headed, places
-from ..vehicles.reckoning import Wrong, by_compass, error, follow
+from ..vehicles.reckoning import Told, Wrong, by_compass, error, follow
 from ..vehicles.ways import Way, Ways
 
 Array = NDArray[np.float64]

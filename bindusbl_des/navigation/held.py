@@ -7,11 +7,11 @@ import numpy as np
 from ..core.compiled import compiled
 from ..core.growing import lengthened
 from ..core.handed import Handed, opened
-from ..vehicles.expected_drift import Drift, Told, expected_error, way_since
 from ..vehicles.motion import Floats, Ints
+from ..vehicles.reckoning import Drift, Told, expected_error, way_since
 from .belief import Beliefs, Growth, carry, error_spread, expected, on_circle, one, step_on, write
+from .correcting import Desk, Holding, Known
 from .dead_reckoning import Odometry
-from .memory import Desk, Holding, Known
 
 
 class Held:
@@ -56,8 +56,8 @@ def believed(
     """Write the positions (n, 2), m, that an AUV believed in at instants (n,), s, that rise.
 
     Or how `sure` it was of them: covariances xx, yy, xy (n, 3), m2.  `handed` is the address of a
-    :class:`.memory.Known`, in which its `own` beliefs (k,), by their rows, are held, the first from
-    before all `times`; times, position and headings as in :class:`.dead_reckoning.Odometry`.
+    :class:`.correcting.Known`, in which its `own` beliefs (k,), by their rows, are held, the first
+    from before all `times`; times, position and headings as in :class:`.dead_reckoning.Odometry`.
     """
     known = opened(handed, Known)
     growth, beliefs, since = known.growth, known.held.beliefs, known.held.since

@@ -3,23 +3,24 @@
 A navigator serves the whole fleet, and never sees the true position: it is given fixes as they are
 delivered, and what the AUVs' own sensors tell.  Those that ship differ in one thing, the gain by
 which a fix changes what is believed of dead reckoning (:mod:`.belief`): a fixed share of the
-position (eq. update), the share that the covariances say (Kalman), or none.
+position (eq. update), the share that the covariances say (Kalman), or none.  What one of somebody's
+own answers is checked.
 """
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.handed import Handed
-from ..records.recorder import EventBuffer, Levers
-from ..records.rows import RECEPTION, Rows
+from ..core.plugins import PluginError, asked
+from ..records.rows import RECEPTION, EventBuffer, Levers, Rows
+from ..scenario.families import NAVIGATOR
 from ..vehicles.motion import Ints
 from .belief import Belief, Growth, begun_at, copies
-from .correcting import correct
+from .correcting import Known, correct, desk_for, memory_of
 from .dead_reckoning import DeadReckoning, Odometry
 from .held import Held, believed
-from .memory import Known, desk_for, memory_of
 from .weighing import Rule
 
 Array = NDArray[np.float64]
@@ -62,8 +63,8 @@ class LinearNavigator:
         """Take dead reckoning, how to correct it, and what is believed at first.
 
         `first` as of :func:`.belief.first_belief`; for autopilots, `corrections` and `learnt` are
-        written as of :class:`.memory.Known`.  Fixes contain of the last states what `common` says,
-        and are made of some of the `receptions`.
+        written as of :class:`.correcting.Known`.  Fixes contain of the last states what `common`
+        says, and are made of some of the `receptions`.
         """
         #: What each fix contains of the last states.
         self.common = common
@@ -109,3 +110,113 @@ class LinearNavigator:
         own = self._held.of(auv)
         believed(self._known.address, auv, own, sure, times, position, headings, found)
         return found
+
+
+# By this share of its variances a covariance may be above what they allow.
+ROUNDING = 1e-6
+
+
+class Reckoning:
+    """The dead reckoning of a fleet, as AUVs themselves know it."""
+
+    def __init__(self, reckoning: DeadReckoning) -> None:
+        self._whole = reckoning
+
+    def at(self, auv: int, time: float) -> tuple[float, float]:
+        """Return where an AUV that has had no fix believes to be (m) at an instant (s)."""
+        return self._whole.at(auv, time)
+
+    def odometry(self, auv: int, times: Array) -> Odometry:
+        """Return what an AUV's own sensors have told it by instants (n,), s."""
+        return self._whole.sample(auv, np.asarray(times, dtype=np.float64))[1]
+
+
+class OwnNavigator:
+    """A navigator of somebody's own, named ``module:object`` in the scenario.
+
+    The object is called with the fleet's dead reckoning and the number of AUVs, and returns a
+    :class:`.navigators.Navigator`.
+    """
+
+    def __init__(self, name: str, make: Any, reckoning: DeadReckoning, corrections: Array) -> None:
+        """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds.
+
+        Raises:
+            PluginError: when it cannot be made, or lacks a verb.
+        """
+        self._name, self._reckoning, self._corrections = name, reckoning, corrections
+        self._navigator: Navigator = self._asked(make, Reckoning(reckoning), len(corrections))
+        missing = [
+            verb
+            for verb in ("correct", "estimate", "covariance")
+            if not callable(self._asked(getattr, self._navigator, verb, None))
+        ]
+        if missing:
+            raise PluginError(NAVIGATOR.key, f"{name!r} lacks {', '.join(missing)}")
+
+    def correct(self, fixes: Rows, due: Ints) -> None:
+        """Hand the fixes whose rows are due on; note how far each moved its AUV's estimate (m).
+
+        The innovation is noted before: against the estimate of the instant at which the fix holds.
+        """
+        for row in due:
+            fix, auv = fixes[row], int(fixes[row]["auv"])
+            odometry = self._reckoning.sample(auv, np.array([fix["delivered_at_s"]]))[1]
+            then = self._reckoning.sample(auv, np.array([fix["valid_at_s"]]))[1]
+            x, y = self.estimate(auv, then)[0]
+            fix["innovation_m"] = np.hypot(fix["x_m"] - x, fix["y_m"] - y)
+            was = self.estimate(auv, odometry)
+            told = fixes[row : row + 1].copy()
+            told["error_m"] = np.nan  # nobody on board knows it
+            self._asked(self._navigator.correct, told.view(np.recarray), np.array([0]))
+            moved = self.estimate(auv, odometry)
+            fix["correction_m"] = np.hypot(*(moved - was)[0])
+            self._corrections[auv] = (moved - odometry.position)[0]
+
+    def estimate(self, auv: int, odometry: Odometry) -> Array:
+        """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
+        return self._checked("estimate", auv, odometry, 2)
+
+    def covariance(self, auv: int, odometry: Odometry) -> Array:
+        """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
+        found = self._checked("covariance", auv, odometry, 3)
+        if (found[:, :2] < 0.0).any():
+            raise PluginError(
+                NAVIGATOR.key, f"{self._name!r} answered covariance with a variance below 0"
+            )
+        xx, yy, xy = found.T
+        if (np.abs(xy) > np.sqrt(xx) * np.sqrt(yy) + ROUNDING * (xx + yy)).any():
+            raise PluginError(
+                NAVIGATOR.key,
+                f"{self._name!r} answered covariance with a covariance xy above the product of "
+                "its standard deviations; the columns are xx, yy, xy",
+            )
+        return found
+
+    def _checked(self, verb: str, auv: int, odometry: Odometry, width: int) -> Array:
+        told = Odometry(*(column.copy() for column in odometry))  # they may be written over
+        answer = self._asked(lambda: getattr(self._navigator, verb)(auv, told))
+        found: Array | None = self._asked(_numbers, answer)
+        wanted = (len(odometry.times), width)
+        if found is None or found.shape != wanted or not np.isfinite(found).all():
+            shape = "of no numbers" if found is None else f"of shape {found.shape}"
+            if found is not None and found.shape == wanted:
+                shape += " with nan or inf in it"
+            raise PluginError(
+                NAVIGATOR.key,
+                f"{self._name!r} answered {verb} with an array {shape}; it must be {wanted} of "
+                "finite numbers",
+            )
+        return found
+
+    def _asked(self, verb: Any, *arguments: Any) -> Any:
+        return asked(NAVIGATOR.key, self._name, verb, *arguments)
+
+
+def _numbers(answer: Any) -> Array | None:
+    """Return an answer as an array; None for what is no array of real numbers."""
+    try:
+        found = np.asarray(answer)
+        return np.array(found, dtype=np.float64, order="C") if found.dtype.kind in "fiu" else None
+    except (TypeError, ValueError):
+        return None

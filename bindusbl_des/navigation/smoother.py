@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from ..records.rows import FIX, Rows
 from ..vehicles.motion import Ints
 from .belief import NONE, Belief, Growth, begun_at, on_circle
-from .common_errors import said_of_all
 from .dead_reckoning import DeadReckoning, Odometry
 from .navigators import LinearNavigator
 from .smoothing import Sights, filtered, smooth
+from .weighing import said_of_all
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ class Believed(NamedTuple):
 
 
 class Known(NamedTuple):
-    """Fixes (n,), and what they have of m common errors (n, 2, 4 m), as :class:`.recorder.Levers`
+    """Fixes (n,), and what they have of m common errors (n, 2, 4 m), as :class:`.rows.Levers`
     has it.
     """
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.compiled import compiled, inlined
-from ..vehicles.expected_drift import Told, way_since
 from ..vehicles.motion import Floats, Ints
+from ..vehicles.reckoning import Told, way_since
 from .belief import STATES, Belief, Growth, carry, expected, turn_with
 from .dead_reckoning import Odometry
 

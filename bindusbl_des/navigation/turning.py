@@ -26,8 +26,7 @@ from ..core.compiled import compiled, inlined
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
-from .common_errors import Said
-from .weighing import SURE
+from .weighing import SURE, Said
 
 # Variance (m2) below that of any instrument, so that what is known exactly divides nothing by 0.
 EXACT = 1e-8

@@ -1,13 +1,146 @@
-"""How a fix changes a belief: what it says of the error, and how much of that is taken in."""
+"""How a fix changes a belief: what it says of the error, and how much of that is taken in.
+
+    z = p + J(p) c + B c^2 / 2 + noise
+
+is a fix of a place p, with errors c that it has in common with others; B c^2 is a turned offset on
+its circle.  It is expanded about what is believed of both, with the means of its second order.
+Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and
+Navigation, 2001, sec. 10.3 (second-order extended Kalman filter).
+"""
 
 from math import hypot, nan
 from typing import NamedTuple
 
+import numpy as np
+
 from ..core.compiled import compiled
-from ..vehicles.expected_drift import Told
-from ..vehicles.motion import Floats
+from ..vehicles.motion import Floats, Ints
+from ..vehicles.reckoning import Told
 from .belief import Belief
-from .common_errors import Noise, Said
+
+Noise = tuple[float, float, float]
+
+
+class Said(NamedTuple):
+    """What a fix says: the true position (m), but for `noise` (covariance xx, yy, xy, m2), and for
+    errors in common.
+    """
+
+    x: float
+    y: float
+    noise: Noise
+
+
+class Expected(NamedTuple):
+    """What is believed: a place (m), n errors (n,) and their variances (n,), and the covariance of
+    the place and the errors (2, n).
+    """
+
+    x: float
+    y: float
+    errors: Floats
+    variances: Floats
+    together: Floats
+
+
+@compiled
+def at_place(
+    at: tuple[float, float], levers: Floats, x: float, y: float, spread: Floats, common: Floats
+) -> float:
+    """Write to `common` (2, n), m per unit, J at a place (m), of `levers` as of :func:`said_of`;
+    return the variance (m2) of what the last n states, of the covariance `spread`, add to a fix.
+    """
+    n, unsure = common.shape[1], 0.0
+    begin = len(spread) - n
+    for k in range(n):
+        for i in range(2):
+            common[i, k] = levers[i, k]
+            common[i, k] += (x - at[0]) * levers[i, n + k] + (y - at[1]) * levers[i, 2 * n + k]
+            unsure += common[i, k] ** 2 * spread[begin + k, begin + k]
+    return unsure
+
+
+@compiled
+def said_of(
+    fix: Said, at: tuple[float, float], levers: Floats, own: Expected, common: Floats
+) -> Said:
+    """Return what a fix says to who expects something; write by what the last n states add to it,
+    `common` (2, n), m per unit.
+
+    `levers` (2, 4 n) are J `at` a place (m), its derivatives along x and along y, and B.
+    """
+    n = own.errors.size
+    place, seen, (xx, yy, xy) = np.array((own.x, own.y)), np.array((fix.x, fix.y)), fix.noise
+    first, second, slope = place.copy(), np.zeros(2), np.eye(2)
+    left = np.array(((xx, xy), (xy, yy)))
+    for k in range(n):
+        error, variance = own.errors[k], own.variances[k]
+        for i in range(2):
+            bend, moved = levers[i, 3 * n + k], 0.0
+            for j in range(2):
+                change = levers[i, (1 + j) * n + k]
+                moved += change * (place[j] - at[j])
+                slope[i, j] += change * error
+                second[i] += change * own.together[j, k]
+            first[i] += (levers[i, k] + moved) * error + bend * error**2 / 2
+            second[i] += bend * variance / 2
+            for j in range(2):
+                left[i, j] += bend * levers[j, 3 * n + k] * variance**2 / 2
+    determinant = slope[0, 0] * slope[1, 1] - slope[0, 1] * slope[1, 0]
+    back = np.array(((slope[1, 1], -slope[0, 1]), (-slope[1, 0], slope[0, 0]))) / determinant
+    told = place.copy()
+    common[:] = 0.0
+    for i in range(2):
+        for j in range(2):
+            told[i] += back[i, j] * (seen[j] - first[j] - second[j])
+            for k in range(n):  # J where the fix is expected
+                lever = levers[j, k]
+                for m in range(2):
+                    lever += levers[j, (1 + m) * n + k] * (first[m] - at[m])
+                common[i, k] += back[i, j] * lever
+    for k in range(n):
+        for i in range(2):
+            told[i] += common[i, k] * own.errors[k]
+    return Said(told[0], told[1], _turned(left, back))
+
+
+@compiled
+def _turned(spread: Floats, by: Floats) -> Noise:
+    """Return A P A^T as xx, yy, xy, for a covariance P (2, 2) and A (2, 2)."""
+    out = np.zeros((2, 2))
+    for i in range(2):
+        for j in range(2):
+            for k in range(2):
+                for m in range(2):
+                    out[i, j] += by[i, k] * spread[k, m] * by[j, m]
+    return out[0, 0], out[1, 1], (out[0, 1] + out[1, 0]) / 2
+
+
+@compiled
+def said_of_all(
+    polar: Ints, places: Floats, at: Floats, noise: Floats, levers: Floats, believed: Floats,
+    errors: Floats, variances: Floats,
+) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    """Return the positions (n, 2), m, noise xx, yy, xy (n, 3), m2, and dependence (n, 2, m) of
+    fixes on m errors that are believed, of an AUV that took itself to be at `believed` (n, 2), m.
+    J is that `at` places (n, 2), m; of what is `polar` (n,) it is linear.
+    """
+    count = len(places)
+    told, left = np.empty((count, 2)), np.empty((count, 3))
+    common, together = np.empty((count, 2, errors.size)), np.zeros((2, errors.size))
+    nothing = np.zeros((errors.size, errors.size))
+    for k in range(count):
+        own = Expected(believed[k, 0], believed[k, 1], errors, variances, together)
+        fix = Said(places[k, 0], places[k, 1], (noise[k, 0], noise[k, 1], noise[k, 2]))
+        if polar[k]:
+            at_place((at[k, 0], at[k, 1]), levers[k], own.x, own.y, nothing, common[k])
+            said = fix
+        else:
+            said = said_of(fix, (at[k, 0], at[k, 1]), levers[k], own, common[k])
+        told[k, 0], told[k, 1] = said.x, said.y
+        left[k, 0], left[k, 1], left[k, 2] = said.noise
+    return told, left, common
+
 
 # A gain that is worked out anew for each fix from the covariances.
 WEIGHED = -1.0

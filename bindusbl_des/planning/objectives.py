@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.placement.information import information, trace_of_inverse
+from ..geometry.placement import information, trace_of_inverse
 from .prediction.inputs import Inputs
 from .prediction.predicting import predict
 from .prediction.sights import Sights, located, looked_up, seen

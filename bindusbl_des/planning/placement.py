@@ -9,11 +9,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry import regular
+from ..geometry.covering import k_centre, max_cover
 from ..geometry.formation import formation
-from ..geometry.placement import regular
-from ..geometry.placement.descent import descended
-from ..geometry.placement.k_centre import k_centre
-from ..geometry.placement.max_cover import max_cover
+from ..geometry.placement import descended
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of
 from .objectives import Objective, Value, objective_of, reach_of

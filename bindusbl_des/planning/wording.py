@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ..core.wording import counted, plain, significant
-from ..records.quantities import unit_of
+from ..records.metrics import unit_of
 from .selection.goals import Goal
 from .teams.candidates import COUNT, FORMATION, Candidate
 

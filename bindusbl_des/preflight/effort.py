@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ..core.wording import spoken
 from ..navigation.belief import STATES
-from ..navigation.memory import REMEMBERED
+from ..navigation.correcting import REMEMBERED
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.scenario import Scenario
 from ..usbl.instrument import NOISE_WIDTH

@@ -8,7 +8,7 @@ from itertools import combinations
 from typing import Any
 
 from ..core.wording import plain
-from ..presets.airtimes import airtime_table
+from ..presets.modems import airtime_table
 from ..scenario.agreement.problem import Problem
 from ..scenario.declared import channel_named, downlink_of, schedule_of
 from ..scenario.families import is_random

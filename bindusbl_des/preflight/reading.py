@@ -55,7 +55,7 @@ def _tables(document: Document, scenario: Scenario) -> Iterator[Mistake]:
         file = channel.settings.get("rays") if channel == "table" else None
         if file is None:
             continue
-        from ..acoustics.rays.reading import read_table  # brings pyarrow
+        from ..acoustics.ray_tables import read_table  # brings pyarrow
 
         key = f"acoustics.{band}.channel.rays"
         try:

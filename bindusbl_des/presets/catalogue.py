@@ -3,10 +3,8 @@
 from collections.abc import Iterator
 
 from ..core.wording import did_you_mean
-from .inertials import INERTIALS
 from .modems import MODEMS
-from .preset import Preset
-from .usbls import USBLS
+from .preset import INERTIALS, USBLS, Preset
 
 CATALOGUE = {"modem": MODEMS, "usbl": USBLS, "inertial": INERTIALS}
 

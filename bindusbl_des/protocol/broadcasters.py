@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.plugins import PluginError, asked, is_whole, shown
 from ..records.events import HEARD
-from ..records.recorder import Recorder
+from ..records.rows import Recorder
 from ..scenario.families import BROADCASTER
 from ..scenario.part_settings import own_part, shipped_part
 from ..vehicles.fleet import Fleet

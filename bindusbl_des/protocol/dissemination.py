@@ -15,9 +15,8 @@ import simpy
 from numpy.typing import NDArray
 
 from ..core.streams import Purpose, Streams
-from ..records.events import Round
-from ..records.frames import Assignment
-from ..records.recorder import EventBuffer, Recorder
+from ..records.events import Assignment, Round
+from ..records.rows import EventBuffer, Recorder
 from .mf.downlink import MfDownlink
 from .ranging import OneWay, OwnRanging, TwoWay
 from .schedules.named import Schedule

@@ -18,8 +18,7 @@ import simpy
 
 from ..core.wording import did_you_mean
 from ..records.events import HEARD, IN_FLIGHT, OUTCOMES, Broadcast, Fix, Ping, Reception
-from ..records.recorder import Recorder
-from ..records.rows import NONE, Row
+from ..records.rows import NONE, Recorder, Row
 from ..vehicles.motion import Ints
 from .hf.outcomes import Outcomes
 from .hf.uplink import Uplink

@@ -8,7 +8,7 @@ import simpy
 from numpy.random import Generator as RandomStream
 
 from ..records.events import Round
-from ..records.recorder import Recorder
+from ..records.rows import Recorder
 from ..vehicles.fleet import Fleet
 from .broadcasters import Broadcaster
 from .conflicts import Hearing

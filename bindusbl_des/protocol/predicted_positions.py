@@ -13,8 +13,7 @@ import numpy as np
 
 from ..acoustics.propagation import Band
 from ..geometry.paths import Path
-from ..records.recorder import EventBuffer
-from ..records.rows import Rows
+from ..records.rows import EventBuffer, Rows
 from ..scenario.planned import route_of, tracks_of
 from ..scenario.plans import planned_tours
 from ..scenario.scenario import Scenario

@@ -7,7 +7,7 @@ import simpy
 
 from ..acoustics.modem import Message
 from ..records.events import IN_FLIGHT
-from ..records.recorder import Recorder
+from ..records.rows import Recorder
 from ..scenario.scenario import Scenario
 from .hf.outcomes import Outcomes
 from .mf.downlink import MfDownlink

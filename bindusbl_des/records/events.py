@@ -5,9 +5,21 @@ and meaning.  An instant is in seconds of mission time, a position in the survey
 east, z down from the surface (metres).  What has not happened is ``None``.
 """
 
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, field
+from typing import Any
 
-from .columns import column
+# Which of a fleet's values of a metric is the worst one
+LARGEST, SMALLEST = "largest", "smallest"
+
+
+def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> Any:
+    """Describe one column: its unit ("" for names and labels) and its meaning.
+
+    `worst` says of a metric which of a fleet's values is the worst one, LARGEST or SMALLEST; empty
+    for what is neither good nor bad.
+    """
+    return field(default=default, metadata={"unit": unit, "meaning": meaning, "worst": worst})
+
 
 # What becomes of a ping at an ASV, and of a fix; a buffer holds the number of the word.
 OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight", "delivered")
@@ -144,4 +156,66 @@ class Fix:
         "delivered, out_of_range, lost (not decoded: acoustics.mf.channel; or its ASV failed as it "
         "broadcast it), collided (its frame, at the AUV) or in_flight",
         "in_flight",
+    )
+
+
+@dataclass(slots=True)
+class Assignment:
+    """One slot of one AUV, of which a frame was to tell it; recorded as the slot begins.
+
+    None where all know the schedule at once (protocol.knowledge shared).
+    """
+
+    round: int = column("1", "round of the slot")
+    slot: int = column("1", "uplink slot (ping group) within the round")
+    auv: int = column("", "AUV whose slot it is")
+    starts_at_s: float = column("s", "start of the slot")
+    told_at_s: float | None = column(
+        "s", "start of the frame that names it; null where it was agreed at launch, or not told"
+    )
+    told_by: int | None = column("", "ASV that broadcast that frame")
+    outcome: str = column("", "known, or missed: the AUV had not decoded that frame by then")
+
+
+@dataclass(slots=True)
+class FrameReception:
+    """One frame of the MF downlink at one AUV, whether that decoded it or not."""
+
+    broadcast: int = column("1", "row of broadcasts, from 0")
+    auv: int = column("", "AUV at which it arrives")
+    arrived_at_s: float | None = column(
+        "s", "instant at which the frame's front is there; null if it was not by the end", None
+    )
+    outcome: str = column(
+        "", "heard, out_of_range, lost (or its ASV failed), collided or in_flight", "in_flight"
+    )
+
+
+@dataclass(slots=True)
+class TrackPoint:
+    """One vehicle at one instant: where it is and, for an AUV, where it believes to be."""
+
+    time_s: float = column("s", "instant")
+    vehicle: str = column("", "vehicle")
+    x_m: float = column("m", "true position, north")
+    y_m: float = column("m", "true position, east")
+    z_m: float = column("m", "true depth")
+    yaw_rad: float = column("rad", "true heading from +x towards +y, in (-pi, pi]")
+    estimate_x_m: float | None = column("m", "fused estimate, north", None)
+    estimate_y_m: float | None = column("m", "fused estimate, east", None)
+    estimate_z_m: float | None = column("m", "depth by the pressure sensor", None)
+    imu_x_m: float | None = column("m", "dead reckoning without any fix, north", None)
+    imu_y_m: float | None = column("m", "dead reckoning without any fix, east", None)
+    position_error_m: float | None = column("m", "horizontal |estimate - truth|", None)
+    cross_track_error_m: float | None = column(
+        "m", "estimate - truth, perpendicular to the heading, positive to starboard", None
+    )
+    path_error_m: float | None = column(
+        "m", "distance of the truth from the planned path, or from the station", None
+    )
+    estimate_sd_x_m: float | None = column("m", "standard deviation of estimate_x_m", None)
+    estimate_sd_y_m: float | None = column("m", "standard deviation of estimate_y_m", None)
+    estimate_cov_xy_m2: float | None = column("m2", "covariance of the two", None)
+    swept_m2: float | None = column(
+        "m2", "area of the survey that this AUV was the first to sweep until then", None
     )

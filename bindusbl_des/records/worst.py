@@ -10,7 +10,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from .columns import LARGEST
+from .events import LARGEST
 from .metrics import AuvMetrics
 from .rows import Rows
 

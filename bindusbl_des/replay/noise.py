@@ -9,8 +9,7 @@ from ..navigation.belief import STATES, Belief, Growth, first_belief
 from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.scenario import Scenario
 from ..scenario.water import assumed_sound_speed_of
-from ..usbl.stated import sheet_of, stated_range_sd
-from ..usbl.usbl import range_sd
+from ..usbl.usbl import range_sd, sheet_of, stated_range_sd
 from .sighting import Mixture
 
 # How far off a start that was found may be, per axis (m), and its heading (rad): it was found from

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..navigation.dead_reckoning import Odometry
-from ..navigation.navigators import Navigator
-from ..navigation.own_navigator import OwnNavigator
+from ..navigation.navigators import Navigator, OwnNavigator
 from ..records.rows import FIX, NONE
 from ..scenario.scenario import Scenario
 from .fitting import fit

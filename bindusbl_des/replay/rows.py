@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..records.columns import column
+from ..records.events import column
 
 
 @dataclass

@@ -20,8 +20,8 @@ from ..navigation.dead_reckoning import Odometry
 from ..navigation.smoothing import Sights, absorb, told_at
 from ..navigation.weighing import MOST_REFUSED
 from ..records.rows import Row, Rows
-from ..vehicles.expected_drift import Told
 from ..vehicles.motion import Floats
+from ..vehicles.reckoning import Told
 
 # A sight: at which instant, its number; the beacon, m, and the measured range (m), or where a fix
 # lies and NaN; how far beacon and vehicle are apart in depth (m); along two axes at right angles

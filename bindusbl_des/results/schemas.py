@@ -7,10 +7,17 @@ from typing import Any, get_args, get_type_hints
 
 import pyarrow as pa
 
-from ..records.events import Broadcast, Fix, Ping, Reception, Round
-from ..records.frames import Assignment, FrameReception
+from ..records.events import (
+    Assignment,
+    Broadcast,
+    Fix,
+    FrameReception,
+    Ping,
+    Reception,
+    Round,
+    TrackPoint,
+)
 from ..records.metrics import AuvMetrics, Utilisation
-from ..records.tracks import TrackPoint
 from ..records.worst import WORST_IS_LARGEST
 
 ROWS: dict[str, type] = {

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from .scenario_keys import ScenarioKeys
 
 if TYPE_CHECKING:
-    from ..vehicles.failures import Failures
+    from ..vehicles.fleet import Failures
 
 
 def failures_of(scenario: ScenarioKeys) -> "Failures | None":
@@ -15,7 +15,7 @@ def failures_of(scenario: ScenarioKeys) -> "Failures | None":
         return None
     import numpy as np  # which validating a scenario does not wait for
 
-    from ..vehicles.failures import Failures
+    from ..vehicles.fleet import Failures
 
     return Failures(
         scenario.asvs.count,

@@ -6,9 +6,8 @@ from .on_earth import origin_of
 from .scenario_keys import ScenarioKeys
 
 if TYPE_CHECKING:
-    from ..sea.column import Column
-    from ..sea.profile import Profile
     from ..sea.water import Water
+    from ..sea.water_column import Column, Profile
 
 
 def is_measured(scenario: ScenarioKeys) -> bool:
@@ -21,7 +20,7 @@ def sound_speed_of(scenario: ScenarioKeys) -> float:
     """Return how fast sound travels (m/s) in the water of a scenario.
 
     It is the number given, or the harmonic mean between the surface and the depth of the survey
-    (:func:`..sea.profile.mean_speed`) of what temperature and salinity or the cast make of it.
+    (:func:`..sea.water_column.mean_speed`) of what temperature and salinity or the cast make of it.
 
     Raises:
         ValueError: naming what is wrong with the cast.
@@ -29,7 +28,9 @@ def sound_speed_of(scenario: ScenarioKeys) -> float:
     """
     if not is_measured(scenario):
         return scenario.environment.sound_speed_m_per_s
-    from ..sea.profile import mean_speed  # brings numpy, which speeds that are given do not need
+    from ..sea.water_column import (
+        mean_speed,  # brings numpy, which speeds that are given do not need
+    )
 
     return mean_speed(profile_of(scenario), scenario.survey.deepest)
 
@@ -42,7 +43,7 @@ def assumed_sound_speed_of(scenario: ScenarioKeys) -> float:
 
 def profile_of(scenario: ScenarioKeys) -> "Profile":
     """Return the speed of sound over depth (raises as :func:`sound_speed_of`)."""
-    from ..sea.profile import uniform_profile
+    from ..sea.water_column import uniform_profile
 
     if is_measured(scenario):
         return _column(scenario).profile()
@@ -57,7 +58,7 @@ def water_of(scenario: ScenarioKeys) -> "Water":
 
 
 def _column(scenario: ScenarioKeys) -> "Column":
-    from ..sea.column import Column
+    from ..sea.water_column import Column
 
     given = scenario.environment
     return Column(

@@ -1,28 +1,100 @@
 """Where a ping comes from: the direction that a small array of hydrophones makes out.
 
-Frames: the survey frame has x north, y east and z down; the array frame has x
-forward, y to starboard and z down, so a target below the array has a positive z.  Angles are in
-radians: azimuth from x towards y, elevation positive downwards.
+Frames: the survey frame has x north, y east and z down; the array frame has x forward, y to
+starboard and z down, so a target below the array has a positive z.  Angles are in radians: azimuth
+from x towards y, elevation positive downwards.  Vectors are three numbers, which compiled code
+keeps at hand (arrays would be made anew each time); sums run from x to z.
 """
 
 import math
+from math import sqrt
 
 import numpy as np
 
-from ..core.compiled import compiled
+from ..core.compiled import compiled, inlined
 from ..vehicles.motion import Floats
-from .vectors import (
-    NOTHING,
-    Vector,
-    cross,
-    divided,
-    length,
-    minus,
-    plus,
-    row_of,
-    scaled,
-    weighted,
-)
+
+# x, y, z
+Vector = tuple[float, float, float]
+
+NOTHING: Vector = (0.0, 0.0, 0.0)
+
+
+@inlined
+def plus(a: Vector, b: Vector) -> Vector:
+    """Return a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@inlined
+def minus(a: Vector, b: Vector) -> Vector:
+    """Return a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@inlined
+def scaled(a: Vector, factor: float) -> Vector:
+    """Return a times a factor."""
+    return a[0] * factor, a[1] * factor, a[2] * factor
+
+
+@inlined
+def divided(a: Vector, divisor: float) -> Vector:
+    """Return a over a divisor."""
+    return a[0] / divisor, a[1] / divisor, a[2] / divisor
+
+
+@inlined
+def negative(a: Vector) -> Vector:
+    """Return -a."""
+    return -a[0], -a[1], -a[2]
+
+
+@inlined
+def dot(a: Vector, b: Vector) -> float:
+    """Return a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def length(a: Vector) -> float:
+    """Return |a|."""
+    return sqrt(dot(a, a))
+
+
+@inlined
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@inlined
+def weighted(metric: Floats, a: Vector, b: Vector) -> float:
+    """Return a^T M b of a metric M (3, 3) that is diagonal."""
+    along = metric[0, 0] * a[0] * b[0] + metric[1, 1] * a[1] * b[1]
+    return float(along + metric[2, 2] * a[2] * b[2])
+
+
+@inlined
+def row_of(matrix: Floats, row: int) -> Vector:
+    """Return a row of a matrix (n, 3)."""
+    return matrix[row, 0], matrix[row, 1], matrix[row, 2]
+
+
+@inlined
+def turned(rotation: Floats, a: Vector) -> Vector:
+    """Return R a of a rotation R (3, 3)."""
+    return dot(row_of(rotation, 0), a), dot(row_of(rotation, 1), a), dot(row_of(rotation, 2), a)
+
+
+@inlined
+def turned_back(rotation: Floats, a: Vector) -> Vector:
+    """Return R^T a of a rotation R (3, 3)."""
+    x = rotation[0, 0] * a[0] + rotation[1, 0] * a[1] + rotation[2, 0] * a[2]
+    y = rotation[0, 1] * a[0] + rotation[1, 1] * a[1] + rotation[2, 1] * a[2]
+    z = rotation[0, 2] * a[0] + rotation[1, 2] * a[1] + rotation[2, 2] * a[2]
+    return x, y, z
+
 
 # Hydrophone positions in the array frame (m).
 ARRAYS: dict[str, Floats] = {

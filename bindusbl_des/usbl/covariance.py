@@ -7,8 +7,7 @@ import numpy as np
 
 from ..core.compiled import compiled
 from ..vehicles.motion import Floats
-from .array import tangents
-from .vectors import Vector, cross, divided, length, scaled, turned_back, weighted
+from .array import Vector, cross, divided, length, scaled, tangents, turned_back, weighted
 
 # A source nearer than this (m) is within the array; it only keeps divisions finite.
 SHORTEST_RANGE = 1e-3

@@ -15,27 +15,28 @@ import numpy as np
 from ..core.compiled import compiled
 from ..records.rows import NONE, Row
 from ..vehicles.motion import Floats
-from .array import rotation
+from .array import Vector, minus, negative, rotation, turned
 from .fusion import product
-from .instrument import Instrument, clocked, offset_of, placed, sighted
-from .sheet import path_sd
+from .instrument import Instrument, clocked, offset_of, path_sd, placed, sighted
 from .sights import note_sight
-from .systematic.effects import (
+from .systematic_effects import (
     CLOCK,
     EFFECTS,
     GNSS,
     MISALIGNMENT,
     SOUND_SPEED,
     across,
+    add,
+    add_own,
     bent,
     changes,
     kept,
     lengthen,
+    level_part,
+    noise_of,
 )
-from .systematic.errors import Systematic, astray, jump
-from .systematic.levers import add, add_own, level_part, noise_of
+from .systematic_fixes import Systematic, astray, jump
 from .two_way import Sighting
-from .vectors import Vector, minus, negative, turned
 
 
 class Hearing(NamedTuple):
@@ -74,8 +75,8 @@ def located_astray(
     own: Hearing, instrument: Instrument, lasting: Systematic
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes (3, 4 k),
-    and what is left, as of :func:`.fused.measured_astray`: the array is turned in the AUV by
-    its misalignment, its clock is late, the ASV is slowly astray.
+    and what is left, as of :func:`.systematic_fixes.measured_astray`: the array is turned in the
+    AUV by its misalignment, its clock is late, the ASV is slowly astray.
     """
     ping, it, levels = own.ping, own.reception, instrument.levels
     beneath, above = negative(own.place), negative(_source(own))

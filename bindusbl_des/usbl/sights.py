@@ -10,10 +10,8 @@ from math import isnan, nan
 from ..core.compiled import compiled
 from ..records.rows import Row, Rows
 from ..vehicles.motion import Floats
-from .array import tangents
-from .instrument import Instrument
-from .sheet import angle_sds, path_sd, spread_sd
-from .vectors import Vector, dot, minus, scaled, turned
+from .array import Vector, dot, minus, scaled, tangents, turned
+from .instrument import Instrument, angle_sds, path_sd, spread_sd
 
 # A direction so unsure (rad2, both axes together) is none: the second order does not describe it.
 UNSURE = 0.5

@@ -1,16 +1,73 @@
-"""The USBL instrument of a vessel: its array, and the noise of everything that it measures."""
+"""The USBL of a vessel: its array, the noise of all that it measures, by a data sheet too, and what
+the ASVs that heard a ping make of it together.
+"""
 
 import math
 from dataclasses import dataclass, field
+from math import hypot, isnan, nan, radians, sqrt
+from typing import cast
 
 import numpy as np
 
-from ..records.rows import Rows
-from ..vehicles.motion import Floats
-from .array import scatter
-from .instrument import LEVELS, HandedInstrument, Instrument, locate
-from .sheet import NO_SHEET, Sheet
-from .vectors import Vector
+from ..core.compiled import compiled
+from ..core.spreads import per_axis_sd
+from ..records.events import HEARD
+from ..records.rows import Row, Rows
+from ..scenario.families import INSTRUMENT
+from ..scenario.instruments.datasheet import Datasheet
+from ..scenario.part_settings import settings_of
+from ..scenario.scenario import Scenario
+from ..vehicles.motion import Floats, Motion, where
+from .array import Vector, scatter
+from .fusion import fuse_pair
+from .instrument import (
+    LEVELS,
+    NO_SHEET,
+    HandedInstrument,
+    Instrument,
+    Sheet,
+    clocked,
+    locate,
+    path_sd,
+    placed,
+    sighted,
+)
+from .sights import note_sight
+from .two_way import Heard, seeming, travelled, two_way
+
+
+def sheet_of(scenario: Scenario) -> Sheet | None:
+    """Return what the data sheet of a scenario's instrument states; None if it has none.
+
+    A stated range is that of who finds it by himself: of the path of a call and its answer he takes
+    half, so that the path errs twice as much.
+    """
+    if scenario.usbl.model != "datasheet":
+        return None
+    stated = cast(Datasheet, settings_of(INSTRUMENT, scenario.usbl.model))
+    if stated.bearing_sd_deg is None:
+        return Sheet(
+            spread_sd=per_axis_sd(stated.accuracy_m, stated.statistic),
+            spread_share=per_axis_sd(stated.accuracy_percent / 100.0, stated.statistic),
+        )
+    bearing, elevation = stated.bearing_sd_deg, stated.elevation_sd_deg
+    return Sheet(
+        radians(bearing),
+        radians(bearing if elevation is None else elevation),
+        path_sd=_ways(scenario) * stated.range_sd_m,
+        path_share=stated.range_sd_percent / 100.0,
+        reference_snr_db=nan if stated.reference_snr_db is None else stated.reference_snr_db,
+        angle_floor=radians(stated.angle_floor_deg),
+    )
+
+
+def stated_range_sd(sheet: Sheet, scenario: Scenario) -> float:
+    """Return the noise (m) of a short range by a sheet, without what grows with the range."""
+    return hypot(sheet.path_sd / _ways(scenario), sheet.spread_sd)
+
+
+def _ways(scenario: Scenario) -> float:
+    return 2.0 if scenario.protocol.ranging == "twtt" else 1.0
 
 
 @dataclass(frozen=True)
@@ -103,3 +160,51 @@ def range_sd(travel_time_sd: float, quantum: float, sound_speed: float, ways: in
     0.005
     """
     return sound_speed / ways * math.sqrt(travel_time_sd**2 + quantum**2 / 12)
+
+
+@compiled
+def measured(
+    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats | None
+) -> tuple[Floats, Floats]:
+    """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
+
+    `strayed` as of :class:`..protocol.hf.reception.Extras`.
+    """
+    ping = heard.ping
+    if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
+        if not isnan(ping.call_time_s):
+            return two_way(heard, asvs, instrument, strayed[ping.auv])
+    levels = instrument.levels
+    estimate, covariance, first = np.zeros(3), np.zeros((3, 3)), True
+    for row in range(len(heard.receptions)):
+        it = heard.receptions[row]
+        if it.outcome != HEARD:
+            continue
+        x, y, z, yaw = where(asvs, it.asv, it.arrived_at_s)
+        vessel = x, y, z
+        noise = heard.noise[row]
+        unit, believed = sighted(
+            seeming(ping, vessel, it), vessel, yaw, it.snr_db, noise, instrument
+        )
+        reach = levels.sound_speed_m_per_s * clocked(travelled(it), noise, instrument)
+        fix, spread = placed(
+            vessel, unit, believed, reach, path_sd(reach, levels), it.snr_db, noise, instrument
+        )
+        note_sight(it, fix, unit, reach, spread, instrument)
+        if first:
+            estimate, covariance, first = fix, spread, False
+        else:
+            estimate, covariance = fuse_pair(estimate, covariance, fix, spread)
+    return estimate, covariance
+
+
+@compiled
+def note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
+    """Write what has been measured of a ping to the row of its fix."""
+    row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
+    row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
+    row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
+    row.sd_z_m = sqrt(max(covariance[2, 2], 0.0))
+    row.cov_xy_m2, row.cov_xz_m2 = covariance[0, 1], covariance[0, 2]
+    row.cov_yz_m2 = covariance[1, 2]
+    row.error_m = hypot(estimate[0] - ping.x_m, estimate[1] - ping.y_m)

@@ -10,12 +10,10 @@ import pyarrow.csv as arrow_csv
 import pyarrow.parquet as parquet
 import pytest
 
-from bindusbl_des.acoustics.rays import kept
-from bindusbl_des.acoustics.rays.kept import cache_folder, kept_table
-from bindusbl_des.acoustics.rays.reading import read_table
-from bindusbl_des.acoustics.rays.table import Floats, Grid, SoundTable, straight_time_s
-from bindusbl_des.acoustics.rays.tracing import SILENT_DB, traced
-from bindusbl_des.sea.profile import Profile, uniform_profile
+from bindusbl_des.acoustics import ray_tracing
+from bindusbl_des.acoustics.ray_tables import Floats, Grid, SoundTable, read_table, straight_time_s
+from bindusbl_des.acoustics.ray_tracing import SILENT_DB, cache_folder, kept_table, traced
+from bindusbl_des.sea.water_column import Profile, uniform_profile
 
 SURFACE, GRADIENT = 1480.0, 0.5
 LINEAR = Profile(np.array([0.0, 100.0]), np.array([SURFACE, SURFACE + 100.0 * GRADIENT]))
@@ -99,7 +97,7 @@ def test_a_table_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
         calls.append(asked)
         return traced(*asked)
 
-    monkeypatch.setattr(kept, "traced", counted)
+    monkeypatch.setattr(ray_tracing, "traced", counted)
     first, again = kept_table(LINEAR, grid, 60.0), kept_table(LINEAR, grid, 60.0)
     assert len(calls) == 1
     assert np.array_equal(first.longer_s, again.longer_s)

@@ -12,18 +12,23 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import special, stats  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.acoustics.sonar.ambient import ambient_noise_db, power_sum_db
-from bindusbl_des.acoustics.sonar.budget import link_budget, transmission_loss_db
-from bindusbl_des.acoustics.sonar.decoding import (
+from bindusbl_des.acoustics.sonar_equation import (
+    DETECTORS,
     Message,
+    ambient_noise_db,
+    bit_error,
     chance_decoded,
+    detected,
+    frame_error,
+    link_budget,
+    normal_cdf,
+    poisson_at_least,
+    power_sum_db,
     pulse_energy,
     threshold_db,
     timing_sd_s,
+    transmission_loss_db,
 )
-from bindusbl_des.acoustics.sonar.detection import DETECTORS, detected
-from bindusbl_des.acoustics.sonar.frames import bit_error, frame_error
-from bindusbl_des.acoustics.sonar.probability import normal_cdf, poisson_at_least
 from bindusbl_des.scenario.channel_settings import Sonar
 from bindusbl_des.sea.absorption import absorption_thorp
 from bindusbl_des.sea.water import Water

@@ -9,7 +9,7 @@ import pytest
 from bindusbl_des import Scenario, load_scenario, simulate
 from bindusbl_des.acoustics.channel import between
 from bindusbl_des.acoustics.named_channels import hf_channel
-from bindusbl_des.acoustics.rays.table_channel import TableChannel, grid_to
+from bindusbl_des.acoustics.table_channel import TableChannel, grid_to
 from bindusbl_des.preflight.reading import read_scenario
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
 from bindusbl_des.scenario.water import sound_speed_of

@@ -15,7 +15,7 @@ from bindusbl_des.cli import main
 from bindusbl_des.explain import Chain, Step, chain_of_fix, chain_of_ping, explain_ping
 from bindusbl_des.explain.correcting import errors_around
 from bindusbl_des.navigation.dead_reckoning import Odometry
-from bindusbl_des.navigation.own_navigator import Reckoning
+from bindusbl_des.navigation.navigators import Reckoning
 
 # Error (m) at 22 m of a fix without noise: the array takes a spherical wave for a plane one.
 PLANE_WAVE = 6e-3

@@ -9,14 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bindusbl_des.geometry import covering
 from bindusbl_des.geometry.area import polygon
 from bindusbl_des.geometry.coverage import covered_area, covering_radius
+from bindusbl_des.geometry.covering import max_cover
 from bindusbl_des.geometry.formation import formation
-from bindusbl_des.geometry.placement import max_cover as covers
-from bindusbl_des.geometry.placement.descent import descended
-from bindusbl_des.geometry.placement.information import det, information, trace_of_inverse
-from bindusbl_des.geometry.placement.max_cover import max_cover
-from bindusbl_des.geometry.placement.regular import best_ring, least_covering_ring
+from bindusbl_des.geometry.placement import descended, det, information, trace_of_inverse
+from bindusbl_des.geometry.regular import best_ring, least_covering_ring
 
 Floats = NDArray[np.float64]
 
@@ -150,7 +149,7 @@ def test_a_descent_ends_in_a_bent_valley() -> None:
 
 def covered_by_trying(places: Floats, count: int, reach: float) -> int:
     """Return how many places any circles cover whose edge holds two of them, or middle one."""
-    middles = covers._middles(places, reach)
+    middles = covering._middles(places, reach)
     within = np.hypot(*(places[None] - middles[:, None]).transpose(2, 0, 1)) <= reach * (1 + 1e-9)
     return max(
         int(within[list(chosen)].any(axis=0).sum())

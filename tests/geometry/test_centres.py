@@ -10,14 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bindusbl_des.geometry.placement import k_centre as k_centres
-from bindusbl_des.geometry.placement.assignment import NOWHERE, assignment, least_sum
-from bindusbl_des.geometry.placement.enclosing_circle import (
-    circumscribed,
-    diametral,
-    enclosing_circle,
-)
-from bindusbl_des.geometry.placement.k_centre import k_centre
+from bindusbl_des.geometry import covering
+from bindusbl_des.geometry.covering import circumscribed, diametral, enclosing_circle, k_centre
+from bindusbl_des.geometry.placement import NOWHERE, assignment, least_sum
 
 Floats = NDArray[np.float64]
 # On a lattice places coincide, lie in a row and four of them on one circle.
@@ -105,7 +100,7 @@ def test_many_places_have_centres_within_a_few_percent_of_the_best(
         places, count = generator.uniform(-70, 70, (14, 2)), int(generator.integers(1, 5))
         exact = k_centre(places, count).radius
         with monkeypatch.context() as patch:
-            patch.setattr(k_centres, "EXACT_PLACES", 0)
+            patch.setattr(covering, "EXACT_PLACES", 0)
             excess.append(k_centre(places, count).radius / exact)
     assert min(excess) >= 1.0 - 1e-9
     assert np.mean(excess) < 1.05

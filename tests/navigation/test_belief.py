@@ -17,8 +17,8 @@ from bindusbl_des.navigation.belief import (
     turn_with,
 )
 from bindusbl_des.navigation.weighing import weigh
-from bindusbl_des.records.recorder import Levers
-from bindusbl_des.vehicles.expected_drift import Told
+from bindusbl_des.records.rows import Levers
+from bindusbl_des.vehicles.reckoning import Told
 
 
 def grown(walk: float, sds: list[float], lasts: list[float], **places: int) -> Growth:

@@ -10,15 +10,13 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, paper_case, scenario
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.navigation.belief import Belief, Growth, carry, first_belief
+from bindusbl_des.navigation.correcting import REMEMBERED
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
-from bindusbl_des.navigation.memory import REMEMBERED
 from bindusbl_des.navigation.navigators import NOTHING, LinearNavigator
 from bindusbl_des.navigation.weighing import MOST_REFUSED, WEIGHED, Rule, weigh
-from bindusbl_des.records.recorder import Levers
-from bindusbl_des.records.rows import FIX, LEARNT
-from bindusbl_des.vehicles.expected_drift import Told
+from bindusbl_des.records.rows import FIX, LEARNT, Levers
 from bindusbl_des.vehicles.motion import together
-from bindusbl_des.vehicles.reckoning import steady
+from bindusbl_des.vehicles.reckoning import Told, steady
 from bindusbl_des.vehicles.vehicle import recorded
 
 KALMAN = Rule(WEIGHED, at_ping=True, gate=0.0)

@@ -19,10 +19,9 @@ from bindusbl_des.navigation.belief import (
 from bindusbl_des.navigation.dead_reckoning import DeadReckoning, Odometry
 from bindusbl_des.navigation.smoother import Smoother
 from bindusbl_des.navigation.smoothing import Sights, filtered, smooth, transition
-from bindusbl_des.records.recorder import Levers
-from bindusbl_des.vehicles.expected_drift import Told
+from bindusbl_des.records.rows import Levers
 from bindusbl_des.vehicles.motion import together
-from bindusbl_des.vehicles.reckoning import steady
+from bindusbl_des.vehicles.reckoning import Told, steady
 from bindusbl_des.vehicles.vehicle import recorded
 
 WANDERING = Growth(0.03**2, 1e-4, True, 0, 6, np.full(2, 0.02), np.full(2, 30.0))

@@ -9,8 +9,8 @@ from missions_against import drawn_protocol
 from worlds import blank
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.navigation.common_errors import Said
 from bindusbl_des.navigation.turning import Believed, turned
+from bindusbl_des.navigation.weighing import Said
 from bindusbl_des.records.events import HEARD
 from bindusbl_des.records.rows import RECEPTION
 from bindusbl_des.usbl.sights import unknown_sights

@@ -22,7 +22,7 @@ from bindusbl_des import (
 from bindusbl_des.cli import main
 from bindusbl_des.preflight.idle.keys import RULES, idle_keys
 from bindusbl_des.preflight.reading import read_scenario
-from bindusbl_des.presets.airtimes import table_file
+from bindusbl_des.presets.modems import table_file
 from bindusbl_des.results.result import scenario_sha256
 from bindusbl_des.scenario.files.scenario_file import ScenarioError
 from bindusbl_des.scenario.files.templates import TEMPLATES, template

@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from bindusbl_des.cli import main
-from bindusbl_des.presets.airtimes import airtime_table, table_file
 from bindusbl_des.presets.catalogue import CATALOGUE, preset, selected
+from bindusbl_des.presets.modems import airtime_table, table_file
 from bindusbl_des.presets.preset import TAGS, Preset
 
 S2C = table_file("s2c_airtimes.csv")

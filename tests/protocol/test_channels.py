@@ -11,7 +11,7 @@ from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.acoustics.named_channels import hf_channel
-from bindusbl_des.acoustics.sonar.budget import link_budget
+from bindusbl_des.acoustics.sonar_equation import link_budget
 from bindusbl_des.explain.telling import explain_ping
 from bindusbl_des.scenario.channel_settings import Sonar
 

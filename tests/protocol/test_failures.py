@@ -13,7 +13,7 @@ from bindusbl_des import Result, Scenario, load_result, simulate
 from bindusbl_des.explain import explain_fix, explain_ping
 from bindusbl_des.protocol.broadcasters import BROADCASTERS
 from bindusbl_des.scenario.failing import alive, failures_of
-from bindusbl_des.vehicles.failures import Failures
+from bindusbl_des.vehicles.fleet import Failures
 
 
 def between_two(*failures: dict[str, float], **changes: Any) -> Scenario:

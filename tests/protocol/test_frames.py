@@ -13,7 +13,7 @@ from bindusbl_des import simulate
 from bindusbl_des.acoustics.channel import PROSPECT, Signals
 from bindusbl_des.protocol.mf.downlink import FrameBand
 from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE, OUTCOMES
-from bindusbl_des.records.recorder import Recorder
+from bindusbl_des.records.rows import Recorder
 from bindusbl_des.vehicles.fleet import Fleet
 
 SOUND = 1500.0

@@ -38,8 +38,7 @@ from bindusbl_des.records.events import (
     Fix,
     Round,
 )
-from bindusbl_des.records.recorder import ROOM, EventBuffer, Recorder
-from bindusbl_des.records.rows import CALLED, FIX, NONE, SIGHT
+from bindusbl_des.records.rows import CALLED, FIX, NONE, ROOM, SIGHT, EventBuffer, Recorder
 from bindusbl_des.records.rows import PING as PING_ROW
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.instrument import NOISE_WIDTH

@@ -17,9 +17,9 @@ from bindusbl_des.protocol.hf.outcomes import Outcomes
 from bindusbl_des.protocol.ranging import TwoWay, nearest, strayed
 from bindusbl_des.protocol.schedules.view import View
 from bindusbl_des.records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from bindusbl_des.records.recorder import Recorder
+from bindusbl_des.records.rows import Recorder
 from bindusbl_des.usbl.fusion import fuse_shared
-from bindusbl_des.usbl.round_trip import own_range
+from bindusbl_des.usbl.two_way import own_range
 from bindusbl_des.vehicles.fleet import Fleet
 from bindusbl_des.vehicles.motion import places
 

@@ -5,8 +5,7 @@ from dataclasses import fields
 import pytest
 
 from bindusbl_des.core.wording import significant
-from bindusbl_des.records.metrics import AuvMetrics, Utilisation
-from bindusbl_des.records.quantities import name_of, quantity, unit_of
+from bindusbl_des.records.metrics import AuvMetrics, Utilisation, name_of, quantity, unit_of
 from bindusbl_des.results.schemas import mission_numbers
 
 

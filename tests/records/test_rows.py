@@ -7,8 +7,7 @@ import pytest
 
 from bindusbl_des.protocol.hf.calling import CALL, Call
 from bindusbl_des.protocol.mf.frames import FRAME, Frame
-from bindusbl_des.records.events import Fix, Ping, Reception
-from bindusbl_des.records.frames import FrameReception
+from bindusbl_des.records.events import Fix, FrameReception, Ping, Reception
 from bindusbl_des.records.rows import CALLED, FIX, FRAME_RECEPTION, PING, RECEPTION, SIGHT
 
 LEFT_TO_TABLES = ("asvs", "level_db", "margin_db")

@@ -18,8 +18,7 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import Result, load_result, simulate
-from bindusbl_des.records.events import OUTCOMES, Round
-from bindusbl_des.records.frames import Assignment
+from bindusbl_des.records.events import OUTCOMES, Assignment, Round
 from bindusbl_des.records.rows import FIX
 from bindusbl_des.results import result as results
 from bindusbl_des.results import result_folder

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import load_scenario
-from bindusbl_des.presets.airtimes import table_file
+from bindusbl_des.presets.modems import table_file
 from bindusbl_des.scenario.files.curve_file import read_curve
 from bindusbl_des.scenario.files.mistakes import ScenarioError
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from bindusbl_des import Scenario, ScenarioError, cautions, load_result, load_scenario, simulate
-from bindusbl_des.presets.airtimes import table_file
 from bindusbl_des.presets.catalogue import preset
+from bindusbl_des.presets.modems import table_file
 from bindusbl_des.results.result import scenario_sha256
 
 S2C_FILE = "recovery_140m_s2c"

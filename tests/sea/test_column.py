@@ -9,11 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.sea.cast import read_cast
-from bindusbl_des.sea.column import DEPTHS_M, Column
-from bindusbl_des.sea.profile import Profile, mean_over, mean_speed, uniform_profile
 from bindusbl_des.sea.teos10 import sound_speed_teos10
 from bindusbl_des.sea.water import USUAL_WATER, sound_speed, sound_speed_medwin
+from bindusbl_des.sea.water_column import (
+    DEPTHS_M,
+    Column,
+    Profile,
+    mean_over,
+    mean_speed,
+    read_cast,
+    uniform_profile,
+)
 
 ATLANTIC = 47.0, -30.0
 SUMMER = """depth_m, temperature_c, salinity_psu, oxygen

@@ -12,7 +12,7 @@ from worlds import merged, scenario
 from bindusbl_des import Scenario, cautions, simulate
 from bindusbl_des.core.spreads import PER_AXIS_SD
 from bindusbl_des.mission.build import usbl_of
-from bindusbl_des.presets.usbls import USBLS
+from bindusbl_des.presets.preset import USBLS
 from bindusbl_des.replay.noise import noise_of
 
 Array = NDArray[np.float64]

@@ -16,9 +16,8 @@ from bindusbl_des.records.rows import NONE, PING, RECEPTION
 from bindusbl_des.usbl.array import ARRAYS
 from bindusbl_des.usbl.fusion import fuse_shared
 from bindusbl_des.usbl.instrument import NOISE_WIDTH, Instrument
-from bindusbl_des.usbl.systematic.effects import EFFECTS, changes
-from bindusbl_des.usbl.systematic.errors import SYSTEMATIC, Systematic
-from bindusbl_des.usbl.systematic.fused import measured_astray
+from bindusbl_des.usbl.systematic_effects import EFFECTS, changes
+from bindusbl_des.usbl.systematic_fixes import SYSTEMATIC, Systematic, measured_astray
 from bindusbl_des.usbl.two_way import Heard
 from bindusbl_des.usbl.usbl import Usbl
 from bindusbl_des.vehicles.motion import together

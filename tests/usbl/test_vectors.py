@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bindusbl_des.core.compiled import compiled
-from bindusbl_des.usbl.vectors import (
+from bindusbl_des.usbl.array import (
     Vector,
     cross,
     divided,

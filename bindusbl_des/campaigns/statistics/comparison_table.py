@@ -7,7 +7,7 @@ from textwrap import fill
 from typing import get_args
 
 from ...core.wording import aligned, plain, significant
-from ...records.quantities import WORST
+from ...records.metrics import WORST
 from .differences import Difference, End, Verdict
 from .findings import seeds, who_is_worst, who_lacks
 from .intervals import CONFIDENCE

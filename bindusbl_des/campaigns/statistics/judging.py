@@ -3,8 +3,7 @@
 from functools import cache
 from typing import get_args, get_type_hints
 
-from ...records.metrics import AuvMetrics
-from ...records.quantities import WORST
+from ...records.metrics import WORST, AuvMetrics
 from ...records.worst import WORST_IS_LARGEST
 
 # What a mission is for, first; what the network did for it, after.  A mission is as good as what

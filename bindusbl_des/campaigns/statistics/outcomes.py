@@ -10,7 +10,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from ...core.wording import did_you_mean
-from ...records.quantities import WORST
+from ...records.metrics import WORST
 from ...records.rows import NONE
 from ...results.arrow import numpy_array, numpy_columns
 from ...results.schemas import mission_numbers

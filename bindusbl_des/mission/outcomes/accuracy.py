@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ...core.compiled import compiled, inlined
 from ...navigation.weighing import SURE
+from ...records.events import TrackPoint
 from ...records.rows import Row, Rows, row_type
-from ...records.tracks import TrackPoint
 from ..trajectories import beside, instants
 from ..world import World
 from .service import MOST, mean, quantile_of

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from ...acoustics.propagation import TOUCH
 from ...protocol.conflicts import hearing
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE
-from ...records.recorder import Recorder
-from ...records.rows import Row, Rows
+from ...records.rows import Recorder, Row, Rows
 from ...results.violations import Violation, Violations
 from ...scenario.families import is_random
 from ..world import World

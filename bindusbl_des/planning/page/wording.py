@@ -6,7 +6,7 @@ from typing import Any
 
 from ...campaigns.statistics.naming import short_key, written
 from ...core.wording import significant
-from ...records.quantities import SHARES, name_of, unit_of
+from ...records.metrics import SHARES, name_of, unit_of
 
 Record = Mapping[str, Any]
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.wording import described, did_you_mean, plain, refuse
-from ...records.metrics import AuvMetrics, Utilisation
-from ...records.quantities import WORST
+from ...records.metrics import WORST, AuvMetrics, Utilisation
 from ...records.worst import WORST_IS_LARGEST
 
 Floats = NDArray[np.float64]

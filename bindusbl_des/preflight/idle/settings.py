@@ -69,7 +69,7 @@ def cast(scenario: Scenario) -> Iterator[Problem]:
     water = scenario.environment
     if water.ctd is None or "sound_speed_law" not in water.model_fields_set:
         return
-    from ...sea.cast import read_cast  # needs numpy, which few scenarios wait for here
+    from ...sea.water_column import read_cast  # needs numpy, which few scenarios wait for here
 
     if water.sound_speed_law != USUAL_LAW and read_cast(water.ctd).speeds_m_per_s is not None:
         yield Problem(

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.placement.assignment import least_sum
-from ...geometry.placement.enclosing_circle import Circle, enclosing_circle
+from ...geometry.covering import Circle, enclosing_circle
+from ...geometry.placement import least_sum
 from .view import AnchorView, Array
 
 Numbers = NDArray[np.intp]

@@ -4,10 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...geometry.placement.assignment import assignment
-from ...geometry.placement.enclosing_circle import enclosing_circle
-from ...geometry.placement.k_centre import k_centre
-from ...geometry.placement.max_cover import max_cover
+from ...geometry.covering import enclosing_circle, k_centre, max_cover
+from ...geometry.placement import assignment
 from .view import AnchorView, Array
 
 

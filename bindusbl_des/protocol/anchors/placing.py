@@ -10,7 +10,7 @@ import simpy
 from numpy.typing import NDArray
 
 from ...core.plugins import PluginError, asked, shown
-from ...records.recorder import EventBuffer
+from ...records.rows import EventBuffer
 from ...scenario.failing import failures_of
 from ...scenario.families import PLACEMENT
 from ...scenario.planned import horizontal_reach, mover_of

@@ -7,13 +7,11 @@ import numpy as np
 from ...core.handed import Handed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
-from ...records.recorder import EventBuffer, Recorder
-from ...records.rows import NONE, Row, Rows
+from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH
-from ...usbl.measurement import note
 from ...usbl.own_instrument import OwnInstrument, sounding_of
-from ...usbl.systematic.errors import OUTLIER_WIDTH, Astray, HandedErrors
-from ...usbl.usbl import Usbl
+from ...usbl.systematic_fixes import OUTLIER_WIDTH, Astray, HandedErrors
+from ...usbl.usbl import Usbl, note
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
 from .reception import Decided, Noise, foretold, resolve
@@ -88,7 +86,7 @@ class Outcomes:
         """Decide pings at ASVs, and have them measured.
 
         `strayed` (n,), m2, as of :func:`.reception.resolve`.  ASVs hear nothing while they send
-        frames that are `deafening` (:data:`..mf.frames.FRAME`).
+        frames that are `deafening` (:data:`..mf.events.FRAME`).
         """
         self.band, self.receiver = uplink.band, uplink.receiver
         self._uplink, self._asvs, self._record = uplink, asvs, record

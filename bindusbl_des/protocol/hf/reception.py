@@ -9,11 +9,10 @@ from ...core.handed import opened
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
-from ...usbl.measurement import measured, note
 from ...usbl.sights import unknown_sights
-from ...usbl.systematic.errors import HandedErrors, lasting_of
-from ...usbl.systematic.fused import measured_astray
+from ...usbl.systematic_fixes import HandedErrors, lasting_of, measured_astray
 from ...usbl.two_way import Heard
+from ...usbl.usbl import measured, note
 from ...vehicles.motion import Floats, Ints, Motion
 from ..mf.frames import sends
 from .calling import CALL, drowned
@@ -126,9 +125,10 @@ def resolve(
 
     What few bands have comes with each call; what is None is not even compiled: a data sheet, as
     :class:`.instrument.Instrument` has it; systematic `errors`, the address of a
-    :class:`.errors.HandedErrors`; how far each AUV may have `strayed` (n,) between a call and its
-    answer (variance along its course, m2), where ASVs call; `echoes`, row by row of receptions, as
-    of :data:`.echoing.ECHO`; and `frames`, of ASVs that hear no ping while they send them.
+    :class:`.systematic_fixes.HandedErrors`; how far each AUV may have `strayed` (n,) between a call
+    and its answer (variance along its course, m2), where ASVs call; `echoes`, row by row of
+    receptions, as of :data:`.sonar_channel.ECHO`; and `frames`, of ASVs that hear no ping while
+    they send them.
     """
     by = opened(handed, Decided)
     air = _on_record(by, pings, receptions, calls)

@@ -7,17 +7,15 @@ from math import hypot
 import numpy as np
 
 from ...acoustics.channel import AskedChannel, Bending, Signals, between, deciding
-from ...acoustics.deafness import deafen
 from ...acoustics.loss import LossTerms
 from ...acoustics.prediction import amend
-from ...acoustics.propagation import Band, Spread, Way, spread
-from ...acoustics.sonar.echoing import ECHO, EchoingSonar
+from ...acoustics.propagation import Band, Spread, Way, deafen, spread
+from ...acoustics.sonar_channel import ECHO, EchoingSonar
 from ...acoustics.travel_time import travel_time
 from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...records.events import HEARD, LOST
-from ...records.recorder import EventBuffer, Recorder
-from ...records.rows import CALLED, NONE, Rows
+from ...records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from .calling import CALL, interrogate
@@ -70,7 +68,7 @@ class Uplink:
         self._spread_in = spread_in(record, self._way, auvs, asvs)
         self._predicted = 0  # pings before this one have arrived everywhere
         #: The sound of calls, :data:`.calling.CALL`, and of echoes, where the channel has any, row
-        #: by row of receptions, :data:`.echoing.ECHO`.
+        #: by row of receptions, :data:`.sonar_channel.ECHO`.
         self.calls = EventBuffer(CALL)
         self.echoes = EventBuffer(ECHO) if isinstance(channel, EchoingSonar) else None
         #: Whom to tell of pings that have just been sent: who answers each of them, if anybody

@@ -18,8 +18,7 @@ from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...navigation.navigators import Navigator
 from ...records.events import COLLIDED, HEARD, IN_FLIGHT, LOST, OUT_OF_RANGE, Broadcast
-from ...records.recorder import EventBuffer, Recorder
-from ...records.rows import FRAME_RECEPTION, NONE, Rows
+from ...records.rows import FRAME_RECEPTION, NONE, EventBuffer, Recorder, Rows
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Ints, places
 from ...vehicles.vehicle import Place
@@ -136,7 +135,7 @@ class MfDownlink(Deliveries):
         self._is_shared = self._is_deaf  # whether anything may ever have met a frame
 
     def _handed(self, band: FrameBand) -> Handed:
-        """Return what frames are sent in, :class:`.frames.Sent`."""
+        """Return what frames are sent in, :class:`.events.Sent`."""
         fixes, pings = self._record.fixes, self._record.pings
         handed = Handed(
             Sent(
@@ -216,7 +215,7 @@ class MfDownlink(Deliveries):
 
     @property
     def frames(self) -> EventBuffer:
-        """All frames so far, :data:`.frames.FRAME`."""
+        """All frames so far, :data:`.events.FRAME`."""
         return self._frames
 
     def deliver(self, time: float) -> None:

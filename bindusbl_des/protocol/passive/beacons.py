@@ -14,10 +14,9 @@ from ...acoustics.travel_time import travel_time
 from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...records.events import IN_FLIGHT, LOST
-from ...records.recorder import EventBuffer, Recorder
-from ...records.rows import NONE, Row
-from ...usbl.measurement import note
+from ...records.rows import NONE, EventBuffer, Recorder, Row
 from ...usbl.own_instrument import OwnInstrument, mirrored
+from ...usbl.usbl import note
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import places
 from ..hf.outcomes import Measuring, noise_of

@@ -10,7 +10,7 @@ import simpy
 
 from ...navigation.navigators import Navigator
 from ...records.events import Round
-from ...records.recorder import Recorder
+from ...records.rows import Recorder
 from ...vehicles.fleet import Fleet
 from ..happenings import Happenings, Watched
 from ..mf.downlink import Deliveries

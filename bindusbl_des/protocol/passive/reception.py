@@ -13,9 +13,9 @@ from ...records.events import COLLIDED, HEARD, IN_FLIGHT, OUT_OF_RANGE
 from ...records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ...usbl.instrument import NOISE_WIDTH, HandedInstrument, instrument_of
 from ...usbl.inverted import Hearing, located_astray, located_itself
-from ...usbl.measurement import note
 from ...usbl.sights import unknown_sights
-from ...usbl.systematic.errors import HandedErrors, lasting_of
+from ...usbl.systematic_fixes import HandedErrors, lasting_of
+from ...usbl.usbl import note
 from ...vehicles.motion import Floats, Ints, Motion, Place, where
 from ..hf.reception import Noise, begin, by_luck
 

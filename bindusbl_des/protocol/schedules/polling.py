@@ -6,7 +6,7 @@ from functools import partial
 import simpy
 
 from ...records.events import HEARD, IN_FLIGHT
-from ...records.recorder import Recorder
+from ...records.rows import Recorder
 from ..conflicts import greedy_groups
 from ..hf.outcomes import Outcomes
 from ..slots import Slots

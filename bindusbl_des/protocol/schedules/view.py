@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...records.recorder import Recorder
-from ...records.rows import Rows
+from ...records.rows import Recorder, Rows
 from ...scenario.instruments.own_sensors import straight_drift_rms
 from ...scenario.scenario import Scenario
 from ...scenario.sections.anchors import Placed

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from ...presets.airtimes import airtime_table
+from ...presets.modems import airtime_table
 from ..channel_settings import table_mistakes
 from ..scenario_keys import ScenarioKeys
 from .problem import Problem

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from ...presets.airtimes import airtime_table
+from ...presets.modems import airtime_table
 from ..scenario_keys import ScenarioKeys
 from ..telling import tells_slots
 from .problem import Problem

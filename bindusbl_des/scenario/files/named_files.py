@@ -5,7 +5,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ...core.kept_files import FILES, Way, is_own
-from ...presets.airtimes import airtime_table
+from ...presets.modems import airtime_table
 from .plain_yaml import Path
 
 
@@ -53,7 +53,7 @@ def _track(file: str) -> None:
 
 
 def _cast(file: str) -> None:
-    from ...sea.cast import read_cast
+    from ...sea.water_column import read_cast
 
     read_cast(file)
 

@@ -269,7 +269,7 @@ def _short_cast(scenario: Scenario) -> Iterator[Problem]:
     """Yield that a cast ends above the survey."""
     if scenario.environment.ctd is None:
         return
-    from ...sea.cast import read_cast
+    from ...sea.water_column import read_cast
 
     try:
         read_cast(scenario.environment.ctd)

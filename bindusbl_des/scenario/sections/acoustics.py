@@ -12,8 +12,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from ...presets.airtimes import table_file
 from ...presets.catalogue import CATALOGUE, preset
+from ...presets.modems import table_file
 from ..key_types import PAPER, Part, Real, Text, Whole, key
 from ..part_choice import SET, PartChoice
 

@@ -6,8 +6,7 @@
 
 from .belief import SteeringDrift
 from .departure import Intervals, Plan
-from .guided_fleet import GuidedFleet
-from .guided_vehicle import GuidedVehicle
+from .guided_fleet import GuidedFleet, GuidedVehicle
 from .limits import GuidanceError, smallest_turn, top_speed
 
 __all__ = [

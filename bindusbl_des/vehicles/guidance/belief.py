@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.compiled import inlined
-from ..expected_drift import Drift
-from ..reckoning import Wrong, skewed, steady
+from ..reckoning import Drift, Wrong, skewed, steady
 
 
 class Posture(NamedTuple):

@@ -15,7 +15,7 @@ from ...records.rows import Row
 from ..hulls import bluerov2 as hull
 from ..hulls.frames import Floats
 from .belief import Sensed
-from .signals import half_turn, within
+from .sensing import half_turn, within
 from .tracks import Aim
 
 # Newtons of one thruster that a newton or newton metre of each axis costs: 1 / (4 c), c = cos 45

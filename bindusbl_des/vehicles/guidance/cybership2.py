@@ -15,7 +15,7 @@ from ..hulls import cybership2 as hull
 from ..hulls.frames import Floats
 from .belief import Sensed
 from .otter import average_fixes
-from .signals import half_turn, within
+from .sensing import half_turn, within
 
 # Skjetne et al. 2004: surge, sway (N), yaw (N m)
 SURGE_LIMIT, SWAY_LIMIT, YAW_LIMIT = 2.0, 1.5, 1.5

@@ -15,7 +15,7 @@ from ...records.rows import Row
 from ..hulls import otter as hull
 from ..hulls.frames import Floats
 from .belief import Sensed
-from .signals import half_turn, within
+from .sensing import half_turn, within
 
 WATCH_CIRCLE = 2.0  # m: leaving it sends the Otter back to within HOME
 HOME = 0.4  # m

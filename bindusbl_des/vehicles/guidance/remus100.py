@@ -13,7 +13,7 @@ from ...records.rows import Row
 from ..hulls import remus100_parameters as hull
 from ..hulls.frames import Floats, cross_flow
 from .belief import Posture, Sensed
-from .signals import half_turn, within
+from .sensing import half_turn, within
 from .tracks import Aim
 
 LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: three or more)

@@ -1,18 +1,29 @@
 """What vehicles know of themselves at the beginning of a control interval."""
 
-from math import cos, sin
+from math import cos, floor, pi, sin
 from typing import NamedTuple
 
 from ...core.compiled import inlined
 from ...records.rows import Row, Rows
-from ..expected_drift import Told, expected_error, learnt_drift, way_since
 from ..hulls import rk4
 from ..hulls.frames import C_PHI, C_PSI, C_THETA, S_PHI, S_PSI, S_THETA, Current, Floats
 from ..hulls.rk4 import Moving
 from ..logs import COS, RATES, SIN, X, Y, Z
-from ..reckoning import by_compass, error, follow
+from ..reckoning import Told, by_compass, error, expected_error, follow, learnt_drift, way_since
 from . import belief, drift
 from .belief import Posture, Sensed, Spot, SteeringDrift
+
+
+@inlined
+def within(value: float, limit: float) -> float:
+    """Return a command, or the limit (of either sign) that it exceeds."""
+    return min(max(value, -limit), limit)
+
+
+@inlined
+def half_turn(angle: float) -> float:
+    """Return the turn of at most half a circle (rad) that leads through an angle."""
+    return angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
 
 
 class Craft(NamedTuple):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...core.compiled import compiled, inlined
 from ...geometry.paths import PATH_ROW, Path, path_rows
 from ...records.rows import Row, Rows
-from .signals import half_turn
+from .sensing import half_turn
 
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]

@@ -17,9 +17,8 @@ from ....scenario.declared import channel_named, ranging_of
 from ....scenario.instruments.own_sensors import own_sensors
 from ....scenario.scenario import Scenario
 from ....scenario.survey_area import area_of
-from ....usbl.instrument import NOISE_WIDTH, Instrument, placed
-from ....usbl.sheet import path_sd, spread_sd
-from ....usbl.vectors import NOTHING, dot, turned
+from ....usbl.array import NOTHING, dot, turned
+from ....usbl.instrument import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
 from ..parts import Chances, FixNoise
 
 Floats = NDArray[np.float64]

@@ -1,16 +1,26 @@
-"""Tables of sound traced by BELLHOP, which the package pelagic brings (GPL-3.0-or-later).
+"""Tables of sound traced by BELLHOP, kept on disk under the hash of all that each was made of.
 
-It is an extra, and imported only where a table is asked for.
+The tracer comes with the package pelagic (GPL-3.0-or-later), an extra that is imported only where a
+table is asked for.
 """
 
+import hashlib
+import json
+import os
+import sys
+import zipfile
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sea.profile import Profile
-from .table import Floats, Grid, SoundTable, slant_range_m, straight_time_s
+from ..core.durable import draft_of
+from ..sea.water_column import Profile
+from .ray_tables import Floats, Grid, SoundTable, slant_range_m, straight_time_s
 
 MISSING = "tables of sound are traced by pelagic (GPL): pip install 'bindusbl-des[bellhop]'"
 
@@ -136,3 +146,47 @@ def _of_one_kind(times: Floats, amplitudes: Floats) -> tuple[float, float]:
     ways: NDArray[np.intp] = np.flatnonzero(np.diff(times, prepend=-1.0) > ONE_ARRIVAL_S)
     power = float((np.add.reduceat(amplitudes, ways) ** 2).sum())
     return float(times[0]), -10.0 * float(np.log10(power)) if power > 0.0 else np.inf
+
+
+# What tables mean: another number makes all that were kept be traced anew.
+FORM = 1
+
+
+def kept_table(profile: Profile, grid: Grid, bottom_m: float) -> SoundTable:
+    """Return the table that :func:`.ray_tracing.traced` makes, from disk if it was made before.
+
+    What cannot be kept is traced each time; what was damaged on disk is traced anew.  Errors are
+    those of :func:`.ray_tracing.traced`.
+    """
+    path = cache_folder() / f"{_made_of(profile, grid, bottom_m)}.npz"
+    with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+            longer, beyond = kept["longer_s"], kept["beyond_db"]
+        if longer.shape == beyond.shape == tuple(map(len, grid)):
+            return SoundTable(profile, grid, longer, beyond)
+    table = traced(profile, grid, bottom_m)
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with draft_of(path) as draft, draft.open("wb") as new:
+            np.savez_compressed(new, longer_s=table.longer_s, beyond_db=table.beyond_db)
+    return table
+
+
+def cache_folder() -> Path:
+    """Return the folder of the user's cache in which tables are kept."""
+    if os.name == "nt":
+        base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "bindusbl-des" / "sound"
+
+
+def _made_of(profile: Profile, grid: Grid, bottom_m: float) -> str:
+    try:
+        tracer = version("pelagic")
+    except PackageNotFoundError:
+        raise ImportError(MISSING) from None
+    made_of = [FORM, tracer, ONE_ARRIVAL_S, SILENT_DB, case_of(profile, grid, bottom_m)]
+    return hashlib.sha256(json.dumps(made_of).encode()).hexdigest()[:32]

@@ -5,16 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ...scenario.channel_settings import Table
-from ...scenario.scenario import Scenario
-from ...scenario.water import profile_of, water_of
-from ..channel import Prospects, Receiver, Signals
-from ..sonar.budget import LinkBudget, link_budget
-from ..sonar.decoding import Message
-from ..sonar.sonar_channel import Listener, listener, reach_m
-from .kept import kept_table
-from .reading import read_table
-from .table import Floats, Grid, SoundTable, slant_range_m
+from ..scenario.channel_settings import Table
+from ..scenario.scenario import Scenario
+from ..scenario.water import profile_of, water_of
+from .channel import Prospects, Receiver, Signals
+from .ray_tables import Floats, Grid, SoundTable, read_table, slant_range_m
+from .ray_tracing import kept_table
+from .sonar_channel import Listener, listener, reach_m
+from .sonar_equation import LinkBudget, Message, link_budget
 
 # Ranges (m) that are traced: nearer rays are straight, farther ones lose as the last.
 NEAREST_M, LEAST_M, FARTHEST_M, RANGES = 5.0, 100.0, 5000.0, 40

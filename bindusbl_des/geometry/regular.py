@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..area import Area
-from ..coverage import covering_radius
-from ..formation import formation
-from .descent import descended
+from .area import Area
+from .coverage import covering_radius
+from .formation import formation
+from .placement import descended
 
 Floats = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ def best_ring(
     """Return the regular formation of `count` vessels whose `value` is least.
 
     `value` takes places (count, 2), m.  Radii up to the `widest` (m) and angles are tried on a
-    grid, and the best improved (:mod:`.descent`) to a share `finely` of the widest radius; no
+    grid, and the best improved (:mod:`.placement`) to a share `finely` of the widest radius; no
     formation is wider than that, nor turned by more than to the one that looks alike.
     Raises ValueError as :func:`.formation.formation` does.
     """

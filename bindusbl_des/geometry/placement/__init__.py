@@ -1,1 +1,0 @@
-"""Where few vessels serve many places best: covering them, and seeing them from good angles."""

@@ -1,1 +1,0 @@
-"""Errors that outlast a ping: heading misalignment, slow GNSS, sound speed and clocks."""

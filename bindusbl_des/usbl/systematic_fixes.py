@@ -1,0 +1,363 @@
+"""Fixes by instruments with systematic errors: one vessel's, and those of all that heard a ping.
+
+    fix = place + J c + noise
+
+c are the heading misalignment of each ASV, the slow error of its GNSS position along x and y, the
+share by which sound is taken for too fast, and how late the AUV's clock is.  What an ASV has by
+itself is one more error of its measurement; sound speed and clock are those of all that hear a ping
+at once, so that they are fused as unknowns beside the place (best linear unbiased estimate).
+"""
+
+from math import hypot, isnan, sqrt
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from ..core.compiled import compiled, written_out
+from ..records.events import HEARD
+from ..records.rows import NONE, Row, Rows
+from ..vehicles.currents import CONTROL_S
+from ..vehicles.motion import Floats, Motion
+from .array import Vector, plus, rotation, turned
+from .fusion import fuse_shared, product
+from .instrument import NOISE_WIDTH, Instrument, offset_of, path_sd, placed
+from .sights import note_sight, unknown_sights
+from .systematic_effects import (
+    CALLER,
+    CLOCK,
+    EFFECTS,
+    GNSS,
+    MISALIGNMENT,
+    SOUND_SPEED,
+    across,
+    add,
+    add_own,
+    bent,
+    changes,
+    kept,
+    lengthen,
+    level_part,
+    limit,
+    move,
+    noise_of,
+    spread_out,
+)
+from .two_way import Heard, Sighting, by_itself, first_to_locate, sighting, travelled, way_to_caller
+from .usbl import Usbl
+
+# What is known: standard deviations along these columns but for the clock, that of its offset (s)
+# and of its drift, the standard normal number below which a measurement is an outlier and the
+# spread of these (m), and the columns of J at which each kind begins (NONE: it is not told).
+SYSTEMATIC = np.dtype(
+    [
+        ("sd", "f8", (CLOCK,)),
+        ("clock_offset_sd_s", "f8"),
+        ("clock_drift_sd", "f8"),
+        ("outliers_below", "f8"),
+        ("outlier_sd_m", "f8"),
+        ("misalignment_at", "i8"),
+        ("gnss_at", "i8"),
+        ("sound_speed_at", "i8"),
+        ("clock_at", "i8"),
+    ]
+)
+
+# Numbers of a row of noise, after those of NOISE_WIDTH and of the loss, that make an outlier
+OUTLIER_WIDTH = 3
+
+
+class Systematic(NamedTuple):
+    """What lasts through a mission.
+
+    A record of SYSTEMATIC and the variances (k,) of what J belongs to; and the truth: heading
+    misalignments of the ASVs (m,), rad, their GNSS errors (m, n, 2), m, each for CONTROL_S, and how
+    late (s) each AUV's clock is at first, and how much later each second (auvs, 2).
+    """
+
+    levels: Row
+    variances: Floats
+    misalignments: Floats
+    gnss: Floats
+    clocks: Floats
+
+
+class HandedErrors(NamedTuple):
+    """What lasts (:class:`Systematic`) as compiled code is handed it once: levels (1,); and where
+    it writes how each fix depends on that, `levers` (fixes, 2, 4 k), and the covariance that does
+    not come from it, xx, yy, xy, `left` (fixes, 3), m2.
+    """
+
+    levels: Annotated[Rows, SYSTEMATIC]
+    variances: Floats
+    misalignments: Floats
+    gnss: Annotated[Floats, 3]
+    clocks: Annotated[Floats, 2]
+    levers: Annotated[Floats, 3]
+    left: Annotated[Floats, 2]
+
+
+@written_out
+def lasting_of(handed: HandedErrors) -> Systematic:
+    """Return what lasts, of what was handed over."""
+    return Systematic(
+        handed.levels[0], handed.variances, handed.misalignments, handed.gnss, handed.clocks
+    )
+
+
+class Astray(NamedTuple):
+    """The instrument that every ASV carries, and what is wrong all the time."""
+
+    usbl: Usbl
+    lasting: Systematic
+
+
+@compiled
+def astray(asv: int, time: float, lasting: Systematic) -> Vector:
+    """Return the slow GNSS error (3,), m, of an ASV at an instant (s)."""
+    own = lasting.gnss[asv]
+    now = min(int(time / CONTROL_S), len(own) - 1)
+    return own[now, 0], own[now, 1], 0.0
+
+
+@compiled
+def jump(fix: Floats, noise: Floats, levels: Row) -> None:
+    """Make an outlier of a fix (3,), m, if its noise says so; no covariance knows of that."""
+    if levels.outlier_sd_m > 0.0 and noise[NOISE_WIDTH + 1] < levels.outliers_below:
+        for axis in range(2):
+            fix[axis] += levels.outlier_sd_m * noise[NOISE_WIDTH + 2 + axis]
+
+
+class Part(NamedTuple):
+    """What one ASV makes of a ping: a fix (3,), m, in the direction of a unit vector (3,) at a
+    range `reach` (m); the covariance (4, 4), m2, of it and of (less) the length of the call's way,
+    with no error that lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS),
+    the `bend` (4,) that a misalignment (rad) squared makes half of, and that length (m), 0 without
+    a call.
+    """
+
+    fix: Floats
+    unit: Vector
+    reach: float
+    covariance: Floats
+    effects: Floats
+    changes: Floats
+    bend: Floats
+    call_way: float
+
+
+@compiled
+def by_first(
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats | None,
+    sds: Floats, lasting: Systematic,
+) -> Part:  # fmt: skip
+    """Return what the ASV makes of a ping that locates its AUV first."""
+    if strayed is not None:  # noqa: SIM102 - else the two ways are not even compiled
+        if _called(heard):
+            return _by_whole_way(heard, row, asvs, instrument, strayed, sds, lasting)
+    return by_other(heard, row, 0.0, asvs, instrument, lasting)
+
+
+@compiled
+def by_other(
+    heard: Heard, row: int, call_way: float, asvs: Motion, instrument: Instrument,
+    lasting: Systematic,
+) -> Part:  # fmt: skip
+    """Return what an ASV makes of a ping, or of an answer whose call went a known way (m)."""
+    seen, noise = _seen(heard, row, asvs, instrument, lasting), heard.noise[row]
+    reach, spread, levels = max(seen.path - call_way, 0.0), np.zeros((4, 4)), instrument.levels
+    ranging_sd = path_sd(seen.path, levels)
+    fix, spread[:3, :3] = placed(
+        seen.vessel, seen.unit, seen.believed, reach, ranging_sd, seen.snr_db, noise, instrument
+    )
+    ahead = offset_of(fix, seen.vessel, reach, noise, instrument)
+    effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
+    farther[SOUND_SPEED], farther[CLOCK] = seen.path, levels.sound_speed_m_per_s
+    lengthen(effects, seen.unit, farther, kept(ahead, reach))
+    effects[3] = 0.0  # the length of the call's way is given
+    jump(fix, noise, lasting.levels)
+    return Part(
+        fix, seen.unit, reach, spread, effects, changes(effects, ahead), bent(ahead), call_way
+    )
+
+
+@compiled
+def _by_whole_way(
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats, sds: Floats,
+    lasting: Systematic,
+) -> Part:  # fmt: skip
+    """Return what an ASV makes of an answer by the whole way of call and answer."""
+    ping, noise = heard.ping, heard.noise[row]
+    seen = _seen(heard, row, asvs, instrument, lasting)
+    baseline = way_to_caller(heard, row, seen, asvs, instrument)
+    baseline = plus(baseline, astray(ping.called_by, ping.called_at_s, lasting))
+    fix, spread, own = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
+    ahead = offset_of(fix, seen.vessel, own.reach, noise, instrument)
+    effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
+    for k in range(3):
+        for effect in (MISALIGNMENT, SOUND_SPEED):
+            farther[effect] += own.lean[k] * effects[k, effect]
+    if heard.receptions[row].asv != ping.called_by:  # else its own error is the caller's
+        for axis in range(2):
+            farther[GNSS + axis] = -own.share * own.bearing[axis]
+            farther[CALLER + axis] = own.share * own.bearing[axis]
+    farther[SOUND_SPEED] += own.share * seen.path
+    limit(farther, sds, baseline, seen.path)
+    lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
+    effects[3, SOUND_SPEED] -= seen.path
+    jump(fix, noise, lasting.levels)
+    return Part(
+        fix, seen.unit, own.reach, spread, effects, changes(effects, ahead), bent(ahead),
+        seen.path - own.reach,
+    )  # fmt: skip
+
+
+@compiled
+def _seen(
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, lasting: Systematic
+) -> Sighting:
+    """Return what an ASV measures that is turned and astray, by the clock of the AUV or of all."""
+    ping, it = heard.ping, heard.receptions[row]
+    if _called(heard):
+        under_way = ping.call_time_s + travelled(it)
+    else:
+        late, later = lasting.clocks[ping.auv]
+        under_way = travelled(it) + late + later * ping.sent_at_s
+    seen = sighting(heard, row, under_way, asvs, instrument)
+    turn = rotation(0.0, 0.0, lasting.misalignments[it.asv])
+    unit, believed = turned(turn, seen.unit), product(turn, seen.believed)
+    vessel = plus(seen.vessel, astray(it.asv, it.arrived_at_s, lasting))
+    return Sighting(vessel, unit, believed, seen.path, seen.snr_db)
+
+
+@compiled
+def deviations(heard: Heard, levels: Row) -> Floats:
+    """Return the standard deviations (EFFECTS,) of all that lasts, at the instant of a ping."""
+    sds = np.zeros(EFFECTS)
+    sds[:CLOCK] = levels.sd
+    if not _called(heard):
+        sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * heard.ping.sent_at_s)
+    return sds
+
+
+@compiled
+def _called(heard: Heard) -> bool:
+    return not isnan(heard.ping.call_time_s)
+
+
+# What is fused: a place, the error of the call's way (m), sound speed and clock per sd
+UNKNOWNS = 6
+
+# As unlikely (sd) as consistent fixes of a ping contradict each other once in a thousand pings
+CONTRADICTION = 3.0902
+
+
+@compiled
+def measured_astray(
+    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats | None, lasting: Systematic
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k), and what is left of
+    the covariance without the errors that J is of, xx, yy, xy (3,), m2.
+
+    `strayed` as of :class:`..protocol.hf.reception.Extras`.  Behind the columns of J at the fix are
+    their derivatives along x, along y, and by what they belong to.
+    """
+    first, sds = first_to_locate(heard), deviations(heard, lasting.levels)
+    begun = by_first(heard, first, asvs, instrument, strayed, sds, lasting)
+    state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
+    state[:3] = begun.fix
+    known = _columns(begun, heard, first, lasting)
+    it, alone = heard.receptions[first], spread[:3, :3].copy()
+    note_sight(it, begun.fix, begun.unit, begun.reach, alone, instrument)
+    levers = np.zeros((UNKNOWNS, known.shape[1]))
+    levers[:3] = known[:3]
+    others = 0
+    for row in range(len(heard.receptions)):
+        if heard.receptions[row].outcome == HEARD and row != first:
+            others += 1
+            part = by_other(heard, row, begun.call_way, asvs, instrument, lasting)
+            fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
+            add_own(own, part.effects, part.bend, sds)
+            note_sight(heard.receptions[row], part.fix, part.unit, part.reach, own, instrument)
+            fused = fuse_shared(state, spread, fix, own, beside)
+            off = _columns(part, heard, row, lasting)[:3]
+            if begun.call_way > 0.0:  # its error is in every other range
+                for i in range(3):
+                    off[i] += part.unit[i] * known[3]
+            for i in range(3):
+                off[i] -= levers[i]
+                for k in range(3, UNKNOWNS):
+                    off[i] -= beside[i, k - 3] * levers[k]
+            for i in range(UNKNOWNS):
+                for j in range(3):
+                    levers[i] += fused.gain[i, j] * off[j]
+            state, spread, squares = fused.estimate, fused.covariance, squares + fused.square
+    doubt = _doubt(squares, 3.0 * others, lasting.levels)
+    count, covariance = lasting.variances.size, doubt * spread[:3, :3]
+    left = noise_of(covariance, levers[:3, 3 * count :], lasting.variances)
+    if others == 0 and begun.call_way == 0.0:
+        note_sight(it, begun.fix, begun.unit, begun.reach, left, instrument)
+    elif count > 0 or doubt > 1.0 or begun.call_way > 0.0 or sds[SOUND_SPEED] + sds[CLOCK] > 0.0:
+        unknown_sights(heard.receptions)  # they err together
+    move(levers, state)
+    return state[:3].copy(), covariance, levers[:3, : 4 * count].copy(), level_part(left)
+
+
+@compiled
+def _begun(part: Part, sds: Floats) -> Floats:
+    """Return the covariance (UNKNOWNS, UNKNOWNS) of what is fused, after the first measurement."""
+    out = np.zeros((UNKNOWNS, UNKNOWNS))
+    out[:4, :4] = part.covariance
+    add_own(out[:4, :4], part.effects, part.bend, sds)
+    for k in range(CALLER, EFFECTS):
+        add(out[:4, :4], part.effects[:, k], sds[k] ** 2)
+    for k in range(SOUND_SPEED, EFFECTS):
+        for i in range(4):
+            out[i, k - 1] = out[k - 1, i] = -sds[k] * part.effects[i, k]
+        out[k - 1, k - 1] = 1.0
+    return out
+
+
+@compiled
+def _beside(part: Part, sds: Floats) -> Floats:
+    """Return how a fix depends (3, UNKNOWNS - 3) on what is fused beside the place."""
+    out = np.zeros((3, UNKNOWNS - 3))
+    for i in range(3):
+        if part.call_way > 0.0:
+            out[i, 0] = -part.unit[i]
+        out[i, 1] = sds[SOUND_SPEED] * part.effects[i, SOUND_SPEED]
+        out[i, 2] = sds[CLOCK] * part.effects[i, CLOCK]
+    return out
+
+
+@compiled
+def _columns(part: Part, heard: Heard, row: int, lasting: Systematic) -> Floats:
+    """Return effects in the columns of J, (4, 5 k): as they would be at the origin, how they change
+    along x, along y, and with what they belong to, and as they are.
+    """
+    count = lasting.variances.size
+    out = np.zeros((4, 5 * count))
+    spread_out(part.effects, out[:, :count], heard, row, lasting.levels)
+    for axis in range(2):
+        moved = out[:, (1 + axis) * count : (2 + axis) * count]
+        spread_out(part.changes[axis], moved, heard, row, lasting.levels)
+    if lasting.levels.misalignment_at != NONE:
+        asv = heard.receptions[row].asv
+        out[:, 3 * count + lasting.levels.misalignment_at + asv] = part.bend
+    out[:, 4 * count :] = out[:, :count]
+    move(out, -part.fix)  # each from its own fix to where all can be added up
+    return out
+
+
+@compiled
+def _doubt(squares: float, freedom: float, levels: Row) -> float:
+    """Return the factor on the covariance of fixes that contradict each other, else 1.
+
+    Where there may be outliers, an improbable sum of squares says that somebody has measured one;
+    nobody knows who.  Sources: limit of chi-squared by Wilson and Hilferty, 1931; factor by Birge,
+    Phys. Rev. 40, 1932.
+    """
+    if levels.outlier_sd_m <= 0.0 or freedom <= 0.0:
+        return 1.0
+    share = 2.0 / (9.0 * freedom)
+    limit = freedom * (1.0 - share + CONTRADICTION * sqrt(share)) ** 3
+    return squares / freedom if squares > limit else 1.0
