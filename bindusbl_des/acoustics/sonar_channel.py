@@ -114,7 +114,7 @@ def sonar_channel(
 def reach_m(budget: LinkBudget, snr_db: float) -> float:
     """Return the slant range (m) up to which signals have an SNR (dB), 0 if nowhere.
 
-    >>> from .budget import link_budget
+    >>> from .sonar_equation import link_budget
     >>> round(reach_m(link_budget(Sonar()), 15.0), 1)
     3239.5
     """

@@ -255,8 +255,7 @@ def threshold_db(sonar: Sound, budget: LinkBudget, band_range_m: float) -> float
 
     Where it is not given, that at the band's range: a disc of that radius with a soft edge.
 
-    >>> from ...scenario.channel_settings import Sonar
-    >>> from .budget import link_budget
+    >>> from ..scenario.channel_settings import Sonar
     >>> round(threshold_db(Sonar(), link_budget(Sonar()), 50.0), 6)
     67.221835
     """
@@ -312,7 +311,7 @@ def timing_sd_s(
     by the envelope, sqrt(fc^2 + B^2/12) with the `carrier`; SNR in dB.
     Source: H. L. Van Trees, Detection, Estimation, and Modulation Theory (1968), part III.
 
-    >>> from ...scenario.channel_settings import Sonar
+    >>> from ..scenario.channel_settings import Sonar
     >>> [f"{float(timing_sd_s(Sonar(), 0.0, 0.01, 0.0, it)):.4g}" for it in (False, True)]
     ['3.898e-06', '4.472e-07']
     """
