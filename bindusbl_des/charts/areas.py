@@ -19,6 +19,8 @@ READERS: Mapping[str, Callable[[str | Path], list[Shape]]] = {
 }
 # Of several polygons so many are named.
 MOST_NAMED = 4
+# So far (deg) from the line between its neighbours lies no corner that was drawn: 0.1 mm.
+ON_THE_CUT_DEG = 1e-9
 
 
 def read_area(path: str | Path) -> tuple[Degrees, ...]:
@@ -43,7 +45,7 @@ def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
     if read is None:
         raise BadChart(f"{path}: is no chart by its name; use {', '.join(READERS)}")
     shapes = read(path)
-    areas = [shape for shape in shapes if shape.kind == "polygon"]
+    areas = _joined([shape for shape in shapes if shape.kind == "polygon"])
     if not areas:
         kinds = [shape.kind for shape in shapes]
         there = [counted(kinds.count(it), it) for it in dict.fromkeys(kinds)]
@@ -64,3 +66,23 @@ def _read(path: str, _changed_at: int, _size: int) -> tuple[Degrees, ...]:
             "without, lanes cross what lies within"
         )
     return areas[0].corners
+
+
+def _joined(areas: list[Shape]) -> list[Shape]:
+    """Return polygons, the parts of one that was cut at 180 degrees (RFC 7946, 3.1.9) as one."""
+    cut = [it for it in areas if not it.holes and any(abs(lon) == 180.0 for _, lon in it.corners)]
+    if len(cut) < 2 or len(cut) != len(areas) or len({it.told for it in cut}) > 1:
+        return areas
+    import shapely  # which other charts do not need
+
+    # As [longitude, latitude], those of the west beyond 180; the ends of the cut are no corners.
+    parts = [shapely.Polygon([(lon % 360.0, lat) for lat, lon in it.corners]) for it in cut]
+    whole = shapely.unary_union(parts).simplify(ON_THE_CUT_DEG)
+    if whole.geom_type != "Polygon":
+        return areas
+    corners = whole.exterior.coords[:-1]
+    return [Shape("polygon", cut[0].told, tuple((lat, _wrapped(lon)) for lon, lat in corners))]
+
+
+def _wrapped(lon: float) -> float:
+    return lon - 360.0 if lon > 180.0 else lon

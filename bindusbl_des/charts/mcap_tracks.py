@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .samples import Sample, above_sea, in_sea
+from .samples import Sample, in_sea
 from .shapes import BadChart, position
 
 LOCATION = "foxglove.LocationFix"
@@ -19,9 +19,9 @@ ROW = ("time_s", "x_m", "y_m", "z_m")
 def read_mcap(path: str) -> Iterator[tuple[str, Sample]]:
     """Yield the samples of an MCAP file, each with the topic that it is on.
 
-    Read are topics of the schema foxglove.LocationFix (as protobuf or JSON; heights above the
-    ellipsoid count as heights above the sea), and JSON messages with time_s, x_m, y_m and z_m, such
-    as the topics `/AUV0/tracks` of an export.  What else is in the file is passed over.
+    Read are topics of the schema foxglove.LocationFix (as protobuf or JSON; their heights are above
+    the ellipsoid), and JSON messages with time_s, x_m, y_m and z_m, such as the topics
+    `/AUV0/tracks` of an export.  What else is in the file is passed over.
 
     Raises:
         BadChart: naming file, message and remedy, or the packages that are missing.
@@ -67,8 +67,12 @@ def _location(told: str, message: Any, at: float) -> Sample:
         raise BadChart(f"{told}: needs numbers as latitude and longitude")
     time = stamp[0] + stamp[1] / 1e9 if all(map(_is_number, stamp)) else at
     place = position(lat, lon, told, "latitude and longitude of WGS-84")
-    depth = above_sea(told, height) if _is_number(height) else math.nan
-    return Sample(told, time, place, depth, True)
+    depth = math.nan
+    if _is_number(height):
+        if not math.isfinite(height):
+            raise BadChart(f"{told}: its height is {height:g}; leave it out if it is unknown")
+        depth = -height
+    return Sample(told, time, place, depth, True, below_ellipsoid=True)
 
 
 def _of_json(message: Any) -> tuple[Any, ...]:

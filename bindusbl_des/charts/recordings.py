@@ -31,8 +31,9 @@ class Recording(NamedTuple):
     """A recorded track of n samples.
 
     `times` (n,), s, by whatever clock, rise strictly; `places` (n, 2) are x and y (m) or, if
-    `in_degrees`, latitude and longitude; `depths` (n,), m, are nan where the file says none.
-    `told` (n,) names the place of each sample in the file.
+    `in_degrees`, latitude and longitude; `depths` (n,), m, are nan where the file says none, and
+    below the ellipsoid, not the sea, if `below_ellipsoid`.  `told` (n,) names the place of each
+    sample in the file.
     """
 
     times: Array
@@ -40,6 +41,7 @@ class Recording(NamedTuple):
     depths: Array
     in_degrees: bool
     told: tuple[str, ...]
+    below_ellipsoid: bool = False
 
     @property
     def lacks_depths(self) -> bool:
@@ -115,5 +117,12 @@ def _recording(path: str, samples: list[Sample]) -> Recording:
         )
     numbers.setflags(write=False)
     told = tuple(it.told for it in samples)
-    in_degrees = samples[0].in_degrees
-    return Recording(numbers[:, 0], numbers[:, 1:3], numbers[:, 3], in_degrees, told)
+    kind = samples[0]
+    return Recording(
+        times=numbers[:, 0],
+        places=numbers[:, 1:3],
+        depths=numbers[:, 3],
+        in_degrees=kind.in_degrees,
+        told=told,
+        below_ellipsoid=kind.below_ellipsoid,
+    )

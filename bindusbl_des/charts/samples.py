@@ -9,7 +9,8 @@ from .shapes import BadChart, Degrees
 class Sample(NamedTuple):
     """A sample: its line, time (s), x and y (m) or latitude and longitude (deg), and depth (m).
 
-    The depth is nan where the file says none.
+    The depth is nan where the file says none.  It is below the sea, or, if `below_ellipsoid`, below
+    the ellipsoid of WGS-84, which falls away from the survey's plane with the distance.
     """
 
     told: str
@@ -17,6 +18,7 @@ class Sample(NamedTuple):
     place: Degrees
     depth: float
     in_degrees: bool
+    below_ellipsoid: bool = False
 
 
 def above_sea(told: str, height: float) -> float:

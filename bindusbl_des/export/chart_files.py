@@ -11,6 +11,7 @@ from ..geometry.formation import keep_station
 from ..geometry.geodesy import geodetic_from_ned
 from ..scenario.on_earth import origin_of
 from ..scenario.survey_area import area_of
+from .antimeridian import Positions, counter_clockwise, cut_line, cut_ring
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -35,12 +36,12 @@ KML_SHAPES = {
 
 class Drawn(NamedTuple):
     """A shape of a chart: its kind as GeoJSON and KML call it, its name, and its positions,
-    longitude and latitude (deg), of a polygon closed.
+    longitude and latitude (deg), of a polygon closed and counter-clockwise.
     """
 
     kind: str
     name: str
-    positions: list[tuple[float, float]]
+    positions: Positions
 
 
 def write_chart(
@@ -67,12 +68,12 @@ def drawn(result: "Result") -> Iterator[Drawn]:
     if origin is None:
         raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
 
-    def on_earth(places: Iterable[Sequence[float]]) -> list[tuple[float, float]]:
+    def on_earth(places: Iterable[Sequence[float]]) -> Positions:
         found = (geodetic_from_ned((*place, 0.0), *origin) for place in places)
         return [(lon, lat) for lat, lon, _ in found]
 
     outline = area_of(result.scenario).outline
-    yield Drawn("Polygon", "survey area", on_earth([*outline, outline[0]]))
+    yield Drawn("Polygon", "survey area", counter_clockwise(on_earth([*outline, outline[0]])))
     for name, track in result.tables["tracks"].groupby("vehicle", sort=False):
         places = {told: track[list(columns)].to_numpy() for told, columns in WAYS.items()}
         if str(name).startswith("ASV"):
@@ -93,12 +94,17 @@ def _geojson(name: str, shapes: list[Drawn]) -> str:
 
 
 def _geometry(shape: Drawn) -> dict[str, object]:
-    found: object = shape.positions
+    """Return a geometry of RFC 7946, in parts where it crosses the antimeridian (3.1.9)."""
     if shape.kind == "Point":
-        found = shape.positions[0]
-    elif shape.kind == "Polygon":
-        found = [shape.positions]
-    return {"type": shape.kind, "coordinates": found}
+        return {"type": shape.kind, "coordinates": shape.positions[0]}
+    parts: list[object]
+    if shape.kind == "Polygon":
+        parts = [[ring] for ring in cut_ring(shape.positions)]
+    else:
+        parts = list(cut_line(shape.positions))
+    if len(parts) == 1:
+        return {"type": shape.kind, "coordinates": parts[0]}
+    return {"type": f"Multi{shape.kind}", "coordinates": parts}
 
 
 def _kml(name: str, shapes: list[Drawn]) -> str:

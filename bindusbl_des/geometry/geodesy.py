@@ -132,16 +132,23 @@ def geodetic_from_ned(
 
 
 def ned_from_geodetic(
-    lat: float, lon: float, height: float, lat_deg: float, lon_deg: float
+    lat: ArrayLike, lon: ArrayLike, height: ArrayLike, lat_deg: float, lon_deg: float
 ) -> Floats:
-    """Return north, east, down (m) of a place on Earth; the survey's centre as above.
+    """Return north, east, down (m), shape (..., 3), of places on Earth, each of shape (...).
+
+    The inverse of :func:`geodetic_from_ned`: heights (m) are above the ellipsoid, and down is
+    counted from the survey's plane.
 
     >>> there = geodetic_from_ned([60.0, -70.0, 10.0], 54.33, 10.18)
     >>> ned_from_geodetic(*there, 54.33, 10.18).round(6).tolist()
     [60.0, -70.0, 10.0]
     """
-    offset = ecef_from_geodetic(lat, lon, height) - ecef_from_geodetic(lat_deg, lon_deg)
-    return _north_east_down(lat_deg, lon_deg) @ offset
+    on_ellipsoid, up = _on_ellipsoid(lat, lon)
+    places = on_ellipsoid + up * np.asarray(height, dtype=np.float64)[..., None]
+    found: Floats = (places - ecef_from_geodetic(lat_deg, lon_deg)) @ _north_east_down(
+        lat_deg, lon_deg
+    ).T
+    return found
 
 
 def ned_at_depth(
@@ -185,11 +192,11 @@ def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: tuple[float, flo
 
 
 def _on_ellipsoid(lat_deg: ArrayLike, lon_deg: ArrayLike) -> tuple[Floats, Floats]:
-    """Return positions (n,) on the ellipsoid, Earth-centred (n, 3), m, and unit vectors upwards."""
+    """Return positions (...) on the ellipsoid, Earth-centred (..., 3), m, and unit vectors up."""
     lat, lon = np.radians(np.asarray(lat_deg)), np.radians(np.asarray(lon_deg))
-    up = np.column_stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)))
+    up = np.stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)), axis=-1)
     normal = SEMI_MAJOR / np.sqrt(1 - ECCENTRICITY_SQUARED * np.sin(lat) ** 2)
-    return normal[:, None] * up * np.array([1.0, 1.0, 1 - ECCENTRICITY_SQUARED]), up
+    return normal[..., None] * up * np.array([1.0, 1.0, 1 - ECCENTRICITY_SQUARED]), up
 
 
 def _prime_vertical_radius(lat: float) -> float:

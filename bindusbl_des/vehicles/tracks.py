@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..charts.recordings import Recording, read_recording
+from ..charts.samples import above_sea
 from ..charts.shapes import Degrees
 from ..core.wording import plain
-from ..geometry.geodesy import far_apart_m, ned_at_depth
+from ..geometry.geodesy import far_apart_m, ned_at_depth, ned_from_geodetic
 
 Array = NDArray[np.float64]
 Track = tuple[Array, Array]
@@ -56,25 +57,28 @@ def read_track(
 
     CSV, GPX and MCAP files are read (:mod:`..charts.recordings`); `which` names one of several
     tracks in a file.  `offset_s` is subtracted from its times.  Latitude and longitude become
-    metres about `origin`, latitude and longitude (deg); where the file says no depth, it is
-    `depth_m`.
+    metres about `origin`, latitude and longitude (deg); heights above the ellipsoid become depths
+    below the survey's plane.  Where the file says no depth, it is `depth_m`.
 
     Raises:
         ValueError: naming file, line and remedy, when the file is not such a track.
     """
     recording = read_recording(path, which)
-    depths = np.where(np.isnan(recording.depths), depth_m, recording.depths)
     if recording.in_degrees:
-        positions = _in_metres(path, recording, depths, origin)
+        positions = _in_metres(path, recording, depth_m, origin)
     else:
-        positions = np.column_stack((recording.places, depths))
+        positions = np.column_stack((recording.places, _depths(recording, depth_m)))
     _check_speed(path, recording, positions)
     positions.setflags(write=False)
     return recording.times - offset_s, positions
 
 
+def _depths(recording: Recording, depth_m: float) -> Array:
+    return np.where(np.isnan(recording.depths), depth_m, recording.depths)
+
+
 def _in_metres(
-    path: str | Path, recording: Recording, depths: Array, origin: Degrees | None
+    path: str | Path, recording: Recording, depth_m: float, origin: Degrees | None
 ) -> Array:
     if origin is None:
         raise ValueError(
@@ -86,7 +90,15 @@ def _in_metres(
     if is_far.any():
         first = int(is_far.argmax())
         raise ValueError(f"{recording.told[first]}: {too_far((lat[first], lon[first]), origin)}")
-    return ned_at_depth(lat, lon, depths, origin)
+    positions = ned_at_depth(lat, lon, _depths(recording, depth_m), origin)
+    if recording.below_ellipsoid:
+        known = np.flatnonzero(~np.isnan(recording.depths))
+        positions[known] = ned_from_geodetic(
+            lat[known], lon[known], -recording.depths[known], *origin
+        )
+        for sample in known[np.argsort(positions[known, 2])][:1]:  # the highest
+            above_sea(recording.told[sample], -float(positions[sample, 2]))
+    return positions
 
 
 def too_far(position: Degrees, origin: Degrees) -> str:

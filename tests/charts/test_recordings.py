@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from bindusbl_des.charts.recordings import read_recording
 from bindusbl_des.charts.shapes import BadChart
+from bindusbl_des.vehicles.tracks import read_track
 
 GPX = """<?xml version="1.0"?>
 <gpx version="1.1" creator="test" xmlns="http://www.topografix.com/GPX/1/1">
@@ -174,7 +175,7 @@ def test_what_is_no_track_is_told_with_its_line_and_a_remedy(
     [
         (fix("54", 10), LOCATION, r"message 1 on /a: needs numbers as latitude and longitude"),
         (fix(100.0, 54.0), LOCATION, r"message 1 on /a: latitude 100 is beyond 90 deg"),
-        (fix(54.0, 10.0, 40.0), LOCATION, r"message 1 on /a: is 40 m above the sea"),
+        (fix(54.0, 10.0, 1e400), LOCATION, r"message 1 on /a: its height is inf; leave it out"),
         ([1], LOCATION, r"message 1 on /a: needs numbers as latitude"),
         (
             {"time_s": 0, "x_m": None, "y_m": 0, "z_m": 0},
@@ -194,6 +195,34 @@ def test_messages_that_are_no_positions_are_told(
 ) -> None:
     with pytest.raises(BadChart, match=said):
         read_recording(mcap(tmp_path / "a.mcap", [("/a", schema, content)]))
+
+
+def test_heights_above_the_ellipsoid_are_depths_below_the_plane_of_the_survey(
+    tmp_path: Path,
+) -> None:
+    """10 km from its centre that plane is 7.84 m above the ellipsoid (pymap3d 3.2.0)."""
+    origin, there = (54.33, 10.18), (54.4198375206246, 10.18, 7.839823805987634)
+    messages = [("/a", LOCATION, fix(*there)), ("/a", LOCATION, fix(there[0], 10.18, None))]
+    _, places = read_track(mcap(tmp_path / "a.mcap", messages), origin=origin, depth_m=12.0)
+    assert places[0] == pytest.approx([10_000.0, 0.0, 0.0], abs=1e-6)
+    assert places[1, 2] == 12.0
+
+
+def test_a_height_far_above_the_sea_is_refused_of_the_track_that_is_asked_for(
+    tmp_path: Path,
+) -> None:
+    """Receivers tell heights above the ellipsoid, which may lie far below the sea."""
+    row = {"time_s": 0, "x_m": 0, "y_m": 0, "z_m": 3}
+    messages = [
+        ("/ship/location", LOCATION, fix(54.33, 10.18, 40.0)),
+        ("/ship/location", LOCATION, fix(54.33, 10.18, 41.0)),
+        ("/auv/tracks", "row", row),
+        ("/auv/tracks", "row", {**row, "time_s": 1}),
+    ]
+    path, origin = mcap(tmp_path / "a.mcap", messages), (54.33, 10.18)
+    with pytest.raises(BadChart, match=r"message 2 on /ship/location: is 41 m above the sea; .*R"):
+        read_track(path, which="/ship/location", origin=origin)
+    assert read_track(path, which="/auv/tracks", origin=origin)[1][:, 2].tolist() == [3.0, 3.0]
 
 
 def test_a_file_that_is_none_is_told(tmp_path: Path) -> None:

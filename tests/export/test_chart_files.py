@@ -1,14 +1,18 @@
 """What is exported can be read again: charts as areas, tables and messages as tracks."""
 
 import json
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from shapely import LinearRing
 from worlds import scenario
 
 from bindusbl_des import load_result, load_scenario, simulate
+from bindusbl_des.charts.areas import read_area
 from bindusbl_des.charts.geojson import read_geojson
 from bindusbl_des.charts.kml import read_kml
 from bindusbl_des.cli import main
@@ -16,6 +20,7 @@ from bindusbl_des.geometry.geodesy import ned_at_depth
 from bindusbl_des.scenario.on_earth import origin_of
 from bindusbl_des.scenario.planned import tracks_of
 from bindusbl_des.scenario.survey_area import area_of
+from bindusbl_des.vehicles.tracks import read_track
 
 ORIGIN = (54.33, 10.18)
 
@@ -71,8 +76,7 @@ def test_a_chart_is_the_area_of_another_survey(run: Path, ending: str, tmp_path:
     [
         ("csv/tracks.csv", "AUV0", 1e-9),
         ("Kiel_Fjord_.mcap", "/AUV0/tracks", 1e-9),
-        # Heights are above the ellipsoid, which at 100 m falls 0.8 mm below the survey's plane.
-        ("Kiel_Fjord_.mcap", "/AUV0/location", 1e-3),
+        ("Kiel_Fjord_.mcap", "/AUV0/location", 1e-6),
     ],
 )
 def test_what_was_flown_can_be_flown_again(
@@ -90,6 +94,82 @@ def test_what_was_flown_can_be_flown_again(
     np.testing.assert_allclose(times, flown.time_s, atol=1e-6)
     np.testing.assert_allclose(places[:, :2], flown[["x_m", "y_m"]], atol=1e-6)
     np.testing.assert_allclose(places[:, 2], flown.z_m, atol=vertical)
+
+
+@pytest.mark.parametrize("track", ["/AUV0/location", "/AUV0/tracks"])
+def test_far_from_the_origin_depths_are_what_they_were(tmp_path: Path, track: str) -> None:
+    """At 3, 5 and 10 km, where the survey's plane is 0.7 to 7.8 m above the ellipsoid."""
+    reached = [(3e3, 0.0, 10.0), (-3e3, 4e3, 10.0), (6e3, -8e3, 10.0)]
+    way = "".join(f"{4000 * n},{x},{y},{z}\n" for n, (x, y, z) in enumerate(reached))
+    (tmp_path / "way.csv").write_text(f"time_s,x_m,y_m,depth_m\n{way}")
+    asked = scenario(
+        name="far",
+        duration_s=8000.0,
+        auvs={"count": 1, "route": {"kind": "track", "files": [str(tmp_path / "way.csv")]}},
+        asvs={"count": 1, "formation": {"positions_m": [[8e3, -6e3]]}},
+        environment={"origin": {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}},
+        record={"tracks_hz": 0.01},
+    )
+    simulate(asked, seed=1).write(tmp_path / "run")
+    assert (
+        CliRunner().invoke(main, ["export", str(tmp_path / "run"), "--to", "mcap"]).exit_code == 0
+    )
+    times, places = read_track(tmp_path / "run" / "far.mcap", which=track, origin=ORIGIN)
+    np.testing.assert_allclose(places[:, 2], 10.0, atol=1e-6)
+    np.testing.assert_allclose(places[times == 4000.0], [reached[1]], atol=1e-6)
+
+
+@pytest.fixture(scope="module")
+def pacific(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Return the GeoJSON of a mission off Taveuni, Fiji, on both sides of 180 degrees."""
+    folder = tmp_path_factory.mktemp("pacific") / "run"
+    eastwards = {"kind": "waypoints", "points_m": [[[0.0, -20.0], [5.0, 20.0]]]}
+    asked = scenario(
+        name="Taveuni",
+        duration_s=60.0,
+        auvs={"count": 1, "route": eastwards},
+        environment={"origin": {"lat_deg": -16.8, "lon_deg": 180.0}},
+    )
+    simulate(asked, 1).write(folder)
+    CliRunner().invoke(main, ["export", str(folder), "--to", "geojson"], catch_exceptions=False)
+    read: dict[str, Any] = json.loads((folder / "Taveuni.geojson").read_text())
+    return {**read, "path": folder / "Taveuni.geojson"}
+
+
+def test_what_crosses_the_antimeridian_is_cut_there(pacific: dict[str, Any]) -> None:
+    """RFC 7946, 3.1.9: no part of a line or polygon crosses it, and the parts meet on it."""
+    kinds = [it["geometry"]["type"] for it in pacific["features"]]
+    assert {"MultiPolygon", "MultiLineString"} <= set(kinds)
+    for feature in pacific["features"]:
+        kind, parts = feature["geometry"]["type"], feature["geometry"]["coordinates"]
+        if kind == "Point":
+            continue
+        polygons = {"LineString": [[parts]], "Polygon": [parts], "MultiLineString": [parts]}
+        lines = [line for polygon in polygons.get(kind, parts) for line in polygon]
+        for line in lines:
+            assert np.abs(np.diff(np.array(line)[:, 0])).max(initial=0.0) < 180.0
+        if kind == "MultiLineString":
+            for (_, end), (begin, _) in pairwise((it[0], it[-1]) for it in lines):
+                assert (abs(end[0]), end[1]) == (180.0, begin[1])
+                assert begin[0] == -end[0]
+
+
+def test_an_area_that_was_cut_is_read_as_one(pacific: dict[str, Any]) -> None:
+    outline = area_of(scenario()).outline
+    lat, lon = np.array(read_area(pacific["path"])).T
+    found = ned_at_depth(lat, lon, np.zeros(len(lat)), (-16.8, 180.0))[:, :2]
+    assert len(found) == len(outline)
+    for corner in outline:
+        assert np.hypot(*(found - corner).T).min() < 1e-6
+
+
+def test_rings_go_counter_clockwise(run: Path, pacific: dict[str, Any]) -> None:
+    """RFC 7946, 3.1.6: with longitude to the right and latitude up."""
+    kiel = json.loads((run / "Kiel_Fjord_.geojson").read_text())
+    rings = [kiel["features"][0]["geometry"]["coordinates"]]
+    rings += pacific["features"][0]["geometry"]["coordinates"]
+    assert len(rings) == 3
+    assert all(LinearRing(polygon[0]).is_ccw for polygon in rings)
 
 
 def test_exports_are_no_strangers_in_a_folder(run: Path) -> None:
