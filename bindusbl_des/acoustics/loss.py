@@ -184,6 +184,17 @@ def loss_probability(slant_range: float, terms: LossTerms) -> float:
 
 
 @compiled
+def chance_of(luck: float) -> float:
+    """Return the share of all draws that have less luck, a standard normal: a signal is lost where
+    it is below the probability of that.
+
+    >>> chance_of(0.0)
+    0.5
+    """
+    return 0.5 * math.erfc(-luck / math.sqrt(2.0))
+
+
+@compiled
 def losses(
     ranges: Floats, coefficients: Floats, combine: int, contention: float, cap: float
 ) -> Floats:

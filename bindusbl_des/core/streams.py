@@ -48,6 +48,8 @@ class Purpose(IntEnum):
     PACKET = 40
     BACKOFF = 41
     CONTENTION = 45
+    BURST = 50
+    FRAME_BURST = 51
 
 
 class Streams:

@@ -11,6 +11,7 @@ from ..acoustics.channel import AskedChannel, Signals
 from ..acoustics.named_channels import echoing, hf_channel
 from ..core.plugins import is_plugin
 from ..scenario.declared import channel_named
+from .lasting import ping_lasting
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -55,7 +56,9 @@ def decided_by_channel(result: "Result", reception: Any, others: list[str]) -> t
     survived = [overlap, _capture(scenario)] if others else [overlap]
     if outcome == "lost":
         drawn = "" if level else ", and the draw (not recorded) was below"
-        return "loses it", "; ".join(filter(None, [level, *survived, f"{chance}{drawn}"]))
+        loss = loss_by_channel(scenario, float(reception.slant_range_m))
+        lasts = ping_lasting(result, reception, loss)
+        return "loses it", "; ".join(filter(None, [level, *survived, f"{chance}{drawn}", lasts]))
     return "decodes it", "; ".join(filter(None, [level, *survived, chance]))
 
 

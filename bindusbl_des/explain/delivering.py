@@ -16,6 +16,7 @@ from .astray import wrong
 from .at_random import why_broadcast
 from .chain import Part, Step
 from .failing import failed, frame_cut
+from .lasting import frame_lasting
 from .numbers import compared, place, rows_where
 from .overlapping import overlapped
 
@@ -88,6 +89,8 @@ def broadcasting(result: "Result", fix: Any) -> Step:
     elif not channel_named(mf.channel).ends_at_range:
         reached = f"{fix.auv} is {away:.1f} m away"
         reached += f"; {undecoded(mf, fix)}" if fix.outcome in ("lost", "out_of_range") else ""
+        if fix.outcome == "lost" and (lasts := frame_lasting(result, fix)):
+            reached += f"; {lasts}"
     if protocol.replies:
         why = f"{at_once}; {_on_air(result, frame)}; {reached}"
         return Step(fix.broadcast_at_s, fix.broadcast_by, "answers it", why, facts)

@@ -14,6 +14,7 @@ from ..scenario.declared import channel_named
 from .by_channel import decided_by_channel, levels, loss_by_channel
 from .chain import Step
 from .failing import failed_while, had_failed
+from .lasting import ping_lasting
 from .numbers import compared, out_of_range, place, rows_where
 from .overlapping import deafened, sounds_beside
 from .sending import is_sent
@@ -87,12 +88,16 @@ def _decided(result: "Result", reception: Any, depth: float) -> tuple[str, str]:
         )
     if outcome == "collided":
         return "hears pings mixed", f"{within}; overlaps {', '.join(others)}"
-    _, told = _loss(result, reception)
+    probability, told = _loss(result, reception)
     if outcome == "lost":
         return (
             "loses it",
-            f"{within}; no other ping overlaps; {told}, and the draw (not recorded) was below",
-        )
+            "; ".join(filter(None, [
+                within, "no other ping overlaps",
+                f"{told}, and the draw (not recorded) was below",
+                ping_lasting(result, reception, probability),
+            ])),
+        )  # fmt: skip
     return "decodes it", f"{within}; no other ping overlaps; {told}"
 
 

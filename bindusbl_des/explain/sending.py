@@ -13,6 +13,7 @@ from .at_random import sending_at_random
 from .chain import Step
 from .failing import failed, failed_while
 from .knowing import by_reckoning, is_reckoned, slot_told
+from .lasting import lasting
 from .numbers import apart, out_of_range, place, row_of, rows_where
 from .ordering import why_now
 
@@ -105,9 +106,11 @@ def why_unanswered(result: "Result", ping: Any) -> str:
     cut = failed_while(result, ping.called_by, ping.called_at_s, ends, "called")
     if ping.call == "lost" and cut:
         return cut
+    lasts = lasting(hf.channel)
     return {
         "out_of_range": f"{ping.auv} is {away:.1f} m away, {out_of_range(hf)}",
-        "lost": f"{ping.auv}, {away:.1f} m away, loses the call by chance",
+        "lost": f"{ping.auv}, {away:.1f} m away, loses the call by chance"
+        + (f"; {lasts}" if lasts else ""),
         "collided": f"another ASV's call overlaps it at {ping.auv}",
         "in_flight": f"the mission ends before {ping.auv} answers",
     }[ping.call]

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import simpy
 
+from ..acoustics.bursts import pairs
 from ..acoustics.named_channels import hf_channel, loss_of, mf_channel, timing_sd_of
 from ..acoustics.propagation import Band
 from ..core.streams import Purpose, Streams
@@ -29,7 +30,8 @@ from ..protocol.schedules.polling import Answers
 from ..protocol.schedules.view import known_of
 from ..protocol.slots import slots_of
 from ..protocol.tdma import serve
-from ..records.rows import Levers, Recorder
+from ..records.rows import Levers, Recorder, Rows
+from ..scenario.channel_settings import burst_s
 from ..scenario.failing import failures_of
 from ..scenario.families import is_random, ready_plugins
 from ..scenario.instruments.lasting_kinds import told_of
@@ -120,6 +122,7 @@ def _network(
         hf_channel(scenario) or loss_of(scenario),
         streams,
         record,
+        hf_bursts(scenario, streams),
     )
     downlink = MfDownlink(
         env,
@@ -127,7 +130,7 @@ def _network(
         asvs,
         navigator,
         record,
-        band=frame_band(scenario),
+        band=frame_band(scenario, streams),
         clock=slots.clock,
         streams=streams,
     )
@@ -222,6 +225,7 @@ def _passive(
         hf_channel(scenario) or loss_of(scenario),
         streams,
         record,
+        hf_bursts(scenario, streams),
     )
     measuring = Measuring(instrument, streams, len(auvs), len(asvs), record)
     outcomes = PassiveOutcomes(beacons, auvs, measuring, record)
@@ -235,12 +239,36 @@ def hf_band(scenario: Scenario) -> Band:
     return Band(hf.range_metric == "slant", hf.range_m, hf.ping_s, sound_speed_of(scenario))
 
 
-def frame_band(scenario: Scenario) -> FrameBand:
+def hf_bursts(scenario: Scenario, streams: Streams) -> Rows | None:
+    """Return what pings and calls are lost in bursts by; None where each is lost by itself."""
+    return pairs(
+        burst_s(scenario.acoustics.hf.channel),
+        streams,
+        Purpose.BURST,
+        scenario.auvs.count,
+        scenario.asvs.count,
+    )
+
+
+def frame_band(scenario: Scenario, streams: Streams) -> FrameBand:
     """Return what holds for all frames of the downlink."""
     channel, reach = mf_channel(scenario), scenario.acoustics.mf.range_m
     capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
     deafening = scenario.acoustics.hf.ping_s if scenario.protocol.duplex == "per_node" else 0.0
-    return FrameBand(reach, sound_speed_of(scenario), channel, capture, deafening)
+    return FrameBand(
+        reach,
+        sound_speed_of(scenario),
+        channel,
+        capture,
+        deafening,
+        pairs(
+            burst_s(scenario.acoustics.mf.channel),
+            streams,
+            Purpose.FRAME_BURST,
+            scenario.auvs.count,
+            scenario.asvs.count,
+        ),
+    )
 
 
 def carried(scenario: Scenario, streams: Streams) -> Usbl | Astray:

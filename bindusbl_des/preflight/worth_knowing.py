@@ -13,7 +13,7 @@ from ..scenario.key_types import Renamed
 from ..scenario.scenario import Scenario
 from .failing import failing
 from .idle.keys import idle_keys
-from .idle.settings import cast, levels, sheet, sonar
+from .idle.settings import bursts, cast, levels, sheet, sonar
 from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
 from .whereabouts import anchors, bays, formation, routes, shapes, tracks
 
@@ -54,6 +54,7 @@ def cautions(scenario: Scenario) -> list[Caution]:
             sheet,
             sonar,
             levels,
+            bursts,
             cast,
             routes,
             bays,

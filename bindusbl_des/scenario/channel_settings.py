@@ -11,7 +11,24 @@ from .part_choice import PartChoice
 from .part_settings import Settings
 
 
-class Curve(Settings):
+class Lossy(Settings):
+    """What every channel has, one's own as well: how long losses last."""
+
+    burst_s: Real | None = key(
+        None,
+        "s",
+        "how long signals between a pair of vehicles are lost once they are, on average, the "
+        "share lost being the channel's; null = each is lost by itself",
+        gt=0,
+        le=1e5,
+    )
+
+
+class Disc(Lossy):
+    """The settings of the channel `disc`."""
+
+
+class Curve(Lossy):
     """The settings of the channel `curve`."""
 
     file: Text = key(
@@ -28,7 +45,7 @@ class Curve(Settings):
     )
 
 
-class Sound(Settings):
+class Sound(Lossy):
     """The settings of channels with levels: a band's sound, what absorbs it, noise and decoding.
 
     Levels are in dB re 1 uPa, those of sources at 1 m.
@@ -173,6 +190,14 @@ class PingSonar(_OfPings, Sonar):
 
 class PingTable(_OfPings, Table):
     """The settings of the channel `table` of pings."""
+
+
+def burst_s(channel: PartChoice) -> float | None:
+    """Return how long (s) signals are lost on a band with a channel, on average; None where each is
+    lost by itself.
+    """
+    given: float | None = channel.settings.get("burst_s")
+    return given
 
 
 def table_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[str, str]]:

@@ -112,11 +112,13 @@ class Ranging:
 @dataclass(frozen=True)
 class Channel:
     """What becomes of sound: if it `ends_at_range` nothing is heard beyond; with a channel that
-    `has_levels` one knows how loud it is.
+    `has_levels` one knows how loud it is.  Within its range it may lose pings, and frames unless it
+    `keeps_frames`.
     """
 
     ends_at_range: bool = False
     has_levels: bool = False
+    keeps_frames: bool = False
 
 
 @dataclass(frozen=True)
@@ -192,7 +194,7 @@ RANGINGS: Mapping[str, Ranging] = {
     "passive": Ranging(asvs_ping=True),
 }
 CHANNELS: Mapping[str, Channel] = {
-    "disc": Channel(ends_at_range=True),
+    "disc": Channel(ends_at_range=True, keeps_frames=True),
     "curve": Channel(),
     "sonar": Channel(has_levels=True),
     "table": Channel(has_levels=True),

@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import Any, Literal
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
-from .channel_settings import Curve, PingSonar, PingTable, Sonar, Table
+from .channel_settings import Curve, Disc, Lossy, PingSonar, PingTable, Sonar, Table
 from .instruments.datasheet import Datasheet
 from .key_types import Real, Whole, key
 from .part_choice import PartChoice
@@ -141,11 +141,13 @@ BROADCASTER = Family(
 RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
 CHANNEL = Family(
     *("acoustics.hf.channel", "channel", CHANNELS, ("signals",)),
-    settings={"curve": Curve, "sonar": PingSonar, "table": PingTable},
+    settings={"disc": Disc, "curve": Curve, "sonar": PingSonar, "table": PingTable},
+    common=Lossy,
 )
 MF_CHANNEL = Family(
     *("acoustics.mf.channel", "mf_channel", CHANNELS, ("signals",)),
-    settings={"curve": Curve, "sonar": Sonar, "table": Table},
+    settings={"disc": Disc, "curve": Curve, "sonar": Sonar, "table": Table},
+    common=Lossy,
 )
 INSTRUMENT = Family(
     *("usbl.model", "instrument", INSTRUMENTS, ("sounding",)), settings={"datasheet": Datasheet}

@@ -137,9 +137,10 @@ def _part_schemas(family: Family) -> Iterator[dict[str, Any]]:
     bare = [name for name in family.siblings if name not in family.settings]
     yield {"type": "string", "enum": list(family.siblings)}
     yield own
-    yield {"type": "object", "properties": {"model": own}, "required": ["model"]}
+    common = {} if family.common is None else family.common.model_json_schema()["properties"]
+    yield {"type": "object", "properties": {"model": own, **common}, "required": ["model"]}
     for names, fields in (
-        (bare, {}),
+        *([(bare, {})] if bare else []),
         *(([it], model.model_json_schema()["properties"]) for it, model in family.settings.items()),
     ):
         yield {

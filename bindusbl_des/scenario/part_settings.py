@@ -56,7 +56,7 @@ def own_part(family: Family, choice: str) -> Callable[..., Any]:
         raise wrong[0]
     if model is None:
         return found  # type: ignore[no-any-return]  # `load` has seen that it can be called
-    values = asked(family.key, str(choice), _validated, model, _settings(choice))
+    values = asked(family.key, str(choice), _validated, model, _own_settings(family, choice))
     if model is getattr(found, "Settings", None):
         return partial(found, settings=values)
     return _bound(found, values)
@@ -79,8 +79,21 @@ def _looked_at(
     when = " as its settings were read"
     look = _kept_model_of if isinstance(found, Hashable) else _model_of
     model = asked(key, name, look, found, when=when)
-    wrong = asked(key, name, lambda: list(mistakes(model, _settings(choice), name)), when=when)
+    wrong = asked(key, name, lambda: list(_own_mistakes(family, choice, model)), when=when)
     return found, model, [PluginError(f"{key}.{word}", message) for word, message in wrong]
+
+
+def _own_mistakes(
+    family: Family, choice: str, model: type[BaseModel] | None
+) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with the settings of somebody's own part, and with those that every part
+    of its family has.
+    """
+    own = _own_settings(family, choice)
+    yield from mistakes(model, own, str(choice))
+    if family.common is not None:
+        given = {name: it for name, it in _settings(choice).items() if name not in own}
+        yield from mistakes(family.common, given, str(choice))
 
 
 def shipped_part(family: Family, choice: str, part: Callable[..., Any]) -> Callable[..., Any]:
@@ -106,6 +119,8 @@ def shipped_mistakes(family: Family, choice: str) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with the settings given to a part that ships, each with its name."""
     others = f"; of the {family.noun}s that ship only {', '.join(family.settings)} has some"
     none = f"; no {family.noun} that ships has any"
+    if len(family.settings) == len(family.siblings):
+        others = ""
     model = family.settings.get(str(choice))
     yield from mistakes(model, _settings(choice), str(choice), others if family.settings else none)
 
@@ -154,6 +169,12 @@ def _told(detail: Any) -> str:
 
 def _settings(choice: str) -> Mapping[str, Any]:
     return choice.settings if isinstance(choice, PartChoice) else {}
+
+
+def _own_settings(family: Family, choice: str) -> Mapping[str, Any]:
+    """Return the settings that somebody's own part is called with."""
+    common = family.common.model_fields if family.common is not None else {}
+    return {name: it for name, it in _settings(choice).items() if name not in common}
 
 
 def _model_of(found: Any) -> type[BaseModel] | None:

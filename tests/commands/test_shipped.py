@@ -81,7 +81,7 @@ def test_a_file_of_that_name_wins_and_a_folder_does_not() -> None:
         (("run", "table_1"), "is an experiment, of many missions; `bindusbl-des sweep table_1`"),
         (("run", "scenarios/quickstart.yaml"), "quickstart ships, so write `quickstart` alone"),
         (("sweep", "tabel_1"), "did you mean 'table_1'?"),
-        (("sweep", "xyzzy"), "two_asvs_140m_30deg; the experiments ablations, baseline,"),
+        (("sweep", "xyzzy"), "ugps_100m; the experiments ablations, baseline,"),
         (("init", "remus"), "no template 'remus'; did you mean 'remus_1km'? There are starter"),
         (("run", "other.yaml"), "other.yaml: no such file; `bindusbl-des init` writes a starter"),
     ],

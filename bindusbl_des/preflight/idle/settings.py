@@ -2,7 +2,10 @@
 
 from collections.abc import Iterator
 
+from ...core.plugins import is_plugin
 from ...scenario.agreement.problem import Problem
+from ...scenario.channel_settings import burst_s
+from ...scenario.declared import channel_named
 from ...scenario.scenario import Scenario
 from ...scenario.sections.environment import Environment
 
@@ -62,6 +65,26 @@ def levels(scenario: Scenario) -> Iterator[Problem]:
                     f"has no effect with {chooser}: {chosen}; remove it",
                     (f"acoustics.{band}.channel.{chooser}",),
                 )
+
+
+def bursts(scenario: Scenario) -> Iterator[Problem]:
+    """Yield how long losses last where nothing is lost."""
+    hf, mf = scenario.acoustics.hf.channel, scenario.acoustics.mf.channel
+    if burst_s(mf) is not None and channel_named(mf).keeps_frames:
+        yield Problem(
+            "acoustics.mf.channel.burst_s",
+            f"has no effect with acoustics.mf.channel: {mf} (within its range it loses no frame); "
+            "remove it",
+            ("acoustics.mf.channel",),
+        )
+    loss = scenario.acoustics.loss
+    by_law = channel_named(hf).ends_at_range and not is_plugin(hf)
+    if burst_s(hf) is not None and by_law and loss.law == "none" and loss.combine == "off":
+        yield Problem(
+            "acoustics.hf.channel.burst_s",
+            "has no effect with acoustics.loss.law: none (no ping is lost on its way); remove it",
+            ("acoustics.loss.law",),
+        )
 
 
 def cast(scenario: Scenario) -> Iterator[Problem]:

@@ -8,6 +8,8 @@ from math import inf, nan
 
 import numpy as np
 
+from ...acoustics.bursts import lasting
+from ...acoustics.loss import chance_of
 from ...acoustics.propagation import (
     Band,
     Spread,
@@ -64,15 +66,16 @@ def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, caller
 @compiled
 def interrogate(
     handed: int, group: Ints, callers: Ints, chances: Floats, time: float, answers: Rows,
-    calls: Rows, count: int, capture: float,
+    calls: Rows, count: int, capture: float, bursts: Rows | None,
 ) -> int:  # fmt: skip
     """Let ASVs call the AUVs of a group at an instant (s), one for each; one call may name several.
 
     Write what becomes of each call to `answers` (n,), :data:`.rows.CALLED`, and the calls' sound at
     ASVs after the first `count` of `calls`; return how many these are then.  Calls that overlap at
     an AUV destroy each other, and each is lost as a ping over the same way: if its one of `chances`
-    (n,), in [0, 1), is below the probability of that.  `handed` is the address of a
-    :class:`.propagation.Spread`, `capture` as of :class:`.channel.Receiver`.
+    (n,), in [0, 1), is below the probability of that, or that of `bursts`, as of
+    :func:`.reception.resolve`.  `handed` is the address of a :class:`.propagation.Spread`,
+    `capture` as of :class:`.channel.Receiver`.
     """
     into = opened(handed, Spread)
     auvs, asvs, way, band = into.auvs, into.asvs, into.way, into.way.band
@@ -87,7 +90,10 @@ def interrogate(
         if reaches(here, caller, k, callers[k], way):
             travel = light_time(caller, auvs, auv, time, sound_speed)
             chance = lost(travel * sound_speed, k, callers[k], way)
-            answer.call = LOST if chances[k] < chance else HEARD
+            drawn = chances[k]
+            if bursts is not None:
+                drawn = chance_of(lasting(bursts[auv, callers[k]], time + travel, chance))
+            answer.call = LOST if drawn < chance else HEARD
             answer.call_time_s = travel
             others = 0.0
             for other in calling:

@@ -4,6 +4,7 @@ from functools import cache, partial
 
 import numpy as np
 
+from ...acoustics.bursts import lasting
 from ...core.handed import Handed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
@@ -151,7 +152,7 @@ class Outcomes:
         fixes.count, undecided, auv, asv = resolve(
             self._decided_by.address, time, ping, only, pings.count, receptions.count,
             self._uplink.calls.count, count,
-            *measuring.made_for, self._strayed, *self._further_sound,
+            *measuring.made_for, self._strayed, *self._further_sound, self._uplink.bursts,
         )  # fmt: skip
         if measuring.own is not None:
             for fix in fixes.array[count : fixes.count]:
@@ -216,6 +217,9 @@ class Outcomes:
         same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
         ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
         luck = float(self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
+        if (bursts := self._uplink.bursts) is not None:
+            pair = bursts[it["auv"], it["asv"]]
+            luck = lasting(pair, float(it["arrived_at_s"]), float(it["loss"]))
         outcome = foretold(
             self._decided_by.address, row, luck, record.pings.count, record.receptions.count,
             self._uplink.calls.count, *self._further_sound,

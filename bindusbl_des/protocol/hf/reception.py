@@ -1,8 +1,10 @@
 """What becomes of a ping at the ASVs in range: who hears it, and who does not."""
 
-from math import erfc, inf, nan, sqrt
+from math import inf, nan
 from typing import Annotated, NamedTuple
 
+from ...acoustics.bursts import lasting
+from ...acoustics.loss import chance_of
 from ...acoustics.propagation import drowns, overlap
 from ...core.compiled import compiled
 from ...core.handed import opened
@@ -113,7 +115,7 @@ def _echoed(it: Row, other: Row, echo: Row, duration: float) -> float:
 def resolve(
     handed: int, time: float, first: int, only: int, pings: int, receptions: int, calls: int,
     fix: int, has_sheet: bool | None, errors: int | None, strayed: Floats | None,
-    echoes: Rows | None, frames: Rows | None,
+    echoes: Rows | None, frames: Rows | None, bursts: Rows | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
     or of the ping `first` the reception `only`, if that is not NONE.
@@ -127,8 +129,8 @@ def resolve(
     :class:`.instrument.Instrument` has it; systematic `errors`, the address of a
     :class:`.systematic_fixes.HandedErrors`; how far each AUV may have `strayed` (n,) between a call
     and its answer (variance along its course, m2), where ASVs call; `echoes`, row by row of
-    receptions, as of :data:`.sonar_channel.ECHO`; and `frames`, of ASVs that hear no ping while
-    they send them.
+    receptions, as of :data:`.sonar_channel.ECHO`; `frames`, of ASVs that hear no ping while they
+    send them; and `bursts` (AUVs, ASVs), :data:`.bursts.PAIR`, in which pings are lost.
     """
     by = opened(handed, Decided)
     air = _on_record(by, pings, receptions, calls)
@@ -136,7 +138,7 @@ def resolve(
     if only == NONE:
         count = _write_due(by.due, air.pings, first, time)
     for ping in by.due[:count]:
-        dry, makes_fix = _resolve(ping, only, air, echoes, frames, by.noise)
+        dry, makes_fix = _resolve(ping, only, air, echoes, frames, bursts, by.noise)
         if dry != NONE:
             return fix, first, air.pings[ping].auv, dry
         if makes_fix:
@@ -197,8 +199,9 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 
 @compiled
 def _resolve(
-    ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None, noise: Noise
-) -> tuple[int, bool]:
+    ping: int, only: int, air: Air, echoes: Rows | None, frames: Rows | None,
+    bursts: Rows | None, noise: Noise,
+) -> tuple[int, bool]:  # fmt: skip
     """Decide the receptions of a ping, or `only` one, each by a row of the noise.
 
     Return NONE, and whether a fix is to be made: somebody has heard the ping, and nobody had yet.
@@ -223,8 +226,11 @@ def _resolve(
         noise.taken[auv, it.asv] += 1  # whatever comes of it: worlds that differ share their noise
         for n in range(width):
             taken_now[n] = drawn[n]
-        it.outcome = _outcome(row, drawn[NOISE_WIDTH], air, echoes, frames)
-        it.snr_db += air.shadowing_sd_db * drawn[NOISE_WIDTH]
+        luck = drawn[NOISE_WIDTH]
+        if bursts is not None:
+            luck = lasting(bursts[auv, it.asv], it.arrived_at_s, it.loss)
+        it.outcome = _outcome(row, luck, air, echoes, frames)
+        it.snr_db += air.shadowing_sd_db * luck
         hearers += it.outcome == HEARD
     makes_fix = hearers > 0 and line.heard_by == 0
     line.heard_by += hearers
@@ -246,8 +252,7 @@ def _outcome(row: int, luck: float, air: Air, echoes: Rows | None, frames: Rows 
 @compiled
 def by_luck(it: Row, luck: float) -> int:
     """Tell whether a reception that nothing overlaps is lost, by `luck`, a standard normal."""
-    chance = 0.5 * erfc(-luck / sqrt(2.0))  # uniform
-    return LOST if chance < it.loss else HEARD
+    return LOST if chance_of(luck) < it.loss else HEARD
 
 
 @compiled

@@ -57,8 +57,12 @@ class Uplink:
         channel: LossTerms | AskedChannel,
         streams: Streams,
         record: Recorder,
+        bursts: Rows | None = None,
     ) -> None:
-        """Put a band together; the channel is the compiled disc with its loss, or one asked."""
+        """Put a band together; the channel is the compiled disc with its loss, or one asked.
+
+        Pings and calls are lost in `bursts` (AUVs, ASVs), :data:`.bursts.PAIR`, if not None.
+        """
         self.band = band
         self._channel, self.receiver, self._way = deciding(channel, band)
         self._auvs, self._asvs, self._record, self._vessels = auvs, asvs, record, len(asvs)
@@ -67,6 +71,7 @@ class Uplink:
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._spread_in = spread_in(record, self._way, auvs, asvs)
         self._predicted = 0  # pings before this one have arrived everywhere
+        self.bursts = bursts
         #: The sound of calls, :data:`.calling.CALL`, and of echoes, where the channel has any, row
         #: by row of receptions, :data:`.sonar_channel.ECHO`.
         self.calls = EventBuffer(CALL)
@@ -91,6 +96,7 @@ class Uplink:
         calls.count = interrogate(
             self._spread_in.address, members(tuple(group)), callers, np.array(chances), time,
             answers, calls.room_for(sounds), calls.count, self.receiver.capture,
+            self.bursts,
         )  # fmt: skip
         if self._asvs.failures is not None:
             _, cut = self._asvs.failures.met(callers, time, time + self.band.duration)

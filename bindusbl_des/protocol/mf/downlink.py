@@ -9,6 +9,7 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
+from ...acoustics.bursts import lasting_chances
 from ...acoustics.channel import AskedChannel, between
 from ...acoustics.modem import Message
 from ...acoustics.named_channels import FrameChannel
@@ -93,6 +94,7 @@ class FrameBand(NamedTuple):
     the `channel` says, where one is asked; they travel at `sound_speed` (m/s).  Frames that overlap
     at an AUV destroy each other, but for `capture` as of :class:`.channel.Receiver`.  An AUV hears
     none while it sends a ping of `deafening_s` (s); 0: it hears one band as it sends on the other.
+    What a channel lets be lost is lost in `bursts` (AUVs, ASVs), :data:`.bursts.PAIR`, if not None.
     """
 
     reach: float
@@ -100,6 +102,7 @@ class FrameBand(NamedTuple):
     channel: FrameChannel | None
     capture: float = math.inf
     deafening_s: float = 0.0
+    bursts: Rows | None = None
 
 
 class MfDownlink(Deliveries):
@@ -123,6 +126,7 @@ class MfDownlink(Deliveries):
     ) -> None:
         super().__init__(env, auvs, navigator, record)
         self._channel, self._range, self._sound_speed = band.channel, band.reach, band.sound_speed
+        self._bursts = band.bursts
         self._luck = cache(partial(streams.of, Purpose.FRAME))
         self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
         self._asvs, self._clock, self._record = asvs, clock, record
@@ -203,6 +207,9 @@ class MfDownlink(Deliveries):
         luck = self._overheard(asv).random(len(auvs))
         for auv in set(self._fixes.array["auv"][carried].tolist()):
             luck[auv] = self._luck(auv, asv).random()
+        if self._bursts is not None:
+            pairs = np.ascontiguousarray(self._bursts[:, asv])
+            luck = lasting_chances(pairs, time, np.ascontiguousarray(found["loss"]))
         told, loss = self._promises.room_for(len(auvs))[self._promises.count :], found["loss"]
         told = told[: len(auvs)]
         told["outcome"] = np.where(loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE)

@@ -14,7 +14,7 @@ from ...acoustics.travel_time import travel_time
 from ...core.handed import Handed
 from ...core.streams import Purpose, Streams
 from ...records.events import IN_FLIGHT, LOST
-from ...records.rows import NONE, EventBuffer, Recorder, Row
+from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ...usbl.own_instrument import OwnInstrument, mirrored
 from ...usbl.usbl import note
 from ...vehicles.fleet import Fleet
@@ -41,12 +41,14 @@ class Beacons:
         channel: LossTerms | AskedChannel,
         streams: Streams,
         record: Recorder,
+        bursts: Rows | None = None,
     ) -> None:
-        """Put a band together; the channel as of :class:`..hf.uplink.Uplink`."""
+        """Put a band together; channel and bursts as of :class:`..hf.uplink.Uplink`."""
         self.band = band
         self._auvs, self._asvs, self._record = auvs, asvs, record
         self._channel, self.receiver, self._way = deciding(channel, band)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
+        self.bursts = bursts
         #: :data:`GNSS_NOISE`, ping by ping.
         self.gnss_noise = EventBuffer(GNSS_NOISE)
         self._spread_in = spread_in(record, self._way, auvs, asvs)
@@ -176,7 +178,7 @@ class PassiveOutcomes:
         self._measuring.make_room(receptions.count - self._undecided)
         fixes.count, self._undecided, dry = resolve(
             self._decided_by.address, time, self._undecided, pings.count, receptions.count,
-            fixes.count, *self._measuring.made_for,
+            fixes.count, *self._measuring.made_for, self._beacons.bursts,
         )  # fmt: skip
         return dry
 

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from ...acoustics.bursts import lasting
 from ...acoustics.propagation import Spread, Way, drowns, lost, overlap, reaches, snr, sound
 from ...acoustics.travel_time import light_time
 from ...core.compiled import compiled
@@ -124,7 +125,7 @@ class Decided(NamedTuple):
 @compiled
 def resolve(
     handed: int, time: float, first: int, ping_count: int, reception_count: int, fix: int,
-    has_sheet: bool | None, errors: int | None,
+    has_sheet: bool | None, errors: int | None, bursts: Rows | None,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Decide all receptions from the row `first` on that have ended by an instant (s), as they did.
 
@@ -141,8 +142,11 @@ def resolve(
             return fix, first, row
         drawn = noise.blocks[noise.shelf[it.auv, it.asv], noise.taken[it.auv, it.asv]]
         noise.taken[it.auv, it.asv] += 1  # whatever comes of it: worlds that differ share it
-        it.outcome = _outcome(row, drawn[NOISE_WIDTH], pings, receptions, by.duration, by.capture)
-        it.snr_db += by.shadowing_sd_db * drawn[NOISE_WIDTH]
+        luck = drawn[NOISE_WIDTH]
+        if bursts is not None:
+            luck = lasting(bursts[it.auv, it.asv], it.arrived_at_s, it.loss)
+        it.outcome = _outcome(row, luck, pings, receptions, by.duration, by.capture)
+        it.snr_db += by.shadowing_sd_db * luck
         if it.outcome == HEARD:
             pings[it.ping].heard_by += 1
             _make(fix, row, drawn, handed, has_sheet, errors)

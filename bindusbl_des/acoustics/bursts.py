@@ -1,0 +1,160 @@
+"""Losses in bursts: the luck of a pair of vehicles lasts, so that who is lost stays lost a while.
+
+Each pair is a two-state chain, continuous in time (E. N. Gilbert, Bell System Technical Journal
+39, 1960): signals are lost for `burst_s` (s) on average, and for the share p of the time that the
+channel says at that range.  So the pair leaves the lost state at the rate 1 / burst_s, and comes to
+it at p / ((1 - p) burst_s).
+
+The same chain, said so that p may change with range: the pair's luck is drawn anew at the instants
+of a Poisson process of rate 1 / ((1 - p) burst_s), and a signal is lost if its luck, as a uniform
+number, is below p.  Where p changes, the rate does: the instants of a lower rate are those of a
+higher one, thinned.  Whatever way p has come, the share lost is p; where p is constant, losses last
+for exponential times of mean burst_s.  Luck is a function of pair and instant alone: neither how
+often somebody pings nor what is decided first changes the sea.
+"""
+
+from math import ceil, cos, floor, log, log2, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import compiled
+from ..core.streams import Purpose, Streams
+from ..records.rows import Row, Rows
+from .loss import chance_of
+
+Floats = NDArray[np.float64]
+
+# A pair of an AUV and an ASV: what its luck is drawn by, and how long losses last (s).
+PAIR = np.dtype([("key", "u8"), ("burst_s", "f8")])
+
+# Losses more frequent than 1 - 2^-20 last as long as those: rarer ones are out of range.
+LAYERS = 20
+MOST = 1.0 - 2.0**-LAYERS
+
+# Numbers of a cell: how many renewals it has, and of each when, by which mark, and two for its luck
+EACH, MOST_IN_CELL = 4, 15
+
+
+def pairs(
+    burst_s: float | None, streams: Streams, purpose: Purpose, auvs: int, asvs: int
+) -> Rows | None:
+    """Return what the luck of each pair is drawn by (auvs, asvs), :data:`PAIR`; None where each
+    signal is lost by itself.
+    """
+    if burst_s is None:
+        return None
+    found = np.empty((auvs, asvs), PAIR)
+    found["burst_s"] = burst_s
+    for auv in range(auvs):
+        for asv in range(asvs):
+            found["key"][auv, asv] = pair_key(streams, purpose, auv, asv)
+    return found
+
+
+def pair_key(streams: Streams, purpose: Purpose, auv: int, asv: int) -> np.uint64:
+    """Return what the luck of a pair is drawn by, of a band's own stream."""
+    return streams.of(purpose, auv, asv).integers(2**64, dtype=np.uint64)
+
+
+@compiled
+def uniform(key: np.uint64, layer: int, cell: int, number: int) -> float:
+    """Return a number of a cell of a layer in [0, 1): always the same one, and independent of all
+    others.
+
+    Source: G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators
+    (SplitMix64), OOPSLA 2014, its output function taken of a counter, twice.
+    """
+    gamma = np.uint64(0x9E3779B97F4A7C15)
+    state = key
+    for word in (np.uint64(cell), np.uint64(64 * layer + number)):
+        state = state + gamma * (word + np.uint64(1))
+        state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        state = state ^ (state >> np.uint64(31))
+    return float(np.int64(state >> np.uint64(11))) * 2.0**-53
+
+
+@compiled
+def _renewals_in(key: np.uint64, layer: int, cell: int) -> int:
+    """Return how many renewals a cell has: a Poisson number of mean 1."""
+    chance, count, term = uniform(key, layer, cell, 0), 0, np.exp(-1.0)
+    total = term
+    while chance >= total and count < MOST_IN_CELL:
+        count += 1
+        term /= count
+        total += term
+    return count
+
+
+@compiled
+def renewed(key: np.uint64, burst_s: float, time: float, loss: float) -> tuple[float, float]:
+    """Return since when (s) a pair has the luck that it has at an instant (s), and that: a standard
+    normal.
+
+    `loss` is the probability that a signal is lost then.
+
+    Instants of renewals at the largest rate are points of time and mark, of density 1 / burst_s for
+    each unit of the mark; at the rate of `pace` / burst_s those with a mark below `pace` count.
+    Layer 0 has the marks below 1, layer n those from 2^(n-1) to 2^n, in cells that hold one point
+    on average.  Sought is the last one before the instant: first where all marks count and points
+    are dense, so that what is farther back need not be looked at.
+    """
+    pace = 1.0 / (1.0 - min(max(loss, 0.0), MOST))
+    top = max(0, ceil(log2(pace)))
+    since, luck = -np.inf, 0.0
+    for step in range(top + 1):
+        layer = top - 1 - step if step < top else top
+        least = 0.0 if layer == 0 else 2.0 ** (layer - 1)
+        span = max(least, 1.0)
+        width = burst_s / span
+        cell = floor(time / width)
+        while (cell + 1) * width > since:
+            for point in range(_renewals_in(key, layer, cell)):
+                number = 1 + EACH * point
+                at = (cell + uniform(key, layer, cell, number)) * width
+                counts = least + span * uniform(key, layer, cell, number + 1) < pace
+                if counts and since < at <= time:
+                    since, luck = at, _normal(key, layer, cell, number + 2)
+            cell -= 1
+    return since, luck
+
+
+@compiled
+def _normal(key: np.uint64, layer: int, cell: int, number: int) -> float:
+    """Return a standard normal number (G. E. P. Box, M. E. Muller 1958)."""
+    radius = sqrt(-2.0 * log(1.0 - uniform(key, layer, cell, number)))
+    return radius * cos(2.0 * pi * uniform(key, layer, cell, number + 1))
+
+
+@compiled
+def lasting(pair: Row, time: float, loss: float) -> float:
+    """Return the luck of a pair, :data:`PAIR`, at an instant (s), a standard normal; `loss` as of
+    :func:`renewed`.
+    """
+    _, luck = renewed(pair.key, pair.burst_s, time, loss)
+    return luck
+
+
+@compiled
+def lost_since(pair: Row, time: float, loss: float) -> float:
+    """Return since when (s) all signals of a pair have been lost, had their loss been the same; NaN
+    if they are not lost at that instant (s).
+    """
+    begun = np.nan
+    since, luck = renewed(pair.key, pair.burst_s, time, loss)
+    while chance_of(luck) < loss and since > 0.0:
+        begun = since
+        since, luck = renewed(pair.key, pair.burst_s, np.nextafter(since, -np.inf), loss)
+    return 0.0 if chance_of(luck) < loss else begun
+
+
+@compiled
+def lasting_chances(of: Rows, time: float, losses: Floats) -> Floats:
+    """Return the luck of pairs (n,), :data:`PAIR`, at an instant (s), as numbers in [0, 1), (n,):
+    signals are lost with those below their `losses` (n,).
+    """
+    out = np.empty(losses.size)
+    for k in range(losses.size):
+        out[k] = chance_of(lasting(of[k], time, losses[k]))
+    return out
