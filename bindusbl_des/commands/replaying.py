@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 LOGS = (
     "LOG is a .pyfg file, an .mcap file, a folder of CSV files (odometry or tracks, ranges, "
-    "beacons, fixes; docs/replay.md), or goats_15 or goats_16, which ship with the package gtsam."
+    "beacons, fixes, receptions; docs/replay.md), or goats_15 or goats_16, which ship with the "
+    "package gtsam."
 )
 
 
@@ -105,7 +106,8 @@ def fit(
     """Find the noise in a recorded mission, as keys of a scenario.
 
     Spread, heavy tail and share of outliers of what was measured, random walk and velocity bias of
-    dead reckoning: those under which the log is likeliest.
+    dead reckoning: those under which the log is likeliest.  And how long losses last, of a log that
+    tells which receptions were lost.
     """
     from ..replay.fitting import fit as fitted
     from ..replay.log import BadLog

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .log import Array, Log
+from .losses import Losses, losses_of
 from .navigating import Prepared, filter_log, prepared, smooth_log
 from .noise import Noise
 
@@ -31,13 +32,14 @@ WALKS_BELOW, MOST_WALKS, WALK_FACTOR, UNLIKELY = 8, 48, 2.0**0.5, 8.0
 
 
 class Fit(NamedTuple):
-    """The noise found, the sum of the logarithms of the sights' densities with it, and how sure the
-    velocity bias is (m/s, along both axes).
+    """The noise found, the sum of the logarithms of the sights' densities with it, how sure the
+    velocity bias is (m/s, along both axes), and how receptions were lost, if the log says so.
     """
 
     noise: Noise
     log_likelihood: float
     bias_sds: tuple[float, float]
+    losses: Losses | None = None
 
 
 def fit(log: Log) -> Fit:
@@ -59,7 +61,8 @@ def fit(log: Log) -> Fit:
     noise = tried[int(np.argmax(scores))]
     (ahead, aside), sds = _bias(known, noise)
     found = replace(noise, bias=(ahead, aside), bias_sd=float(np.sqrt(np.mean(sds**2))))
-    return Fit(found, _score(known, noise), (float(sds[0]), float(sds[1])))
+    sure = float(sds[0]), float(sds[1])
+    return Fit(found, _score(known, noise), sure, losses_of(log.receptions))
 
 
 def _bias(log: Prepared, noise: Noise) -> tuple[list[float], Array]:

@@ -11,6 +11,7 @@ from ..navigation.dead_reckoning import Odometry
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 
 class BadLog(ValueError):
@@ -40,6 +41,17 @@ class Fixes(NamedTuple):
     times: Array
     places: Array
     covariances: Array
+
+
+class Receptions(NamedTuple):
+    """Signals that were heard or lost (n,), in the order of time: when (s), by which pair of
+    vehicles (its number), whether it was lost, and over which range (m), NaN where nobody knows.
+    """
+
+    times: Array
+    pairs: Ints
+    is_lost: Bools
+    ranges: Array
 
 
 class Stated(NamedTuple):
@@ -82,6 +94,7 @@ class Log:
     start_found: bool = False
     has_clock: bool = True
     stated: Stated | None = None
+    receptions: Receptions | None = None
 
     def begun_at(self, start: Pose) -> "Log":
         """Return the log with its odometry beginning at a pose in the frame of its beacons."""

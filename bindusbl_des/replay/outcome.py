@@ -13,6 +13,7 @@ from ..export.csv_folder import columns
 from ..results.arrow import arrow
 from ..results.parquet import write_parquet
 from ..results.result_folder import CSV_DICTIONARY
+from .losses import Losses, losses_of
 from .replaying import Replay, mean_nis, outlier_share, rms_between
 from .rows import ROWS
 
@@ -20,6 +21,7 @@ TYPES = {int: pa.int64(), float: pa.float64(), str: pa.string(), bool: pa.bool_(
 FRAME = "that of the log's beacons"
 # 1.4826 times the median of absolute deviations is the standard deviation of Gaussian noise.
 TO_SD = 1.4826
+LOST_COLUMNS = ("lost_share", "burst_s", "longest_outage_s", "outage_chance")
 
 
 def tables(replays: Sequence[Replay]) -> dict[str, pa.Table]:
@@ -82,6 +84,7 @@ def _log(replay: Replay) -> dict[str, Any]:
         "has_clock": log.has_clock,
         "ranges": len(log.ranges.times),
         "fixes": len(log.fixes.times),
+        **_lost(losses_of(log.receptions)),
         "start_x_m": float(log.places[0, 0]),
         "start_y_m": float(log.places[0, 1]),
         "start_heading_deg": degrees(log.yaws[0]),
@@ -100,6 +103,17 @@ def _log(replay: Replay) -> dict[str, Any]:
         "smoother_to_reference_m": apart(later),
     }
     return {name: [value] for name, value in row.items()}
+
+
+def _lost(losses: Losses | None) -> dict[str, Any]:
+    """Return the columns of receptions."""
+    if losses is None:
+        return {"receptions": 0, **dict.fromkeys(LOST_COLUMNS, nan)}
+    burst_s = nan if losses.burst_s is None else losses.burst_s
+    longest = losses.longest
+    outage = (nan, nan) if longest is None else (longest.lasted_s, longest.chance)
+    values = (losses.share, burst_s, *outage)
+    return {"receptions": losses.receptions, **dict(zip(LOST_COLUMNS, values, strict=True))}
 
 
 def _track(replay: Replay) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .log import Array, BadLog, Beacons, Fixes, Log, Ranges
+from .log import Array, BadLog, Beacons, Bools, Fixes, Log, Ranges, Receptions
 from .pyfg import NOMINAL_SPEED, read_pyfg, shipped
 from .tables import Table, csv_tables, mcap_tables
 
@@ -68,6 +68,11 @@ def _log_of(path: Path, tables: dict[str, Table], vehicle: str | None) -> Log:
     beacons = _beacons(tables.get("beacons", empty))
     ranges = _ranges(tables.get("ranges", empty).where("vehicle", whose), beacons)
     fixes = _fixes(tables.get("fixes", empty).where("auv", whose).where("outcome", "delivered"))
+    # Odometry of even steps ends up to a step before its mission does; later is another clock.
+    ends = float(times[-1]), float(2.0 * times[-1] - times[-2])
+    in_time, told = _until(ranges.times, *ends), _until(fixes.times, *ends)
+    ranges = Ranges(ranges.times[in_time], ranges.beacons[in_time], ranges.metres[in_time])
+    fixes = Fixes(fixes.times[told], fixes.places[told], fixes.covariances[told])
     first = float(times[0])
     log = Log(
         f"{path.stem}_{whose}" if whose else path.stem,
@@ -78,9 +83,15 @@ def _log_of(path: Path, tables: dict[str, Table], vehicle: str | None) -> Log:
         beacons,
         ranges._replace(times=ranges.times - first),
         fixes._replace(times=fixes.times - first),
+        receptions=_receptions(tables.get("receptions", empty).where("auv", whose)),
     )
     _check_times(path, log)
     return log
+
+
+def _until(instants: Array, end: float, after: float) -> Bools:
+    """Tell which instants (n,), s, do not lie between two others (s)."""
+    return np.asarray((instants <= end) | (instants >= after))
 
 
 def _vehicle(path: Path, odometry: Table, vehicle: str | None) -> str:
@@ -130,6 +141,47 @@ def _fixes(table: Table) -> Fixes:
     order = np.argsort(numbers[:, 0], kind="stable")
     covariances = np.hstack((numbers[:, 3:] ** 2, crossed))
     return Fixes(numbers[order, 0], numbers[order, 1:3], covariances[order])
+
+
+# What becomes of a signal that nothing overlapped, by the column `outcome`; of others nothing is
+# learnt.  What a column `valid` says.
+OUTCOMES = {"heard": False, "lost": True}
+VALID = {"1": False, "true": False, "0": True, "false": True}
+
+
+def _receptions(table: Table) -> Receptions | None:
+    """Return which signals were heard and which lost, each by the pair of who sent and who heard.
+
+    Raises:
+        BadLog: naming the place that says neither.
+    """
+    if not len(table):
+        return None
+    named = "outcome" if table.has("outcome") else "valid"
+    instant = "arrived_at_s" if table.has("arrived_at_s") else "time_s"
+    known = table
+    if named == "outcome":  # an answer that was never sent, its call being lost, has no instant
+        rows = [it for it in table.rows if it[1].get(named) in OUTCOMES and it[1].get(instant)]
+        known = Table(table.source, rows)
+    is_lost = [_is_lost(place, named, row.get(named)) for place, row in known.rows]
+    away = next((it for it in ("slant_range_m", "range_m") if known.has(it)), None)
+    others = [str(row.get("asv", row.get("beacon", ""))) for _, row in known.rows]
+    names = sorted(set(others))
+    times = known.numbers(instant)[:, 0]
+    order = np.argsort(times, kind="stable")
+    ranges = np.full(len(known), np.nan) if away is None else known.numbers(away)[:, 0]
+    pairs = np.array([names.index(it) for it in others], dtype=np.int64)
+    return Receptions(times[order], pairs[order], np.array(is_lost, bool)[order], ranges[order])
+
+
+def _is_lost(place: str, column: str, said: object) -> bool:
+    told = OUTCOMES if column == "outcome" else VALID
+    if str(said).strip().lower() not in told:
+        raise BadLog(
+            f"{place}: {column} is {said!r}; receptions need a column outcome (heard or lost), or "
+            "valid (1 or 0, true or false)"
+        )
+    return told[str(said).strip().lower()]
 
 
 def _check_times(path: Path, log: Log) -> None:

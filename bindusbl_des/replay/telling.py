@@ -8,6 +8,7 @@ from ..core.wording import aligned, plain, significant
 from ..scenario.scenario import Scenario
 from .fitting import Fit
 from .log import Log
+from .losses import RARE
 
 Row = Mapping[str, Any]
 
@@ -61,6 +62,8 @@ def _remarks(logs: Sequence[Row], beacons: Sequence[Row]) -> Iterator[str]:
                 f"{log['log']}: begins at {place}, heading {log['start_heading_deg']:.1f} deg, "
                 f"found from the ranges{_rival(log)}"
             )
+        if log["receptions"]:
+            yield f"{log['log']}: {_lost(log)}"
         for row in beacons:
             middle, sd = row["residual_median_m"], log["range_sd_m"]
             if row["log"] == log["log"] and middle is not None and abs(middle) > FAR_OFF * sd:
@@ -68,6 +71,24 @@ def _remarks(logs: Sequence[Row], beacons: Sequence[Row]) -> Iterator[str]:
                     f"{log['log']}: the {row['ranges']} ranges to {row['beacon']} are off by "
                     f"{middle:.1f} m (median); is it where it is said to be?"
                 )
+
+
+def _lost(log: Row) -> str:
+    told = f"{100 * log['lost_share']:.1f} % of {log['receptions']} receptions were lost"
+    if log["burst_s"] is None:
+        return f"{told}, each by itself as far as they tell"
+    told = f"{told}, for {log['burst_s']:.2g} s on average"
+    if log["outage_chance"] is not None and log["outage_chance"] < RARE:
+        told += f"; {outage_told(log['longest_outage_s'], log['outage_chance'])}"
+    return told
+
+
+def outage_told(lasted_s: float, chance: float) -> str:
+    """Tell of an outage that one mean does not explain."""
+    return (
+        f"the longest outage, {lasted_s:.2g} s, is met in {100 * chance:.1g} % of such logs: "
+        "something else may have been in the way (a hull, a pile)"
+    )
 
 
 def _rival(log: Row) -> str:
@@ -100,6 +121,14 @@ def noise_keys(fit: Fit, log: Log) -> dict[str, tuple[Any, str]]:
     keys["navigation.velocity_bias_sd_m_per_s"] = noise.bias_sd, "how sure that is"
     if noise.start_sd > 0.0 and not log.start_found:
         keys["navigation.initial_position_sd_m"] = noise.start_sd, "odometry begins elsewhere"
+    losses = fit.losses
+    if losses is not None and losses.burst_s is not None:
+        low, high = losses.interval_s
+        told = f"{100 * losses.share:.3g} % of {losses.receptions} receptions were lost; "
+        told += f"{low:.2g} to {high:.2g} s; the model is yours to choose"
+        if losses.longest is not None and losses.longest.is_rare:
+            told += f"; {outage_told(losses.longest.lasted_s, losses.longest.chance)}"
+        keys["acoustics.hf.channel"] = {"model": "disc", "burst_s": losses.burst_s}, told
     return {name: (_rounded(value), said) for name, (value, said) in keys.items()}
 
 
@@ -107,6 +136,10 @@ def _rounded(value: Any) -> Any:
     """Return numbers with the digits that a log can tell."""
     if isinstance(value, list):
         return [_rounded(it) for it in value]
+    if isinstance(value, dict):
+        return {name: _rounded(it) for name, it in value.items()}
+    if isinstance(value, str):
+        return value
     return float(f"{value:.3g}")
 
 
@@ -124,7 +157,9 @@ def noise_file(fit: Fit, log: Log) -> str:
         if now != section:
             lines.append(f"{now}:")
             section = now
-        lines.append(f"  {key}: {_written(value)}  # {said}")
+        for word in reversed(key.split(".")[1:]):
+            value = {word: value}
+        lines.append(f"  {key.split('.')[0]}: {_written(value)}  # {said}")
     return "\n".join(lines) + "\n"
 
 
@@ -132,6 +167,10 @@ def _written(value: Any) -> str:
     """Return a value as YAML has it, which wants a point before an exponent."""
     if isinstance(value, list):
         return f"[{', '.join(map(_written, value))}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{name}: {_written(it)}' for name, it in value.items())}}}"
+    if isinstance(value, str):
+        return value
     text = repr(value)
     mantissa, mark, exponent = text.partition("e")
     return f"{mantissa}{'' if '.' in mantissa else '.0'}e{exponent}" if mark else text

@@ -1,0 +1,143 @@
+"""Bursts of losses found in logs: those that were put in, with how sure they are, and no others."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from bindusbl_des import load_scenario, simulate
+from bindusbl_des.acoustics.bursts import PAIR, lasting, pair_key
+from bindusbl_des.acoustics.loss import chance_of
+from bindusbl_des.cli import main
+from bindusbl_des.core.streams import Purpose, Streams
+from bindusbl_des.export.csv_folder import write_csv
+from bindusbl_des.replay.log import BadLog, Receptions
+from bindusbl_des.replay.losses import losses_of
+from bindusbl_des.replay.reading import read_log
+from bindusbl_des.replay.telling import outage_told
+
+
+def received(
+    burst_s: float, seed: int, *, count: int = 2000, every_s: float = 0.41, swing: float = 0.0
+) -> Receptions:
+    """Return receptions of two pairs in the sea of a mission, at ranges from 0 to 100 m and back
+    over which the share lost swings about 0.2.
+    """
+    times = every_s * np.arange(count)
+    ranges = 50.0 - 50.0 * np.cos(2.0 * np.pi * times / times[-1])
+    shares = 0.2 + swing * (ranges / 50.0 - 1.0)
+    rows = []
+    for asv in range(2):
+        key = pair_key(Streams(seed), Purpose.BURST, 0, asv)
+        pair = np.array([(key, burst_s)], dtype=PAIR)[0]
+        rows.append(
+            [chance_of(lasting(pair, t, p)) < p for t, p in zip(times, shares, strict=True)]
+        )
+    is_lost = np.array(rows).T.ravel()
+    pairs = np.tile(np.arange(2), count)
+    return Receptions(np.repeat(times, 2), pairs, is_lost, np.repeat(ranges, 2))
+
+
+@pytest.mark.parametrize("swing", [0.0, 0.15])
+def test_bursts_that_were_put_in_are_found(swing: float) -> None:
+    """Of 20 logs the 95 % interval holds the truth in 16 at least, whether or not range changes the
+    share lost (one in a thousand sets has fewer).
+    """
+    for burst_s in (0.4, 3.0):
+        held = 0
+        for seed in range(20):
+            found = losses_of(received(burst_s, seed, swing=swing))
+            assert found is not None
+            assert found.burst_s is not None
+            assert found.receptions == 4000
+            held += found.interval_s[0] <= burst_s <= found.interval_s[1]
+            assert found.burst_s == pytest.approx(burst_s, rel=0.4)
+        assert held >= 16
+
+
+def test_losses_one_by_one_are_no_bursts() -> None:
+    """Not even where far receptions are lost more often, which alone makes them come together; in
+    one log of fifty at most.
+    """
+    for swing in (0.0, 0.15):
+        found = [losses_of(received(1e-6, seed, swing=swing)) for seed in range(25)]
+        assert sum(it is not None and it.burst_s is not None for it in found) <= 1
+    nowhere = received(1e-6, 0, swing=0.15)
+    unknown = nowhere._replace(ranges=np.full(len(nowhere.times), np.nan))
+    found_there = losses_of(unknown)  # of one who does not know the ranges, they do
+    assert found_there is not None
+    assert found_there.burst_s is not None
+
+
+def test_an_outage_that_one_mean_does_not_explain_is_told() -> None:
+    """A pile between the two for 15 s."""
+    plain = received(0.5, 1)
+    found = losses_of(plain)
+    assert found is not None
+    assert found.longest is not None
+    assert not found.longest.is_rare
+    behind = (plain.times > 300.0) & (plain.times < 315.0) & (plain.pairs == 0)
+    found = losses_of(plain._replace(is_lost=plain.is_lost | behind))
+    assert found is not None
+    assert found.longest is not None
+    assert found.longest.is_rare
+    assert found.longest.lasted_s == pytest.approx(15.0, abs=2.0)
+    assert "the longest outage, 15 s," in outage_told(15.0, found.longest.chance)
+
+
+def test_a_log_that_tells_nothing_of_losses() -> None:
+    few = received(1.0, 0, count=3)
+    assert losses_of(None) is None
+    for is_lost in (np.zeros(6, bool), np.ones(6, bool)):
+        found = losses_of(few._replace(is_lost=is_lost))
+        assert found is not None
+        assert found.burst_s is None
+
+
+@pytest.fixture(scope="module")
+def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the export of the dive that ships."""
+    folder = tmp_path_factory.mktemp("dive") / "csv"
+    write_csv(simulate(load_scenario("ugps_100m"), 1).arrow, folder)
+    return folder
+
+
+def run(*words: str) -> str:
+    outcome = CliRunner().invoke(main, words)
+    assert outcome.exit_code == 0, outcome.output
+    return outcome.stdout
+
+
+def test_fit_writes_the_bursts_of_a_mission_of_ours(dive: Path, tmp_path: Path) -> None:
+    """0.33 s were put in; the file is a scenario that has them, and replay tells of them."""
+    keys = json.loads(run("fit", str(dive), "--vehicle", "AUV0", "--json"))["keys"]
+    assert keys["acoustics.hf.channel"]["burst_s"] == pytest.approx(0.33, abs=0.08)
+    run("fit", str(dive), "--vehicle", "AUV0", "--out", str(tmp_path / "noise.yaml"))
+    told = load_scenario(tmp_path / "noise.yaml").acoustics.hf.channel
+    assert dict(told.settings) == {"burst_s": keys["acoustics.hf.channel"]["burst_s"]}
+    words = ("replay", str(dive), "--vehicle", "AUV0", "--noise", str(tmp_path / "noise.yaml"))
+    assert "receptions were lost, for 0.3" in run(*words)
+    (row,) = json.loads(run(*words, "--json"))["logs"]
+    assert row["burst_s"] == pytest.approx(told.settings["burst_s"], rel=0.01)
+    assert row["lost_share"] == pytest.approx(0.177, abs=0.05)
+
+
+def test_receptions_of_one_s_own(dive: Path, tmp_path: Path) -> None:
+    """Readings of an instrument: when, and whether they were valid."""
+    for name in ("tracks.csv", "fixes.csv"):
+        (tmp_path / name).write_text((dive / name).read_text())
+    (tmp_path / "receptions.csv").write_text("time_s,valid\n3,1\n1,0\n2,false\n4,True\n")
+    log = read_log(str(tmp_path), "AUV0")
+    assert log.receptions is not None
+    assert log.receptions.times.tolist() == [1.0, 2.0, 3.0, 4.0]
+    assert log.receptions.is_lost.tolist() == [True, True, False, False]
+    assert np.isnan(log.receptions.ranges).all()
+    (tmp_path / "receptions.csv").write_text("time_s,valid\n3,1\n1,perhaps\n")
+    with pytest.raises(BadLog, match=r"receptions.csv:3: valid is 'perhaps'; .* valid \(1 or 0"):
+        read_log(str(tmp_path), "AUV0")
+    (tmp_path / "receptions.csv").write_text("time_s,outcome\n,lost\n2,lost\n3,collided\n")
+    log = read_log(str(tmp_path), "AUV0")
+    assert log.receptions is not None
+    assert log.receptions.times.tolist() == [2.0]
