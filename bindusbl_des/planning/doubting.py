@@ -8,8 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ..acoustics.loss import losses
+from ..acoustics.named_channels import loss_of
+from ..core.plugins import is_plugin
+from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
 from ..scenario.instruments.own_sensors import wanders_over_m
+from ..scenario.scenario import Scenario
 from ..scenario.sections.navigation import Drift
 from ..scenario.sections.vehicles import Formation
 from ..scenario.water import assumed_sound_speed_of
@@ -25,6 +30,9 @@ from .teams.placing import place_keys, placed
 # So much shorter are the ranges, so much is the speed of sound taken too high, so many times drifts
 # dead reckoning.
 SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
+
+# So many times longer losses last, or if they come one by one so long (s): some rounds.
+LONGER, BURST_S = 3.0, 10.0
 
 # So much sooner errors of scale and heading wander off than a sheet is read, or if not at all.
 SOONER, USUAL_LINE_M = 3.0, Drift.model_fields["line_m"].default
@@ -86,7 +94,7 @@ class Doubted:
 
 def doubts(question: Question, team: Candidate, foresight: Foresight) -> list[Doubt]:
     """Return the conditions in which a team is to be flown; without those that make no scenario."""
-    changes = [*_ranges(team), *_sound(team), *_drift(team)]
+    changes = [*_ranges(team), *_bursts(team), *_sound(team), *_drift(team)]
     worse = [(told, keys, candidate(question, {**team.keys, **keys})) for told, keys in changes]
     found = [Doubt(told, keys, it) for told, keys, it in worse if it is not None]
     return [*found[:1], *_lost(question, team, foresight), *found[1:]]
@@ -104,6 +112,33 @@ def _ranges(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
     if discs:
         keys = {f"{name}.range_m": float(f"{SHORTER * lengths[name]:.6g}") for name in discs}
         yield f"ranges {100 * (SHORTER - 1):+.0f} %", {**keys, **_kept(team)}
+
+
+def _bursts(team: Candidate) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield losses that come together, or last longer, where signals are lost at all."""
+    bands = team.scenario.acoustics
+    lossy = {HF: bands.hf.channel} if _loses_pings(team.scenario) else {}
+    if team.scenario.protocol.sends_frames and not channel_named(bands.mf.channel).keeps_frames:
+        lossy[MF] = bands.mf.channel
+    given = {name: burst_s(channel) for name, channel in lossy.items()}
+    longer = {name: it * LONGER for name, it in given.items() if it is not None}
+    if longer:
+        keys = {f"{name}.channel.burst_s": float(f"{it:.3g}") for name, it in longer.items()}
+        yield f"losses last {LONGER:g} times as long", keys
+    elif lossy:
+        yield (
+            f"losses last {BURST_S:g} s, not one by one",
+            {f"{name}.channel.burst_s": BURST_S for name in lossy},
+        )
+
+
+def _loses_pings(scenario: Scenario) -> bool:
+    """Tell whether a ping may be lost within the HF range, were nothing to overlap it."""
+    hf = scenario.acoustics.hf
+    if is_plugin(hf.channel) or not channel_named(hf.channel).ends_at_range:
+        return True
+    ranges = np.linspace(0.0, hf.range_m, 101)
+    return bool(losses(ranges, *loss_of(scenario)).max() > 0.0)
 
 
 def _kept(team: Candidate) -> dict[str, Any]:

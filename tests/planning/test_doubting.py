@@ -11,7 +11,7 @@ from pandas.testing import assert_frame_equal
 
 from bindusbl_des import Scenario, load_scenario, plan, simulate
 from bindusbl_des.campaigns.experiments.experiment import laid_over
-from bindusbl_des.planning.doubting import SEEDS, Doubt, Doubted, _drift, doubted
+from bindusbl_des.planning.doubting import SEEDS, Doubt, Doubted, _bursts, _drift, doubted
 from bindusbl_des.planning.selection.goals import Goal
 from bindusbl_des.planning.teams.candidates import Candidate
 
@@ -144,3 +144,33 @@ def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried:
     assert keys == [
         {"navigation.drift.percent_of_distance": 0.6}, {"navigation.drift.line_m": tried},
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("acoustics", "told_of", "keys"),
+    [
+        ({}, "", {}),  # of the disc nothing is lost
+        ({"loss": {"law": "head"}}, "losses last 10 s, not one by one", {"hf": 10.0}),
+        ({"loss": {"combine": "clamp_first"}}, "losses last 10 s, not one by one", {"hf": 10.0}),
+        (
+            {"hf": {"channel": "sonar"}, "mf": {"channel": "sonar"}},
+            "losses last 10 s, not one by one",
+            {"hf": 10.0, "mf": 10.0},
+        ),
+        (
+            {"hf": {"channel": {"model": "sonar", "burst_s": 2.0}}, "mf": {"channel": "sonar"}},
+            "losses last 3 times as long",
+            {"hf": 6.0},
+        ),
+    ],
+)
+def test_losses_that_last_are_a_doubt_where_anything_is_lost(
+    acoustics: dict[str, Any], told_of: str, keys: dict[str, float]
+) -> None:
+    given = {"name": "bay", "acoustics": acoustics}
+    found = dict(_bursts(Candidate({}, Scenario.model_validate(given), 1.0)))
+    expected = {f"acoustics.{band}.channel.burst_s": it for band, it in keys.items()}
+    assert found == ({told_of: expected} if keys else {})
+    for name, value in expected.items():
+        band = getattr(laid_over(given, expected).acoustics, name.split(".")[1])
+        assert band.channel.settings["burst_s"] == value

@@ -116,6 +116,9 @@ def test_what_is_missing_is_said() -> None:
     told = inputs_of(scenario(usbl={"outlier_share": 0.1})).approximations
     assert [it for it in told if "Outliers" in it]
     assert inputs_of(scenario()).approximations == ()
+    channel = {"model": "disc", "burst_s": 4.0}
+    told = inputs_of(scenario(acoustics={"hf": {"channel": channel}})).approximations
+    assert [it for it in told if it.startswith("Losses that last 4 s are taken to come one by one")]
 
 
 def test_inputs_are_plain_data() -> None:

@@ -3,8 +3,11 @@
 from collections.abc import Iterator
 
 from ....core.plugins import is_plugin
+from ....core.wording import plain
+from ....scenario.channel_settings import burst_s
 from ....scenario.declared import schedule_of
 from ....scenario.families import plugins_of
+from ....scenario.part_choice import PartChoice
 from ....scenario.scenario import Scenario
 from ....scenario.telling import tells_slots
 
@@ -26,6 +29,12 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         yield "AUVs are taken to know their slots: in no round does one miss the frame that tells."
     if scenario.protocol.positions != "truth" or tells_slots(scenario):
         yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
+    lasting = [it for it in map(burst_s, _channels(scenario)) if it is not None]
+    if lasting:
+        yield (
+            f"Losses that last {plain(max(lasting))} s are taken to come one by one: times without "
+            "a fix, and errors, may be several times those predicted."
+        )
     if scenario.usbl.outlier_share:
         yield "Outliers of the fixes are left out."
     if (
@@ -33,3 +42,7 @@ def approximations(scenario: Scenario) -> Iterator[str]:
         and scenario.acoustics.mf.overfull != "split"
     ):
         yield "No fix waits for a later broadcast, however full the first is."
+
+
+def _channels(scenario: Scenario) -> tuple[PartChoice, PartChoice]:
+    return scenario.acoustics.hf.channel, scenario.acoustics.mf.channel
