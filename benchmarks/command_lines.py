@@ -20,16 +20,19 @@ PACKAGE = Path(bindusbl_des.__file__).resolve().parent
 BASELINE: dict[str, Any] = {
     "name": "baseline_60m",
     "survey": {"side_m": 60},
-    "auvs": {"count": 4, "turning_radius_m": 3, "route": {"end_margin_m": 5}},
+    "auvs": {
+        "count": 4,
+        "vehicle": {"model": "kinematic", "turning_radius_m": 3},
+        "route": {"end_margin_m": 5},
+    },
     "asvs": {"count": 1},
     "acoustics": {"hf": {"range_m": 100}, "mf": {"range_m": 200}},
     "protocol": {
         "schedule": "round_robin",
-        "downlink": "direct_reply",
-        "reply": "instant",
+        "downlink": {"model": "direct_reply", "reply": "instant"},
         "tick_rate_hz": 30,
     },
-    "navigation": {"filter": "fixed_gain", "delay_compensation": "none"},
+    "navigation": {"filter": {"model": "fixed_gain", "delay_compensation": "none"}},
 }
 
 # A sweep over the paper's survey sizes and fleets: 192 points, each with 30 seeds.
@@ -43,7 +46,7 @@ SWEPT: dict[str, Any] = {
     "name": "swept",
     "acoustics": {"loss": {"combine": "clamp_first"}},
     "protocol": {"tick_rate_hz": 30},
-    "navigation": {"filter": "fixed_gain", "delay_compensation": "none"},
+    "navigation": {"filter": {"model": "fixed_gain", "delay_compensation": "none"}},
 }
 
 # What a program begins with.

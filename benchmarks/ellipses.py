@@ -58,7 +58,7 @@ def drift(**stated: float) -> Changes:
 
 def turnaround(seconds: float) -> Changes:
     """Return ranging by call and answer."""
-    return {"protocol": {"ranging": "twtt", "turnaround_s": seconds}}
+    return {"protocol": {"ranging": {"model": "twtt", "turnaround_s": seconds}}}
 
 
 # The survey of `recovery_140m`, 300 s

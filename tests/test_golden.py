@@ -33,7 +33,11 @@ MISSIONS = {
 }
 BASE = {
     "survey": {"side_m": 60.0},
-    "auvs": {"count": 2, "speed_m_per_s": 1.0, "turning_radius_m": 2.0},
+    "auvs": {
+        "count": 2,
+        "speed_m_per_s": 1.0,
+        "vehicle": {"model": "kinematic", "turning_radius_m": 2.0},
+    },
     "asvs": {"count": 2, "formation": {"radius_m": 15.0}},
     "navigation": {"filter": "fixed_gain"},
     "record": {"tracks_hz": 1.0},

@@ -95,7 +95,7 @@ def paper_case(asvs: int, angle_deg: float = 0.0, **changes: Any) -> Scenario:
         "auvs": {"route": {"kind": "lawnmower", "end_margin_m": 5.0}},
         "acoustics": {"loss": {"combine": "clamp_first"}},
         "protocol": {"tick_rate_hz": 30.0},
-        "navigation": {"filter": "fixed_gain", "delay_compensation": "none"},
+        "navigation": {"filter": {"model": "fixed_gain", "delay_compensation": "none"}},
         "record": {"detail": "summary"},
     }
     return scenario(**merged(base, changes))

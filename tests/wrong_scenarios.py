@@ -114,7 +114,7 @@ WRONG = {
     ),
     "too large": (
         "navigation: {gain: 1.5}\n",
-        ["2:20: navigation.gain: must be > 0 and <= 1; got 1.5"],
+        ["2:20: navigation.filter.gain: must be > 0 and <= 1; got 1.5"],
     ),
     "infinite": (
         "asvs: {formation: {angle_deg: .inf}}\n",
@@ -214,7 +214,7 @@ WRONG = {
     "null number": (
         "navigation: {gain: ~}\n",
         [
-            "2:20: navigation.gain: needs a number (> 0 and <= 1); got nothing; "
+            "2:20: navigation.filter.gain: needs a number (> 0 and <= 1); got nothing; "
             "give a value or remove the key (default 0.9)"
         ],
     ),

@@ -140,7 +140,7 @@ def messages_of(scenario: Scenario) -> Messages:
     table = None if mf.airtimes is None else airtime_table(mf.airtimes)
     modem = Modem(mf.bit_rate_bps, mf.overhead, table, mf.processing_s)
     size = mf.payload_bytes if table is None else mf.payload_bytes or table.most_bytes
-    splits, each = mf.overfull == "split", scenario.protocol.assignment_bytes
+    splits, each = mf.overfull == "split", scenario.protocol.dissemination.assignment_bytes
     room = most = None
     if size is not None:
         room = size - mf.header_bytes

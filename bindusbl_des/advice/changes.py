@@ -12,6 +12,7 @@ from ..core.wording import plain
 from ..results.effects import FILTER, GAIN
 from ..scenario.declared import DOWNLINKS, channel_named, navigator_of
 from ..scenario.families import is_random
+from ..scenario.files.overrides import put
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from ..scenario.sections.anchors import Moving
@@ -67,11 +68,7 @@ def changed(scenario: Scenario, settings: Settings) -> Scenario | None:
     """Return a scenario with other settings; None where its parts would contradict each other."""
     data = scenario.model_dump(mode="json")
     for key, value in settings.items():
-        *sections, name = key.split(".")
-        section = data
-        for part in sections:
-            section = section[part]
-        section[name] = value
+        put(data, key, value)
     try:
         return Scenario.model_validate(data)
     except ValueError:  # as pydantic's errors are
@@ -107,23 +104,23 @@ def _filters(scenario: Scenario) -> Iterator[Change]:
 
 def _delays(scenario: Scenario) -> Iterator[Change]:
     navigation = scenario.navigation
-    if navigator_of(scenario).has_gain and navigation.delay_compensation == "none":
+    if navigator_of(scenario).has_gain and navigation.fixed_gain.delay_compensation == "none":
         yield Change(
             DELAY,
             "compare fixes with the estimate at their ping (delay compensation)",
-            {"navigation.delay_compensation": "shift"},
+            {"navigation.filter.delay_compensation": "shift"},
         )
 
 
 def _gains(scenario: Scenario, harmful: bool, needless: list[str]) -> Iterator[Change]:
-    now = scenario.navigation.gain
+    now = scenario.navigation.fixed_gain.gain
     if not navigator_of(scenario).has_gain:
         needless.append("another gain or delay compensation (the filter has none)")
         return
     for gain in SMALL_GAINS if harmful else GAINS:
         if abs(gain - now) > 0.1 * now:
             words = f"a gain of {gain:g} instead of {now:g}"
-            yield Change(GAIN, words, {"navigation.gain": gain})
+            yield Change(GAIN, words, {"navigation.filter.gain": gain})
 
 
 def _protocols(scenario: Scenario, needless: list[str]) -> list[Iterator[Change]]:
@@ -142,7 +139,7 @@ def _downlinks(scenario: Scenario) -> tuple[str, ...]:
 
     Answers without airtime are not advised: no modem can give them.
     """
-    instant = scenario.protocol.reply == "instant"
+    instant = scenario.protocol.answer.reply == "instant"
     names = [it for it in DOWNLINKS_TRIED if not (DOWNLINKS[it].replies and instant)]
     if not is_random(scenario):
         return tuple(names)

@@ -77,6 +77,7 @@ def run(
     talk_of(reading.warnings)
     from ..preflight.effort import effort
     from ..results.result_folder import result_draft
+    from ..scenario.files.former_keys import option_now
 
     cost = effort(mission)
     weigh(mission.name, cost, anyway)
@@ -86,7 +87,7 @@ def run(
     # Made before the mission is run, so that a place that cannot be written to is told at once.
     with writing(folder), result_draft(folder, force=force) as draft:
         result = _simulated(mission, seed, draft)
-        result.overrides = overrides
+        result.overrides = tuple(map(option_now, overrides))
         result.advice = advice_on(result, 0 if no_advice else advice_missions, advice_s, again)
         result.fill(draft, text)
     if as_json:
@@ -202,15 +203,17 @@ def _text(path: str) -> str | None:
 def _tells(text: str | None, scenario: "Scenario", folder: Path) -> bool:
     """Tell whether the user's text, lying in a folder, is what was run.
 
-    It is not if there were overrides, or tracks that are named from where the file lay.
+    It is not if there were overrides, or tracks that are named from where the file lay; and what
+    is spelt otherwise now is written anew.
     """
     from ..scenario.files.mistakes import ScenarioError
-    from ..scenario.files.scenario_file import parse_scenario
+    from ..scenario.files.scenario_file import Source, parsed
 
     try:
-        return text is not None and parse_scenario(text, folder=folder) == scenario
+        document, read = parsed(Source(text or "", "scenario", folder))
     except ScenarioError:
         return False
+    return read == scenario and not document.warnings
 
 
 def _as_written(

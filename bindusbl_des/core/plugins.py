@@ -42,9 +42,10 @@ class Family:
     """The parts that can be named at one key of the scenario.
 
     `siblings` ship, and `settings` are the models of those of them that have any; one's own is
-    called with `arguments`, and with its settings by name.  The `common` ones, of which this is the
-    model, every part has: the simulator heeds them, and one's own is not called with them.  Where
-    the key is a section, `word` is the one of its keys that names the part.
+    called with `arguments`, and with its settings by name, unless the family is not open to such.
+    The `common` ones, of which this is the model, every part has: the simulator heeds them, and
+    one's own is not called with them.  Where the key is a section, `word` is the one of its keys
+    that names the part.
     """
 
     key: str
@@ -54,6 +55,7 @@ class Family:
     settings: Mapping[str, Any] = field(default_factory=dict, compare=False)
     word: str = ""
     common: Any = field(default=None, compare=False)
+    is_open: bool = True
 
     @property
     def name_key(self) -> str:

@@ -87,7 +87,7 @@ def _compared(result: "Result", fix: Any) -> str:
     if innovation is None:
         return ""
     when = "of the instant at which the fix holds"
-    if navigator_of(result.scenario).has_gain and navigation.delay_compensation == "none":
+    if navigator_of(result.scenario).has_gain and navigation.fixed_gain.delay_compensation == "none":
         when = "of now, though it has gone on since the ping (delay_compensation none)"
     return f"innovation {innovation:.2f} m against its estimate {when}"
 
@@ -122,7 +122,7 @@ def _moved(result: "Result", fix: Any) -> str:
     whose = "its filter's" if _smooths(result) else "the"
     moves = f"moves {whose} estimate by {moved:.2f} m"
     if navigator_of(result.scenario).has_gain:
-        return f"gain {navigation.gain:g} x {fix.innovation_m:.2f} m {moves}"
+        return f"gain {navigation.fixed_gain.gain:g} x {fix.innovation_m:.2f} m {moves}"
     who = "by the covariances it" if navigation.weighs else navigation.filter.told
     share = _share(fix)
     return f"{who} {moves}" + (f", {share:.2f} of the innovation" if share is not None else "")

@@ -74,7 +74,7 @@ def broadcasting(result: "Result", fix: Any) -> Step:
     if not protocol.sends_frames:
         when = (
             "as the ping's front arrives (reply_at ping_front)"
-            if protocol.reply_at == "ping_front"
+            if protocol.answer.reply_at == "ping_front"
             else "when the ping has arrived in full (reply_at ping_end)"
         )
         why = f"{at_once}; {when}, without airtime (reply instant)"

@@ -47,12 +47,12 @@ def is_reckoned(result: "Result", ping: Any) -> bool:
     protocol = result.scenario.protocol
     if not len(result.tables["assignments"]) or len(_assigned(result, ping)):
         return False
-    return protocol.missed in ("last_slot", "contention")
+    return protocol.dissemination.missed in ("last_slot", "contention")
 
 
 def by_reckoning(result: "Result", ping: Any) -> str:
     """Tell why an AUV pings that was not told to."""
-    if result.scenario.protocol.missed == "contention":
+    if result.scenario.protocol.dissemination.missed == "contention":
         return "it knows of no slot of its own, and tries its luck where it takes contention to be"
     return (
         f"it has heard of no slot since, and pings in the last it was told, {ping.slot}, when that "

@@ -201,7 +201,9 @@ def dissemination_of(scenario: Scenario, network: Network, streams: Streams) -> 
         network.opens,
         network.asv_fleet.works_from,
         Roll(count, network.record.fixes, protocol.forget_after_s),
-        Manner(ahead, protocol.missed, protocol.contention_chance, protocol.recall_rounds),
+        Manner(
+            ahead, protocol.dissemination.missed, protocol.contention_chance, protocol.recall_rounds
+        ),
         [Knowledge() for _ in range(count)],
         streams,
     )

@@ -52,5 +52,5 @@ def _rule(scenario: Scenario) -> Rule:
     navigation = scenario.navigation
     if navigation.weighs:
         return Rule(WEIGHED, at_ping=True, gate=navigation.nis_gate or 0.0)
-    gain = navigation.gain if navigation.filter == "fixed_gain" else 0.0
-    return Rule(gain, at_ping=navigation.delay_compensation == "shift", gate=0.0)
+    gain = navigation.fixed_gain.gain if navigation.filter == "fixed_gain" else 0.0
+    return Rule(gain, at_ping=navigation.fixed_gain.delay_compensation == "shift", gate=0.0)

@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..navigation.belief import STATES, Belief, Growth, first_belief
-from ..scenario.families import NAVIGATOR, Kalman
+from ..scenario.families import NAVIGATOR
 from ..scenario.instruments.lasting_kinds import told_of
 from ..scenario.instruments.own_sensors import own_sensors
 from ..scenario.part_settings import shipped_part
 from ..scenario.scenario import Scenario, kept
+from ..scenario.shipped_settings import Kalman
 
 # By this share of its time constant, at most, a bias that turns with the body is carried at a time.
 SHARE_AT_A_TIME = 1.0 / 16.0
@@ -62,7 +63,7 @@ def told_to(scenario: Scenario) -> tuple[Belief, Growth]:
 def settings_of(scenario: Scenario) -> Kalman:
     """Return what somebody has told a filter that weighs; nothing for any other."""
     chosen = scenario.navigation.filter
-    model = NAVIGATOR.settings.get(str(chosen))
+    model = NAVIGATOR.settings[str(chosen)] if scenario.navigation.weighs else None
     settings: Kalman = shipped_part(NAVIGATOR, chosen, model)() if model else Kalman()
     return settings
 

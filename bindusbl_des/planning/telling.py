@@ -95,8 +95,8 @@ def caveats(found: Found) -> Iterator[str]:
         yield f"Cut off by {found.cut}; the same command goes on from here."
     if any(is_instant(found.question, it) for it in found.question.experiment.points):
         yield (
-            "protocol.reply: instant costs no time on the air, which no modem can do; all teams "
-            "were flown with protocol.reply: frame."
+            "protocol.downlink.reply: instant costs no time on the air, which no modem can do; all "
+            "teams were flown with reply: frame."
         )
     yield from _unvaried(found)
     yield from _predicted(found)

@@ -119,11 +119,11 @@ def messages(scenario: Scenario) -> Iterator[Problem]:
 def last_slots(scenario: Scenario) -> Iterator[Problem]:
     """Yield that who pings in its last slot pings in that of another."""
     protocol = scenario.protocol
-    if not tells_slots(scenario) or protocol.missed != "last_slot":
+    if not tells_slots(scenario) or protocol.dissemination.missed != "last_slot":
         return
     if schedule_of(scenario).renumbers and scenario.auvs.count > 1:
         yield Problem(
-            "protocol.missed",
+            "protocol.knowledge.missed",
             f"{protocol.schedule} deals its slots anew in every round: an AUV that misses a frame "
             "and pings in its last slot pings in that of another; use silent, or a schedule that "
             "keeps them, such as one_per_slot",

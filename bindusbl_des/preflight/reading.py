@@ -43,9 +43,13 @@ def read_scenario(
         raise ScenarioError(unusable)
     places = {found: told_at(document, found) for found in cautions(scenario)}
     found = sorted(places, key=lambda it: (places[it].file != source.name, places[it].line))
-    warnings = tuple(Mistake.at(places[it], it.key, it.message) for it in found)
+    warnings = (
+        *document.warnings,
+        *(Mistake.at(places[it], it.key, it.message) for it in found),
+    )
+    about = (*((it.key,) for it in document.warnings), *((it.key, *it.others) for it in found))
     unloaded = () if allow_plugins else tuple(_plugins(document, scenario))
-    return Reading(scenario, warnings, tuple((it.key, *it.others) for it in found), unloaded)
+    return Reading(scenario, warnings, about, unloaded)
 
 
 def _tables(document: Document, scenario: Scenario) -> Iterator[Mistake]:

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from ..protocol.cycles import STAND_IN, cycle
 from ..protocol.slots import Slots, slots_of
 from ..scenario.declared import DOWNLINKS, Downlink, Schedule, schedule_of
-from ..scenario.families import SCHEDULE, Polling, SuperTdma, WorstFirst, is_random
+from ..scenario.families import SCHEDULE, is_random
 from ..scenario.part_settings import settings_of
 from ..scenario.scenario import Scenario
+from ..scenario.shipped_settings import Polling, SuperTdma, WorstFirst
 from ..scenario.telling import tells_slots
 
 
@@ -91,7 +92,7 @@ def rounds_of(scenario: Scenario) -> Rounds:
         policy = protocol.downlink if protocol.replies else STAND_IN
         return Rounds(slots, policy, 0, 0, count, 0.0)
     named = count if tells_slots(scenario) else 0
-    contention = named > 0 and protocol.missed == "contention"
+    contention = named > 0 and protocol.dissemination.missed == "contention"
     rounds = Rounds(
         slots, protocol.downlink, 1, count, count, 0.0, named=named, contention=contention
     )

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..core.plugins import PluginError, asked, shown
 from ..scenario.families import DOWNLINK
-from ..scenario.part_settings import own_part, shipped_part
+from ..scenario.part_settings import own_part
 from .network import Downlink, Network, Steps, Turn
 from .steps import SAME, checked_steps
 from .tdma import broadcast, downlink_free, uplink_slot
@@ -64,7 +64,7 @@ def downlink_named(name: str) -> Downlink:
         PluginError: when one's own is not allowed, or cannot be loaded or called.
     """
     if name in DOWNLINKS:
-        return shipped_part(DOWNLINK, name, DOWNLINKS[name])
+        return DOWNLINKS[name]
     return OwnDownlink(name, own_part(DOWNLINK, name))
 
 

@@ -163,7 +163,7 @@ def _said(scenario: "Scenario", fleet: Calibration) -> str:
         if fleet.verdict == UNDECIDED
         else f"and shares within {SIGNIFICANT:g} standard errors of those are taken for chance"
     )
-    late = navigator_of(scenario).has_gain and navigation.delay_compensation == "none"
+    late = navigator_of(scenario).has_gain and navigation.fixed_gain.delay_compensation == "none"
     why = (
         " Its delay_compensation is none: it takes a fix for where the AUV is now, and its "
         "covariance does not know of the way gone since the ping."

@@ -61,7 +61,7 @@ def _deliveries(mission: "Recording", auv: int) -> tuple[Floats, Floats]:
     """Return when fixes arrived (s), and to which instants (s) their innovations belong."""
     rows = mission.delivered_to(auv)
     delivered, valid = (mission.fixes[name][rows] for name in ("delivered_at_s", "valid_at_s"))
-    shifted = mission.scenario.navigation.delay_compensation == "shift"
+    shifted = mission.scenario.navigation.fixed_gain.delay_compensation == "shift"
     return delivered, valid if shifted else delivered
 
 
@@ -70,7 +70,7 @@ def _walked(mission: "Recording", auv: int, walk: Floats) -> tuple[Floats, Float
 
     Covariances are rows of xx, yy, xy.
     """
-    rows, gain = mission.delivered_to(auv), mission.scenario.navigation.gain
+    rows, gain = mission.delivered_to(auv), mission.scenario.navigation.fixed_gain.gain
     delivered, reference = _deliveries(mission, auv)
     fixes = mission.fixes
     noise = np.column_stack(
@@ -93,7 +93,7 @@ def _corrections(
     Each fix takes its share of a `drift` (n, 2), m, along the track and of what is left of it;
     `gone` (k, 2), m, is what innovations hold beside it.
     """
-    gain, (_, reference) = mission.scenario.navigation.gain, _deliveries(mission, auv)
+    gain, (_, reference) = mission.scenario.navigation.fixed_gain.gain, _deliveries(mission, auv)
     charged = _at(mission, drift, reference)
     if gone is not None:
         charged = charged + gone

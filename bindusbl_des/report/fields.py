@@ -80,7 +80,7 @@ def expected_error(mission: Recording, places: Floats, chance: Floats) -> Floats
     walk = navigation.random_walk_m_per_sqrt_s**2
     if not navigator.has_gain:
         return np.sqrt(2.0 * np.sqrt(walk**2 * wait**2 / 4.0 + walk * wait * noise))
-    gain, p = navigation.gain, chance
+    gain, p = navigation.fixed_gain.gain, chance
     bias = math.hypot(*navigation.velocity_bias_m_per_s, _drawn(mission))
     squares = wait**2 * (2.0 - p)
     cubes = wait**3 * (p * p - 6.0 * p + 6.0)
@@ -118,7 +118,7 @@ def _drawn(mission: Recording) -> float:
 
 def _late(mission: Recording) -> float:
     """Return the square (m2) of the way that an AUV goes on while a fix comes, if uncounted."""
-    if mission.scenario.navigation.delay_compensation == "shift":
+    if mission.scenario.navigation.fixed_gain.delay_compensation == "shift":
         return 0.0
     latency = mission.metrics.mission["latency_mean_s"] or 0.0
     return float((mission.metrics.mission["speed_m_per_s"] * latency) ** 2)

@@ -11,6 +11,7 @@ import pyarrow as pa
 from ..core.kept_files import placed
 from ..core.plain_json import read_json
 from ..preflight.worth_knowing import Caution
+from ..scenario.files.former_keys import as_now
 from ..scenario.scenario import Scenario
 from .effects import Advice, from_data
 from .parquet import DamagedFile, compare_sum, read_table
@@ -149,9 +150,9 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
 def _as_flown(scenario: dict[str, Any]) -> dict[str, Any]:
     """Return a scenario on record with what an older version did where it had no key for it."""
     protocol = scenario.get("protocol")
-    if not isinstance(protocol, dict) or "reply" in protocol:
-        return scenario
-    return {**scenario, "protocol": {**protocol, "reply": "instant"}}
+    if isinstance(protocol, dict) and "turnaround_s" in protocol and "reply" not in protocol:
+        scenario = {**scenario, "protocol": {**protocol, "reply": "instant"}}
+    return as_now(scenario)
 
 
 def _unreadable(path: Path, error: PermissionError) -> str:

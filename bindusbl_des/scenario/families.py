@@ -6,16 +6,29 @@ makes its parts: those that ship by name, one's own with :func:`.part_settings.o
 
 from collections.abc import Iterator, Mapping
 from operator import attrgetter
-from typing import Any, Literal
+from typing import Any
 
 from ..core.plugins import Family, PluginError, allow, is_plugin
 from .channel_settings import Curve, Disc, Lossy, PingSonar, PingTable, Sonar, Table
 from .instruments.datasheet import Datasheet
-from .key_types import Real, Whole, key
 from .part_choice import PartChoice
-from .part_settings import Settings, own_mistakes, own_part
+from .part_settings import own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
 from .sections.vehicle_choice import AsvVehicle, AuvVehicle
+from .shipped_settings import (
+    Broadcast,
+    CarrierSense,
+    DirectReply,
+    Fixed,
+    FixedGain,
+    Kalman,
+    Kinematic,
+    Polling,
+    Smoothing,
+    SuperTdma,
+    TwoWay,
+    WorstFirst,
+)
 
 # AUVs ping as they like, in no slots that the fleet gives them.
 RANDOM_ACCESS = ("aloha", "slotted_aloha", "csma")
@@ -36,93 +49,7 @@ PLACEMENTS = ("ring", "positions", "follow", "assign", "zigzag", "track")
 ROUTES = ("lawnmower", "hold", "waypoints", "track")
 CHANNELS = ("disc", "curve", "sonar", "table")
 RANGINGS = ("owtt_sync", "twtt", "passive")
-
-
-# Errors that a filter may be left ignorant of
-Untold = Literal[
-    "misalignment", "gnss", "sound_speed", "clock",
-    "velocity_bias", "scale_factor", "heading", "initial_position",
-]  # fmt: skip
-
-
-class Kalman(Settings):
-    """The settings of the filter `kalman`."""
-
-    untold: tuple[Untold, ...] = key(
-        (), "", "errors of instruments, clocks and AUVs' own sensors that the filter is not told of"
-    )
-    random_walk_m_per_sqrt_s: Real | None = key(
-        None, "m/sqrt(s)", "process noise of the position; null = the scenario's", ge=0, le=1e3
-    )
-    velocity_bias_sd_m_per_s: Real | None = key(
-        None,
-        "m/s",
-        "prior of the constant velocity bias along each axis; null = the scenario's, "
-        "hypot(|velocity_bias_m_per_s|, velocity_bias_sd_m_per_s)",
-        ge=0,
-        le=20,
-    )
-    initial_position_sd_m: Real | None = key(
-        None, "m", "prior of the start along each axis; null = the scenario's", ge=0, le=1e5
-    )
-
-
-class Smoothing(Kalman):
-    """The settings of the filter `smoother`."""
-
-    lag_s: Real | None = key(
-        None,
-        "s",
-        "an estimate knows the fixes delivered up to so much later; null = all of the mission",
-        ge=0,
-        le=1e7,
-    )
-
-
-class CarrierSense(Settings):
-    """The settings of the schedule `csma`."""
-
-    window: Whole = key(
-        10, "1", "an AUV holds back for 0 to window - 1 slots, drawn by lot", ge=1, le=1_000_000
-    )
-    slot_s: Real | None = key(
-        None,
-        "s",
-        "such a slot; null = a ping and its longest way, until all in range have heard it",
-        gt=0,
-        le=3600,
-    )
-
-
-class WorstFirst(Settings):
-    """The settings of the schedule `worst_first`."""
-
-    slots: Whole = key(
-        4, "1", "ping groups of a round, at most; further AUVs wait for a later one", ge=1, le=9_999
-    )
-
-
-class Polling(Settings):
-    """The settings of the schedule `polling`."""
-
-    side_by_side: bool = key(
-        False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
-    )
-
-
-class SuperTdma(Settings):
-    """The settings of the schedule `super_tdma`."""
-
-    clear_s: Real = key(0.02, "s", "pause between two arrivals at an ASV", ge=0, le=60)
-    sds: Real = key(
-        2.0, "1", "standard deviations of fixes by which AUVs may be misplaced", ge=0, le=100
-    )
-
-
-class Fixed(Settings):
-    """The settings of the broadcaster `fixed`."""
-
-    asv: Whole = key(0, "1", "number of the ASV that always broadcasts", ge=0, le=9_999)
+KNOWLEDGES = ("shared", "broadcast")
 
 
 SCHEDULE = Family(
@@ -134,11 +61,21 @@ SCHEDULE = Family(
         "csma": CarrierSense,
     },
 )
-DOWNLINK = Family("protocol.downlink", "downlink", DOWNLINKS, ("network", "turn", "time"))
+DOWNLINK = Family(
+    *("protocol.downlink", "downlink", DOWNLINKS, ("network", "turn", "time")),
+    settings={"direct_reply": DirectReply},
+)
 BROADCASTER = Family(
     "protocol.broadcaster", "broadcaster", BROADCASTERS, ("view",), settings={"fixed": Fixed}
 )
-RANGING = Family("protocol.ranging", "ranging", RANGINGS, ("slot", "time"))
+RANGING = Family(
+    "protocol.ranging", "ranging", RANGINGS, ("slot", "time"), settings={"twtt": TwoWay}
+)
+KNOWLEDGE = Family(
+    *("protocol.knowledge", "knowledge", KNOWLEDGES, ()),
+    settings={"broadcast": Broadcast},
+    is_open=False,
+)
 CHANNEL = Family(
     *("acoustics.hf.channel", "channel", CHANNELS, ("signals",)),
     settings={"disc": Disc, "curve": Curve, "sonar": PingSonar, "table": PingTable},
@@ -154,15 +91,17 @@ INSTRUMENT = Family(
 )
 NAVIGATOR = Family(
     *("navigation.filter", "filter", FILTERS, ("reckoning", "auvs")),
-    settings={"kalman": Kalman, "smoother": Smoothing},
+    settings={"fixed_gain": FixedGain, "kalman": Kalman, "smoother": Smoothing},
 )
 PLACEMENT = Family("asvs.formation", "placement", PLACEMENTS, ("plan",), word="model")
 ROUTE = Family("auvs.route", "route", ROUTES, ("plan",), word="kind")
-AUV = Family("auvs.vehicle", "vehicle", AuvVehicle.MODELS, ("way",))
+AUV = Family(
+    "auvs.vehicle", "vehicle", AuvVehicle.MODELS, ("way",), settings={"kinematic": Kinematic}
+)
 ASV = Family("asvs.vehicle", "vessel", AsvVehicle.MODELS, ("way",))
 FAMILIES = (
-    *(SCHEDULE, DOWNLINK, BROADCASTER, RANGING, CHANNEL, MF_CHANNEL, INSTRUMENT, NAVIGATOR),
-    *(PLACEMENT, ROUTE, AUV, ASV),
+    *(SCHEDULE, DOWNLINK, BROADCASTER, RANGING, KNOWLEDGE, CHANNEL, MF_CHANNEL, INSTRUMENT),
+    *(NAVIGATOR, PLACEMENT, ROUTE, AUV, ASV),
 )
 
 

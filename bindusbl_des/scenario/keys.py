@@ -26,7 +26,7 @@ REQUIRED = "(required)"
 
 # Parts of the mission: those that ship, or one's own.
 OWN_PART = "module:object"
-PARTS = {family.name_key: (*family.siblings, OWN_PART) for family in FAMILIES}
+PARTS = {family.name_key: (*family.siblings, *[OWN_PART] * family.is_open) for family in FAMILIES}
 # Sections that are parts, and the key in each that names it.
 WORDS = {family.key: family.word for family in FAMILIES if family.word}
 
@@ -91,6 +91,11 @@ def settings() -> tuple[Key, ...]:
     return tuple(replace(row, only=", ".join(models)) for row, models in found.items())
 
 
+def settable() -> tuple[Key, ...]:
+    """Return what may be set and varied: every key, and every setting of the parts that ship."""
+    return (*keys(), *settings())
+
+
 @cache
 def items() -> tuple[Key, ...]:
     """Return every key of the items of lists, such as `asvs.failures.at_s`, one row each."""
@@ -116,6 +121,8 @@ def json_schema() -> dict[str, Any]:
         if "pattern" in part:  # any text, as far as its type knows
             del part["type"], part["pattern"]
             part["anyOf"] = list(_part_schemas(family))
+        elif family.settings:  # beside coefficients
+            part["anyOf"] += [_setting_schema([it], model) for it, model in family.settings.items()]
     places = schema["$defs"]["Asvs"]["properties"]["formation"]
     places["anyOf"] = places.pop("oneOf")
     return {"$schema": DIALECT, **schema}
@@ -136,19 +143,24 @@ def _part_schemas(family: Family) -> Iterator[dict[str, Any]]:
     own = {"type": "string", "pattern": "^[^:]+:[^:]+$"}
     bare = [name for name in family.siblings if name not in family.settings]
     yield {"type": "string", "enum": list(family.siblings)}
-    yield own
-    common = {} if family.common is None else family.common.model_json_schema()["properties"]
-    yield {"type": "object", "properties": {"model": own, **common}, "required": ["model"]}
-    for names, fields in (
-        *([(bare, {})] if bare else []),
-        *(([it], model.model_json_schema()["properties"]) for it, model in family.settings.items()),
-    ):
-        yield {
-            "type": "object",
-            "properties": {"model": {"enum": names}, **fields},
-            "required": ["model"],
-            "additionalProperties": False,
-        }
+    if family.is_open:
+        yield own
+        common = {} if family.common is None else family.common.model_json_schema()["properties"]
+        yield {"type": "object", "properties": {"model": own, **common}, "required": ["model"]}
+    if bare:
+        yield _setting_schema(bare, None)
+    yield from (_setting_schema([it], model) for it, model in family.settings.items())
+
+
+def _setting_schema(names: list[str], model: "type[BaseModel] | None") -> dict[str, Any]:
+    """Return the schema of a mapping that names one of these parts, and sets it."""
+    fields = model.model_json_schema()["properties"] if model else {}
+    return {
+        "type": "object",
+        "properties": {"model": {"enum": names}, **fields},
+        "required": ["model"],
+        "additionalProperties": False,
+    }
 
 
 def _parts(annotation: Any) -> tuple[type[Part], ...]:

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Mapping
 from math import isfinite
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
+from pydantic import BaseModel, ValidationError
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ..core.plugins import name_of
@@ -13,6 +14,8 @@ from .key_types import Text
 
 # What is said of keys that name a part of the mission.
 SET = ", or {model: ..., setting: value, ...}"
+
+Model = TypeVar("Model", bound=BaseModel)
 
 
 class PartChoice(str):
@@ -29,6 +32,7 @@ class PartChoice(str):
     """
 
     settings: Mapping[str, Any]
+    _read: BaseModel
 
     def __new__(cls, name: str, settings: Mapping[str, Any] | None = None) -> "PartChoice":
         choice = super().__new__(cls, name)
@@ -48,6 +52,17 @@ class PartChoice(str):
 
     def __reduce__(self) -> "tuple[type[PartChoice], tuple[str, dict[str, Any]]]":
         return type(self), (str(self), dict(self.settings))
+
+    def settings_as(self, name: str, model: type[Model]) -> Model:
+        """Return its settings by their model, which are the defaults where it is another part than
+        that of a `name`, or some of them are wrong.
+        """
+        if getattr(self, "_read", None).__class__ is not model:
+            try:
+                self._read = model.model_validate(dict(self.settings) if self == name else {})
+            except ValidationError:
+                self._read = model()
+        return self._read  # type: ignore[return-value]
 
     @property
     def told(self) -> str:

@@ -55,7 +55,7 @@ class Case:
     def recalls(self) -> int:
         """How many AUVs a round may call back that have not been heard for long: 1, else 0."""
         protocol = self.scenario.protocol
-        if not tells_slots(self.scenario) or protocol.missed == "contention":
+        if not tells_slots(self.scenario) or protocol.dissemination.missed == "contention":
             return 0
         return int((protocol.forget_after_s or math.inf) < self.scenario.duration_s)
 

@@ -63,10 +63,10 @@ def _unknown(case: Case) -> Iterator[Pair]:
     if not known and not schedule_of(case.scenario).is_proved:
         why = "nothing is proved of this schedule beyond what was played"
         yield undecided("schedule", str(protocol.schedule), why, partial(groups_shown, case))
-    if tells_slots(case.scenario) and protocol.missed != "silent":
+    if tells_slots(case.scenario) and protocol.dissemination.missed != "silent":
         why = "AUVs that were not told their slots ping when they reckon these to be"
         shown = partial(groups_shown, case)
-        yield undecided("slots that are told", f"missed {protocol.missed}", why, shown)
+        yield undecided("slots that are told", f"missed {protocol.dissemination.missed}", why, shown)
     elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
         shown = partial(groups_shown, case)

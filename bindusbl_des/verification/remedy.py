@@ -7,6 +7,7 @@ from typing import Any
 
 from ..core.wording import plain
 from ..scenario.declared import broadcaster_of
+from ..scenario.files.overrides import put
 from ..scenario.scenario import Scenario
 from .case import Case
 from .deciding import pairs_of
@@ -72,13 +73,14 @@ def _lacking(case: Case, pairs: list[Pair]) -> Iterator[tuple[str, Any]]:
         yield "broadcaster", "rotate"
     if "call and answer" in refused:
         lacks = -(refused["call and answer"].margin_s or 0.0)
-        yield "turnaround_s", _up(case.scenario.protocol.turnaround_s + lacks, STEP_S)
+        yield "ranging.turnaround_s", _up(case.scenario.protocol.turnaround_s + lacks, STEP_S)
 
 
 def _changed(case: Case, changes: Changes) -> Case:
     """Return the case of a scenario with other values of some keys of its protocol."""
     data = case.scenario.model_dump(mode="json")
-    data["protocol"] |= changes
+    for key, value in changes.items():
+        put(data, f"protocol.{key}", value)
     return Case(Scenario.model_validate(data), case.bounds)
 
 

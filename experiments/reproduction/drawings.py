@@ -428,7 +428,7 @@ COLOUR_RANGE = (0.0, 5.0)
 
 def heatmap(runs: "Runs") -> Figure:
     """Draw the mean error over team size and ASVs for each side, in three readings."""
-    world = {"navigation.bias_frame": "world", "navigation.delay_compensation": "none"}
+    world = {"navigation.bias_frame": "world", "navigation.filter.delay_compensation": "none"}
     same, late = runs["sweep"].missions, runs["sweep_distance"].missions
     turned = chosen(runs["sweep_readings"].missions, world)
     readings = (

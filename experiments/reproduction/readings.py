@@ -189,7 +189,7 @@ class Reading:
         """The keys that its error depends on: the bias, and what a late fix is compared with."""
         return {
             "navigation.bias_frame": self.bias,
-            "navigation.delay_compensation": self.delay,
+            "navigation.filter.delay_compensation": self.delay,
         }
 
     @property
@@ -204,8 +204,7 @@ class Reading:
         everywhere = self.loss.endswith(EVERYWHERE)
         return {
             "protocol.schedule": TURNS[self.turns],
-            "protocol.reply": "instant",
-            "protocol.reply_at": self.reply,
+            "protocol.downlink.reply_at": self.reply,
             "acoustics.loss.combine": self.loss.removesuffix(EVERYWHERE) if everywhere else "off",
         }
 

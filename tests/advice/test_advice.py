@@ -41,7 +41,7 @@ FILES = {
     "one": "name: m\nasvs: {count: 1}\nauvs: {count: 1}\n",
     "deep": "name: m\nsurvey: {depth_m: 60}\nacoustics: {hf: {range_metric: slant}}\n",
     "hold": "name: m\nauvs: {count: 1, route: {kind: hold, positions_m: [[5, 5]]}}\n",
-    "gain": "name: m\nnavigation: {filter: fixed_gain, gain: 0.4}\n",
+    "gain": "name: m\nnavigation: {filter: {model: fixed_gain, gain: 0.4}}\n",
     "replies": "name: m\nprotocol: {downlink: direct_reply, broadcaster: nearest}\n",
 } | {path.stem: path.read_text() for path in sorted(SCENARIOS.glob("*.yaml"))}
 
@@ -251,8 +251,8 @@ def test_a_better_gain_and_delay_compensation_are_named(recovery: Result) -> Non
     assert advice is not None
     helps = {it.settings[0]: it for it in advice.of(HELPS)}
     assert helps["navigation.filter=kalman"].mean_m == pytest.approx(-0.49, abs=0.06)
-    assert "navigation.delay_compensation=shift" in helps
-    assert any(name.startswith("navigation.gain=") for name in helps)
+    assert "navigation.filter.delay_compensation=shift" in helps
+    assert any(name.startswith("navigation.filter.gain=") for name in helps)
     assert not any(name.startswith("asvs.count") for name in helps)
     assert advice.error_m == pytest.approx(0.66, abs=0.05)
     assert [it.mean_m for it in advice.effects] == sorted(it.mean_m for it in advice.effects)
@@ -290,7 +290,7 @@ def test_fixes_that_do_harm_are_told_and_chance_is_not() -> None:
     assert all(it.low_m > 0.1 for it in advice.harms)
     found = {it.kind: it for it in advice.of(HELPS)}
     assert found["filter"].mean_m < found[GAIN].mean_m < -1.0
-    assert found[GAIN].settings[0] in [f"navigation.gain={it}" for it in (0.02, 0.05, 0.1)]
+    assert found[GAIN].settings[0] in [f"navigation.filter.gain={it}" for it in (0.02, 0.05, 0.1)]
     near = scenario(**{**GOOD, "acoustics": {"hf": {"range_m": 50.0}}})
     result = mission(near, seed=1)
     assert result.auvs.fix_benefit_m.min() < -0.4

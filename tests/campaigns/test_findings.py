@@ -24,7 +24,7 @@ from bindusbl_des.figures.style import styled
 from bindusbl_des.figures.sweeps import curves, heatmap
 
 Fleet = Sequence[dict[str, float | None]]
-COUNT, GAIN = "asvs.count", "navigation.gain"
+COUNT, GAIN = "asvs.count", "navigation.filter.gain"
 
 
 @pytest.fixture
@@ -181,7 +181,7 @@ def test_starved_auvs_are_named(made: Make) -> None:
 
 def harming(scenario: Scenario, seed: int) -> Fleet:
     """Fixes that are believed too much make AUV2 worse, and AUV1 not surely."""
-    gain = scenario.navigation.gain
+    gain = scenario.navigation.filter.gain
     shaky = 1.3 if seed % 2 else 0.9
     return [
         auv(0.5, imu_error_m=0.9),
@@ -196,7 +196,7 @@ def test_fixes_that_harm_are_said_to(made: Make) -> None:
     assert found.harm == (
         "Fixes make AUV2 worse at point 0 (gain=0.9): 1.39 m with, 0.77 m without, +0.620 m "
         "[+0.599, +0.641] over 4 paired seeds. At point 1 (gain=0.05) it has 0.60 m.",
-        "What may help where fixes harm: a navigation.gain below 0.9, or navigation.filter=kalman, "
+        "What may help where fixes harm: a navigation.filter.gain below 0.9, or navigation.filter=kalman, "
         "which weighs each fix by its covariance.",
     )
     told = call("compare", "c").stdout

@@ -39,8 +39,8 @@ def varied(key: str, *texts: str) -> list[object]:
         ("asvs.formation.angle_deg", "0:90:15", [0, 15, 30, 45, 60, 75, 90]),
         ("asvs.formation.angle_deg", "0:100:45", [0, 45, 90]),
         ("asvs.formation.angle_deg", "-30:30:30", [-30, 0, 30]),
-        ("navigation.gain", "0.1:0.4:0.1", [0.1, 0.2, 0.3, 0.4]),
-        ("navigation.gain", "0.5:.9:2e-1, 1", [0.5, 0.7, 0.9, 1]),
+        ("navigation.filter.gain", "0.1:0.4:0.1", [0.1, 0.2, 0.3, 0.4]),
+        ("navigation.filter.gain", "0.5:.9:2e-1, 1", [0.5, 0.7, 0.9, 1]),
         ("protocol.schedule", "dsatur,my_mod:thing", ["dsatur", "my_mod:thing"]),
     ],
 )

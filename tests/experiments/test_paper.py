@@ -22,8 +22,11 @@ def test_the_paper_corrects_by_its_gain(name: str) -> None:
     The ablations have one line with another, and say so.
     """
     experiment = load_experiment(EXPERIMENTS / f"{name}.yaml")
-    assert experiment.given["navigation"].items() >= {"filter": "fixed_gain", "gain": 0.9}.items()
-    others = {"navigation.filter", "navigation.gain"} & set(experiment.varied())
+    assert (
+        experiment.given["navigation"].items()
+        >= {"filter": {"model": "fixed_gain", "gain": 0.9}}.items()
+    )
+    others = {"navigation.filter", "navigation.filter.gain"} & set(experiment.varied())
     assert others == ({"navigation.filter"} if name == "ablations" else set())
 
 

@@ -384,7 +384,9 @@ def test_the_broadcaster_is_chosen_by_its_rule(broadcaster: str, told: str) -> N
 
 def test_a_call_precedes_the_ping_of_two_way_ranging() -> None:
     """The AUV answers a ping and the turnaround after it has heard the call."""
-    run = simulate(around((0.0, 0.0), protocol={"ranging": "twtt", "turnaround_s": 0.04}))
+    run = simulate(
+        around((0.0, 0.0), protocol={"ranging": {"model": "twtt", "turnaround_s": 0.04}})
+    )
     call, ping = (step(chain_of_ping(run, 0), who) for who in ("ASV0", "AUV0"))
     assert call.time_s == 0.0
     assert call.what == "calls AUV0"

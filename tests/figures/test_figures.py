@@ -258,7 +258,8 @@ def test_a_histogram_survives_an_outlier(result: Result) -> None:
 def test_a_round_shows_its_calls() -> None:
     """Each from its ASV to the AUV that answers, and the two ways of its slot."""
     result = simulate(
-        scenario(duration_s=6.0, protocol={"ranging": "twtt", "turnaround_s": 0.1}), seed=1
+        scenario(duration_s=6.0, protocol={"ranging": {"model": "twtt", "turnaround_s": 0.1}}),
+        seed=1,
     )
     with styled():
         figure = anatomy(result, 7.16, 1)

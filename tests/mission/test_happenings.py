@@ -23,7 +23,9 @@ BUSY: dict[str, Any] = {
     "acoustics": {"loss": {"combine": "clamp_first"}, "hf": {"range_m": 60.0}},
 }
 PAPERS_REPLY = {
-    "protocol": {"downlink": "direct_reply", "reply": "instant", "reply_at": "ping_front"}
+    "protocol": {
+        "downlink": {"model": "direct_reply", "reply": "instant", "reply_at": "ping_front"}
+    }
 }
 
 

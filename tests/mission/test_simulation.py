@@ -160,7 +160,7 @@ def test_any_survey_is_accounted_for(
         survey={"side_m": side, "depth_m": depth},
         auvs={
             "count": auvs,
-            "turning_radius_m": 2.0,
+            "vehicle": {"model": "kinematic", "turning_radius_m": 2.0},
             "route": {"kind": "lawnmower", "lane_spacing_m": 8.0},
         },
         asvs={"count": asvs, "formation": {"angle_deg": angle}},
@@ -343,7 +343,7 @@ def test_fused_fixes_are_as_good_as_they_say(asvs: int) -> None:
     """Over a mission the errors of fixes agree with their own 3x3 covariances (NEES)."""
     world = scenario(
         survey={"side_m": 60.0},
-        auvs={"count": 4, "turning_radius_m": 3.0},
+        auvs={"count": 4, "vehicle": {"model": "kinematic", "turning_radius_m": 3.0}},
         asvs={"count": asvs, "formation": {"radius_m": 20.0}},
         acoustics={"hf": {"range_m": 100.0}},
     )

@@ -30,7 +30,7 @@ VARIED: dict[str, list[str]] = {
     "passive": ["protocol.ranging=passive"],
     "one tells": ["protocol.broadcaster={model: fixed, asv: 1}", "protocol.tick_rate_hz=30"],
     "nearest tells": ["protocol.broadcaster=nearest", "acoustics.mf.range_m=70"],
-    "paper": ["navigation.filter=fixed_gain", "navigation.delay_compensation=none"],
+    "paper": ["navigation.filter=fixed_gain", "navigation.filter.delay_compensation=none"],
     "no fixes": ["navigation.filter=dead_reckoning"],
     "smoother": ["navigation.filter=smoother"],
     "slant": ["acoustics.hf.range_metric=slant", "acoustics.loss.law=head"],
@@ -99,7 +99,7 @@ def test_the_page_predicts_as_python(answers: dict[str, Any], name: str) -> None
 def test_ranges_and_gains_change_as_in_python() -> None:
     """What sliders set is what the scenario with that range, and that gain, is predicted as."""
     scenario = plan(["navigation.filter=fixed_gain"])
-    changes = ["acoustics.mf.range_m=80", "acoustics.hf.range_m=40", "navigation.gain=0.4"]
+    changes = ["acoustics.mf.range_m=80", "acoustics.hf.range_m=40", "navigation.filter.gain=0.4"]
     changed = plan(["navigation.filter=fixed_gain", *changes])
     inputs, stations = inputs_of(scenario), asv_stations(scenario)
     equipment = {"hf": 40.0, "mf": 80.0, "gain": 0.4}

@@ -225,7 +225,11 @@ def test_sliders_and_buttons_change_the_team(opened: Open, page: Path) -> None:
     slide(it, "MF range", 120)
     it.page.select_option("#sliders select", "fixed_gain")
     slide(it, "gain", 0.5)
-    changes = ["acoustics.mf.range_m=120", "navigation.filter=fixed_gain", "navigation.gain=0.5"]
+    changes = [
+        "acoustics.mf.range_m=120",
+        "navigation.filter=fixed_gain",
+        "navigation.filter.gain=0.5",
+    ]
     inputs = inputs_of(
         load_scenario(
             "quickstart",

@@ -318,9 +318,9 @@ def test_a_plan_never_has_answers_without_airtime_and_says_so() -> None:
     vary = {"asvs.count": [3], "protocol.downlink": ["direct_reply"]}
     own = plan(base, "own", below=GOAL, vary=vary).record
     asked = plan(
-        BASE, "asked", below=GOAL, vary={**vary, "protocol.reply": ["instant", "frame"]}
+        BASE, "asked", below=GOAL, vary={**vary, "protocol.downlink.reply": ["instant", "frame"]}
     ).record
     for record in (own, asked):
         keys = [it["keys"] for it in record["candidates"]]
-        assert {it.get("protocol.reply") for it in keys} == {"frame"}
-        assert any("flown with protocol.reply: frame" in it for it in record["told"])
+        assert {it.get("protocol.downlink.reply") for it in keys} == {"frame"}
+        assert any("flown with protocol.downlink.reply: frame" in it for it in record["told"])

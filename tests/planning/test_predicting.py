@@ -61,7 +61,7 @@ def test_chances_of_a_fix_are_those_of_the_map_of_a_survey(keys: dict[str, Any])
         {"downlink": "pipelined_round"},
         {"downlink": "pipelined_group"},
         {"downlink": "direct_reply"},
-        {"ranging": "twtt", "turnaround_s": 0.2},
+        {"ranging": {"model": "twtt", "turnaround_s": 0.2}},
         {"ranging": "passive"},
         {"tick_rate_hz": 30.0},
     ],

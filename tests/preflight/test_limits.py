@@ -88,7 +88,7 @@ def test_answers_are_frames_of_one_record() -> None:
 
 def test_instant_answers_need_no_records() -> None:
     """One takes ping and way; a round is its two uplink slots."""
-    found = limits(protocol={"downlink": "direct_reply", "reply": "instant"})
+    found = limits(protocol={"downlink": {"model": "direct_reply", "reply": "instant"}})
     assert found.records_hz is None
     assert set(found.rates) == {"planned"}
     assert found.rates["planned"].each[0] == pytest.approx(1 / (2 * 2.5 / 3))

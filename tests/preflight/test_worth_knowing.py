@@ -142,7 +142,7 @@ def test_direct_replies_leave_keys_without_effect(reply: str, idle: int) -> None
     """The keys of frames do nothing where answers are none; each is told if it was set."""
     asked = {
         "asvs": {"count": 1},
-        "protocol": {"downlink": "direct_reply", "reply": reply, "broadcaster": "fixed"},
+        "protocol": {"downlink": {"model": "direct_reply", "reply": reply}, "broadcaster": "fixed"},
         "acoustics": {
             "mf": {
                 "range_m": 9.0,
@@ -156,7 +156,8 @@ def test_direct_replies_leave_keys_without_effect(reply: str, idle: int) -> None
     found = {
         key: text
         for key, text in told(**asked).items()
-        if f"no effect with protocol.downlink: direct_reply, protocol.reply: {reply}" in text
+        if f"no effect with protocol.downlink: direct_reply, protocol.downlink.reply: {reply}"
+        in text
     }
     assert "protocol.broadcaster" in found
     assert len(found) == idle
@@ -168,7 +169,7 @@ def test_a_downlink_that_cannot_carry_all_fixes_is_warned_of() -> None:
     """
 
     def crowded(*keys: str) -> Scenario:
-        crowd = ["auvs.count=6", "auvs.turning_radius_m=3", "protocol.schedule=aloha"]
+        crowd = ["auvs.count=6", "auvs.vehicle.turning_radius_m=3", "protocol.schedule=aloha"]
         return load_scenario("recovery_140m", overrides=[*crowd, "protocol.frame_s=0.3", *keys])
 
     def warned(scenario: Scenario) -> str:
@@ -210,7 +211,12 @@ def test_keys_of_the_fixed_gain_are_told_where_fixes_are_weighed(key: str) -> No
 def test_held_auvs_leave_three_keys_without_effect() -> None:
     """How fast and tightly AUVs go that lie still is told to be of no effect."""
     route = {"kind": "hold", "positions_m": [[0, 0]]}
-    auvs = {"count": 1, "route": route, "speed_m_per_s": 1.0, "turning_radius_m": 1.0}
+    auvs = {
+        "count": 1,
+        "route": route,
+        "speed_m_per_s": 1.0,
+        "vehicle": {"model": "kinematic", "turning_radius_m": 1.0},
+    }
     found = told(auvs={**auvs, "join_angle_deg": 10.0})
     assert set(found) == {
         f"auvs.{k}" for k in ("speed_m_per_s", "turning_radius_m", "join_angle_deg")
@@ -369,7 +375,7 @@ def test_estimate_is_another_name_of_last_fix(tmp_path: Path) -> None:
 
 FILE = (
     "name: m\nduration_s: 5\n"
-    "protocol: {downlink: direct_reply, broadcaster: fixed, reply: instant}\n"
+    "protocol: {downlink: {model: direct_reply, reply: instant}, broadcaster: fixed}\n"
 )
 LINE = "f.yaml:3:49: protocol.broadcaster: has no effect with protocol.downlink: direct_reply"
 
@@ -435,8 +441,14 @@ def test_a_sweep_tells_the_warnings_of_its_base_once() -> None:
 def test_a_sweep_over_a_key_that_does_nothing_is_told(tmp_path: Path) -> None:
     """Equal missions under different gains are no finding, unless some point has use for them."""
     (tmp_path / "f.yaml").write_text("name: m\nduration_s: 5\n")
-    words = ["sweep", str(tmp_path / "f.yaml"), "--dry-run", "--vary", "navigation.gain=0.1,0.9"]
-    line = "--vary navigation.gain=0.1,0.9: navigation.gain: has no effect with navigation.filter"
+    words = [
+        "sweep",
+        str(tmp_path / "f.yaml"),
+        "--dry-run",
+        "--vary",
+        "navigation.filter.gain=0.1,0.9",
+    ]
+    line = "--vary navigation.filter.gain=0.1,0.9: navigation.filter.gain: has no effect with navigation.filter"
     assert CliRunner().invoke(main, words).stderr.count(line) == 1
     filters = ["--vary", "navigation.filter=kalman,fixed_gain"]
     assert "no effect" not in CliRunner().invoke(main, [*words, *filters]).stderr

@@ -34,7 +34,7 @@ def apart(missed: str, seconds: float = 6.0, **changes: Any) -> Result:
         "auvs": {"count": 2, "route": {"kind": "hold", "positions_m": [[20.0, 0.0], [180.0, 0.0]]}},
         "asvs": {"count": 2, "formation": {"positions_m": [[0.0, 0.0], [200.0, 0.0]]}},
         "acoustics": {"loss": {"law": "none"}},
-        "protocol": {"knowledge": "broadcast", "missed": missed},
+        "protocol": {"knowledge": {"model": "broadcast", "missed": missed}},
         "usbl": QUIET_USBL,
         "navigation": QUIET_NAVIGATION,
     }
@@ -190,7 +190,7 @@ def test_who_comes_back_into_range_is_assigned_again() -> None:
         auvs={
             "count": 2,
             "speed_m_per_s": 1.0,
-            "turning_radius_m": 1.0,
+            "vehicle": {"model": "kinematic", "turning_radius_m": 1.0},
             "route": {"kind": "waypoints", "points_m": [[[0, 0], [30, 0]], there_and_back]},
         },
         asvs={"count": 1},
@@ -247,7 +247,7 @@ def test_every_slot_is_known_or_missed_and_nobody_pings_unasked(missed: str, dow
         2,
         duration_s=120.0,
         acoustics={"mf": {"range_m": 60.0}},
-        protocol={"knowledge": "broadcast", "missed": missed, "downlink": downlink,
+        protocol={"knowledge": {"model": "broadcast", "missed": missed}, "downlink": downlink,
                   "forget_after_s": 20.0},
         record={"detail": "full"},
     )  # fmt: skip
@@ -279,7 +279,7 @@ def test_who_looks_on_changes_nothing(missed: str) -> None:
     """The same seed gives the same tables, at whatever instants the mission is held."""
     world = paper_case(
         1, duration_s=30.0, acoustics={"mf": {"range_m": 60.0}}, record={"detail": "full"},
-        protocol={"knowledge": "broadcast", "missed": missed},
+        protocol={"knowledge": {"model": "broadcast", "missed": missed}},
     )  # fmt: skip
     held = Mission(world, 5)
     for step in range(1, 60):
@@ -411,7 +411,7 @@ def test_who_comes_into_range_before_a_round_begins_is_allowed_for(
         world = scenario(
             duration_s=200.0, survey={"side_m": 120.0}, usbl=exact,
             asvs={"count": 2, "formation": {"radius_m": 30.0}},
-            auvs={"count": 5, "speed_m_per_s": 5.0, "turning_radius_m": 2.0,
+            auvs={"count": 5, "speed_m_per_s": 5.0, "vehicle": {"model": "kinematic", "turning_radius_m": 2.0},
                   "route": {"lane_spacing_m": 6.0}},
             acoustics={"loss": {"law": "none"}, "hf": {"range_m": reach}, "mf": {"range_m": 1e3}},
             protocol={"schedule": schedule, "downlink": downlink, "knowledge": "broadcast",
@@ -429,7 +429,7 @@ def test_a_last_slot_that_is_another_s_by_now_is_told(schedule: str) -> None:
     world = paper_case(
         3, duration_s=60.0, record={"detail": "full"}, auvs={"count": 6},
         acoustics={"mf": {"range_m": 60.0}},
-        protocol={"schedule": schedule, "knowledge": "broadcast", "missed": "last_slot"},
+        protocol={"schedule": schedule, "knowledge": {"model": "broadcast", "missed": "last_slot"}},
     )  # fmt: skip
     warned = [it.message for it in cautions(world) if it.key == "protocol.missed"]
     assert [schedule in it for it in warned] == [True] * (schedule != "one_per_slot")

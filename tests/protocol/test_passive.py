@@ -121,7 +121,7 @@ def test_no_two_pings_meet_at_any_auv(data: st.DataObject) -> None:
         duration_s=4.0,
         survey={"side_m": side, "depth_m": depth},
         auvs={"count": count, "speed_m_per_s": data.draw(st.floats(0.1, 20.0)),
-              "turning_radius_m": 1.0, "route": {"kind": "waypoints", "points_m": ends}},
+              "vehicle": {"model": "kinematic", "turning_radius_m": 1.0}, "route": {"kind": "waypoints", "points_m": ends}},
         asvs={"count": len(stations), "formation": {"positions_m": stations}},
         acoustics={"hf": {"range_m": data.draw(st.floats(5.0, 600.0)), "ping_s": ping,
                           "range_metric": data.draw(st.sampled_from(["horizontal", "slant"]))}},

@@ -60,7 +60,7 @@ def test_without_any_downlink_slot_the_next_round_follows_at_once(
     reply: str, answer: float
 ) -> None:
     """Direct replies: 20 s hold as many round trips and answers as fit, and each brings a fix."""
-    result = simulate(polled(protocol={"downlink": "direct_reply", "reply": reply}))
+    result = simulate(polled(protocol={"downlink": {"model": "direct_reply", "reply": reply}}))
     rounds = 20.0 / (polls() + answer).sum()
     assert len(result.tables["pings"]) == pytest.approx(3 * rounds, abs=3)
     assert result.auvs.fixes_delivered.sum() == pytest.approx(3 * rounds, abs=3)

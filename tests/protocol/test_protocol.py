@@ -242,7 +242,7 @@ def test_the_depth_changes_no_slot_of_the_paper(name: str) -> None:
 
 def test_two_way_ranging_waits_for_the_call() -> None:
     """In twtt the AUV pings when the call has reached it, and the slot holds both ways."""
-    result = simulate(still(2, protocol={"ranging": "twtt", "turnaround_s": 0.05}))
+    result = simulate(still(2, protocol={"ranging": {"model": "twtt", "turnaround_s": 0.05}}))
     one_way = math.hypot(20, 10) / 1500
     pings = result.tables["pings"]
     assert pings.sent_at_s[0] == pytest.approx(one_way + 0.01 + 0.05)

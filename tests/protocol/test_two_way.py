@@ -126,10 +126,14 @@ def test_answers_are_as_good_as_they_say(asvs: int, turnaround: float, combine: 
     """
     world = scenario(
         survey={"side_m": 60.0},
-        auvs={"count": 4, "turning_radius_m": 3.0, "speed_m_per_s": 1.5},
+        auvs={
+            "count": 4,
+            "vehicle": {"model": "kinematic", "turning_radius_m": 3.0},
+            "speed_m_per_s": 1.5,
+        },
         asvs={"count": asvs, "formation": {"radius_m": 20.0}},
         acoustics={"hf": {"range_m": 100.0}, "loss": {"combine": combine}},
-        protocol={"ranging": "twtt", "turnaround_s": turnaround},
+        protocol={"ranging": {"model": "twtt", "turnaround_s": turnaround}},
     )
     results = [simulate(world, seed) for seed in range(4)]
     found = np.concatenate([nees_of(result) for result in results])
@@ -142,7 +146,7 @@ def test_answers_are_as_good_as_they_say(asvs: int, turnaround: float, combine: 
 
 def test_the_fleet_knows_how_far_an_auv_may_have_gone() -> None:
     """At its planned speed for a ping and a turnaround; nowhere if it holds."""
-    protocol = {"ranging": "twtt", "turnaround_s": 0.99}
+    protocol = {"ranging": {"model": "twtt", "turnaround_s": 0.99}}
     auvs = fleet(at(0.0), moving(0.0, 2.0))
     moves = scenario(auvs={"count": 2, "speed_m_per_s": 1.5}, protocol=protocol)
     assert strayed(moves, auvs) == pytest.approx([1.5**2 / 2] * 2)
@@ -162,7 +166,7 @@ def test_a_navigator_compares_with_the_instant_at_which_a_fix_holds() -> None:
     """With `shift` a drift of 1 m/s makes no innovation but what it was at the answer."""
     drifting = {"filter": "fixed_gain", "velocity_bias_m_per_s": [1.0, 0.0]}
     world = still(
-        1, protocol={**TWTT, "turnaround_s": 0.4}, navigation={**QUIET_NAVIGATION, **drifting},
+        1, protocol={"ranging": {"model": "twtt", "turnaround_s": 0.4}}, navigation={**QUIET_NAVIGATION, **drifting},
         usbl=QUIET_USBL,
     )  # fmt: skip
     fixes = simulate(world).tables["fixes"]
@@ -280,7 +284,9 @@ def test_a_turn_without_an_answer_is_no_sound() -> None:
 def test_a_call_not_answered_by_the_end_is_under_way() -> None:
     """Cut between call and answer, the turn is on record, and neither covered nor uncovered."""
     # called in 14.9 ms, answered 10 ms and the turnaround later
-    result = simulate(still(1, duration_s=0.05, protocol={**TWTT, "turnaround_s": 0.1}))
+    result = simulate(
+        still(1, duration_s=0.05, protocol={"ranging": {"model": "twtt", "turnaround_s": 0.1}})
+    )
     assert result.tables["pings"].call.tolist() == ["in_flight"]
     assert result.tables["receptions"].outcome.tolist() == ["in_flight"]
     assert result.auvs.pings.tolist() == [1]
@@ -292,12 +298,12 @@ def test_every_call_and_ping_has_one_outcome() -> None:
     """In a crowded fleet with stale beliefs and losses, all are accounted for."""
     world = scenario(
         duration_s=60.41, survey={"side_m": 200.0},
-        auvs={"count": 20, "speed_m_per_s": 2.0, "turning_radius_m": 3.0},
+        auvs={"count": 20, "speed_m_per_s": 2.0, "vehicle": {"model": "kinematic", "turning_radius_m": 3.0}},
         asvs={"count": 5, "formation": {"radius_m": 40.0}},
         acoustics={
             "hf": {"range_m": 60.0}, "loss": {"combine": "clamp_first", "contention_per_auv": 0.01},
         },
-        protocol={"ranging": "twtt", "turnaround_s": 0.02, "positions": "estimate"},
+        protocol={"ranging": {"model": "twtt", "turnaround_s": 0.02}, "positions": "estimate"},
     )  # fmt: skip
     result = simulate(world, 3)
     pings, met = result.tables["pings"], result.tables["receptions"]

@@ -56,7 +56,7 @@ def test_ages_are_those_of_geometric_waits() -> None:
     [
         {"filter": "kalman"},
         {"filter": "fixed_gain"},
-        {"filter": "fixed_gain", "gain": 0.4, "delay_compensation": "none"},
+        {"filter": {"model": "fixed_gain", "gain": 0.4, "delay_compensation": "none"}},
     ],
 )
 def test_expected_errors_are_of_the_size_that_missions_have(navigation: dict[str, Any]) -> None:

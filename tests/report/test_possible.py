@@ -101,7 +101,7 @@ def drawn(draw: random.Random) -> Scenario:
             auvs={
                 "count": draw.randint(1, 7),
                 "speed_m_per_s": draw.choice((0.6, 1.5)),
-                "turning_radius_m": 2,
+                "vehicle": {"model": "kinematic", "turning_radius_m": 2},
             },
             asvs={"count": draw.randint(1, 4)},
             acoustics={

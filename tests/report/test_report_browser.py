@@ -364,7 +364,9 @@ def test_numbers_of_pages_have_no_exponents(opened: Open, recovery: Path) -> Non
 def test_fixes_in_frames_that_collided_are_not_delivered(opened: Open, tmp_path: Path) -> None:
     """Answers that meet at an AUV: the page has as many fixes as the table."""
     plan = {"auvs.count": 4, "duration_s": 60, "protocol.downlink": "direct_reply"}
-    overrides = [f"{key}={value}" for key, value in plan.items()] + ["protocol.reply=frame"]
+    overrides = [f"{key}={value}" for key, value in plan.items()] + [
+        "protocol.downlink.reply=frame"
+    ]
     result = simulate(load_scenario(SCENARIOS / "recovery_140m.yaml", overrides=overrides), seed=0)
     outcomes = result.tables["fixes"].outcome
     assert (outcomes == "collided").sum() > 10
@@ -571,7 +573,7 @@ def test_the_survey_can_be_shaded(opened: Open, recovery: Path) -> None:
         (["protocol.ranging=passive"], ["HF range", "fixes"], ["MF range", "no ASV", "broadcasts"]),
         (["acoustics.hf.channel=sonar"], ["the protocol plans with"], ["no ASV in range"]),
         (
-            ["protocol.downlink=direct_reply", "protocol.reply=instant"],
+            ["protocol.downlink=direct_reply", "protocol.downlink.reply=instant"],
             ["answers and fixes"],
             ["MF range", "broadcasts"],
         ),

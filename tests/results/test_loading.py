@@ -22,7 +22,7 @@ from bindusbl_des.results.schemas import TABLES, schema
 
 ADVICE = Advice(
     150, None, False, 8, 0.5,
-    (Effect(GAIN, "a gain of 0.5", ("navigation.gain=0.5",), -0.1, -0.2, -0.05, 4, HELPS),),
+    (Effect(GAIN, "a gain of 0.5", ("navigation.filter.gain=0.5",), -0.1, -0.2, -0.05, 4, HELPS),),
     (Harm("AUV0", 0.5, 0.4, 0.1, 0.05, 0.15, 4),), 4, ("more ASVs",),
 )  # fmt: skip
 COMMANDS: tuple[tuple[str, ...], ...] = (

@@ -67,7 +67,7 @@ def test_harm_is_said_first_and_as_a_fact_where_nothing_was_tried() -> None:
 def test_harm_that_was_measured_names_the_gain_that_was_tried() -> None:
     """Harm over many seeds is said first, with the gain that helps and the real remedy."""
     result = simulate(scenario(**GOOD), seed=0)
-    gain = Effect(GAIN, "a gain", ("navigation.gain=0.05",), -1.4, -1.5, -1.3, 20, HELPS)
+    gain = Effect(GAIN, "a gain", ("navigation.filter.gain=0.05",), -1.4, -1.5, -1.3, 20, HELPS)
     kalman = Effect(FILTER, "a filter", ("navigation.filter=kalman",), -1.9, -2, -1.8, 20, HELPS)
     harm = Harm("AUV2", 2.0, 0.7, 1.3, 1.1, 1.5, 26)
     result.advice = Advice(
@@ -80,7 +80,7 @@ def test_harm_that_was_measured_names_the_gain_that_was_tried() -> None:
     )
     said = " ".join(result.summary().split())
     assert said.startswith(
-        "Fixes make AUV2 worse: 1.97 m with, 0.88 m without; try navigation.gain 0.05 "
+        "Fixes make AUV2 worse: 1.97 m with, 0.88 m without; try navigation.filter.gain 0.05 "
         "(-1.40 m [-1.50, -1.30]), or navigation.filter kalman (-1.90 m [-2.00, -1.80]); in "
         "brackets the change of the worst AUV's error. Over 26 missions with other seeds "
         "AUV2 had 2.00 m with fixes and 0.70 m without: +1.30 m [+1.10, +1.50]. The real remedy "

@@ -46,7 +46,7 @@ def test_what_is_given_wins_and_is_told() -> None:
 
 def test_figures_are_not_taken_for_given() -> None:
     """Nobody is told that a rate does nothing which stands in a sheet, not in the file."""
-    direct = {"protocol": {"downlink": "direct_reply", "reply": "instant"}}
+    direct = {"protocol": {"downlink": {"model": "direct_reply", "reply": "instant"}}}
     data = {"name": "m", "acoustics": {"mf": {"modem": "micromodem_psk6"}}, **direct}
     assert list(told(Scenario.model_validate(data))) == ["acoustics.mf.modem"]
 
@@ -86,7 +86,7 @@ def test_messages_that_cannot_be_sent_are_refused(mf: dict[str, Any], why: str) 
     quiet = {
         "name": "m",
         "acoustics": {"mf": mf},
-        "protocol": {"downlink": "direct_reply", "reply": "instant"},
+        "protocol": {"downlink": {"model": "direct_reply", "reply": "instant"}},
     }
     assert Scenario.model_validate(quiet).protocol.downlink == "direct_reply"
 

@@ -211,7 +211,12 @@ def test_a_mission_lasts_until_its_survey_is_flown() -> None:
     mission = scenario(
         duration_s="survey",
         survey={"size_m": [100.0, 20.0]},
-        auvs={"count": 1, "speed_m_per_s": 2.0, "turning_radius_m": 5.0, "route": lanes},
+        auvs={
+            "count": 1,
+            "speed_m_per_s": 2.0,
+            "vehicle": {"model": "kinematic", "turning_radius_m": 5.0},
+            "route": lanes,
+        },
     )
     length = 90.0 + math.pi * 5.0 + 90.0
     assert mission.duration_s == pytest.approx(length / 2.0)

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from ...core.kept_files import KEPT, kept_name, portable, renamed, renamed_point
 from ...core.plugins import name_of
+from ...scenario.files.former_keys import as_now, is_former
 from ...scenario.files.mistakes import Mistake
 from ...scenario.files.overrides import put
 from ...scenario.scenario import Scenario
@@ -82,7 +83,10 @@ class Experiment:
 
         return cls(
             record["name"],
-            as_it_was(renamed(record["scenario_as_given"], within), renamed(base, within)),
+            as_it_was(
+                as_now(renamed(record["scenario_as_given"], within)),
+                as_now(renamed(base, within)),
+            ),
             tuple(renamed_point(point, within) for point in record["points"]),
             tuple(record["seeds"]),
             record["detail"],
@@ -97,19 +101,25 @@ def laid_over(given: Mapping[str, Any], point: Point) -> Scenario:
         ValueError: when it is no valid scenario.
     """
     data = deepcopy(dict(given))
-    for key, value in sorted(point.items(), key=lambda it: not it[0].endswith((".model", ".kind"))):
+    for key, value in sorted(point.items(), key=turn):
         problem = put(data, key, name_of(value) if callable(value) else deepcopy(value))
         if problem:
             raise ValueError(f"{key}: {problem}")
     return Scenario.model_validate(data)
 
 
+def turn(item: tuple[str, Any]) -> tuple[bool, bool, int]:
+    """Return when a key is laid over others: first what chooses a part, then the settings of it."""
+    key = item[0]
+    return not key.endswith((".model", ".kind")), is_former(key), key.count(".")
+
+
 def as_it_was(given: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keys given, and those that by default are not what they were in `base` as well.
 
-    >>> given = {"name": "m", "navigation": {"gain": 0.5}}
-    >>> as_it_was(given, {"name": "m", "navigation": {"gain": 0.5, "imu_rate_hz": 10.0}})
-    {'name': 'm', 'navigation': {'gain': 0.5, 'imu_rate_hz': 10.0}}
+    >>> given = {"name": "m", "navigation": {"depth_sd_m": 0.5}}
+    >>> as_it_was(given, {"name": "m", "navigation": {"depth_sd_m": 0.5, "imu_rate_hz": 10.0}})
+    {'name': 'm', 'navigation': {'depth_sd_m': 0.5, 'imu_rate_hz': 10.0}}
     """
     return _with_former(given, base, laid_over(given, {}).model_dump(mode="json"))
 

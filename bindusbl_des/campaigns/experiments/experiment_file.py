@@ -7,6 +7,7 @@ from typing import Any
 
 from ...core.wording import described, did_you_mean
 from ...preflight.reading import Reading, read_scenario
+from ...scenario.files.former_keys import READ_YET, is_former, key_now
 from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path, read_yaml
 from ...scenario.files.scenario_file import Source, read_text
@@ -85,7 +86,7 @@ def experiment_in(
     _check_keys(document)
     name, detail = _name(document, FilePath(document.file).stem[:LONGEST_NAME]), _detail(document)
     seeds, until_ci = _seeds(document), targets_in(document)
-    points, places = points_in(document)
+    points, places = _as_now(document, *points_in(document))
     _check_overrides(document, options.overrides, points)
     source = source or _source(document, FilePath(document.file).parent, options.overrides)
     reading = _reading(document, source)
@@ -99,11 +100,25 @@ def experiment_in(
         raise _wrong(document)
     keys = base.model_dump(mode="json", exclude_unset=True)
     warnings = (
+        *document.warnings,
         *_fixed(reading, {key for point in points for key in point}),
         *without_effect(document, base, points, places),
     )
     unloaded = () if allow_plugins else _unloaded(reading, document, points, places)
     return Experiment(name, keys, tuple(points), tuple(seeds), detail, until_ci, warnings, unloaded)
+
+
+def _as_now(document: Document, points: Points, places: Places) -> tuple[Points, Places]:
+    """Return points with their keys as they are spelt now; each former one is a warning."""
+    former = {key: at[key] for at in reversed(places) for key in at if is_former(key)}
+    for key, path in former.items():
+        place = document.values.get(path, Place(document.file))
+        message = f"is a setting now: write {key_now(key)}; {READ_YET}"
+        document.warnings.append(Mistake.at(place, key, message))
+    if not former:
+        return points, places
+    renamed = [{key_now(key): it for key, it in point.items()} for point in points]
+    return renamed, [{key_now(key): it for key, it in at.items()} for at in places]
 
 
 def _unloaded(
@@ -261,7 +276,7 @@ def _check_overrides(document: Document, overrides: Sequence[str], points: Point
     """Note what is set although points, or the experiment's `detail`, would decide it."""
     varied = dict.fromkeys(key for point in points for key in point)
     for text in overrides:
-        key = text.partition("=")[0].strip()
+        key = key_now(text.partition("=")[0].strip())
         message = ""
         if key == DETAIL:
             message = "belongs to the experiment; write --detail full instead"

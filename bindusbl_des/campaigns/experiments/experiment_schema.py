@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ...scenario.keys import DIALECT, keys
+from ...scenario.keys import DIALECT, settable
 from ..storage.parts import MISSIONS, metric_schema
 from ..storage.record import LARGEST_SEED, MOST_MISSIONS
 from .experiment_file import DETAILS
@@ -12,7 +12,7 @@ from .sampling import METHODS
 
 def experiment_schema() -> dict[str, Any]:
     """Return the JSON Schema of experiment files; keys that may be varied are suggested."""
-    known = {row.key: row.meaning for row in keys() if row.key != "record.detail"}
+    known = {row.key: row.meaning for row in settable() if row.key != "record.detail"}
     return {
         "$schema": DIALECT,
         "title": "Experiment",

@@ -14,6 +14,7 @@ from ...core.kept_files import copies_of, kept_name, portable, renamed_point
 from ...core.plugin_sources import source_sha256
 from ...core.plugins import Family, is_plugin
 from ...scenario.families import parts_of
+from ...scenario.files.former_keys import key_now
 from ...scenario.part_choice import PartChoice
 from .experiment import Experiment
 
@@ -67,7 +68,7 @@ class Plan:
             scenario = mission.model_dump(mode="json")
             self.files |= copies_of(scenario)
             scenario = portable(scenario)
-            values = {key: _value(scenario, key) for key in varied}
+            values = {key: _value(scenario, key_now(key)) for key in varied}
             sets = renamed_point(point, kept_name)
             self.points.append(PlannedPoint(_canonical(scenario), values, sets))
         self.columns = {key: _kind([point.varied[key] for point in self.points]) for key in varied}

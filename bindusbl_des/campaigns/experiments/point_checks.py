@@ -11,7 +11,7 @@ from ...scenario.files.mistakes import Mistake, Place, ScenarioError
 from ...scenario.files.plain_yaml import Document, Path
 from ...scenario.files.scenario_file import Source, parsed
 from ...scenario.scenario import Scenario
-from .experiment import as_written, laid_over
+from .experiment import as_written, laid_over, turn
 from .experiment_points import Places, Points
 
 # A grid of thousands of points repeats its mistakes; beyond these, only values not yet looked at
@@ -178,7 +178,7 @@ def _mistakes(
     source: Source, point: Mapping[str, Any], allow_plugins: bool
 ) -> list[tuple[Mistake, bool]]:
     """Return what the loader of scenario files says to a point, and whether of a plug-in."""
-    options = (f"{key}={as_written(value)}" for key, value in point.items())
+    options = (f"{key}={as_written(value)}" for key, value in sorted(point.items(), key=turn))
     changed = source._replace(overrides=(*source.overrides, *options))
     for loading in (False, True)[: 1 + allow_plugins]:
         try:

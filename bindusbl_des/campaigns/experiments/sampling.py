@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any, Literal
 
-from ...scenario.keys import keys
+from ...scenario.keys import settable
 
 Method = Literal["lhs", "sobol"]
 METHODS = ("lhs", "sobol")
@@ -32,7 +32,7 @@ def sampled(
         unit = qmc.LatinHypercube(len(ranges), seed=seed).random(count)
     else:
         unit = qmc.Sobol(len(ranges), seed=seed).random_base2(int(math.log2(count)))
-    whole = {row.key for row in keys() if row.kind.startswith("whole number")}
+    whole = {row.key for row in settable() if row.kind.startswith("whole number")}
     return [
         {
             key: _between(float(share), *ranges[key], whole=key in whole)

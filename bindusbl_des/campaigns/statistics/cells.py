@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ...core.wording import did_you_mean
 from ...figures.sweeps import Levels, Means
 from ...results.schemas import mission_numbers, schema
-from ...scenario.keys import keys
+from ...scenario.keys import settable
 from .intervals import interval
 from .outcomes import outcomes
 
@@ -68,7 +68,7 @@ def _levels(campaign: "Campaign", key: str) -> Levels:
     for point in campaign.plan.points:
         if point.varied[key] not in values:
             values.append(point.varied[key])
-    unit = next((row.unit for row in keys() if row.key == key), "")
+    unit = next((row.unit for row in settable() if row.key == key), "")
     levels = Levels(key, unit, tuple(values))
     return Levels(key, unit, tuple(sorted(values))) if levels.is_numeric else levels
 

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ...scenario.part_choice import PartChoice
+from ...scenario.shipped_settings import FixedGain
 from ..experiments.plan import Plan
 from .fleets import Starved, fleets, starved
 from .harm import NEEDED, Harm, Harms, harmed
@@ -190,14 +192,15 @@ def _once(them: list[Harm], missions: int, plan: Plan) -> str:
 
 def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
     """Yield what may help scenarios in which fixes harm; it was not tried."""
-    parts = [it["navigation"] for it in scenarios if it["navigation"]["filter"] == "fixed_gain"]
+    filters = [PartChoice.read(it["navigation"]["filter"], str) for it in scenarios]
+    parts = [it.settings_as("fixed_gain", FixedGain) for it in filters if it == "fixed_gain"]
     if parts:
-        gains = sorted({part["gain"] for part in parts})
+        gains = sorted({part.gain for part in parts})
         here = f"{gains[0]:g}" if len(gains) == 1 else f"{gains[0]:g} to {gains[-1]:g}"
-        uncompensated = any(part["delay_compensation"] == "none" for part in parts)
-        shift = " navigation.delay_compensation=shift," * uncompensated
+        uncompensated = any(part.delay_compensation == "none" for part in parts)
+        shift = " navigation.filter.delay_compensation=shift," * uncompensated
         yield (
-            f"What may help where fixes harm: a navigation.gain below {here},{shift} or "
+            f"What may help where fixes harm: a navigation.filter.gain below {here},{shift} or "
             "navigation.filter=kalman, which weighs each fix by its covariance."
         )
 

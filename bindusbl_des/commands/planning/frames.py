@@ -20,7 +20,7 @@ def assignments(scenario: "Scenario", rounds: "Rounds") -> Iterator[str]:
     longer = slots.airtime(auvs, rounds.named) - slots.airtime(auvs)
     yield (
         f"AUVs are told their slots (knowledge: broadcast): {counted(rounds.named, 'record')} of "
-        f"{protocol.assignment_bytes} B in each broadcast."
+        f"{protocol.dissemination.assignment_bytes} B in each broadcast."
     )
     yield f"Beside the records of all fixes they take {size} B and {1e3 * longer:.1f} ms."
     if rounds.contention:

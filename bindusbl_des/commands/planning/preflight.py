@@ -188,7 +188,7 @@ def _timing(scenario: "Scenario", rounds: "Rounds") -> dict[str, Any]:
         "most_fixes": slots.messages.most,
         "processing_s": slots.messages.delay(slots.messages.most or 0),
         "named": rounds.named,
-        "assignment_bytes": rounds.named * protocol.assignment_bytes,
+        "assignment_bytes": rounds.named * protocol.dissemination.assignment_bytes,
         "frame_s": rounds.frame or None,
         "access": access_data(scenario, slots),
         "rounds": rows if rounds.are_known else None,

@@ -49,7 +49,9 @@ def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any
     """Yield each filter that the scenario can have beside its own settings, and what it changes."""
     data = scenario.model_dump()
     for name in FILTERS:
-        changed = {**data, "navigation": {**data["navigation"], "filter": name}}
+        own_filter = scenario.navigation.filter
+        filtered = own_filter if own_filter == name else name  # with its settings
+        changed = {**data, "navigation": {**data["navigation"], "filter": filtered}}
         with suppress(ValueError):
             plain = inputs_of(Scenario.model_validate(changed)).plain()
             yield name, {"navigator": plain["navigator"], **_differing(plain, own)}

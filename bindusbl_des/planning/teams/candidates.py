@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...campaigns.experiments.experiment import laid_over
+from ...scenario.files.former_keys import key_now
 from ...scenario.files.plain_yaml import read_yaml
 from ...scenario.planned import asv_stations
 from ...scenario.scenario import Scenario
@@ -18,7 +19,7 @@ from ..selection.goals import Floats
 Keys = Mapping[str, Any]
 
 COUNT, FORMATION = "asvs.count", "asvs.formation"
-SCHEDULE, DOWNLINK, REPLY = "protocol.schedule", "protocol.downlink", "protocol.reply"
+SCHEDULE, DOWNLINK = "protocol.schedule", "protocol.downlink"
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,7 @@ def _cost(question: Question, scenario: Scenario) -> float:
     total = scenario.asvs.count * question.costs[ASV]
     for item, price in question.costs.items():
         key, equals, value = item.partition("=")
-        if equals and _value(scenario, key.strip()) == read_yaml(value, item).data:
+        if equals and _value(scenario, key_now(key.strip())) == read_yaml(value, item).data:
             total += price
     return total
 

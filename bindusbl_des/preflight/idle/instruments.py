@@ -5,9 +5,6 @@ from ...scenario.scenario import Scenario
 from ...scenario.sections.usbl import Usbl
 from .rule import GIVEN, OWN, Idle
 
-# Files from before filters weighed by default have keys that belong to the paper's gain.
-FIXED = "remove it, or set navigation.filter: fixed_gain"
-
 CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
 
 # Vessels keep their stations by GNSS, too.
@@ -57,24 +54,6 @@ INSTRUMENTS = (
         },
         ("navigation.velocity",),
         "through still water is over ground",
-    ),
-    Idle(
-        {"navigation.filter": ("kalman", "smoother")},
-        ("navigation.gain",),
-        "each fix is weighed by its covariance",
-        remedy=FIXED,
-    ),
-    Idle(
-        {"navigation.filter": ("dead_reckoning",)},
-        ("navigation.gain",),
-        "no fix is taken in",
-        remedy=FIXED,
-    ),
-    Idle(
-        {"navigation.filter": ("kalman", "smoother")},
-        ("navigation.delay_compensation",),
-        "a fix always speaks of the instant at which it holds",
-        remedy=FIXED,
     ),
     Idle(
         {"navigation.filter": ("fixed_gain", "dead_reckoning")},

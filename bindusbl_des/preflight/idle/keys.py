@@ -9,21 +9,21 @@ from typing import Any
 
 from ...core.wording import plain
 from ...scenario.agreement.problem import Problem
-from ...scenario.families import FRAMED_SCHEDULES
+from ...scenario.families import FAMILIES, FRAMED_SCHEDULES
 from ...scenario.key_types import Part
 from ...scenario.on_earth import lacks_depths
+from ...scenario.part_choice import PartChoice
 from ...scenario.scenario import Scenario
-from ...scenario.sections.vehicle_choice import WITHOUT_DYNAMICS, AuvVehicle, VehicleChoice
+from ...scenario.sections.vehicle_choice import VehicleChoice
 from .instruments import INSTRUMENTS
 from .knowledge import KNOWLEDGE
 from .protocol import PROTOCOL, calls, times_by_place
 from .rule import GIVEN, OWN, Idle
 
-WITH_DYNAMICS = tuple(name for name in AuvVehicle.MODELS if name not in WITHOUT_DYNAMICS)
 STEERING = tuple(
     f"auvs.{name}"
     for name in (
-        "turning_radius_m", "join_angle_deg", "launch_m", "recovery_m",
+        "vehicle.turning_radius_m", "join_angle_deg", "launch_m", "recovery_m",
     )
 )  # fmt: skip
 
@@ -55,11 +55,6 @@ RULES = (
     Idle({"survey.depths_m": GIVEN}, ("survey.depth_m",), "each AUV has a depth of its own"),
     Idle({"auvs.speeds_m_per_s": GIVEN}, ("auvs.speed_m_per_s",), "each AUV has its own speed"),
     Idle({"auvs.launch_m": GIVEN}, ("auvs.route.start",), "the AUVs begin where they are launched"),
-    Idle(
-        {"auvs.vehicle": WITH_DYNAMICS},
-        ("auvs.turning_radius_m",),
-        "the model's own turning radius is planned with",
-    ),
     Idle(
         {"acoustics.mf.airtimes": GIVEN},
         ("acoustics.mf.bit_rate_bps", "acoustics.mf.overhead"),
@@ -205,8 +200,17 @@ def _value(scenario: Scenario, key: str) -> Any:
     """Return the value of a dotted key, of a vehicle its model; None where there is no such key."""
     value: Any = scenario
     for name in key.split("."):
+        if isinstance(value, PartChoice):
+            return _setting(key.removesuffix(f".{name}"), value, name)
         value = getattr(value, name, None)
     return value.model if isinstance(value, VehicleChoice) else value
+
+
+def _setting(key: str, part: PartChoice, name: str) -> Any:
+    """Return the value of a setting of the part that is chosen at a key; None where it has none."""
+    model = next(it.settings for it in FAMILIES if it.key == key).get(str(part))
+    field = model.model_fields.get(name) if model else None
+    return part.settings.get(name, field.default if field else None)
 
 
 def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
@@ -217,6 +221,8 @@ def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
         if name not in part.model_fields_set:
             return False
         part = getattr(part, name)
+    if isinstance(part, PartChoice | VehicleChoice):
+        return last in getattr(part, "choice", part).settings
     if last not in part.model_fields_set or last not in type(part).model_fields:
         return False
     return not but_defaults or getattr(part, last) != type(part).model_fields[last].default

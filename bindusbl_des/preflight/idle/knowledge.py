@@ -4,11 +4,8 @@ from ...scenario.families import RANDOM_ACCESS
 from .rule import Idle
 
 TOLD = tuple(
-    f"protocol.{name}"
-    for name in (
-        "assignment_bytes", "missed", "contention_chance", "forget_after_s", "recall_rounds",
-    )
-)  # fmt: skip
+    f"protocol.{name}" for name in ("contention_chance", "forget_after_s", "recall_rounds")
+)
 
 KNOWLEDGE = (
     Idle(
@@ -23,12 +20,12 @@ KNOWLEDGE = (
     ),
     Idle({"protocol.knowledge": ("shared",)}, TOLD, "all AUVs know the schedule at once"),
     Idle(
-        {"protocol.missed": ("silent", "last_slot")},
+        {"protocol.knowledge.missed": ("silent", "last_slot")},
         ("protocol.contention_chance",),
         "there is no contention slot",
     ),
     Idle(
-        {"protocol.missed": ("contention",)},
+        {"protocol.knowledge.missed": ("contention",)},
         ("protocol.recall_rounds",),
         "lost AUVs come back by the contention slot",
     ),

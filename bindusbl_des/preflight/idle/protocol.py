@@ -43,7 +43,6 @@ PROTOCOL = (
         (
             *BROADCASTS,
             *(f"protocol.{name}" for name in ("schedule", "downlink", "positions", "frame_s")),
-            *("protocol.reply", "protocol.reply_at", "protocol.turnaround_s"),
             "protocol.conflict_margin_m",
         ),
         "ASVs ping in turn and AUVs fix themselves; nobody calls, answers or broadcasts",
@@ -54,16 +53,16 @@ PROTOCOL = (
         "no AUV pings, so none contends",
     ),
     Idle(
-        {"protocol.downlink": ("direct_reply",), "protocol.reply": ("instant",)},
+        {"protocol.downlink": ("direct_reply",), "protocol.downlink.reply": ("instant",)},
         BROADCASTS,
         "the ASV that hears a ping first answers it at once, without airtime",
     ),
     Idle(
-        {"protocol.downlink": ("direct_reply",), "protocol.reply": ("frame",)},
+        {"protocol.downlink": ("direct_reply",), "protocol.downlink.reply": ("frame",)},
         (
             "protocol.broadcaster",
             "protocol.shortest_downlink_slot_s",
-            "protocol.reply_at",
+            "protocol.downlink.reply_at",
             "acoustics.mf.payload_bytes",
             "acoustics.mf.overfull",
         ),
@@ -75,21 +74,10 @@ PROTOCOL = (
         "pings are answered as they come, in no slots",
     ),
     Idle(
-        {"protocol.downlink": ("sequential", "pipelined_round", "pipelined_group")},
-        ("protocol.reply", "protocol.reply_at"),
-        "no ping is answered at once, fixes are broadcast",
-    ),
-    Idle(
         {"protocol.downlink": ("sequential", "direct_reply")},
         ("protocol.duplex",),
         "nobody pings while a frame is on the air or arriving",
         but=lambda it: is_random(it) or it.protocol.downlink_guard_s is not None,
-    ),
-    Idle(
-        {"protocol.ranging": ("owtt_sync",)},
-        ("protocol.turnaround_s",),
-        "AUVs ping on their own clocks, without being called",
-        but=calls,
     ),
     Idle(
         {"protocol.schedule": ("super_tdma",)},

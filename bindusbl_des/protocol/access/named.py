@@ -8,9 +8,10 @@ import numpy as np
 from ...acoustics.channel import AskedChannel
 from ...acoustics.propagation import Band
 from ...core.streams import Purpose, Streams
-from ...scenario.families import SCHEDULE, CarrierSense
+from ...scenario.families import SCHEDULE
 from ...scenario.part_settings import settings_of
 from ...scenario.scenario import Scenario
+from ...scenario.shipped_settings import CarrierSense
 from ...vehicles.fleet import Fleet
 from ..slots import Slots, slots_of
 from .aloha import Access, Aloha, SlottedAloha

@@ -3,7 +3,7 @@
 
 const MOST_VESSELS = 24;
 // Keys that the chart itself sets; what else a candidate has set goes along in its command.
-const OWN_KEYS = ["asvs.count", "acoustics.hf.range_m", "acoustics.mf.range_m", "navigation.gain", "navigation.filter"];
+const OWN_KEYS = ["asvs.count", "acoustics.hf.range_m", "acoustics.mf.range_m", "navigation.filter.gain", "navigation.filter"];
 const isOwn = (key) => OWN_KEYS.includes(key) || key === "asvs.formation" || key.startsWith("asvs.formation.");
 
 // Places are told, predicted and copied to the centimetre, so that all three are the same.
@@ -82,7 +82,7 @@ class Team {
     const own = this.chart.inputs, now = [
       ["acoustics.hf.range_m", this.hf, own.hf.range_m], ["acoustics.mf.range_m", this.mf, own.mf.range_m],
       ["navigation.filter", this.filter, own.navigator.filter],
-      ...(this.filter === "fixed_gain" ? [["navigation.gain", this.gain, own.navigator.gain]] : []),
+      ...(this.filter === "fixed_gain" ? [["navigation.filter.gain", this.gain, own.navigator.gain]] : []),
     ];
     const set = [["asvs.count", this.stations.length], ["asvs.formation", `{positions_m: ${this.positions()}}`]];
     set.push(...now.filter(([, value, before]) => value !== before).map(([key, value]) => [key, value]));

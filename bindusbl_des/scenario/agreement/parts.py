@@ -17,11 +17,12 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
         if name in family.siblings:
             for setting, message in shipped_mistakes(family, name):
                 yield Problem(f"{family.key}.{setting}", message)
-        elif not is_plugin(name):
+        elif not (family.is_open and is_plugin(name)):
+            own = ", or your own as module:object" if family.is_open else ""
             yield Problem(
                 family.key,
                 f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
-                f"{', '.join(family.siblings)}, or your own as module:object)"
+                f"{', '.join(family.siblings)}{own})"
                 f"{_preset(family.key, name)}",
             )
 

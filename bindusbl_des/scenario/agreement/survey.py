@@ -103,7 +103,7 @@ def _lanes(scenario: ScenarioKeys) -> Iterator[Problem]:
         )
     if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > area.across:
         yield Problem(
-            "auvs.turning_radius_m",
+            "auvs.vehicle.turning_radius_m",
             f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.told}; "
             f"use at most {area.across / 2:g}",
             (shape, "auvs.vehicle", "auvs.route.kind"),

@@ -35,9 +35,9 @@ def problems(scenario: ScenarioKeys) -> Iterator[Problem]:
             ("protocol.downlink",),
         )
     schedule = scenario.protocol.schedule
-    if scenario.protocol.missed == "contention" and schedule in CHOOSING:
+    if scenario.protocol.dissemination.missed == "contention" and schedule in CHOOSING:
         yield Problem(
-            "protocol.missed",
+            "protocol.knowledge.missed",
             f"contention needs rounds that name all AUVs but those that are lost; {schedule} names "
             "some, and the others cannot tell; use silent or last_slot, or another schedule",
             ("protocol.schedule",),
@@ -60,8 +60,15 @@ def _room(scenario: ScenarioKeys) -> int | None:
 
 def _overfull(scenario: ScenarioKeys, room: int) -> Iterator[Problem]:
     """Yield why messages with room for so many bytes cannot tell AUVs their slots."""
-    each, count, mf = scenario.protocol.assignment_bytes, scenario.auvs.count, scenario.acoustics.mf
-    key, others = "protocol.assignment_bytes", ("acoustics.mf.payload_bytes", "acoustics.mf.modem")
+    each, count, mf = (
+        scenario.protocol.dissemination.assignment_bytes,
+        scenario.auvs.count,
+        scenario.acoustics.mf,
+    )
+    key, others = (
+        "protocol.knowledge.assignment_bytes",
+        ("acoustics.mf.payload_bytes", "acoustics.mf.modem"),
+    )
     if each > room:
         yield Problem(
             key,

@@ -9,6 +9,7 @@ from ...core.wording import described
 from ..families import FAMILIES
 from ..keys import keys, settings
 from ..scenario import Scenario
+from .former_keys import READ_YET, path_now
 from .mistakes import Mistake, Place
 from .plain_yaml import Document, Path, dotted, read_yaml
 
@@ -31,6 +32,10 @@ def override(document: Document, option: str) -> None:
         message = "needs the form dotted.key=value, such as acoustics.hf.range_m=100"
         document.mistakes.append(Mistake.at(place, "", message))
         return
+    if (now := path_now(document.data, path)) != path:
+        message = f"is a setting now: write --set {dotted(now)}={text}; {READ_YET}"
+        document.warnings.append(Mistake.at(place, dotted(path), message))
+        path = now
     value = read_yaml(text, place.file)
     if value.mistakes:
         message = value.mistakes[0].message
@@ -53,7 +58,7 @@ def override(document: Document, option: str) -> None:
 
 def put(data: dict[str, Any], key: str, value: Any) -> str:
     """Put a value at a dotted key of a scenario's data; return what prevents it, or ""."""
-    return _put(data, _path(key), value)
+    return _put(data, path_now(data, _path(key)), value)
 
 
 @lru_cache(maxsize=256)
@@ -65,7 +70,8 @@ def _path(key: str) -> Path:
 def _put(data: Any, path: Path, value: Any, kept: Collection[str | int] = ()) -> str:
     """Put a value at a path, creating sections on the way; return what prevents it, or "".
 
-    Settings that are not of a part so chosen are dropped, unless they are to be `kept`.
+    Settings that are not of a part so chosen are dropped, unless they are to be `kept`; a part
+    chosen again keeps its own.
     """
     if not isinstance(data, dict):
         return ""
@@ -79,12 +85,18 @@ def _put(data: Any, path: Path, value: Any, kept: Collection[str | int] = ()) ->
             if part in CHOOSERS and isinstance(spot, dict) and spot.get(part) != value:
                 for name in _not_of(dotted(path[:-1]), value) - set(kept):
                     spot.pop(name, None)
-            spot[part] = value
+            is_same = dotted(path) in PARTS and value == _named(spot.get(part))
+            spot[part] = spot[part] if is_same else value
         else:
             spot = _inside(spot, part, path[: depth + 1])
             if not isinstance(spot, dict | list):
                 return f"{dotted(path[: depth + 1])} has no keys; it is {described(spot)}"
     return ""
+
+
+def _named(part: Any) -> str | None:
+    """Return the part that a mapping with settings names, which is chosen again by its name."""
+    return part.get("model") if isinstance(part, dict) else None
 
 
 def _not_of(section: str, chosen: Any) -> set[str]:

@@ -67,6 +67,7 @@ def dotted(path: Path) -> str:
 class Document:
     """The data of a YAML text, where each key and value stands, and what was wrong with it.
 
+    `warnings` are of what is right, and spelt otherwise now.
     `unsettled` are the paths whose values could not be taken over as the author meant them.
     """
 
@@ -75,6 +76,7 @@ class Document:
     keys: dict[Path, Place] = field(default_factory=dict)
     values: dict[Path, Place] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
+    warnings: list[Mistake] = field(default_factory=list)
     unsettled: set[Path] = field(default_factory=set)
 
     def report(self, place: Place, path: Path, message: str) -> None:

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from ..families import load_plugins
 from ..scenario import Scenario
 from ..water import sound_speed_of
 from .explanations import ROUTE, Finding, guessed_kind
+from .former_keys import as_now, is_former, is_of_old, move_keys
 from .misplaced_tracks import misplaced_tracks
 from .mistakes import Mistake, Place, ScenarioError
 from .named_files import place_files
@@ -67,7 +69,10 @@ def load_scenario(
         ScenarioError: listing every mistake, when the file cannot be read or used.
     """
     path = located(path, ("scenarios",)) if isinstance(path, str) else path
-    return parsed(Source.file(path, overrides), allow_plugins)[1]
+    document, scenario = parsed(Source.file(path, overrides), allow_plugins)
+    for it in document.warnings:
+        warnings.warn(str(it), FutureWarning, stacklevel=2)
+    return scenario
 
 
 def as_scenario(given: Scenario | str | FilePath, *, allow_plugins: bool = False) -> Scenario:
@@ -141,8 +146,15 @@ def parsed(source: Source, allow_plugins: bool = False) -> tuple[Document, Scena
     document = read_yaml(source.text, source.name)
     if not document.mistakes or document.data is not None:
         _check_root(document)
-    for option in source.overrides:
+    if isinstance(document.data, dict):
+        if is_of_old(document.data):
+            document.data = as_now(document.data)
+        move_keys(document)
+    # Those of former keys come last, once the parts are chosen whose settings they are now.
+    for option in sorted(source.overrides, key=lambda it: is_former(it.partition("=")[0])):
         override(document, option)
+    if isinstance(document.data, dict):
+        move_keys(document)
     scenario = _settled(document, source.folder) if isinstance(document.data, dict) else None
     if scenario is not None and allow_plugins and not document.mistakes:
         found = (Problem(it.key, it.message) for it in load_plugins(scenario))

@@ -37,9 +37,7 @@ TEMPLATES: Mapping[str, Mapping[str, object]] = {
         "acoustics.loss.law": "paper",
         "acoustics.loss.combine": "clamp_first",
         "protocol.tick_rate_hz": 30,
-        "navigation.filter": "fixed_gain",
-        "navigation.gain": 0.9,
-        "navigation.delay_compensation": "none",
+        "navigation.filter": {"model": "fixed_gain", "gain": 0.9, "delay_compensation": "none"},
         "record.metrics_hz": 30,
     },
     "still": {

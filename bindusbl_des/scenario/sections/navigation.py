@@ -1,6 +1,6 @@
 """The keys of navigation: what is wrong with dead reckoning, and how fixes correct it."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     AfterValidator,
@@ -16,7 +16,9 @@ from pydantic_core import PydanticCustomError
 from ...core.spreads import Statistic
 from ...presets.catalogue import CATALOGUE, preset
 from ..key_types import PAPER, Part, Point, Real, key
+from ..moved_keys import Moved, Section
 from ..part_choice import SET, PartChoice
+from ..shipped_settings import FixedGain
 
 SECONDS_PER_HOUR = 3600.0
 
@@ -110,8 +112,13 @@ class Drift(Part):
         return (self.m_per_hour or 0.0) / SECONDS_PER_HOUR * time
 
 
-class Navigation(Part):
+class Navigation(Section):
     """Dead reckoning of the AUVs and how a fix corrects it."""
+
+    MOVED: ClassVar = (
+        Moved("gain", "filter", "fixed_gain"),
+        Moved("delay_compensation", "filter", "fixed_gain"),
+    )
 
     drift: Drift = Field(default=Drift(), description="drift as an inertial system's sheet has it")
     velocity_bias_m_per_s: Point = key(
@@ -180,7 +187,6 @@ class Navigation(Part):
     imu_rate_hz: Real = key(30.0, "Hz", "rate of the IMU samples", PAPER, ge=0.001, le=1e3)
     depth_sd_m: Real = key(0.05, "m", "pressure sensor noise sigma_z", PAPER, ge=0, le=1e3)
     filter: PartChoice = key("kalman", "", "how a fix corrects (the paper: fixed_gain)" + SET)
-    gain: Real = key(0.9, "1", "gain gamma of eq. update (fixed_gain)", PAPER, gt=0, le=1)
     nis_gate: Real | None = key(
         9.210340372,
         "1",
@@ -188,11 +194,6 @@ class Navigation(Part):
         "chi-squared, 2 degrees of freedom, 99 %",
         gt=0,
         le=1e6,
-    )
-    delay_compensation: Literal["none", "shift"] = key(
-        "shift",
-        "",
-        "fixed_gain: innovation against the present estimate, or that remembered at ping time",
     )
 
     @field_validator("drift", mode="before")
@@ -207,6 +208,11 @@ class Navigation(Part):
         if self.drift.is_stated:
             self.otherwise(velocity_bias_m_per_s=(0.0, 0.0), random_walk_m_per_sqrt_s=0.0)
         return self
+
+    @property
+    def fixed_gain(self) -> FixedGain:
+        """The settings of the filter `fixed_gain`."""
+        return self.filter.settings_as("fixed_gain", FixedGain)
 
     @property
     def weighs(self) -> bool:

@@ -1,13 +1,23 @@
 """The keys of the protocol: who pings when, who answers how, and what the clock is."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
-from ..key_types import PAPER, Part, Real, Whole, formerly, key
+from ..key_types import PAPER, Real, Whole, formerly, key
+from ..moved_keys import Moved, Section
 from ..part_choice import SET, PartChoice
+from ..shipped_settings import Broadcast, DirectReply, TwoWay
 
 
-class Protocol(Part):
+class Protocol(Section):
     """Who pings when, who answers how, and what the clock is."""
+
+    MOVED: ClassVar = (
+        Moved("reply", "downlink", "direct_reply"),
+        Moved("reply_at", "downlink", "direct_reply"),
+        Moved("turnaround_s", "ranging", "twtt"),
+        Moved("missed", "knowledge", "broadcast"),
+        Moved("assignment_bytes", "knowledge", "broadcast"),
+    )
 
     schedule: PartChoice = key("spatial_reuse", "", "which AUVs ping in which slot" + SET, PAPER)
     downlink: PartChoice = key("sequential", "", "when fixes are broadcast" + SET, PAPER)
@@ -35,22 +45,12 @@ class Protocol(Part):
         ge=0,
         le=1e6,
     )
-    knowledge: Literal["shared", "broadcast"] = key(
+    knowledge: PartChoice = key(
         "shared",
         "",
         "who knows the slots of a round: everybody at once, or AUVs that have decoded the frame "
-        "which names them (broadcast; the fleet then knows AUVs by their fixes alone)",
+        "which names them (broadcast; the fleet then knows AUVs by their fixes alone)" + SET,
         PAPER,
-    )
-    assignment_bytes: Whole = key(
-        2, "B", "record of a frame that tells one AUV its slot (broadcast)", ge=0, le=64
-    )
-    missed: Literal["silent", "last_slot", "contention"] = key(
-        "silent",
-        "",
-        "what an AUV does that was not told its slot (broadcast): it keeps silent, or pings in its "
-        "last slot, or by chance in a further slot at the end of the round, when it reckons these "
-        "to be",
     )
     contention_chance: Real = key(
         0.5, "1", "chance to ping in a contention slot (contention)", gt=0, le=1
@@ -94,24 +94,26 @@ class Protocol(Part):
     shortest_downlink_slot_s: Real | None = key(
         None, "s", "shortest downlink slot T_DL,min; null = 10 t_C", PAPER, ge=0, le=60
     )
-    turnaround_s: Real = key(0.0, "s", "AUV turnaround time (twtt, polling)", ge=0, le=60)
     duplex: Literal["per_band", "per_node"] = key(
         "per_band",
         "",
         "what a vehicle does not hear while it sends: its own band, or the other, too (per_node)",
     )
-    reply: Literal["frame", "instant"] = key(
-        "frame",
-        "",
-        "what a direct reply is: an MF frame of header and one fix, or an answer without airtime "
-        "(instant), as the paper's baseline has it",
-        "sec:baseline",
-    )
-    reply_at: Literal["ping_front", "ping_end"] = key(
-        "ping_end",
-        "",
-        "when an instant reply sets out: as the ping's front arrives, or once it is decoded",
-    )
+
+    @property
+    def answer(self) -> DirectReply:
+        """The settings of the downlink `direct_reply`."""
+        return self.downlink.settings_as("direct_reply", DirectReply)
+
+    @property
+    def turnaround_s(self) -> float:
+        """How long (s) AUVs take to answer a call."""
+        return self.ranging.settings_as("twtt", TwoWay).turnaround_s
+
+    @property
+    def dissemination(self) -> Broadcast:
+        """The settings of the knowledge `broadcast`."""
+        return self.knowledge.settings_as("broadcast", Broadcast)
 
     @property
     def is_passive(self) -> bool:
@@ -126,12 +128,12 @@ class Protocol(Part):
     @property
     def sends_frames(self) -> bool:
         """Whether ASVs send frames on MF: broadcasts, or answers that take airtime."""
-        return not self.is_passive and not (self.replies and self.reply == "instant")
+        return not self.is_passive and not (self.replies and self.answer.reply == "instant")
 
     @property
     def replies_in_frames(self) -> bool:
         """Whether each ping is answered by a frame of its own."""
-        return self.replies and self.reply == "frame"
+        return self.replies and self.answer.reply == "frame"
 
     @property
     def deafens_asvs(self) -> bool:

@@ -19,23 +19,28 @@ WITHOUT_DYNAMICS = ("kinematic", "moored")
 class VehicleChoice:
     """A vehicle model by name, and the coefficients that differ from its published ones.
 
-    In a file it is the name, or a mapping: ``{model: remus100, yaw_time_constant_s: 5}``.  `own` is
-    a vehicle of somebody's own, named ``module:object``, with its settings.
+    In a file it is the name, or a mapping: ``{model: remus100, yaw_time_constant_s: 5}``.  `part`
+    is a vehicle with settings: one without dynamics, or somebody's own, named ``module:object``.
     """
 
     MODELS: ClassVar[tuple[str, ...]] = ()
 
     model: str
     coefficients: tuple[tuple[str, float], ...] = ()
-    own: PartChoice | None = None
+    part: PartChoice | None = None
 
     def __str__(self) -> str:
         return self.model + ("*" if self.coefficients or (self.own and self.own.settings) else "")
 
     @property
+    def own(self) -> PartChoice | None:
+        """The vehicle where it is somebody's own."""
+        return self.part if self.part is not None and is_plugin(self.part) else None
+
+    @property
     def choice(self) -> PartChoice:
         """The vehicle as a part of the mission."""
-        return self.own or PartChoice(self.model)
+        return self.part or PartChoice(self.model)
 
     @property
     def flies_paths(self) -> bool:
@@ -58,7 +63,7 @@ class VehicleChoice:
             return value
         if _is_own(value):
             own = PartChoice.read(value, str)
-            return cls(str(own), own=own)
+            return cls(str(own), part=own)
         if isinstance(value, str):
             return cls(cls._known(value))
         if not isinstance(value, Mapping) or "model" not in value:
@@ -68,13 +73,15 @@ class VehicleChoice:
             )
         model = cls._known(value["model"])
         changes = {str(name): number for name, number in value.items() if name != "model"}
+        if model in WITHOUT_DYNAMICS:
+            return cls(
+                model, part=PartChoice.read({**value, "model": model}, str) if changes else None
+            )
         for name, number in changes.items():
             if isinstance(number, bool) or not isinstance(number, int | float):
                 raise _mistake(f"{name} must be a number; got {described(number)}")
             if not math.isfinite(number):
                 raise _mistake(f"{name} must be finite; got {described(number)}")
-        if changes and model in WITHOUT_DYNAMICS:
-            raise _mistake(f"{model} has no coefficients; remove {', '.join(changes)}")
         if changes:
             from ...vehicles.hulls import parameters
 
@@ -93,8 +100,8 @@ class VehicleChoice:
 
     def plain(self) -> "str | dict[str, Any]":
         """Return the choice as it is written in a file."""
-        if self.own:
-            return self.own.plain()
+        if self.part is not None:
+            return self.part.plain()
         return {"model": self.model, **dict(self.coefficients)} if self.coefficients else self.model
 
     @classmethod

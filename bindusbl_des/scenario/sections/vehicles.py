@@ -1,11 +1,13 @@
 """The keys of both fleets: how many, what they are, where they go and keep station."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
 from ..key_types import PAPER, Part, Point, Position, Real, Whole, key
+from ..moved_keys import Moved, Section
 from ..part_choice import PartChoice
+from ..shipped_settings import Kinematic
 from .anchors import Assign, AsvTrack, Follow, Moving, Zigzag
 from .failures import Failure
 from .own import OwnPlacement, is_own
@@ -16,12 +18,14 @@ Speed = Annotated[Real, Field(ge=0.001, le=20)]
 Late = Annotated[Real, Field(ge=0, le=10)]
 
 
-class Auvs(Part):
+class Auvs(Section):
     """The underwater vehicles: how many, what they are, where they go."""
+
+    MOVED: ClassVar = (Moved("turning_radius_m", "vehicle", "kinematic"),)
 
     count: Whole = key(3, "1", "number of AUVs", PAPER, ge=1, le=100_000)
     vehicle: AuvVehicle = key(
-        "kinematic", "", "vehicle model, or {model: ..., coefficient: value, ...}"
+        "kinematic", "", "vehicle model, or {model: ..., coefficient or setting: value, ...}"
     )
     speed_m_per_s: Real = key(
         0.627,
@@ -33,9 +37,6 @@ class Auvs(Part):
     )
     speeds_m_per_s: tuple[Speed, ...] | None = key(
         None, "m/s", "speed of each AUV; null = speed_m_per_s for all of them"
-    )
-    turning_radius_m: Real = key(
-        5.0, "m", "smallest turning radius (kinematic only)", ge=0.001, le=1e4
     )
     join_angle_deg: Real = key(
         20.0, "deg", "angle at which an AUV that has turned about joins a line again", ge=0.1, le=45
@@ -62,6 +63,11 @@ class Auvs(Part):
     feedback: Literal["truth", "estimate"] = key(
         "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
     )
+
+    @property
+    def turning_radius_m(self) -> float:
+        """The smallest turning radius of AUVs without dynamics (m)."""
+        return self.vehicle.choice.settings_as("kinematic", Kinematic).turning_radius_m
 
     def speed(self, auv: int) -> float:
         """Return the speed of an AUV along its route (m/s)."""

@@ -38,8 +38,8 @@ def navigator_of(scenario: Scenario) -> Navigator:
     ]
     return Navigator(
         "kalman" if own else str(navigation.filter),
-        navigation.gain,
-        navigation.weighs or own or navigation.delay_compensation == "shift",
+        navigation.fixed_gain.gain,
+        navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
         navigation.initial_position_sd_m,
         told[0],
         sensors.random_walk_m_per_sqrt_s**2,

@@ -1,0 +1,144 @@
+"""The settings of the parts that ship, but for those of channels and instruments."""
+
+from typing import Literal
+
+from .key_types import PAPER, Real, Whole, key
+from .part_settings import Settings
+
+# Errors that a filter may be left ignorant of
+Untold = Literal[
+    "misalignment", "gnss", "sound_speed", "clock",
+    "velocity_bias", "scale_factor", "heading", "initial_position",
+]  # fmt: skip
+
+
+class Kalman(Settings):
+    """The settings of the filter `kalman`."""
+
+    untold: tuple[Untold, ...] = key(
+        (), "", "errors of instruments, clocks and AUVs' own sensors that the filter is not told of"
+    )
+    random_walk_m_per_sqrt_s: Real | None = key(
+        None, "m/sqrt(s)", "process noise of the position; null = the scenario's", ge=0, le=1e3
+    )
+    velocity_bias_sd_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "prior of the constant velocity bias along each axis; null = the scenario's, "
+        "hypot(|velocity_bias_m_per_s|, velocity_bias_sd_m_per_s)",
+        ge=0,
+        le=20,
+    )
+    initial_position_sd_m: Real | None = key(
+        None, "m", "prior of the start along each axis; null = the scenario's", ge=0, le=1e5
+    )
+
+
+class Smoothing(Kalman):
+    """The settings of the filter `smoother`."""
+
+    lag_s: Real | None = key(
+        None,
+        "s",
+        "an estimate knows the fixes delivered up to so much later; null = all of the mission",
+        ge=0,
+        le=1e7,
+    )
+
+
+class CarrierSense(Settings):
+    """The settings of the schedule `csma`."""
+
+    window: Whole = key(
+        10, "1", "an AUV holds back for 0 to window - 1 slots, drawn by lot", ge=1, le=1_000_000
+    )
+    slot_s: Real | None = key(
+        None,
+        "s",
+        "such a slot; null = a ping and its longest way, until all in range have heard it",
+        gt=0,
+        le=3600,
+    )
+
+
+class WorstFirst(Settings):
+    """The settings of the schedule `worst_first`."""
+
+    slots: Whole = key(
+        4, "1", "ping groups of a round, at most; further AUVs wait for a later one", ge=1, le=9_999
+    )
+
+
+class Polling(Settings):
+    """The settings of the schedule `polling`."""
+
+    side_by_side: bool = key(
+        False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
+    )
+
+
+class SuperTdma(Settings):
+    """The settings of the schedule `super_tdma`."""
+
+    clear_s: Real = key(0.02, "s", "pause between two arrivals at an ASV", ge=0, le=60)
+    sds: Real = key(
+        2.0, "1", "standard deviations of fixes by which AUVs may be misplaced", ge=0, le=100
+    )
+
+
+class Fixed(Settings):
+    """The settings of the broadcaster `fixed`."""
+
+    asv: Whole = key(0, "1", "number of the ASV that always broadcasts", ge=0, le=9_999)
+
+
+class FixedGain(Settings):
+    """The settings of the filter `fixed_gain`, the paper's."""
+
+    gain: Real = key(0.9, "1", "gain gamma of eq. update", PAPER, gt=0, le=1)
+    delay_compensation: Literal["none", "shift"] = key(
+        "shift", "", "innovation against the present estimate, or that remembered at ping time"
+    )
+
+
+class DirectReply(Settings):
+    """The settings of the downlink `direct_reply`."""
+
+    reply: Literal["frame", "instant"] = key(
+        "frame",
+        "",
+        "what an answer is: an MF frame of header and one fix, or without airtime (instant), as "
+        "the paper's baseline has it",
+        "sec:baseline",
+    )
+    reply_at: Literal["ping_front", "ping_end"] = key(
+        "ping_end",
+        "",
+        "when an instant reply sets out: as the ping's front arrives, or once it is decoded",
+    )
+
+
+class TwoWay(Settings):
+    """The settings of the ranging `twtt`."""
+
+    turnaround_s: Real = key(0.0, "s", "turnaround time of AUVs", ge=0, le=60)
+
+
+class Broadcast(Settings):
+    """The settings of the knowledge `broadcast`."""
+
+    assignment_bytes: Whole = key(
+        2, "B", "record of a frame that tells one AUV its slot", ge=0, le=64
+    )
+    missed: Literal["silent", "last_slot", "contention"] = key(
+        "silent",
+        "",
+        "what an AUV does that was not told its slot: it keeps silent, or pings in its last slot, "
+        "or by chance in a further slot at the end of the round, when it reckons these to be",
+    )
+
+
+class Kinematic(Settings):
+    """The settings of the vehicle `kinematic`."""
+
+    turning_radius_m: Real = key(5.0, "m", "smallest turning radius", ge=0.001, le=1e4)
