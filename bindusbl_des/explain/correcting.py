@@ -87,7 +87,10 @@ def _compared(result: "Result", fix: Any) -> str:
     if innovation is None:
         return ""
     when = "of the instant at which the fix holds"
-    if navigator_of(result.scenario).has_gain and navigation.fixed_gain.delay_compensation == "none":
+    if (
+        navigator_of(result.scenario).has_gain
+        and navigation.fixed_gain.delay_compensation == "none"
+    ):
         when = "of now, though it has gone on since the ping (delay_compensation none)"
     return f"innovation {innovation:.2f} m against its estimate {when}"
 

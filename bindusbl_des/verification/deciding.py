@@ -66,7 +66,9 @@ def _unknown(case: Case) -> Iterator[Pair]:
     if tells_slots(case.scenario) and protocol.dissemination.missed != "silent":
         why = "AUVs that were not told their slots ping when they reckon these to be"
         shown = partial(groups_shown, case)
-        yield undecided("slots that are told", f"missed {protocol.dissemination.missed}", why, shown)
+        yield undecided(
+            "slots that are told", f"missed {protocol.dissemination.missed}", why, shown
+        )
     elif tells_slots(case.scenario) and schedule_of(case.scenario).is_shared_and_proved:
         why = "slots are shared by where AUVs are believed to be as a frame begins, a round ahead"
         shown = partial(groups_shown, case)

@@ -196,8 +196,8 @@ def test_fixes_that_harm_are_said_to(made: Make) -> None:
     assert found.harm == (
         "Fixes make AUV2 worse at point 0 (gain=0.9): 1.39 m with, 0.77 m without, +0.620 m "
         "[+0.599, +0.641] over 4 paired seeds. At point 1 (gain=0.05) it has 0.60 m.",
-        "What may help where fixes harm: a navigation.filter.gain below 0.9, or navigation.filter=kalman, "
-        "which weighs each fix by its covariance.",
+        "What may help where fixes harm: a navigation.filter.gain below 0.9, or "
+        "navigation.filter=kalman, which weighs each fix by its covariance.",
     )
     told = call("compare", "c").stdout
     assert found.harm[0] in flat(told)

@@ -26,7 +26,8 @@ SKEWED = {"scale_factor_sd": 0.02, "heading_sd_deg": 2.0}
 
 def mission(seed: int = 0, navigation: dict[str, object] | None = None, **changes: object):
     """Return the tables of a short survey in which only the options asked for are wrong."""
-    base = {"duration_s": 120.0, "survey": {"side_m": 60.0}, "auvs": {"vehicle": {"model": "kinematic", "turning_radius_m": 3.0}},
+    base = {"duration_s": 120.0, "survey": {"side_m": 60.0},
+            "auvs": {"vehicle": {"model": "kinematic", "turning_radius_m": 3.0}},
             "navigation": {**EXACT, **(navigation or {})}}  # fmt: skip
     return simulate(scenario(**merged(base, changes)), seed).tables
 

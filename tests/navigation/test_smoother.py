@@ -326,7 +326,8 @@ def test_what_the_filter_is_told_of_the_smoother_is_told_of() -> None:
     for what is not linear; afterwards it is nearer to the truth.
     """
     changes = [
-        "duration_s=100", "usbl.misalignment_sd_deg=1", "navigation.filter.delay_compensation=shift",
+        "duration_s=100", "usbl.misalignment_sd_deg=1",
+        "navigation.filter.delay_compensation=shift",
         "navigation.velocity_bias_m_per_s=[0,0]", "navigation.velocity_bias_sd_m_per_s=0.06",
         "navigation.velocity_bias_time_constant_s=60", "navigation.heading_sd_deg=2",
         "navigation.scale_factor_sd=0.02",

@@ -448,7 +448,10 @@ def test_a_sweep_over_a_key_that_does_nothing_is_told(tmp_path: Path) -> None:
         "--vary",
         "navigation.filter.gain=0.1,0.9",
     ]
-    line = "--vary navigation.filter.gain=0.1,0.9: navigation.filter.gain: has no effect with navigation.filter"
+    line = (
+        "--vary navigation.filter.gain=0.1,0.9: "
+        "navigation.filter.gain: has no effect with navigation.filter"
+    )
     assert CliRunner().invoke(main, words).stderr.count(line) == 1
     filters = ["--vary", "navigation.filter=kalman,fixed_gain"]
     assert "no effect" not in CliRunner().invoke(main, [*words, *filters]).stderr

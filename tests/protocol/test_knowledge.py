@@ -411,7 +411,8 @@ def test_who_comes_into_range_before_a_round_begins_is_allowed_for(
         world = scenario(
             duration_s=200.0, survey={"side_m": 120.0}, usbl=exact,
             asvs={"count": 2, "formation": {"radius_m": 30.0}},
-            auvs={"count": 5, "speed_m_per_s": 5.0, "vehicle": {"model": "kinematic", "turning_radius_m": 2.0},
+            auvs={"count": 5, "speed_m_per_s": 5.0,
+                  "vehicle": {"model": "kinematic", "turning_radius_m": 2.0},
                   "route": {"lane_spacing_m": 6.0}},
             acoustics={"loss": {"law": "none"}, "hf": {"range_m": reach}, "mf": {"range_m": 1e3}},
             protocol={"schedule": schedule, "downlink": downlink, "knowledge": "broadcast",

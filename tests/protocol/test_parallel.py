@@ -109,7 +109,8 @@ def test_wrong_beliefs_let_frames_collide_and_it_is_told() -> None:
         duration_s=15.0,
         survey={"side_m": 60.0},
         auvs={
-            "count": 3, "speed_m_per_s": 5.0, "vehicle": {"model": "kinematic", "turning_radius_m": 0.1},
+            "count": 3, "speed_m_per_s": 5.0,
+            "vehicle": {"model": "kinematic", "turning_radius_m": 0.1},
             "route": {"kind": "waypoints", "points_m": ways},
         },
         asvs={

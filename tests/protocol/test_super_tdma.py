@@ -126,7 +126,8 @@ def test_moving_auvs_do_not_collide(positions: str) -> None:
     """Six AUVs at 2 m/s among three ASVs: no ping that was believed in range meets another."""
     world = scenario(
         duration_s=120.0, survey={"side_m": 60.0}, asvs={"count": 3},
-        auvs={"count": 6, "speed_m_per_s": 2.0, "vehicle": {"model": "kinematic", "turning_radius_m": 2.0},
+        auvs={"count": 6, "speed_m_per_s": 2.0,
+              "vehicle": {"model": "kinematic", "turning_radius_m": 2.0},
               "route": {"lane_spacing_m": 4.0}},
         acoustics={"loss": {"law": "none"}, "hf": {"range_m": 80.0}},
         protocol={"schedule": "super_tdma", "positions": positions},

@@ -166,7 +166,8 @@ def test_a_navigator_compares_with_the_instant_at_which_a_fix_holds() -> None:
     """With `shift` a drift of 1 m/s makes no innovation but what it was at the answer."""
     drifting = {"filter": "fixed_gain", "velocity_bias_m_per_s": [1.0, 0.0]}
     world = still(
-        1, protocol={"ranging": {"model": "twtt", "turnaround_s": 0.4}}, navigation={**QUIET_NAVIGATION, **drifting},
+        1, protocol={"ranging": {"model": "twtt", "turnaround_s": 0.4}},
+        navigation={**QUIET_NAVIGATION, **drifting},
         usbl=QUIET_USBL,
     )  # fmt: skip
     fixes = simulate(world).tables["fixes"]
@@ -298,7 +299,8 @@ def test_every_call_and_ping_has_one_outcome() -> None:
     """In a crowded fleet with stale beliefs and losses, all are accounted for."""
     world = scenario(
         duration_s=60.41, survey={"side_m": 200.0},
-        auvs={"count": 20, "speed_m_per_s": 2.0, "vehicle": {"model": "kinematic", "turning_radius_m": 3.0}},
+        auvs={"count": 20, "speed_m_per_s": 2.0,
+              "vehicle": {"model": "kinematic", "turning_radius_m": 3.0}},
         asvs={"count": 5, "formation": {"radius_m": 40.0}},
         acoustics={
             "hf": {"range_m": 60.0}, "loss": {"combine": "clamp_first", "contention_per_auv": 0.01},

@@ -108,7 +108,8 @@ def test_who_is_not_where_it_is_believed_keeps_nobody_waiting(downlink: str, slo
     ways = [[[45.0, 0.0], [400.0, 0.0]], *([[5.0 * k, 0.0], [5.0 * k, 9.0]] for k in range(3))]
     result = simulate(scenario(
         duration_s=60.0, survey={"side_m": 60.0}, asvs={"count": 1},
-        auvs={"count": 4, "speed_m_per_s": 4.0, "vehicle": {"model": "kinematic", "turning_radius_m": 1.0},
+        auvs={"count": 4, "speed_m_per_s": 4.0,
+              "vehicle": {"model": "kinematic", "turning_radius_m": 1.0},
               "route": {"kind": "waypoints", "points_m": ways}},
         acoustics={"loss": {"law": "none"}},
         protocol={"schedule": {"model": "worst_first", "slots": slots}, "positions": "last_fix",

@@ -221,8 +221,9 @@ def _is_given(scenario: Scenario, key: str, *, but_defaults: bool) -> bool:
         if name not in part.model_fields_set:
             return False
         part = getattr(part, name)
-    if isinstance(part, PartChoice | VehicleChoice):
-        return last in getattr(part, "choice", part).settings
+    choice = part.choice if isinstance(part, VehicleChoice) else part
+    if isinstance(choice, PartChoice):
+        return last in choice.settings
     if last not in part.model_fields_set or last not in type(part).model_fields:
         return False
     return not but_defaults or getattr(part, last) != type(part).model_fields[last].default
