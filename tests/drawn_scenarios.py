@@ -361,7 +361,13 @@ def _fitted(data: dict[str, Any]) -> None:
     if survey.get("polygon_m"):
         side = 1.0
     route = auvs.setdefault("route", {})
-    auvs["turning_radius_m"] = min(auvs.get("turning_radius_m", 5.0), side / 2)
+    vehicle = auvs.get("vehicle") or "kinematic"
+    own = vehicle if isinstance(vehicle, dict) else {"model": vehicle}
+    if own.get("model") == "kinematic":
+        auvs["vehicle"] = {
+            **own,
+            "turning_radius_m": min(own.get("turning_radius_m", 5.0), side / 2),
+        }
     spacing, margin = route.get("lane_spacing_m", 10.0), route.get("end_margin_m")
     if margin is not None and 2 * margin >= side:
         route["end_margin_m"] = side / 4

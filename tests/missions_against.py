@@ -29,6 +29,14 @@ CHOICES = {
     "reply": ("frame", "instant"),
 }
 
+# What parts of their own have to set
+SETTINGS = {
+    "reply": ("downlink", "direct_reply"),
+    "turnaround_s": ("ranging", "twtt"),
+    "assignment_bytes": ("knowledge", "broadcast"),
+    "missed": ("knowledge", "broadcast"),
+}
+
 
 def drawn_protocol(seed: int, folder: Path) -> Data:
     """Return a scenario of which every key may be drawn, in which vehicles can meet.
@@ -68,6 +76,12 @@ def drawn_protocol(seed: int, folder: Path) -> Data:
     for name, choices in CHOICES.items():
         if draw.random() < 0.7:
             protocol[name] = draw.choice(choices)
+    own: dict[str, Data] = {}
+    for name, (key, part) in SETTINGS.items():
+        value = protocol.pop(name, None)
+        if value is not None and protocol.get(key) == part:
+            own.setdefault(key, {"model": part})[name] = value
+    protocol |= own
     auvs["count"] = draw.randint(1, 6)
     auvs.pop("vehicle", None)
     for name in ("launch_m", "recovery_m", "feedback", "turning_radius_m"):

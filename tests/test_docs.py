@@ -165,7 +165,7 @@ def test_a_part_of_ones_own_is_a_file_of_forty_lines() -> None:
     files = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, flags=re.DOTALL)
     assert {name for name, body in files if body.count("\n") > 40} == set()
     assert "patch" not in text
-    for family in FAMILIES:
+    for family in [it for it in FAMILIES if it.is_open]:
         assert f"`{family.key}" in text, family.key
 
 

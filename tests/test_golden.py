@@ -23,8 +23,7 @@ MISSIONS = {
     "direct": {
         "duration_s": 5.0,
         "protocol": {
-            "downlink": "direct_reply",
-            "reply": "instant",
+            "downlink": {"model": "direct_reply", "reply": "instant"},
             "schedule": "round_robin",
             "ranging": "twtt",
         },

@@ -11,7 +11,7 @@ import pyarrow as pa
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.presets.modems import table_file
 from bindusbl_des.scenario.families import FAMILIES
-from bindusbl_des.scenario.keys import OWN_PART, Key, keys
+from bindusbl_des.scenario.keys import OWN_PART, Key, keys, settable, settings
 
 Data = dict[str, Any]
 TRACKS = Path(__file__).parent / "reference" / "tracks"
@@ -174,9 +174,15 @@ def toggled() -> list[str]:
     return [row.key for row in keys() if row.key not in UNSEEN]
 
 
+def owners(key: str) -> list[str]:
+    """Return the parts that have a setting; none for a key of the scenario itself."""
+    row = next((row for row in settings() if row.key == key), None)
+    return row.only.split(", ") if row and row.only else []
+
+
 def alternatives(key: str, now: Any) -> list[Any]:
     """Return other values for a key than the one it has now."""
-    row = next(row for row in keys() if row.key == key)
+    row = next(row for row in settable() if row.key == key)
     values = OTHERS.get(key) or list(row.choices) or [_larger(row, now)]
     return [value for value in values if value not in (now, OWN_PART)]
 
@@ -200,6 +206,8 @@ def put(data: Data, key: str, value: Any) -> Data:
     *sections, last = key.split(".")
     part = out
     for name in sections:
+        if isinstance(part.get(name), str):  # a part without settings, by its name
+            part[name] = {"model": part[name]}
         part = part.setdefault(name, {})
     part[last] = EXAMPLES.get(value, value) if isinstance(value, str) else value
     return out

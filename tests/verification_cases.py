@@ -43,7 +43,9 @@ def drawn_case(seed: int) -> tuple[Data, dict[str, float]]:
             "downlink": draw.choice(
                 ("sequential", "pipelined_round", "pipelined_group", "direct_reply")
             ),
-            "ranging": ranging,
+            "ranging": {"model": ranging, "turnaround_s": draw.choice((0.0, 0.02))}
+            if ranging == "twtt"
+            else ranging,
             "frame_s": draw.choice((0.3, 2.5)),
             "uplink_guard_s": guard,
             "shortest_uplink_slot_s": None if guard is None else 0.0,
@@ -51,7 +53,6 @@ def drawn_case(seed: int) -> tuple[Data, dict[str, float]]:
             "shortest_downlink_slot_s": draw.choice((None, 0.0)),
             "tick_rate_hz": draw.choice((None, None, 30.0)),
             "conflict_margin_m": draw.choice((0.0, 0.0, 0.5)),
-            "turnaround_s": draw.choice((0.0, 0.02)),
         },
     }
     bounds = {

@@ -60,10 +60,12 @@ def lanes_over_square(
 
 
 def merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """Return nested plain data with changes laid over it."""
+    """Return nested plain data with changes laid over it; another part is that part alone."""
     out = dict(base)
     for name, value in changes.items():
-        both = isinstance(value, dict) and isinstance(out.get(name), dict)
+        now = out.get(name)
+        both = isinstance(value, dict) and isinstance(now, dict)
+        both = both and value.get("model", now.get("model")) == now.get("model")
         out[name] = merged(out[name], value) if both else value
     return out
 

@@ -113,8 +113,8 @@ WRONG = {
         ["2:13: duration_s: must be >= 0.001 and <= 10000000 s; got 0"],
     ),
     "too large": (
-        "navigation: {gain: 1.5}\n",
-        ["2:20: navigation.filter.gain: must be > 0 and <= 1; got 1.5"],
+        "navigation: {filter: {model: fixed_gain, gain: 1.5}}\n",
+        ["2:48: navigation.filter.gain: must be > 0 and <= 1; got 1.5"],
     ),
     "infinite": (
         "asvs: {formation: {angle_deg: .inf}}\n",
@@ -212,9 +212,9 @@ WRONG = {
         ],
     ),
     "null number": (
-        "navigation: {gain: ~}\n",
+        "navigation: {filter: {model: fixed_gain, gain: ~}}\n",
         [
-            "2:20: navigation.filter.gain: needs a number (> 0 and <= 1); got nothing; "
+            "2:48: navigation.filter.gain: needs a number (> 0 and <= 1); got nothing; "
             "give a value or remove the key (default 0.9)"
         ],
     ),
@@ -388,7 +388,7 @@ WRONG = {
         ["2:19: asvs.failures.0: needs keys and values (asv, at_s, until_s, ...); got 1"],
     ),
     "default that contradicts a key": (
-        "survey: {side_m: 9}\nauvs: {turning_radius_m: 1}\n",
+        "survey: {side_m: 9}\nauvs: {vehicle: {model: kinematic, turning_radius_m: 1}}\n",
         [
             "2:18: auvs.route.lane_spacing_m: leaves no lane: margins of 2 x 5 m fill the side of "
             "9 m; use a smaller one"

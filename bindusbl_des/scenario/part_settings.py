@@ -117,20 +117,19 @@ def _bound(part: Callable[..., Any], values: BaseModel) -> Callable[..., Any]:
 
 def shipped_mistakes(family: Family, choice: str) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with the settings given to a part that ships, each with its name."""
-    others = f"; of the {family.noun}s that ship only {', '.join(family.settings)} has some"
-    none = f"; no {family.noun} that ships has any"
-    if len(family.settings) == len(family.siblings):
-        others = ""
     model = family.settings.get(str(choice))
-    yield from mistakes(model, _settings(choice), str(choice), others if family.settings else none)
+    yield from mistakes(model, _settings(choice), str(choice), family.settings)
 
 
 def mistakes(
-    model: type[BaseModel] | None, settings: Mapping[str, Any], name: str, others: str = ""
+    model: type[BaseModel] | None,
+    settings: Mapping[str, Any],
+    name: str,
+    siblings: Mapping[str, type[BaseModel]] | None = None,
 ) -> Iterator[tuple[str, str]]:
     """Yield the name and fault of each setting that is wrong; a part without a model has none.
 
-    A setting that was only misspelt is not missing as well.
+    A setting that was only misspelt is not missing as well; one of its siblings' is told as theirs.
     """
     known = model.model_fields if model else {}
     strict = model is None or model.model_config.get("extra") != "allow"
@@ -138,7 +137,10 @@ def mistakes(
     for word in unknown:
         listed = f"; remove it, {name} has {', '.join(known)}"
         remedy = did_you_mean(word, known) or (listed if known else f"; remove it, {name} has none")
-        yield word, f"unknown setting{remedy}{others}"
+        owners = [part for part, its in (siblings or {}).items() if word in its.model_fields]
+        if owners:
+            remedy = f"; remove it, or choose {' or '.join(owners)}, {name} has no such setting"
+        yield word, f"unknown setting{remedy}"
     try:
         _validated(model or Settings, {k: it for k, it in settings.items() if k not in unknown})
     except ValidationError as error:

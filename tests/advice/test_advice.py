@@ -97,7 +97,7 @@ def test_what_cannot_help_is_not_tried() -> None:
 
 def test_a_filter_without_a_gain_is_offered_none() -> None:
     """`kalman` has neither gain nor delay compensation, and no better filter to change to."""
-    weighing = {"filter": "kalman", "delay_compensation": "none"}
+    weighing = {"filter": "kalman"}
     tried, needless = proposals(mission(paper_case(3, navigation=weighing, duration_s=30.0)))
     assert not {it.kind for it in tried} & {"filter", "gain", "delay compensation"}
     assert "another gain or delay compensation (the filter has none)" in needless

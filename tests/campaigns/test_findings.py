@@ -181,7 +181,7 @@ def test_starved_auvs_are_named(made: Make) -> None:
 
 def harming(scenario: Scenario, seed: int) -> Fleet:
     """Fixes that are believed too much make AUV2 worse, and AUV1 not surely."""
-    gain = scenario.navigation.filter.gain
+    gain = scenario.navigation.fixed_gain.gain
     shaky = 1.3 if seed % 2 else 0.9
     return [
         auv(0.5, imu_error_m=0.9),

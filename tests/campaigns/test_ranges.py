@@ -20,7 +20,9 @@ from bindusbl_des.scenario.scenario import Scenario
 def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(running, "pool_for", OneThread)
-    Path("short.yaml").write_text("name: short\nduration_s: 5\nasvs: {count: 3}\n")
+    Path("short.yaml").write_text(
+        "name: short\nduration_s: 5\nasvs: {count: 3}\nnavigation: {filter: fixed_gain}\n"
+    )
 
 
 def varied(key: str, *texts: str) -> list[object]:

@@ -22,7 +22,7 @@ def test_missions_of_one_kind_are_begun_once(
     for changes in (
         {}, {"name": "cove", "duration_s": 90.0}, {"auvs": {"count": 5}},
         {"asvs": {"count": 2, "formation": {"positions_m": [[0.0, 0.0], [9.0, 9.0]]}}},
-        {"navigation": {"gain": 0.5}}, biased,
+        {"navigation": {"random_walk_m_per_sqrt_s": 0.5}}, biased,
     ):  # fmt: skip
         scenario = Scenario.model_validate({**bay, **changes}).model_dump_json()
         warming.warm(scenario, tmp_path)

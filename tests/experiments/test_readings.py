@@ -124,9 +124,9 @@ def test_a_reading_sets_what_it_says() -> None:
     runs = {it.name: it for it in campaigns.one_reading(LIKELY, quick=True)}
     assert set(runs) == {"baseline", "table_1", "two_asvs", "sweep"}
     protocol = runs["baseline"].scenario(0).protocol
-    assert (protocol.schedule, protocol.reply_at) == ("random", "ping_front")
+    assert (protocol.schedule, protocol.answer.reply_at) == ("random", "ping_front")
     navigation = runs["sweep"].scenario(0).navigation
-    assert (navigation.bias_frame, navigation.filter.delay_compensation) == ("world", "shift")
+    assert (navigation.bias_frame, navigation.fixed_gain.delay_compensation) == ("world", "shift")
     speeds = {point["auvs.speed_m_per_s"] for point in runs["table_1"].points}
     assert sorted(speeds) == pytest.approx([182 / 300, 190 / 300, 192 / 300], abs=1e-6)
     equal_distance = replace(LIKELY, sweep="equal_distance")

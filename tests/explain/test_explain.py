@@ -185,8 +185,8 @@ def test_the_parts_of_every_latency_add_up(
 @pytest.mark.parametrize(("reply_at", "decoding"), [("ping_front", 0.0), ("ping_end", 0.01)])
 def test_a_direct_reply_sets_out_when_it_is_said_to(reply_at: str, decoding: float) -> None:
     """At the front of the ping, 14.9 ms after it began, or at its end: the chain names which."""
-    protocol = {"downlink": "direct_reply", "tick_rate_hz": None}
-    protocol |= {"reply": "instant", "reply_at": reply_at}
+    downlink = {"model": "direct_reply", "reply": "instant", "reply_at": reply_at}
+    protocol = {"downlink": downlink, "tick_rate_hz": None}
     chain = chain_of_fix(simulate(around((0.0, 0.0), protocol=protocol)), 0)
     way = np.hypot(20.0, 10.0) / 1500.0
     assert f"reply_at {reply_at}" in chain.text()
@@ -208,8 +208,9 @@ def test_the_way_down_is_the_distance() -> None:
 @pytest.mark.parametrize("delay_compensation", ["none", "shift"])
 def test_a_correction_takes_its_share_of_the_error(delay_compensation: str) -> None:
     """A bias of 1 m/s and nothing else: errors before and after follow from eq. update."""
-    bias = {**QUIET_NAVIGATION, "velocity_bias_m_per_s": [1.0, 0.0], "filter": "fixed_gain",
-            "gain": 0.75, "delay_compensation": delay_compensation}  # fmt: skip
+    bias = {**QUIET_NAVIGATION, "velocity_bias_m_per_s": [1.0, 0.0],
+            "filter": {"model": "fixed_gain", "gain": 0.75,
+                       "delay_compensation": delay_compensation}}  # fmt: skip
     run = simulate(around((0.0, 0.0), navigation=bias))
     chain = chain_of_fix(run, 0)
     facts = next(it for it in chain.steps if "has it" in it.what).facts
@@ -402,7 +403,8 @@ def test_a_call_precedes_the_ping_of_two_way_ranging() -> None:
         ("lost", {"acoustics": {"loss": {"law": "none", "combine": "clamp_first",
                                           "contention_per_auv": 0.9}}, "auvs": 2},
          "AUV0, 20.0 m away, loses the call by chance"),
-        ("in_flight", {"protocol": {"turnaround_s": 5.0}}, "the mission ends before AUV0 answers"),
+        ("in_flight", {"protocol": {"ranging": {"model": "twtt", "turnaround_s": 5.0}}},
+         "the mission ends before AUV0 answers"),
     ],
 )  # fmt: skip
 def test_a_call_without_an_answer_is_told(outcome: str, changes: dict[str, Any], told: str) -> None:

@@ -223,7 +223,10 @@ def steering(compensation: str = "shift", **record: object) -> Scenario:
         survey={"side_m": 60.0},
         auvs={"vehicle": "bluerov2", "speed_m_per_s": 0.5, "feedback": "estimate"},
         protocol={"tick_rate_hz": 7.0, "schedule": "round_robin", "frame_s": 3.0},
-        navigation={"random_walk_m_per_sqrt_s": 0.3, "delay_compensation": compensation},
+        navigation={
+            "random_walk_m_per_sqrt_s": 0.3,
+            "filter": {"model": "fixed_gain", "delay_compensation": compensation},
+        },
         record=record,
     )
 

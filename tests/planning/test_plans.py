@@ -313,7 +313,8 @@ def test_wrong_arguments_are_refused(
 
 def test_a_plan_never_has_answers_without_airtime_and_says_so() -> None:
     """Neither the scenario's own nor those that are asked for: the answer is flown with frames."""
-    instant = {**BASE.model_dump(mode="json"), "protocol": {"reply": "instant"}}
+    reply = {"model": "direct_reply", "reply": "instant"}
+    instant = {**BASE.model_dump(mode="json"), "protocol": {"downlink": reply}}
     base = Scenario.model_validate(instant)
     vary = {"asvs.count": [3], "protocol.downlink": ["direct_reply"]}
     own = plan(base, "own", below=GOAL, vary=vary).record

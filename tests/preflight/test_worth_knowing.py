@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from toggles import BASES, alternatives, columns_that_differ, modes, put, toggled, value_of
+from toggles import BASES, alternatives, columns_that_differ, modes, owners, put, toggled, value_of
 
 from bindusbl_des import (
     Scenario,
@@ -89,6 +89,8 @@ def in_mode(data: dict[str, Any], rule: Any) -> "dict[str, Any]":
     """Return a mission in the mode of a rule."""
     for key, values in rule.mode.items():
         if value_of(data, key) not in values:
+            for part in owners(key)[:1]:  # a setting asks for the part that has it
+                data = put(data, key.rpartition(".")[0], part)
             data = put(data, key, values[0] if values else OWN[key])
     return data
 
@@ -193,19 +195,9 @@ def test_answers_to_auvs_that_share_a_slot_are_warned_of() -> None:
     found = told(protocol=shared)
     assert "between ASVs 86.6 m apart an AUV hears both" in found["protocol.downlink"]
     assert told(protocol=shared, acoustics={"mf": {"range_m": 43.0}}) == {}
-    for alone in ({"schedule": "one_per_slot"}, {"reply": "instant"}, {"schedule": "polling"}):
+    instant = {"downlink": {"model": "direct_reply", "reply": "instant"}}
+    for alone in ({"schedule": "one_per_slot"}, instant, {"schedule": "polling"}):
         assert "protocol.downlink" not in told(protocol={**shared, **alone})
-
-
-@pytest.mark.parametrize("key", ["gain", "delay_compensation"])
-def test_keys_of_the_fixed_gain_are_told_where_fixes_are_weighed(key: str) -> None:
-    """A file from before fixes were weighed by default learns what its key needs now."""
-    value = {"gain": 0.9, "delay_compensation": "none"}[key]
-    found = told(navigation={key: value})
-    assert list(found) == [f"navigation.{key}"]
-    assert "has no effect with navigation.filter: kalman" in found[f"navigation.{key}"]
-    assert found[f"navigation.{key}"].endswith("remove it, or set navigation.filter: fixed_gain")
-    assert told(navigation={key: value, "filter": "fixed_gain"}) == {}
 
 
 def test_held_auvs_leave_three_keys_without_effect() -> None:
@@ -219,7 +211,7 @@ def test_held_auvs_leave_three_keys_without_effect() -> None:
     }
     found = told(auvs={**auvs, "join_angle_deg": 10.0})
     assert set(found) == {
-        f"auvs.{k}" for k in ("speed_m_per_s", "turning_radius_m", "join_angle_deg")
+        f"auvs.{k}" for k in ("speed_m_per_s", "vehicle.turning_radius_m", "join_angle_deg")
     }
 
 
@@ -377,7 +369,7 @@ FILE = (
     "name: m\nduration_s: 5\n"
     "protocol: {downlink: {model: direct_reply, reply: instant}, broadcaster: fixed}\n"
 )
-LINE = "f.yaml:3:49: protocol.broadcaster: has no effect with protocol.downlink: direct_reply"
+LINE = "f.yaml:3:74: protocol.broadcaster: has no effect with protocol.downlink: direct_reply"
 
 
 @pytest.fixture
@@ -439,23 +431,16 @@ def test_a_sweep_tells_the_warnings_of_its_base_once() -> None:
 
 
 def test_a_sweep_over_a_key_that_does_nothing_is_told(tmp_path: Path) -> None:
-    """Equal missions under different gains are no finding, unless some point has use for them."""
-    (tmp_path / "f.yaml").write_text("name: m\nduration_s: 5\n")
-    words = [
-        "sweep",
-        str(tmp_path / "f.yaml"),
-        "--dry-run",
-        "--vary",
-        "navigation.filter.gain=0.1,0.9",
-    ]
-    line = (
-        "--vary navigation.filter.gain=0.1,0.9: "
-        "navigation.filter.gain: has no effect with navigation.filter"
-    )
+    """Equal missions of other broadcasters are no finding, unless some point has use for them."""
+    file = tmp_path / "f.yaml"
+    file.write_text("name: m\nduration_s: 5\nprotocol: {downlink: direct_reply}\n")
+    vary = "--vary protocol.broadcaster=rotate,fixed"
+    words = ["sweep", str(file), "--dry-run", *vary.split()]
+    line = f"{vary}: protocol.broadcaster: has no effect with protocol.downlink"
     assert CliRunner().invoke(main, words).stderr.count(line) == 1
-    filters = ["--vary", "navigation.filter=kalman,fixed_gain"]
-    assert "no effect" not in CliRunner().invoke(main, [*words, *filters]).stderr
-    idle = ["--vary", "navigation.filter=kalman,dead_reckoning"]
+    downlinks = ["--vary", "protocol.downlink=sequential,direct_reply"]
+    assert "no effect" not in CliRunner().invoke(main, [*words, *downlinks]).stderr
+    idle = ["--vary", "asvs.count=2,3"]
     assert CliRunner().invoke(main, [*words, *idle]).stderr.count(line) == 1
 
 

@@ -144,13 +144,14 @@ MISSION: dict[str, Any] = {
     "auvs": {"count": 2},
     "survey": {"side_m": 40.0},
 }
-OWN_PARTS = {family: f"own_parts:{family.noun}" for family in FAMILIES}
+OPEN = [family for family in FAMILIES if family.is_open]
+OWN_PARTS = {family: f"own_parts:{family.noun}" for family in OPEN}
 # Other routes and placements that ship need keys beside their name; hulls have tests of their own.
-FIRST = {family for family in FAMILIES if family.word or family in (AUV, ASV)}
-SHIPPED = {family: family.siblings[: 1 if family in FIRST else None] for family in FAMILIES}
+FIRST = {family for family in OPEN if family.word or family in (AUV, ASV)}
+SHIPPED = {family: family.siblings[: 1 if family in FIRST else None] for family in OPEN}
 SHIPPED |= dict.fromkeys((CHANNEL, MF_CHANNEL), ("disc", "sonar"))  # a curve needs its file
 SHIPPED[INSTRUMENT] = ("array",)  # a sheet needs its figures
-PARTS = [(family, name) for family in FAMILIES for name in (*SHIPPED[family], OWN_PARTS[family])]
+PARTS = [(family, name) for family in OPEN for name in (*SHIPPED[family], OWN_PARTS[family])]
 
 
 @pytest.fixture
@@ -248,7 +249,7 @@ def test_slots_are_told_where_the_downlink_put_them(home: Path) -> None:
         assert second.start == pytest.approx(first.end + 0.25)
 
 
-@each_but_slow_ones(FAMILIES, SCHEDULE)
+@each_but_slow_ones(OPEN, SCHEDULE)
 def test_a_campaign_varies_a_family_on_a_worker(home: Path, family: Family) -> None:
     """Workers load one's own with the command's leave, and get what this process gets."""
     names = [*SHIPPED[family], OWN_PARTS[family]]
@@ -262,7 +263,7 @@ def test_a_campaign_varies_a_family_on_a_worker(home: Path, family: Family) -> N
     assert own.position_error_m.tolist() == simulate(alone, seed).auvs.position_error_m.tolist()
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.noun)
+@pytest.mark.parametrize("family", OPEN, ids=lambda family: family.noun)
 def test_ones_own_needs_leave(home: Path, family: Family) -> None:
     """A file loads nothing without leave, and says what it would; the object itself is leave."""
     setting = f"{family.name_key}={OWN_PARTS[family]}"
@@ -281,7 +282,7 @@ def test_ones_own_needs_leave(home: Path, family: Family) -> None:
     assert len(simulate(given).auvs) == 2
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.noun)
+@pytest.mark.parametrize("family", OPEN, ids=lambda family: family.noun)
 def test_a_plan_knows_the_source_of_ones_own(home: Path, family: Family) -> None:
     """A plug-in that has changed is another plan."""
 
@@ -292,7 +293,7 @@ def test_a_plan_knows_the_source_of_ones_own(home: Path, family: Family) -> None
     assert Plan(experiment).fingerprint() != before
 
 
-NAMED = [family for family in FAMILIES if family not in FIRST]
+NAMED = [family for family in OPEN if family not in FIRST]
 
 
 @pytest.mark.parametrize("family", NAMED, ids=lambda family: family.noun)

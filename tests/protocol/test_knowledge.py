@@ -51,7 +51,7 @@ def near(count: int, **changes: Any) -> Scenario:
     """Return AUVs that hold still 20 m from a vessel, told their slots; without noise."""
     base = {
         "duration_s": 30.0,
-        "protocol": {"knowledge": "broadcast", "tick_rate_hz": None},
+        "protocol": {"knowledge": {"model": "broadcast"}, "tick_rate_hz": None},
         "usbl": QUIET_USBL,
         "navigation": QUIET_NAVIGATION,
     }
@@ -114,7 +114,7 @@ def test_reckoning_goes_astray_where_rounds_change() -> None:
         3,
         auvs={"route": {"kind": "hold", "positions_m": [[20.0, 0.0], [0.0, 25.0], [49.0, 0.0]]}},
         acoustics={"mf": {"range_m": 40.0}},
-        protocol={"missed": "last_slot", "schedule": "one_per_slot"},
+        protocol={"knowledge": {"missed": "last_slot"}, "schedule": "one_per_slot"},
     ))  # fmt: skip
     planned = 3 * 0.1 + (8 + 3 * 16 + 3 * 2) * 8 * 2 / 2000 + 0.05
     own = instants(result, 2)
@@ -137,7 +137,7 @@ def test_pings_by_reckoning_collide_with_those_of_others() -> None:
             duration_s=120.0,
             auvs={"route": {"kind": "hold", "positions_m": still_there}},
             acoustics={"mf": {"range_m": 40.0}},
-            protocol={"missed": missed},
+            protocol={"knowledge": {"missed": missed}},
         ))  # fmt: skip
         collisions[missed] = int(result.mission.collisions.iloc[0])
     assert collisions["silent"] == 0
@@ -146,7 +146,7 @@ def test_pings_by_reckoning_collide_with_those_of_others() -> None:
 
 def test_a_contention_slot_ends_each_round() -> None:
     """It is a further slot, not for those that have their own; others try half of them."""
-    told = simulate(near(2, protocol={"missed": "contention"}))
+    told = simulate(near(2, protocol={"knowledge": {"missed": "contention"}}))
     rounds = told.tables["rounds"]
     assert set(rounds.colours) == {3}
     assert set(rounds.uplink_s.round(9)) == {0.3}
@@ -225,13 +225,11 @@ def test_who_is_told_everything_in_time_fares_as_if_all_knew(
 
     So each round begins when its frame has said; nobody reckons otherwise.
     """
-    protocol = {
-        "downlink": downlink, "schedule": schedule, "tick_rate_hz": rate, "assignment_bytes": 0,
-        "missed": "last_slot",
-    }  # fmt: skip
+    protocol = {"downlink": downlink, "schedule": schedule, "tick_rate_hz": rate}
+    told_at_no_cost = {"model": "broadcast", "assignment_bytes": 0, "missed": "last_slot"}
     known, told = (
         simulate(near(4, duration_s=20.0, protocol={**protocol, "knowledge": knowledge}))
-        for knowledge in ("shared", "broadcast")
+        for knowledge in ("shared", told_at_no_cost)
     )
     same(known, told, "assigned", "informed", "named")
     assert told.auvs.slots_missed.tolist() == [0] * 4
@@ -356,11 +354,12 @@ def test_oldest_first_keeps_room_for_all_assignments() -> None:
         ({"protocol": {"downlink": "direct_reply"}}, "direct_reply answers each ping at once"),
         ({"protocol": {"downlink": "pipelined_group"}}, "use sequential or pipelined_round"),
         (
-            {"protocol": {"missed": "contention", "schedule": "worst_first"}},
+            {"protocol": {"knowledge": {"missed": "contention"}, "schedule": "worst_first"}},
             "worst_first names some, and the others cannot tell",
         ),
         (
-            {"protocol": {"assignment_bytes": 20}, "acoustics": {"mf": {"payload_bytes": 24}}},
+            {"protocol": {"knowledge": {"assignment_bytes": 20}},
+             "acoustics": {"mf": {"payload_bytes": 24}}},
             "a message has room for 16 B beside its header, and one slot is told in 20 B",
         ),
         (
@@ -373,7 +372,7 @@ def test_oldest_first_keeps_room_for_all_assignments() -> None:
 def test_what_cannot_be_told_is_refused(changes: dict[str, Any], told: str) -> None:
     """Downlinks whose rounds no frame foretells, and messages that hold no assignments."""
     with pytest.raises(ValueError, match=told):
-        scenario(**merged({"protocol": {"knowledge": "broadcast"}}, changes))
+        scenario(**merged({"protocol": {"knowledge": {"model": "broadcast"}}}, changes))
 
 
 @pytest.mark.parametrize("missed", MISSED)
@@ -390,7 +389,9 @@ def test_several_vessels_at_once_tell_each_its_own(missed: str) -> None:
 @pytest.mark.parametrize("schedule", ["super_tdma", "worst_first", "dsatur"])
 def test_other_schedules_are_told_as_well(schedule: str) -> None:
     """Slots of any length, or for some AUVs alone: rounds begin and go on as their frames said."""
-    result = simulate(near(4, protocol={"schedule": schedule, "missed": "last_slot"}))
+    result = simulate(
+        near(4, protocol={"schedule": schedule, "knowledge": {"missed": "last_slot"}})
+    )
     assert result.auvs.slots_missed.tolist() == [0] * 4
     assert len(result.tables["assignments"]) == len(result.tables["pings"])
     assert result.auvs.fixes_delivered.min() > 5
@@ -432,7 +433,7 @@ def test_a_last_slot_that_is_another_s_by_now_is_told(schedule: str) -> None:
         acoustics={"mf": {"range_m": 60.0}},
         protocol={"schedule": schedule, "knowledge": {"model": "broadcast", "missed": "last_slot"}},
     )  # fmt: skip
-    warned = [it.message for it in cautions(world) if it.key == "protocol.missed"]
+    warned = [it.message for it in cautions(world) if it.key == "protocol.knowledge.missed"]
     assert [schedule in it for it in warned] == [True] * (schedule != "one_per_slot")
     result = simulate(world)
     pings, known = result.tables["pings"], result.tables["assignments"].query("outcome == 'known'")

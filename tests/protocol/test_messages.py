@@ -162,7 +162,7 @@ def test_guards_are_the_papers_unless_given() -> None:
     assert own(uplink_guard_s=0.2).uplink_slot == pytest.approx(0.01 + longest + 0.2)
     assert own(shortest_downlink_slot_s=0.0).downlink_slot(3) == pytest.approx(0.448 + 0.05)
     assert own(downlink_guard_s=0.3).downlink_slot(3) == pytest.approx(0.448 + 0.3)
-    called = own(ranging="twtt", turnaround_s=0.1, uplink_guard_s=0.2)  # type: ignore[arg-type]
+    called = own(ranging={"model": "twtt", "turnaround_s": 0.1}, uplink_guard_s=0.2)  # type: ignore[arg-type]
     assert called.uplink_slot == pytest.approx(2 * 0.01 + 0.1 + 2 * longest + 0.2)
 
 

@@ -128,8 +128,8 @@ def test_pipelined_groups_broadcast_one_fix_at_a_time() -> None:
 @pytest.mark.parametrize(("reply_at", "decoding"), [("ping_front", 0.0), ("ping_end", 0.01)])
 def test_direct_reply_takes_two_ways_only(reply_at: str, decoding: float) -> None:
     """A ping answered at once: two travel times, and the ping itself if it is decoded first."""
-    protocol = {"downlink": "direct_reply", "schedule": "round_robin"}
-    protocol |= {"reply": "instant", "reply_at": reply_at}
+    downlink = {"model": "direct_reply", "reply": "instant", "reply_at": reply_at}
+    protocol = {"downlink": downlink, "schedule": "round_robin"}
     fixes = simulate(still(2, at=40.0, protocol=protocol)).tables["fixes"]
     two_way = 2 * math.hypot(40, 10) / 1500 + decoding
     assert set(fixes.latency_s.round(9)) == {round(math.ceil(two_way * 30) * TICK, 9)}

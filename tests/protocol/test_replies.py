@@ -182,10 +182,14 @@ def test_answers_that_verify_accepts_meet_nothing() -> None:
 
 def test_a_folder_from_before_answers_took_airtime_is_read(tmp_path: Path) -> None:
     """Its record has no `reply`: they were instant; nor has it checksums."""
-    result = answered(reply="instant")
+    result = answered(downlink={"model": "direct_reply", "reply": "instant"})
     folder = result.write(tmp_path / "run")
     run = json.loads((folder / "run.json").read_text())
-    del run["scenario"]["protocol"]["reply"], run["tables_sha256"]
+    run["scenario"]["protocol"] |= {"downlink": "direct_reply", "reply_at": "ping_end"}
+    run["scenario"]["navigation"] |= {"gain": 0.9}
+    run["scenario"]["auvs"] |= {"turning_radius_m": 5.0}
+    run["scenario"]["protocol"] |= {"turnaround_s": 0.0}
+    del run["tables_sha256"]
     canonical = json.dumps(run["scenario"], sort_keys=True, separators=(",", ":"))
     run["scenario_sha256"] = hashlib.sha256(canonical.encode()).hexdigest()
     (folder / "run.json").write_text(json.dumps(run))
@@ -194,5 +198,5 @@ def test_a_folder_from_before_answers_took_airtime_is_read(tmp_path: Path) -> No
         origin = {b"bindusbl.scenario_sha256": run["scenario_sha256"].encode()}
         pq.write_table(read.replace_schema_metadata({**read.schema.metadata, **origin}), table)
     read = load_result(folder)
-    assert read.scenario.protocol.reply == "instant"
+    assert read.scenario.protocol.answer.reply == "instant"
     assert read.tables["fixes"].equals(result.tables["fixes"])

@@ -20,7 +20,7 @@ CASES: dict[str, dict[str, Any]] = {
         "asvs": {"count": 2, "formation": {"positions_m": [[-47, 0], [48, 0]]}},
         "protocol": {
             "schedule": "one_per_slot", "downlink": "pipelined_round", "downlink_guard_s": 0.0,
-            "knowledge": "broadcast", "assignment_bytes": 64, "positions": "truth",
+            "knowledge": {"model": "broadcast", "assignment_bytes": 64}, "positions": "truth",
         },
     },
     "duplex": merged(

@@ -413,7 +413,10 @@ def test_the_envelope_of_a_drawn_bias_is_sd_times_time() -> None:
 @pytest.mark.parametrize("compensation", ["none", "shift"])
 def test_the_envelope_holds_the_error(compensation: str) -> None:
     """Errors are within the bound nearly always, and the bound is no larger than it must be."""
-    changes = {"record": {"detail": "full"}, "navigation": {"delay_compensation": compensation}}
+    changes = {
+        "record": {"detail": "full"},
+        "navigation": {"filter": {"model": "fixed_gain", "delay_compensation": compensation}},
+    }
     mission = recording(simulate(paper_case(3, **changes), seed=0))
     for auv in range(3):
         error, bound = mission.own["position_error_m"][auv], error_envelope(mission, auv)

@@ -159,7 +159,10 @@ def test_an_answer_needs_two_ways_and_two_pings() -> None:
     """T - 2 T_P - T_ta - 2 * 50 / 1500, and what an AUV goes away meanwhile."""
     data = {
         "survey": {"depth_m": 0.0},
-        "protocol": {"ranging": "twtt", "schedule": "one_per_slot", "turnaround_s": 0.1},
+        "protocol": {
+            "ranging": {"model": "twtt", "turnaround_s": 0.1},
+            "schedule": "one_per_slot",
+        },
     }
     found = pair(judged(data), "answer and next call").margin_s
     slot = max(0.12 + 100 / 1500 + 0.5 * 140 / 1500, 2.5 * 140 / 1500)
@@ -258,8 +261,9 @@ def test_frames_that_tell_slots_are_as_long_as_they_are(
         "survey": {"side_m": 20.0},
         "asvs": {"formation": {"positions_m": [[-apart / 2, 0.0], [apart / 2, 0.0]]}, "count": 2},
         "protocol": {
-            "knowledge": "broadcast", "schedule": "one_per_slot", "downlink": "pipelined_round",
-            "downlink_guard_s": 0.0, "shortest_downlink_slot_s": 0.0, "assignment_bytes": assigned,
+            "knowledge": {"model": "broadcast", "assignment_bytes": assigned},
+            "schedule": "one_per_slot", "downlink": "pipelined_round",
+            "downlink_guard_s": 0.0, "shortest_downlink_slot_s": 0.0,
         },
     }  # fmt: skip
     verdict = judged(data)
@@ -276,7 +280,12 @@ def test_frames_that_tell_slots_are_as_long_as_they_are(
         {"acoustics": {"mf": {"channel": {"model": "sonar"}}}},
         {"asvs": {"failures": [{"asv": 1, "at_s": 5.0, "until_s": 9.0}]}},
         {"protocol": {"knowledge": "broadcast", "conflict_margin_m": 20.0}},
-        {"protocol": {"knowledge": "broadcast", "schedule": "one_per_slot", "missed": "last_slot"}},
+        {
+            "protocol": {
+                "knowledge": {"model": "broadcast", "missed": "last_slot"},
+                "schedule": "one_per_slot",
+            }
+        },
     ],
     ids=[
         "sonar",
