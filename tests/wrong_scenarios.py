@@ -113,8 +113,8 @@ WRONG = {
         ["2:13: duration_s: must be >= 0.001 and <= 10000000 s; got 0"],
     ),
     "too large": (
-        "navigation: {filter: {model: fixed_gain, gain: 1.5}}\n",
-        ["2:48: navigation.filter.gain: must be > 0 and <= 1; got 1.5"],
+        "acoustics: {loss: {cap: 1.5}}\n",
+        ["2:25: acoustics.loss.cap: must be >= 0 and <= 1; got 1.5"],
     ),
     "infinite": (
         "asvs: {formation: {angle_deg: .inf}}\n",
@@ -212,10 +212,10 @@ WRONG = {
         ],
     ),
     "null number": (
-        "navigation: {filter: {model: fixed_gain, gain: ~}}\n",
+        "acoustics: {loss: {cap: ~}}\n",
         [
-            "2:48: navigation.filter.gain: needs a number (> 0 and <= 1); got nothing; "
-            "give a value or remove the key (default 0.9)"
+            "2:25: acoustics.loss.cap: needs a number (>= 0 and <= 1); got nothing; "
+            "give a value or remove the key (default 0.999)"
         ],
     ),
     "wrong choice": (

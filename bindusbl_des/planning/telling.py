@@ -96,7 +96,7 @@ def caveats(found: Found) -> Iterator[str]:
     if any(is_instant(found.question, it) for it in found.question.experiment.points):
         yield (
             "protocol.downlink.reply: instant costs no time on the air, which no modem can do; all "
-            "teams were flown with reply: frame."
+            "teams were flown with protocol.downlink.reply: frame."
         )
     yield from _unvaried(found)
     yield from _predicted(found)

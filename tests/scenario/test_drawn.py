@@ -24,12 +24,12 @@ def ends(first: int, end: int, folder: Path) -> "dict[int, tuple[str, str]]":
 
 
 def check(first: int, count: int, folder: Path) -> None:
-    """Draw scenarios; none may break, hang or leave a number that is none, and most must run."""
+    """Draw scenarios; none may break, hang or leave a number that is none, and a third must run."""
     found = ends(first, first + count, folder)
     broken = {seed: why for seed, (how, why) in found.items() if how == "broken"}
     assert not broken, json.dumps(broken, indent=1)
     counts = Counter(how for how, _ in found.values())
-    assert counts["ok"] >= count / 2, counts  # else the draws would test the messages alone
+    assert counts["ok"] >= count / 3, counts  # else the draws would test the messages alone
 
 
 def test_drawn_scenarios_run_or_are_refused(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ def told(read: Reading) -> list[str]:
 def test_the_former_spelling_is_read_and_the_new_line_told(
     tmp_path: Path, section: str, name: str, value: object, key: str, part: str
 ) -> None:
-    """One warning, at the line of the key, whose own words are the new spelling of that scenario."""
+    """One warning, at the line of the key, which has the new spelling of that scenario."""
     chosen = {} if part == "kinematic" else {key: part}
     read = read_scenario(written(tmp_path, section, **chosen, **{name: value}))
     (warning,) = told(read)
@@ -95,10 +95,9 @@ def test_with_another_part_it_is_a_mistake_that_names_the_one_that_has_it(
     file = written(tmp_path, section, **{key: other, name: value})
     refused = CliRunner().invoke(main, ["validate", str(file)])
     assert refused.exit_code == 2
-    assert (
-        f"{section}.{name}: is a setting of the {key} {part}, and {key} is {other}; remove it, or write `{key}: {{model: {part}, {name}: "
-        in refused.stdout
-    )  # noqa: E501
+    why = f"is a setting of the {key} {part}, and {key} is {other}"
+    remedy = f"remove it, or write `{key}: {{model: {part}, {name}: "
+    assert f"{section}.{name}: {why}; {remedy}" in refused.stdout
     with pytest.raises(ScenarioError, match=f"choose {part}, {other} has no such setting|{name}"):
         load_scenario(
             written(tmp_path, section, **{key: other}),

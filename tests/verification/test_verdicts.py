@@ -1,6 +1,7 @@
 """What is accepted keeps every adversary out; what is refused goes wrong in a mission."""
 
 import time
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from worlds import merged
 from bindusbl_des import Scenario, Verdict, load_scenario, simulate, verify
 from bindusbl_des.core.plugins import allow
 from bindusbl_des.preflight.effort import effort
+from bindusbl_des.scenario.files.overrides import put
 from bindusbl_des.verification.bounds import bounds_of
 from bindusbl_des.verification.case import Case
 from bindusbl_des.verification.record import write
@@ -32,8 +34,10 @@ def judged(data: dict[str, Any], **bounds: float) -> Verdict:
 def mended(data: dict[str, Any], verdict: Verdict) -> Scenario:
     """Return a scenario with what was proposed."""
     assert verdict.remedy is not None
-    changes = {key.removeprefix("protocol."): it for key, it in verdict.remedy.changes}
-    return Scenario.model_validate(merged(data, {"protocol": changes}))
+    changed = deepcopy(data)
+    for key, value in verdict.remedy.changes:
+        assert put(changed, key, value) == ""
+    return Scenario.model_validate(changed)
 
 
 def accepted_and_refused(seeds: range, rounds: int) -> tuple[int, int, dict[str, set[str]]]:

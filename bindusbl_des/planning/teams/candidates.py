@@ -19,7 +19,7 @@ from ..selection.goals import Floats
 Keys = Mapping[str, Any]
 
 COUNT, FORMATION = "asvs.count", "asvs.formation"
-SCHEDULE, DOWNLINK = "protocol.schedule", "protocol.downlink"
+SCHEDULE, DOWNLINK, REPLY = "protocol.schedule", "protocol.downlink", "protocol.downlink.reply"
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from ...scenario.sections.vehicles import Formation
 from ...scenario.survey_area import area_of
 from ..placement import free_places
 from ..questions.question import Question
-from .candidates import COUNT, DOWNLINK, FORMATION, SCHEDULE, Candidate, Keys, candidate
+from .candidates import COUNT, DOWNLINK, FORMATION, REPLY, SCHEDULE, Candidate, Keys, candidate
 from .foresight import Foresight
 from .placing import place_keys, placed, ring_keys, unplaced
 
@@ -53,10 +53,7 @@ def proposed(question: Question, foresight: Foresight) -> list[Candidate]:
 
 def _physical(question: Question, point: Keys) -> Keys:
     """Return a point whose direct replies take airtime: without, no modem can give them."""
-    if not is_instant(question, point):
-        return point
-    rest = {key: value for key, value in point.items() if not key.startswith(DOWNLINK)}
-    return {**rest, DOWNLINK: {"model": "direct_reply", "reply": "frame"}}
+    return {**point, REPLY: "frame"} if is_instant(question, point) else point
 
 
 def is_instant(question: Question, point: Keys) -> bool:
