@@ -150,7 +150,7 @@ PROTOCOLS: list[dict[str, Any]] = [
     {"ranging": "passive"},
     {"ranging": "twtt", "schedule": "polling"},
     {"schedule": "csma"},
-    {"downlink": "direct_reply", "reply": "frame"},
+    {"downlink": "direct_reply"},
 ]
 
 

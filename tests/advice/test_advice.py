@@ -65,7 +65,7 @@ def test_every_line_can_be_laid_over_the_file_as_written(
     assert plan is not None
     tried, _ = proposals(Result(asked, 0, simulate(plan).arrow, 1.0))
     pairs = [both(a, b) for a, b in combinations(tried[:8], 2) if may_be_paired(a, b)]
-    assert len(tried) > 4
+    assert len(tried) >= 4
     for change in (*tried, *pairs):
         again = parse_scenario(text, overrides=change.lines)
         assert again == changed(asked, change.settings) != asked

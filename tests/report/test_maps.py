@@ -191,7 +191,7 @@ def test_a_page_is_the_chart_that_is_exported(
         np.testing.assert_allclose(told, np.column_stack((lat, lon)), atol=1e-9, rtol=0)
     area = np.array(shapes["survey area"])[:, ::-1] * (1.0, -1.0)
     assert turning(it.ask(OUTLINE)) > 0
-    assert turning(area) > 0
+    assert turning(area) < 0  # counter-clockwise, whichever way round the survey was given
     for place, origin in (([3e4, -4e4], (-33.9, 151.3)), ([-500.0, 9e3], (78.2, -179.99))):
         found = it.ask(f"onEarth({place}, {list(origin)})")
         assert found == pytest.approx(geodetic_from_ned([*place, 0.0], *origin)[:2], abs=1e-8)

@@ -41,7 +41,7 @@ def written(value: Any) -> str:
 def point_name(point: int, varied: Mapping[str, Any]) -> str:
     """Return a point's number with what is particular to it.
 
-    >>> point_name(3, {"asvs.count": 2, "navigation.gain": 0.9})
+    >>> point_name(3, {"asvs.count": 2, "navigation.filter.gain": 0.9})
     'point 3 (asvs.count=2, gain=0.9)'
     """
     names = {key: short_key(key, list(varied)) for key in varied}
