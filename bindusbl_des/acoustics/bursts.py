@@ -47,14 +47,15 @@ def pairs(
     found = np.empty((auvs, asvs), PAIR)
     found["burst_s"] = burst_s
     for auv in range(auvs):
-        for asv in range(asvs):
-            found["key"][auv, asv] = pair_key(streams, purpose, auv, asv)
+        found["key"][auv] = pair_keys(streams, purpose, auv, asvs)
     return found
 
 
-def pair_key(streams: Streams, purpose: Purpose, auv: int, asv: int) -> np.uint64:
-    """Return what the luck of a pair is drawn by, of a band's own stream."""
-    return streams.of(purpose, auv, asv).integers(2**64, dtype=np.uint64)
+def pair_keys(streams: Streams, purpose: Purpose, auv: int, asvs: int) -> NDArray[np.uint64]:
+    """Return what the luck of an AUV and each ASV is drawn by (asvs,), on a band with a purpose of
+    its own: a further ASV leaves the others' as they were.
+    """
+    return streams.of(purpose, auv).integers(2**64, size=asvs, dtype=np.uint64)
 
 
 @compiled

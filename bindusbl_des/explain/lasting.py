@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..acoustics.bursts import PAIR, lost_since, pair_key
+from ..acoustics.bursts import PAIR, lost_since, pair_keys
 from ..acoustics.channel import between
 from ..acoustics.named_channels import mf_channel
 from ..core.plugins import is_plugin
@@ -70,7 +70,7 @@ def _told(
     if mean_s is None:
         return ""
     auv, asv = (int(name[3:]) for name in vehicles)
-    key = pair_key(Streams(result.seed), purpose, auv, asv)
+    key = pair_keys(Streams(result.seed), purpose, auv, asv + 1)[asv]
     pair = np.array([(key, mean_s)], dtype=PAIR)[0]
     since = math.nan if loss is None else lost_since(pair, time, loss)
     if math.isnan(since):

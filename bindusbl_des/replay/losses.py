@@ -20,6 +20,8 @@ SHORTEST, FACTOR = 0.1, 1.02
 # A mean belongs to the 95 % interval if its log-likelihood is so much less than the best (Wilks
 # 1938: half of the 95 % quantile of chi-squared with one degree of freedom).
 WITHIN = 1.92
+# So far (logarithm) the odds of being lost may be from those counted; the golden section.
+MOST_OFF, GOLDEN = 1.5, (5.0**0.5 - 1.0) / 2.0
 # Outages that are rarer with one mean are told of.
 RARE = 0.01
 
@@ -77,20 +79,48 @@ def losses_of(receptions: Receptions | None) -> Losses | None:
     if not len(steps.apart) or share in (0.0, 1.0):
         return alone
     shortest, longest = float(steps.apart.min()), float(np.ptp(receptions.times))
-    tried = (
-        SHORTEST
-        * shortest
-        * FACTOR
-        ** np.arange(1 + int(np.log(max(longest / (SHORTEST * shortest), 1.0)) / np.log(FACTOR)))
-    )
-    score = np.array([_log_likelihood(steps, it) for it in tried])
-    best = int(np.argmax(score))
-    if score[best] - _log_likelihood(steps, 0.0) < 0.5 * np.log(count):
+    numbers = int(np.log(max(longest / (SHORTEST * shortest), 1.0)) / np.log(FACTOR))
+    tried = SHORTEST * shortest * FACTOR ** np.arange(1 + numbers)
+    best = int(np.argmax([_log_likelihood(steps, it) for it in tried]))
+    likely = {best: _profile(steps, float(tried[best]))}
+    for step in (-1, 1):  # the ends of the interval, and what is better still on the way
+        number = best + step
+        while 0 <= number < len(tried):
+            likely[number] = _profile(steps, float(tried[number]))
+            if likely[number] < max(likely.values()) - WITHIN:
+                break
+            number += step
+    best = max(likely, key=lambda it: likely[it])
+    if likely[best] - _profile(steps, 0.0) < 0.5 * np.log(count):
         return alone
-    likely = tried[score > score[best] - WITHIN]
+    within = [tried[it] for it, value in likely.items() if value >= likely[best] - WITHIN]
     burst_s = float(tried[best])
-    interval = float(likely[0]), float(likely[-1])
+    interval = float(min(within) / FACTOR**0.5), float(max(within) * FACTOR**0.5)
     return Losses(count, share, burst_s, interval, _longest(receptions, steps, burst_s))
+
+
+def _profile(steps: _Steps, burst_s: float) -> float:
+    """Return the log-likelihood of a mean where all shares are as they are likeliest with it: those
+    counted are uncertain, the more so the longer losses last.
+
+    The odds of all shares have one factor in common, sought by golden sections.
+    Source: J. Kiefer, Sequential minimax search for a maximum, Proceedings of the AMS 4(3), 1953.
+    """
+
+    def score(factor: float) -> float:
+        odds = factor * steps.share / (1.0 - steps.share)
+        return _log_likelihood(steps._replace(share=odds / (1.0 + odds)), burst_s)
+
+    low, high, values = -MOST_OFF, MOST_OFF, dict[float, float]()
+    while high - low > 1e-2:
+        inner = (high - low) * GOLDEN
+        for place in (high - inner, low + inner):
+            values[place] = score(float(np.exp(place)))
+        if values[high - inner] > values[low + inner]:
+            high = low + inner
+        else:
+            low = high - inner
+    return max(values.values())
 
 
 def _log_likelihood(steps: _Steps, burst_s: float) -> float:

@@ -15,13 +15,15 @@ from bindusbl_des.acoustics.bursts import (
     lasting,
     lasting_chances,
     lost_since,
-    pair_key,
+    pair_keys,
     pairs,
     renewed,
 )
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.acoustics.loss import chance_of
 from bindusbl_des.core.streams import Purpose, Streams
+from bindusbl_des.protocol.hf.outcomes import Outcomes
+from bindusbl_des.records.events import OUTCOMES
 
 # A mean of n draws lies within so many standard deviations of what it is expected to be, but for
 # one seed in ten thousand; chi-squared sums are rarer than this as seldom.
@@ -29,7 +31,7 @@ SDS, RARE = 3.9, 1e-4
 
 
 def pair(seed: int, burst_s: float) -> Any:
-    key = pair_key(Streams(seed), Purpose.BURST, 0, 0)
+    (key,) = pair_keys(Streams(seed), Purpose.BURST, 0, 1)
     return np.array([(key, burst_s)], dtype=PAIR)[0]
 
 
@@ -112,6 +114,9 @@ def test_luck_is_that_of_an_instant_whoever_asks_first() -> None:
     other = pairs(2.0, Streams(4), Purpose.FRAME_BURST, 2, 3)
     assert other is not None
     assert len(keys | set(other["key"].ravel().tolist())) == 13
+    fewer = pairs(2.0, Streams(4), Purpose.BURST, 1, 2)
+    assert fewer is not None
+    assert fewer.tolist() == found[:1, :2].tolist()
     assert pairs(None, Streams(4), Purpose.BURST, 2, 3) is None
     chances = lasting_chances(found[:, 0].copy(), 7.0, np.array([0.2, 0.7]))
     assert chances[1] == chance_of(lasting(found[1, 0], 7.0, 0.7))
@@ -225,6 +230,33 @@ def test_calls_are_lost_as_the_pings_of_their_pair_are(tmp_path: Path) -> None:
         assert (answered.outcome == "heard").mean() == pytest.approx(heard, abs=0.03)
 
 
+@pytest.mark.parametrize("burst_s", [None, 0.1])
+def test_what_is_foretold_of_a_ping_becomes_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, burst_s: float | None
+) -> None:
+    """ASVs that poll know of each answer before anybody decides it."""
+    foretold: dict[int, tuple[int, float]] = {}
+    ask = Outcomes.outcome_of
+
+    def noted(self: Outcomes, row: int) -> tuple[int, float]:
+        foretold[row] = ask(self, row)
+        return foretold[row]
+
+    monkeypatch.setattr(Outcomes, "outcome_of", noted)
+    asked = scenario(
+        duration_s=200.0,
+        acoustics={"hf": {"channel": {"model": "sonar", "burst_s": burst_s}}},
+        protocol={"ranging": "twtt", "schedule": "polling"},
+    )
+    met = tables(asked)["receptions"]
+    assert len(foretold) > 100
+    names = [OUTCOMES[outcome] for outcome, _ in foretold.values()]
+    assert names == met.outcome.iloc[list(foretold)].tolist()
+    levels = [snr_db for _, snr_db in foretold.values()]
+    np.testing.assert_array_equal(levels, met.snr_db.iloc[list(foretold)].to_numpy(float))
+    assert {"heard", "lost"} <= set(names)
+
+
 def test_frames_are_lost_in_bursts(tmp_path: Path) -> None:
     """Ages of fixes show it: as many frames are lost, more of them in a row."""
     found = {}
@@ -260,14 +292,17 @@ def test_explain_tells_since_when_a_pair_had_lost_its_signals(tmp_path: Path) ->
     )
     result = simulate(asked, 3)
     met = result.tables["receptions"]
-    second = next(n for n in range(1, len(met)) if (met.outcome[n - 1 : n + 1] == "lost").all())
+    first = int(np.argmax(met.outcome == "heard"))  # what is lost before is so since the start
+    second = next(
+        n for n in range(first + 1, len(met)) if (met.outcome[n - 1 : n + 1] == "lost").all()
+    )
     said = " ".join(explain.explain_ping(result, int(met.ping[second])).split())
     words = "losses last 5 s on average (burst_s), and this pair had lost its signals since "
     assert words in said
     since = float(said.partition(words)[2].split()[0])
     assert since <= met.arrived_at_s[second - 1]
     fixes = result.tables["fixes"]
-    lost_fix = fixes[fixes.outcome == "lost"].iloc[0]
+    lost_fix = fixes[fixes.outcome == "lost"].iloc[-1]
     assert words in " ".join(explain.explain_fix(result, int(lost_fix.fix)).split())
 
 
