@@ -31,8 +31,7 @@ from bindusbl_des.campaigns.experiments.experiment import Experiment
 from bindusbl_des.campaigns.experiments.plan import Plan
 from bindusbl_des.campaigns.running import first_record
 from bindusbl_des.campaigns.storage.folder import RECORD, write_json, write_scenario
-from bindusbl_des.campaigns.workers.batches import gathered, write
-from bindusbl_des.campaigns.workers.gathering import Ran
+from bindusbl_des.campaigns.workers.batches import Ran, gathered, write
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 
 HERE = Path(__file__).resolve().parent

@@ -10,16 +10,15 @@ import click
 
 from .commands.bench import bench
 from .commands.comparing import compare
-from .commands.console import BAD_INPUT
+from .commands.console import BAD_INPUT, ended_in_order
 from .commands.doctor import doctor
-from .commands.ending import ended_in_order
 from .commands.exports import export
 from .commands.files import init, params, presets, schema, validate
 from .commands.missions import explain, run
 from .commands.options import handed_on, quiet_option, shared_options
 from .commands.planning.coverage import coverage
 from .commands.planning.plan import plan
-from .commands.planning.preflight import timing
+from .commands.planning.timing import timing
 from .commands.plot import plot
 from .commands.replaying import fit, replay
 from .commands.reports import report

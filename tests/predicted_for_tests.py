@@ -1,7 +1,7 @@
 """Predicted errors beside simulated ones, for plans drawn at random.
 
 `python tests/predicted_for_tests.py [PLANS [SEEDS]]` prints how far apart they are, as told in
-docs/planning.md and in planning/prediction/stated_error.py.
+docs/planning.md and in planning/prediction/parts.py.
 """
 
 import random

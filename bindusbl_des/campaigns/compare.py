@@ -12,11 +12,18 @@ from .experiments.experiment import laid_over
 from .statistics.comparison_table import by_label, is_alone, sentence, unserved
 from .statistics.contents import in_intervals
 from .statistics.differences import Difference, difference, left_out
-from .statistics.findings import harm_said, starved_said
-from .statistics.fleets import Fleets, fleets, starved
-from .statistics.harm import NEEDED, harmed
-from .statistics.judging import JUDGED, of_an_auv
-from .statistics.outcomes import Outcomes, check_metrics, outcomes, unit
+from .statistics.findings import NEEDED, harm_said, harmed, starved_said
+from .statistics.outcomes import (
+    JUDGED,
+    Fleets,
+    Outcomes,
+    check_metrics,
+    fleets,
+    of_an_auv,
+    outcomes,
+    starved,
+    unit,
+)
 from .statistics.pairing import Pair, pairs_between, pairs_within
 from .storage.folder import CampaignError
 

@@ -7,7 +7,7 @@ from ..core.wording import did_you_mean
 from ..figures.style import finished
 from ..figures.sweeps import curves, heatmap
 from .statistics.cells import means_of
-from .statistics.judging import JUDGED
+from .statistics.outcomes import JUDGED
 
 if TYPE_CHECKING:
     from .campaign import Campaign

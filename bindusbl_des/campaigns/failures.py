@@ -1,9 +1,21 @@
-"""What is kept of missions that failed: a file each, in the folder `failures` of their campaign."""
+"""What is kept of missions that failed: a file each, in the folder `failures` of their campaign.
 
+Campaigns that must not be run: a folder that is taken, a model that has changed since.
+"""
+
+import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..core.kept_files import check_kept
 from ..core.plain_json import read_json
+from ..core.plugin_sources import source_sha256, sources_of
+from ..core.wording import printable
+from ..results.result import scenario_sha256
+from .campaign import Campaign, unfinished_campaign
+from .experiments.plan import Plan, model_version
+from .storage.folder import ANEW, RECORD, CampaignError, is_locked, read_record
 
 # What such a file holds.
 FAILURE: dict[str, type] = {
@@ -43,3 +55,107 @@ def _failure(path: Path) -> dict[str, Any]:
             f"`bindusbl-des resume {path.parents[1]} --retry-failed`"
         ) from None
     return found
+
+
+def check_name(folder: Path) -> None:
+    """Refuse a name that no folder can have.
+
+    Raises:
+        CampaignError: naming what is in the way.
+    """
+    if "\0" in str(folder):
+        raise CampaignError(f"{printable(str(folder))}: no folder can have that name; give another")
+    above = next(p for p in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(p))
+    if not above.is_dir():
+        what = "a file" if above.exists() else "a link that leads nowhere"
+        raise CampaignError(f"{folder}: cannot be made, since {above} is {what}; name another")
+
+
+def is_unfinished(folder: Path, plan: Plan, shard: tuple[int, int] | None) -> bool:
+    """Tell whether a folder holds this plan's campaign, or this share of it, with missions left."""
+    if not (folder / RECORD).exists() or is_locked(folder):
+        return False
+    record = read_record(folder)
+    if record["plan_sha256"] != plan.fingerprint() or record["shard"] != (shard and list(shard)):
+        return False
+    return bool(len(unfinished_campaign(folder).missing()))
+
+
+def check_new(folder: Path, plan: Plan) -> None:
+    """Refuse a folder that holds something.
+
+    Raises:
+        CampaignError: naming what to do instead.
+    """
+    check_name(folder)
+    if (folder / RECORD).exists():
+        if is_locked(folder):
+            raise CampaignError(f"{folder}: another process is running this campaign")
+        record = read_record(folder)
+        same = record["plan_sha256"] == plan.fingerprint()
+        if why := _changed(folder, record):
+            raise CampaignError(why)
+        which = "this campaign, complete" if same else "another campaign"
+        raise CampaignError(f"{folder}: holds {which}; name another folder")
+    if folder.exists() and any(path.name != "campaign.lock" for path in folder.iterdir()):
+        raise CampaignError(f"{folder}: is not empty and no campaign; name another folder")
+
+
+def check_unchanged(campaign: Campaign) -> None:
+    """Refuse to continue what would mix two models, scenarios, files or parts of one's own.
+
+    Raises:
+        CampaignError: showing what differs.
+    """
+    now, record, folder = campaign.plan, campaign.record, campaign.folder
+    if why := _changed(folder, record):
+        raise CampaignError(why)
+    check_files(campaign)
+    sha = scenario_sha256(now.experiment.base())
+    if record["scenario_sha256"] != sha or record["plan_sha256"] != now.fingerprint():
+        raise CampaignError(
+            f"{folder / RECORD} was edited: its scenario was {record['scenario_sha256'][:12]} and "
+            f"is {sha[:12]}, its plan {record['plan_sha256'][:12]} and "
+            f"{now.fingerprint()[:12]}; sweep anew into another folder"
+        )
+
+
+def check_files(campaign: Campaign) -> None:
+    """Refuse a campaign whose copies of files are not what they were.
+
+    Raises:
+        CampaignError: naming the file.
+    """
+    files = map(Path, campaign.plan.files.values())
+    names = [f"{file.parent.name}/{file.name}" for file in files]
+    try:
+        check_kept(names, campaign.folder)
+    except ValueError as error:
+        raise CampaignError(f"{error}, or {ANEW}") from None
+
+
+def _changed(folder: Path, record: Mapping[str, Any]) -> str:
+    """Return why a campaign's missions and those of today cannot be mixed, "" if they can."""
+    if record["model_version"] != model_version():
+        return (
+            f"{folder}: began with model {record['model_version']}, this is model "
+            f"{model_version()}; their missions cannot be mixed. Sweep anew into another folder, "
+            f"or install bindusbl-des {record['model_version'].partition('/')[0]}"
+        )
+    changed = (it for it, told in record["own_parts"].items() if source_sha256(it) != told)
+    name = next(changed, None)
+    return _changed_part(folder, name) if name else ""
+
+
+def _changed_part(folder: Path, name: str) -> str:
+    files = sources_of(name)
+    if not files:
+        return (
+            f"{folder}: began with {name}, which is not found now; put its folder on PYTHONPATH, "
+            f"or {ANEW}"
+        )
+    which = " or ".join(map(str, files))
+    return (
+        f"{folder}: {which} has changed since the campaign began with {name}, and missions of both "
+        f"cannot be mixed; put it back as it was, or {ANEW}"
+    )

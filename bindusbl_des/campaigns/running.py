@@ -29,7 +29,7 @@ from .experiments.experiment import Detail, Experiment
 from .experiments.experiment_file import load_experiment
 from .experiments.options import Asked
 from .experiments.plan import Plan
-from .refusals import check_name, check_new, check_unchanged, is_unfinished
+from .failures import check_name, check_new, check_unchanged, is_unfinished
 from .settings import HowToRun, Settings, settings_of
 from .storage.folder import (
     FORMAT,
@@ -43,10 +43,8 @@ from .storage.folder import (
 from .storage.joining import compact
 from .storage.parts import clean_parts, done, set_aside
 from .workers.batches import NotWritten
-from .workers.interruption import interruptible
-from .workers.pools import at_work, pool_for
-from .workers.progress import Progress
-from .workers.supervisor import Supervisor
+from .workers.pools import Progress, at_work, pool_for
+from .workers.supervisor import Supervisor, interruptible
 from .workers.warming import compile_kernels
 
 Shard = tuple[int, int]

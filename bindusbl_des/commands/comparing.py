@@ -47,7 +47,7 @@ def compare(
     with mistakes_told():
         from ..campaigns.compare import compared
         from ..campaigns.statistics.comparison_table import comparison_table, filled
-        from ..campaigns.statistics.judging import JUDGED, MEANS
+        from ..campaigns.statistics.outcomes import JUDGED, MEANS
 
         judged = metrics or (MEANS if by_mean else JUDGED)
         found = compared(folders, by=by, metrics=judged, baseline=baseline)

@@ -80,8 +80,8 @@ def _findings(
         document = read_yaml(source.text, file)
         if is_plan(document.data):
             from ..campaigns.experiments.options import Options
-            from ..planning.questions.asking import Asking
             from ..planning.questions.plan_file import read_plan
+            from ..planning.questions.question import Asking
 
             options = Options(overrides=overrides)
             asked = read_plan(file, Asking(options=options, allow_plugins=allow_plugins)).experiment

@@ -153,7 +153,7 @@ def _sweep_offers(folder: str, options: dict[str, Any]) -> "Offers":
             refuse(f"{option} is for runs; {folder} holds a campaign")
     from ..campaigns.campaign import load_campaign
     from ..campaigns.statistics.cells import means_of
-    from ..campaigns.statistics.judging import JUDGED
+    from ..campaigns.statistics.outcomes import JUDGED
     from ..figures.sweeps import curves, heatmap
 
     try:

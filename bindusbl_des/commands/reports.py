@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from ..core.wording import printable
-from .advising import advice_on, advice_options
 from .console import BadInput, check_file, print_json, refuse, talk, writing
+from .missions import advice_on, advice_options
 from .options import json_option, out_option
 
 if TYPE_CHECKING:

@@ -214,7 +214,7 @@ def status(folder: str, as_json: bool) -> None:
 def merge(folders: tuple[str, ...], out: str, as_json: bool) -> None:
     """Join the shards of a campaign."""
     with mistakes_told():
-        from ..campaigns.merging import merge as merge_campaigns
+        from ..campaigns.storage.joining import merge as merge_campaigns
 
         campaign = merge_campaigns(folders, out)
         missing = campaign.state().missing

@@ -65,8 +65,7 @@ def verify(
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(reading.unloaded)
     from ..core.durable_folder import refusal
-    from ..verification.record import objection, record, write
-    from ..verification.telling import told
+    from ..verification.telling import objection, record, told, write
     from ..verification.verdict import verify as decided
 
     folder = Path(out) if out else None

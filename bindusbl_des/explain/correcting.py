@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from ..navigation.weighing import MOST_REFUSED
 from ..scenario.declared import navigator_of
-from .chain import Step
-from .numbers import rows_where
+from .chain import Step, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result

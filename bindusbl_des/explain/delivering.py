@@ -12,13 +12,9 @@ from ..results.round_timeline import uplink_slots
 from ..scenario.declared import broadcaster_of, channel_named, downlink_of
 from ..scenario.families import is_random
 from ..scenario.water import sound_speed_of
-from .astray import wrong
-from .at_random import why_broadcast
-from .chain import Part, Step
-from .failing import failed, frame_cut
-from .lasting import frame_lasting
-from .numbers import compared, place, rows_where
-from .overlapping import overlapped
+from .chain import Part, Step, compared, place, rows_where
+from .losing import frame_lasting, why_broadcast, wrong
+from .overlapping import failed, frame_cut, overlapped
 
 if TYPE_CHECKING:
     from ..results.result import Result

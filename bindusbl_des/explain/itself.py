@@ -5,12 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.wording import counted
 from ..results.round_timeline import uplink_slots
-from .astray import wrong
-from .chain import Chain, Part, Step
+from .chain import Chain, Part, Step, out_of_range, row_of, rows_where
 from .correcting import arriving
-from .failing import failed_while
 from .hearing import receptions
-from .numbers import out_of_range, row_of, rows_where
+from .losing import wrong
+from .overlapping import failed_while
 
 if TYPE_CHECKING:
     from ..results.result import Result

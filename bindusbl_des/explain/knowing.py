@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.wording import counted
 from ..scenario.declared import channel_named
-from .chain import Step
-from .numbers import place, rows_where
+from .chain import Step, place, rows_where
 
 if TYPE_CHECKING:
     from ..results.result import Result

@@ -9,8 +9,8 @@ from ..core.wording import counted
 from ..protocol.schedules.view import weighed
 from ..scenario.declared import schedule_of
 from ..scenario.instruments.own_sensors import straight_drift_rms
-from .failing import number_of
-from .numbers import row_of, rows_where
+from .chain import row_of, rows_where
+from .overlapping import number_of
 
 if TYPE_CHECKING:
     from ..results.result import Result

@@ -1,13 +1,24 @@
-"""What overlapped: pings, calls and frames where one was lost, and who was deaf as it sent."""
+"""What overlapped: pings, calls and frames where one was lost, and who was deaf as it sent.
+
+Where a vessel that moves was going, as its track tells afterwards.
+
+What ASVs missed because they had failed, in words.
+"""
 
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..acoustics.propagation import TOUCH
+from ..core.plugins import is_plugin
+from ..protocol.slots import slots_of
 from ..results.round_timeline import pings_sent
+from ..scenario.failing import failures_of
+from ..scenario.sections.anchors import Moving
 from ..scenario.water import sound_speed_of
-from .by_channel import audible
-from .numbers import apart, place, rows_where
+from .chain import apart, place, rows_where
+from .losing import audible
 
 if TYPE_CHECKING:
     from ..results.result import Result
@@ -103,3 +114,82 @@ def deafened(result: "Result", reception: Any) -> str:
     over = frame.sent_at_s + frame.airtime_s
     why = "direct_reply" if protocol.replies else "duplex per_node"
     return f"it sends a frame from {frame.sent_at_s:.4f} to {over:.4f} s ({why})"
+
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+# A vessel slower than this (m/s) rests; one that turns by less (rad) goes straight on.
+RESTS, STRAIGHT = 1e-3, 1e-3
+
+
+def on_its_way(result: "Result", vessel: str, time: float) -> str:
+    """Return where a vessel was going at an instant (s), and how fast; "" where it did not move.
+
+    It goes straight until it turns or rests: there it was bound for, as near as the rows of its
+    track tell.
+    """
+    formation = result.scenario.asvs.formation
+    if not isinstance(formation, Moving) and not is_plugin(formation.choice):
+        return ""
+    track = rows_where(result.tables["tracks"], vehicle=vessel)
+    times, x, y = (track[name].to_numpy(float) for name in ("time_s", "x_m", "y_m"))
+    steps, lasts = np.diff(x) + 1j * np.diff(y), np.diff(times)
+    now = max(int(np.searchsorted(times, time, side="right")) - 1, 0)
+    if now >= len(lasts) or abs(steps[now]) < RESTS * lasts[now]:
+        return ""
+    same = np.abs(np.angle(steps[now:] / steps[now])) < STRAIGHT
+    same &= np.abs(steps[now:]) >= RESTS * lasts[now:]
+    end = now + (int(same.argmin()) if not same.all() else len(same))
+    speed = (np.abs(steps[now:end]) / lasts[now:end]).max()
+    return f"; {vessel} was on its way to x {x[end]:.0f}, y {y[end]:.0f} m at {speed:.2g} m/s"
+
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+
+def number_of(vehicle: str) -> int:
+    """Return the number of a vehicle by its name.
+
+    >>> number_of("ASV12")
+    12
+    """
+    return int(vehicle[3:])
+
+
+def failed(result: "Result", time: float) -> list[int]:
+    """Return the ASVs that have failed by an instant (s) and do not work again, by number."""
+    failures = failures_of(result.scenario)
+    return [] if failures is None else list(failures.failed(time))
+
+
+def had_failed(result: "Result", asv: str, time: float) -> str:
+    """Tell that an ASV had failed by an instant (s); "" if it worked."""
+    failures, number = failures_of(result.scenario), number_of(asv)
+    if failures is None or number not in failures.failed(time):
+        return ""
+    earlier = (failures.whose == number) & (failures.begin_s <= time)
+    return f"{asv} had failed at {failures.begin_s[earlier].max():g} s"
+
+
+def failed_while(result: "Result", asv: str, begin: float, end: float, doing: str) -> str:
+    """Tell that an ASV failed after an instant and before another (s), as it was `doing` something;
+    "" if it did not.
+    """
+    failures = failures_of(result.scenario)
+    when = np.inf if failures is None else failures.next_of(number_of(asv), begin)
+    return f"{asv} failed at {when:g} s, while it {doing}" if when < end else ""
+
+
+def frame_cut(result: "Result", fix: Any) -> str:
+    """Tell that the ASV failed that was broadcasting a fix; "" if it did not."""
+    if fix.broadcast_by is None or not result.scenario.protocol.sends_frames:
+        return ""
+    frames = result.tables["broadcasts"]
+    frame = rows_where(frames, sent_at_s=fix.broadcast_at_s, asv=fix.broadcast_by).iloc[0]
+    airtime = slots_of(result.scenario).messages.airtime(int(frame.fixes), int(frame.named))
+    begin = float(fix.broadcast_at_s)
+    if before := had_failed(result, fix.broadcast_by, begin):
+        return f"{before}, before its turn to broadcast"
+    return failed_while(result, fix.broadcast_by, begin, begin + airtime, "broadcast the frame")

@@ -3,15 +3,12 @@
 from typing import TYPE_CHECKING, Any
 
 from ..scenario.declared import channel_named
-from .chain import Chain, Part, Step
+from .chain import Chain, Part, Step, out_of_range, row_of, rows_where
 from .correcting import arriving
 from .delivering import broadcasting, fixing, latency, undecoded
-from .failing import failed, frame_cut
-from .hearing import is_passive, receptions
+from .hearing import is_passive, is_sent, receptions, sending, why_unanswered
 from .itself import own_chain, shared_chain
-from .numbers import out_of_range, row_of, rows_where
-from .overlapping import overlapped
-from .sending import is_sent, sending, why_unanswered
+from .overlapping import failed, frame_cut, overlapped
 
 if TYPE_CHECKING:
     from ..results.result import Result

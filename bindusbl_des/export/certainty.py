@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .drawing import ELLIPSE_SCALE, auv_colour, disc, update
-from .frames import FRAMES
-from .messages import MAP, Message, Messages, timestamp
+from .messages import FRAMES, MAP, Message, Messages, timestamp
 
 if TYPE_CHECKING:
     from ..results.result import Result

@@ -9,8 +9,7 @@ from foxglove.messages import LocationFix, LocationFixPositionCovarianceType
 
 from ..geometry.geodesy import Floats, enu_covariance, geodetic_from_ned
 from ..scenario.on_earth import origin_of
-from .frames import FRAMES
-from .messages import Message, Messages, timestamp
+from .messages import FRAMES, Message, Messages, timestamp
 
 if TYPE_CHECKING:
     from ..results.result import Result

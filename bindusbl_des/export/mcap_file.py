@@ -16,10 +16,8 @@ from ..core.durable import draft_of
 from ..core.kept_files import portable
 from ..results.result import scenario_sha256
 from .certainty import certainty
-from .frames import transforms
 from .locations import location_streams
-from .messages import Message, nanoseconds
-from .rows import json_schema, row_streams
+from .messages import Message, json_schema, nanoseconds, row_streams, transforms
 from .scenery import scenery
 from .sound import sound_streams
 

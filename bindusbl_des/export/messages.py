@@ -1,9 +1,20 @@
-"""What an export tells a viewer: messages with the instant and the topic they belong to."""
+"""What an export tells a viewer: messages with the instant and the topic they belong to.
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+Where every vehicle is, as frames of a viewer: truth, estimate and dead reckoning apart.
 
-from foxglove.messages import Color, Timestamp
+The rows of the result tables as JSON messages, for plots: columns and frame as in the tables.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import groupby
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from foxglove.messages import Color, FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3
+
+from ..geometry.geodesy import enu_from_ned, enu_yaw
+from ..results.schemas import schema
 
 # The survey's frame as viewers see it: east, north, up from the centre of the surface.
 MAP = "map"
@@ -38,3 +49,133 @@ def colour(code: str, opacity: float = 1.0) -> Color:
     """Return a colour such as "#0072B2" as Foxglove writes it."""
     red, green, blue = (int(code[at : at + 2], 16) / 255 for at in (1, 3, 5))
     return Color(r=red, g=green, b=blue, a=opacity)
+
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+Row = Mapping[str, Any]
+
+# What a vehicle's child frames are called, and the columns of `tracks` that place them.
+FRAMES = {
+    "{}": ("x_m", "y_m", "z_m"),
+    "{}/estimate": ("estimate_x_m", "estimate_y_m", "estimate_z_m"),
+    "{}/imu": ("imu_x_m", "imu_y_m", "estimate_z_m"),
+}
+
+
+def transforms(result: "Result") -> Messages:
+    """Yield, for each instant of `tracks`, the frames of all vehicles in the map.
+
+    A vehicle's own frame has x forward, y to port and z up (ROS REP 103); estimate and dead
+    reckoning share the true heading, since only positions drift.
+    """
+    rows = sorted(result.arrow["tracks"].to_pylist(), key=itemgetter("time_s"))
+    for at_s, together in groupby(rows, key=itemgetter("time_s")):
+        placed = [transform for row in together for transform in _frames(row)]
+        yield Message(at_s, "/tf", FrameTransforms(transforms=placed))
+
+
+def _frames(row: Row) -> list[FrameTransform]:
+    return [
+        _transform(row, name.format(row["vehicle"]), columns)
+        for name, columns in FRAMES.items()
+        if all(row[column] is not None for column in columns)
+    ]
+
+
+def _transform(row: Row, name: str, columns: tuple[str, ...]) -> FrameTransform:
+    x, y, z = enu_from_ned([row[column] for column in columns])
+    half = enu_yaw(row["yaw_rad"]) / 2
+    return FrameTransform(
+        timestamp=timestamp(row["time_s"]),
+        parent_frame_id=MAP,
+        child_frame_id=name,
+        translation=Vector3(x=x, y=y, z=z),
+        rotation=Quaternion(z=math.sin(half), w=math.cos(half)),
+    )
+
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+# The instant to which a row of each table belongs, and the vehicle on whose topic it goes.
+INSTANT = {
+    "rounds": "started_at_s",
+    "pings": "sent_at_s",
+    "receptions": "arrived_at_s",
+    "broadcasts": "sent_at_s",
+    "frame_receptions": "arrived_at_s",
+    "assignments": "starts_at_s",
+    "fixes": "pinged_at_s",
+    "tracks": "time_s",
+}
+VEHICLE = {
+    "pings": "auv",
+    "receptions": "auv",
+    "broadcasts": "asv",
+    "frame_receptions": "auv",
+    "assignments": "auv",
+    "fixes": "auv",
+    "tracks": "vehicle",
+    "auvs": "auv",
+}
+JSON_TYPES = {"int64": "integer", "double": "number", "string": "string"}
+
+
+def row_streams(result: "Result") -> Iterator[Messages]:
+    """Yield a stream of messages for each table, each in the order of time.
+
+    What has not arrived, or was never sent (twtt), has no instant and is left out.  The metrics of
+    the mission and its AUVs come at its end.
+    """
+    yield from (_events(result, table) for table in INSTANT)
+    yield from (_metrics(result, table) for table in ("auvs", "mission"))
+
+
+def _events(result: "Result", table: str) -> Messages:
+    instant = INSTANT[table]
+    known = (row for row in result.arrow[table].to_pylist() if row[instant] is not None)
+    for row in sorted(known, key=itemgetter(instant)):
+        yield Message(row[instant], topic(table, row), _known(row))
+
+
+def _metrics(result: "Result", table: str) -> Messages:
+    for row in result.arrow[table].to_pylist():
+        yield Message(result.scenario.duration_s, topic(table, row), _known(row))
+
+
+def topic(table: str, row: dict[str, Any]) -> str:
+    """Return the topic of a row: `/AUV0/fixes`, `/ASV1/broadcasts`, `/rounds`.
+
+    Pings of ASVs (passive) are on theirs.
+    """
+    vehicle = VEHICLE.get(table)
+    if vehicle is None:
+        return f"/{table}"
+    return f"/{row[vehicle] or row['asv']}/{table}"
+
+
+def json_schema(table: str) -> dict[str, Any]:
+    """Return the JSON Schema of a table's rows; a column that has no value is left out of a row.
+
+    >>> json_schema("fixes")["properties"]["pinged_at_s"]
+    {'type': 'number', 'description': 'instant at which that ping was sent (s)'}
+    """
+    return {
+        "title": f"bindusbl.{table}",
+        "type": "object",
+        "properties": {
+            field.name: {"type": JSON_TYPES[str(field.type)], "description": _told(field.metadata)}
+            for field in schema(table)
+        },
+    }
+
+
+def _told(metadata: dict[bytes, bytes]) -> str:
+    unit = metadata[b"unit"].decode()
+    return metadata[b"meaning"].decode() + (f" ({unit})" if unit not in ("", "1") else "")
+
+
+def _known(row: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in row.items() if value is not None}

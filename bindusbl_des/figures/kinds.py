@@ -11,8 +11,7 @@ from ..core.wording import described, did_you_mean
 from .anatomy import anatomy
 from .coverage import coverage, without_stations
 from .error import error
-from .fixes import fixes
-from .latency import latency
+from .fixes import fixes, latency
 from .style import finished
 from .timeline import timeline
 from .trajectory import trajectory

@@ -34,7 +34,7 @@ from ..records.rows import Levers, Recorder, Rows
 from ..scenario.channel_settings import burst_s
 from ..scenario.failing import failures_of
 from ..scenario.families import is_random, ready_plugins
-from ..scenario.instruments.lasting_kinds import told_of
+from ..scenario.instruments.own_sensors import told_of
 from ..scenario.scenario import Scenario, kept
 from ..scenario.telling import tells_slots
 from ..scenario.water import assumed_sound_speed_of, sound_speed_of

@@ -9,8 +9,7 @@ from ..core.plugins import is_plugin
 from ..core.streams import Purpose, Streams
 from ..navigation.dead_reckoning import random_walk
 from ..records.rows import NONE, Rows
-from ..scenario.instruments.lasting_kinds import kinds, told_of
-from ..scenario.instruments.own_sensors import own_sensors
+from ..scenario.instruments.own_sensors import kinds, own_sensors, told_of
 from ..scenario.scenario import Scenario
 from ..usbl.systematic_fixes import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov

@@ -11,8 +11,7 @@ import numpy as np
 
 from ..navigation.belief import STATES, Belief, Growth, first_belief
 from ..scenario.families import NAVIGATOR
-from ..scenario.instruments.lasting_kinds import told_of
-from ..scenario.instruments.own_sensors import own_sensors
+from ..scenario.instruments.own_sensors import own_sensors, told_of
 from ..scenario.part_settings import shipped_part
 from ..scenario.scenario import Scenario, kept
 from ..scenario.shipped_settings import Kalman

@@ -1,8 +1,11 @@
-"""How a team fares where the world is worse than the scenario has it, on the answer's own seeds."""
+"""How a team fares where the world is worse than the scenario has it, on the answer's own seeds.
+
+What more vessels would bring: teams that cost more than the answer, flown a few times.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
@@ -10,6 +13,7 @@ import numpy as np
 
 from ..acoustics.loss import losses
 from ..acoustics.named_channels import loss_of
+from ..campaigns.statistics.intervals import intervals
 from ..core.plugins import is_plugin
 from ..scenario.channel_settings import burst_s
 from ..scenario.declared import channel_named
@@ -19,13 +23,52 @@ from ..scenario.sections.navigation import Drift
 from ..scenario.sections.vehicles import Formation
 from ..scenario.water import assumed_sound_speed_of
 from .questions.question import Question
-from .selection.evidence import CutOff, Evidence, estimated
+from .selection.evidence import SPENT, CutOff, Evidence, estimated, looks_at_each
 from .selection.goals import Floats, Goal
-from .selection.looks import SPENT, looks_at_each
-from .selection.selection import Estimate, Sample
+from .selection.selection import Estimate, Sample, Selection
 from .teams.candidates import FORMATION, Candidate, candidate
 from .teams.foresight import Foresight
-from .teams.placing import place_keys, placed
+from .teams.narrowing import place_keys, placed
+
+# So many missions of each show about where it is: the first so many where these tell the means of
+# all goals to this share of them (half of the 95 % interval), else all.
+FIRST, ALL = 4, 8
+NARROW = 0.1
+
+
+def with_dearer(
+    selection: Selection, candidates: Sequence[Candidate], goals: Sequence[Goal], sample: Sample
+) -> Selection:
+    """Return a selection with estimates of the first candidate of each cost that was not flown.
+
+    Candidates of one cost are in the order of their predictions, so that it is the best of them.
+    Verdicts stay as they are: nothing is decided by so few missions.
+    """
+    first: dict[float, int] = {}
+    for number, it in enumerate(candidates):
+        first.setdefault(it.cost, number)
+    shown = [n for n in first.values() if selection.verdicts[n] == "not needed"]
+    values = {n: np.empty((0, len(goals))) for n in shown if not selection.missions[n]}
+    for seeds in (FIRST, ALL):
+        wide = [n for n, its in values.items() if not _is_narrow(its)]
+        pairs = [(n, seed) for n in wide for seed in range(len(values[n]), seeds)]
+        found = sample(pairs)
+        if not wide or len(found) < len(pairs):
+            break
+        for n, own in zip(wide, np.split(found, len(wide)), strict=True):
+            values[n] = np.concatenate([values[n], own])
+    estimates, missions = list(selection.estimates), list(selection.missions)
+    for n, its in values.items():
+        if len(its):
+            estimates[n], missions[n] = tuple(map(estimated, its.T)), len(its)
+    return replace(selection, estimates=tuple(estimates), missions=tuple(missions))
+
+
+def _is_narrow(values: Floats) -> bool:
+    """Tell whether the means of all goals are known well enough."""
+    known = intervals(values.T)
+    return bool(np.all(known.half_width <= NARROW * np.abs(known.mean)))
+
 
 # So much shorter are the ranges, so much is the speed of sound taken too high, so many times drifts
 # dead reckoning.

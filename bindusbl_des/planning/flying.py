@@ -1,4 +1,6 @@
-"""The missions of a plan: a campaign whose missions are flown when somebody wants to know them."""
+"""The missions of a plan: a campaign whose missions are flown when somebody wants to know them, the
+values of goals in its rows, and what a plan may take.
+"""
 
 import errno
 import math
@@ -8,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import takewhile
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -16,7 +19,7 @@ from numpy.typing import NDArray
 from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.experiments.experiment import Experiment
 from ..campaigns.experiments.plan import Plan
-from ..campaigns.refusals import check_files
+from ..campaigns.failures import check_files
 from ..campaigns.running import first_record
 from ..campaigns.storage.folder import (
     RECORD,
@@ -29,15 +32,45 @@ from ..campaigns.storage.folder import (
 from ..campaigns.storage.joining import compact
 from ..campaigns.storage.parts import MISSIONS, OK, clean_parts, committed, read_part, set_aside
 from ..campaigns.workers.batches import NotWritten, Row
-from ..campaigns.workers.interruption import interruptible
 from ..campaigns.workers.pools import WorkerPool, at_work, pool_for
-from ..campaigns.workers.supervisor import Supervisor
+from ..campaigns.workers.supervisor import Supervisor, interruptible
 from ..campaigns.workers.warming import compile_kernels
 from ..core.ctrl_c import answered, end_now
 from ..core.durable import sync
 from ..core.kept_files import keep, portable
+from ..core.progress import ProgressLine, duration
+from .questions.question import Question
+from .selection.goals import Floats, Goal
 
-Floats = NDArray[np.float64]
+AUVS = "auvs"
+
+
+def wanted(goals: Sequence[Goal]) -> dict[str, list[str]]:
+    """Return the columns that goals are judged by, of AUVs and of missions.
+
+    >>> wanted([Goal("position_error_m", below=1.0), Goal("area_covered_share", above=0.9)])
+    {'auvs': ['position_error_m'], 'missions': ['area_covered_share']}
+    """
+    columns = {table: [it.metric for it in goals if it.is_of_auvs == (table == AUVS)]
+               for table in (AUVS, MISSIONS)}  # fmt: skip
+    return {table: list(dict.fromkeys(names)) for table, names in columns.items()}
+
+
+def values(goals: Sequence[Goal], rows: Sequence[Mapping[str, Any]]) -> Floats:
+    """Return the goals' values (k, g) of k missions; nan where one failed or has none."""
+    found = [[_value(goal, row) for goal in goals] for row in rows]
+    return np.array(found, float).reshape(len(rows), len(goals))
+
+
+def _value(goal: Goal, row: Mapping[str, Any]) -> float:
+    if not row:
+        return np.nan
+    if goal.is_of_auvs:
+        return float(goal.of_fleets(np.array([row[f"{AUVS}.{goal.metric}"]], float))[0])
+    value = row[goal.metric]
+    return np.nan if value is None else float(value)
+
+
 Pair = tuple[int, int]  # the number of a point, and that of a seed in its list
 
 # Batches are written when their share is flown, or after so long (s): each costs some files.
@@ -214,3 +247,66 @@ def _settle(campaign: Campaign, status: str) -> None:
         clean(campaign.folder)
         compact(campaign.folder)
         write_json(campaign.folder / RECORD, {**campaign.record, "status": status})
+
+
+class Budget:
+    """How many missions of a plan may still be flown, and for how long (s); None: as many, and as
+    long, as its rule takes.
+
+    Time counts while missions are flown, so that compiling and predicting take nothing of it.
+    `cut_by` is the option that left missions unflown, empty while none did; `best` is told besides.
+    """
+
+    def __init__(self, question: Question, *, quiet: bool) -> None:
+        self.question = question
+        self.flown = 0
+        self.best = self.cut_by = ""
+        self._most = question.budget_missions
+        self._seconds = question.budget_s
+        self._took = 0.0
+        self._began = self._asked = math.nan
+        self._doing = "proposing teams"
+        self._line = ProgressLine(quiet=quiet)
+
+    def sample(self, missions: Flights, pairs: Sequence[Pair]) -> Floats:
+        """Return the goals' values of missions, which are flown where that has not been done; of
+        the first of them only where the budget is not enough for all.
+        """
+        self._began, before = monotonic(), self._took
+        until = math.inf if self._seconds is None else self._began + self._seconds - before
+        most = None if self._most is None else self._most - self.flown
+        self._asked = self.flown + missions.lacking(pairs)
+        try:
+            rows = missions.rows(pairs, until, most)
+        finally:
+            self._took = before + monotonic() - self._began
+            self._began = math.nan
+        if len(rows) < len(pairs):
+            used_up = self._most is not None and self.flown >= self._most
+            by_missions = f"--budget-missions {self._most}"
+            self.cut_by = by_missions if used_up else f"--budget-s {self._seconds:g}"
+        return values(self.question.goals, rows)
+
+    def begin(self, what: str) -> None:
+        """Say what is done from now on."""
+        self._doing = what
+        self._line.tell(self._text)
+
+    def note(self, rows: Sequence[Row]) -> None:
+        """Count missions that have ended."""
+        self.flown += len(rows)
+        self._line.tell(self._text)
+
+    def end(self) -> None:
+        """End the line."""
+        self._line.end(self._text)
+
+    def _text(self) -> str:
+        took = self._took + (0.0 if math.isnan(self._began) else monotonic() - self._began)
+        left = [f"{self._doing}: {self.flown} missions flown"]
+        if self.flown and self._asked > self.flown:
+            seconds = took / self.flown * (self._asked - self.flown)
+            left.append(f"at least {duration(seconds)} left")
+        if self._seconds is not None:
+            left.append(f"cut off in {duration(max(self._seconds - took, 0.0))}")
+        return ", ".join(left) + (f"; best so far {self.best}" if self.best else "")

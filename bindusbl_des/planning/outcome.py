@@ -10,12 +10,10 @@ from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..core.durable import write_text
 from ..scenario.families import leave_of
 from ..scenario.scenario import Scenario
-from .folder import BEST, MISSIONS, PAGE, PLAN
+from .folder import BEST, MISSIONS, PAGE, PLAN, best_yaml, record
 from .found import Found
-from .page.chart import chart_of
-from .page.plan_page import plan_page
+from .plan_page import chart_of, plan_page
 from .prediction.inputs import Inputs
-from .record import best_yaml, record
 from .telling import summary
 
 

@@ -45,25 +45,20 @@ from ..scenario.files.shipped import located
 from ..scenario.planned import asv_stations
 from ..scenario.scenario import Scenario
 from .binding import binding
-from .budget import Budget
-from .dearer import with_dearer
-from .doubting import SEEDS, Doubted, doubted, doubts, teams_of
-from .flying import flights, local_workers
+from .doubting import SEEDS, Doubted, doubted, doubts, teams_of, with_dearer
+from .flying import Budget, flights, local_workers, wanted
 from .folder import DOUBTS, MISSIONS, begin
 from .found import Found, ranked
-from .measuring import wanted
 from .outcome import Plan, written
-from .questions.asking import Asking, goals_of_arguments
 from .questions.plan_file import read_plan
-from .questions.question import Question
+from .questions.question import Asking, Question, goals_of_arguments
 from .selection.goals import Floats, Of
-from .selection.selecting import select
+from .selection.search import select
 from .selection.selection import Candidate as Choice
 from .selection.selection import Sample, Selection
 from .teams.candidates import Candidate
 from .teams.foresight import Foresight
-from .teams.further import further
-from .teams.narrowing import narrowed
+from .teams.narrowing import further, narrowed
 from .teams.proposals import proposed
 from .telling import best_told
 

@@ -12,8 +12,7 @@ from ..scenario.planned import horizontal_reach, known_route, known_stations
 from ..scenario.scenario import Scenario
 from ..scenario.survey_area import area_of, lanes_heading
 from ..vehicles.currents import CONTROL_S
-from .offered_load import offered
-from .round_lengths import Rounds, rounds_of
+from .round_lengths import Rounds, offered, rounds_of
 
 # Hearing is worked out vehicle by vehicle up to so many pairs, beyond from areas.
 MOST_PAIRS = 4_000_000

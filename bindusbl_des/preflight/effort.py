@@ -3,19 +3,52 @@
 The constants were measured on one core of 2.5 GHz (`tests/preflight/test_effort.py` holds the
 memory to what `run` took, files included: 0 to 28 % more); a mission of some minutes is worth no
 estimate, one of a hundred thousand vehicles is.
+
+What this machine, or the container that we are in, has to offer.
 """
 
+import math
+import os
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 from ..core.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ..core.wording import spoken
 from ..navigation.belief import STATES
 from ..navigation.correcting import REMEMBERED
-from ..scenario.instruments.lasting_kinds import told_of
+from ..scenario.instruments.own_sensors import told_of
 from ..scenario.scenario import Scenario
 from ..usbl.instrument import NOISE_WIDTH
 from .counts import counts_of
-from .machine import machine_memory
+
+# Where Linux says how much memory a container may take (bytes).
+CONTAINER_LIMITS = (
+    "/sys/fs/cgroup/memory.max",
+    "/sys/fs/cgroup/memory/memory.limit_in_bytes",
+)
+
+
+def machine_cores() -> int:
+    """Return on how many cores this process may run."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def machine_memory() -> float:
+    """Return the memory (bytes) of this machine, or of the container that we are in; infinite where
+    it cannot be told.
+    """
+    try:
+        memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        memory = math.inf
+    for limit in CONTAINER_LIMITS:
+        with suppress(OSError, ValueError):  # no container, or "max"
+            memory = min(memory, float(Path(limit).read_text()))
+    return memory
+
 
 # Beyond this a mission is not begun without being asked for twice.
 LONGEST_S = 86_400.0

@@ -136,7 +136,7 @@ def backlog(scenario: Scenario) -> Iterator[Problem]:
     if not is_random(scenario) or scenario.protocol.replies:
         return
     from .counts import heard_share  # brings the whole protocol, which others do not need
-    from .offered_load import carried_per_s, offered
+    from .round_lengths import carried_per_s, offered
 
     made = offered(scenario).least_fixes_per_s * min(heard_share(scenario), 1.0)
     carried, lasts = carried_per_s(scenario), scenario.duration_s

@@ -1,6 +1,8 @@
 """What a scenario leaves unsaid though it changes the answers: warnings, each with its numbers.
 
 Nothing here is wrong: the mission runs as it is described, but perhaps not as it was meant.
+
+What is worth knowing of ASVs that fail: failures that never come, and nobody left.
 """
 
 import math
@@ -8,14 +10,37 @@ from collections.abc import Iterator
 
 from ..scenario.agreement.problem import Problem
 from ..scenario.declared import schedule_of
-from ..scenario.instruments.lasting_kinds import MOST_TOLD, kinds
+from ..scenario.failing import alive
+from ..scenario.instruments.own_sensors import MOST_TOLD, kinds
 from ..scenario.key_types import Renamed
 from ..scenario.scenario import Scenario
-from .failing import failing
-from .idle.keys import idle_keys
-from .idle.settings import bursts, cast, levels, sheet, sonar
+from .idle.keys import bursts, cast, idle_keys, levels, sheet, sonar
 from .messages import answers, backlog, believed, deliveries, guards, last_slots, messages, modems
 from .whereabouts import anchors, bays, formation, routes, shapes, tracks
+
+
+def failing(scenario: Scenario) -> Iterator[Problem]:
+    """Yield failures that have no effect, and instants from which no ASV works."""
+    given, end = scenario.asvs.failures, float(scenario.duration_s)
+    told: set[float] = set()  # several may fail at one instant
+    for number, failure in enumerate(given):
+        key = f"asvs.failures.{number}.at_s"
+        if failure.at_s >= end:
+            yield Problem(
+                key,
+                f"has no effect: the mission ends at {end:g} s, before {failure.at_s:g} s; "
+                "remove it",
+                ("duration_s",),
+            )
+        elif failure.at_s not in told and not any(alive(scenario, failure.at_s)):
+            told.add(failure.at_s)
+            yield Problem(
+                key,
+                f"leaves no ASV at {failure.at_s:g} s: until one works again nobody begins a "
+                "round, and AUVs keep to dead reckoning",
+                ("asvs.count",),
+            )
+
 
 # Means over fewer samples than this say little.
 FEWEST_SAMPLES = 10

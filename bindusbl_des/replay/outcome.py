@@ -10,9 +10,9 @@ import numpy as np
 import pyarrow as pa
 
 from ..export.csv_folder import columns
-from ..results.arrow import arrow
 from ..results.parquet import write_parquet
 from ..results.result_folder import CSV_DICTIONARY
+from ..results.schemas import arrow
 from .losses import Losses, losses_of
 from .replaying import Replay, mean_nis, outlier_share, rms_between
 from .rows import ROWS

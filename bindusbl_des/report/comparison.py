@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.kept_files import portable
 from ..core.wording import lettered, plain
-from .packing import Packer
-from .page import assembled, asset, filled, flat, number, table
+from .page import Packer, assembled, asset, filled, flat, number, table
 from .recording import recording
 from .run_data import run_data
 from .run_page import AUV_COLUMNS, MAP, TILES, described, footer, mission_row

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results.arrow import numpy_columns
+from ..results.schemas import numpy_columns
 from ..scenario.failing import failures_of
 from .chances import chances, depth_at
 

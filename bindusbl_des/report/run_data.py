@@ -12,8 +12,8 @@ from ..scenario.plans import planned_paths
 from ..scenario.survey_area import area_of
 from ..scenario.water import sound_speed_of
 from .envelope import error_envelope
-from .fields import fields
-from .packing import Packer
+from .page import Packer
+from .possible import fields
 from .recording import FATES, Recording
 from .service import intervals, latencies, shown_until
 

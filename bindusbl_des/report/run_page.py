@@ -15,8 +15,7 @@ from ..scenario.instruments.own_sensors import drift_told
 from ..scenario.survey_area import area_of
 from .calibration import calibration_told
 from .envelope import envelope_made_of
-from .packing import Packer
-from .page import assembled, asset, filled, flat, number, table
+from .page import Packer, assembled, asset, filled, flat, number, table
 from .possible import possible_told
 from .recording import metrics_of, recording
 from .run_data import run_data

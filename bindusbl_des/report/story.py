@@ -9,7 +9,7 @@ from html import escape
 from math import isnan
 
 from ..core.wording import counted
-from ..explain.numbers import out_of_range
+from ..explain.chain import out_of_range
 from ..results.effects import harm_told
 from ..scenario.declared import channel_named
 from ..scenario.failing import alive

@@ -19,10 +19,9 @@ from ..preflight.worth_knowing import Caution, cautions
 from ..scenario.scenario import Scenario
 from .effects import Advice
 from .faces import FIGURE, face, page
-from .pandas_tables import PandasTables
 from .parquet import SummedFile, write_parquet
 from .result_folder import ADVICE, RECORD, SUMS, advice_text, result_draft, write_json
-from .schemas import data_dictionary
+from .schemas import PandasTables, data_dictionary
 from .summary import summary
 from .violations import Violations
 

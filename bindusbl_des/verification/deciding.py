@@ -7,15 +7,13 @@ from ..core.plugins import is_plugin
 from ..scenario.declared import channel_named, ranging_of, schedule_of
 from ..scenario.families import is_random
 from ..scenario.telling import tells_slots
-from .answers import answers
 from .case import Case
 from .frames import beacons, broadcasts
 from .pair import Pair, undecided
-from .random_access import random_access
 from .reuse import same_slot
-from .two_way import answer_and_next_call, call_and_answer, calls_of_a_slot
+from .two_way import answer_and_next_call, answers, call_and_answer, calls_of_a_slot, random_access
 from .uplink import consecutive_slots
-from .witnesses.pings import groups_shown
+from .witnesses.signals import groups_shown
 
 Rule = Callable[[Case], Iterator[Pair]]
 

@@ -12,7 +12,7 @@ from ..scenario.declared import broadcaster_of, downlink_of, schedule_of
 from .case import Array, Case
 from .pair import Pair, by_time, undecided
 from .uplink import frame_s, slot_gap
-from .witnesses.broadcasts import beacons_meet, frames_meet
+from .witnesses.signals import beacons_meet, frames_meet
 
 # Fixes in a frame, and AUVs that it tells their slots
 Size = tuple[int, int]

@@ -10,14 +10,13 @@ from ..core.plugins import is_plugin
 from ..mission.build import usbl_of
 from ..preflight.round_lengths import rounds_of
 from ..scenario.declared import downlink_of, ranging_of, schedule_of
-from ..scenario.instruments.lasting_kinds import kinds
+from ..scenario.instruments.own_sensors import kinds
 from ..scenario.planned import route_of
 from ..usbl.bounds import Beside, farthest_off
 from .case import Case
 from .pair import ACCEPTED, REFUSED, Pair, Plan, undecided
 from .uplink import answering_s, slot_gap
-from .witnesses.pings import at_the_edge, come_in_together, rounds_shown
-from .witnesses.reuse import comes_into_range
+from .witnesses.signals import at_the_edge, come_in_together, comes_into_range, rounds_shown
 
 KIND = "same slot"
 WHAT = "AUVs of one ping group"

@@ -14,9 +14,8 @@ from ..scenario.scenario import Scenario
 from .bounds import Bounds, bounds_of
 from .case import Case
 from .deciding import pairs_of
-from .guards import Guard, downlink_guard, uplink_guard
 from .pair import ACCEPTED, REFUSED, UNDECIDED, Pair
-from .remedy import Remedy, remedy_of
+from .remedy import Guard, Remedy, downlink_guard, remedy_of, uplink_guard
 from .reuse import age_s, believed_off_m, bounded, margin_needed
 from .uplink import round_s
 from .witnesses.playing import Witness, witnessed

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.refusals import check_name
+from bindusbl_des.campaigns.failures import check_name
 from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.campaigns.storage.parts import whole_file
 

@@ -17,10 +17,11 @@ import pyarrow.parquet as pq
 import pytest
 from campaigns_for_tests import OneThread, as_of_an_earlier_version, call, same
 
-from bindusbl_des.campaigns import merging, running
+from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.campaign import CampaignInterrupted, load_campaign
 from bindusbl_des.campaigns.experiments.experiment import laid_over
 from bindusbl_des.campaigns.running import resume, sweep
+from bindusbl_des.campaigns.storage import joining as merging
 from bindusbl_des.campaigns.storage.folder import CampaignError, is_locked, locked, read_record
 from bindusbl_des.campaigns.storage.parts import TABLES, committed, part_path, read_part
 from bindusbl_des.core.plugin_sources import source_sha256

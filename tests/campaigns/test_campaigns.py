@@ -32,8 +32,7 @@ from bindusbl_des.campaigns.storage.joining import compact
 from bindusbl_des.campaigns.storage.parts import committed, done, part_path
 from bindusbl_des.campaigns.workers import pools
 from bindusbl_des.campaigns.workers.batches import Row, run_batch
-from bindusbl_des.campaigns.workers.pools import LocalPool
-from bindusbl_des.campaigns.workers.progress import Progress
+from bindusbl_des.campaigns.workers.pools import LocalPool, Progress
 from bindusbl_des.campaigns.workers.supervisor import batch_of
 from bindusbl_des.core.plugins import PERMISSION
 from bindusbl_des.mission.simulation import simulate
@@ -439,7 +438,7 @@ def test_progress_is_silent_when_asked(capsys: pytest.CaptureFixture[str]) -> No
 def test_progress_leaves_out_how_workers_start(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ten seconds until workers run do not slow down the missions that are left."""
     now = 100.0
-    monkeypatch.setattr("bindusbl_des.campaigns.workers.progress.monotonic", lambda: now)
+    monkeypatch.setattr("bindusbl_des.campaigns.workers.pools.monotonic", lambda: now)
     progress = Progress(202)
     now += 10.0  # workers are started and load compiled code
     now += 0.5

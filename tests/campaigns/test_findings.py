@@ -14,10 +14,14 @@ from campaigns_for_tests import UNSERVED, as_of_an_earlier_version, auv, call, h
 from bindusbl_des import Campaign, Scenario, compare, sweep
 from bindusbl_des.campaigns.page import sweep_page
 from bindusbl_des.campaigns.statistics.cells import means_of
-from bindusbl_des.campaigns.statistics.findings import Findings, compared_with_best, findings
-from bindusbl_des.campaigns.statistics.fleets import fleets
-from bindusbl_des.campaigns.statistics.harm import NEEDED
+from bindusbl_des.campaigns.statistics.findings import (
+    NEEDED,
+    Findings,
+    compared_with_best,
+    findings,
+)
 from bindusbl_des.campaigns.statistics.intervals import intervals
+from bindusbl_des.campaigns.statistics.outcomes import fleets
 from bindusbl_des.campaigns.statistics.points_table import _lines as points_table_lines
 from bindusbl_des.campaigns.statistics.points_table import points_table
 from bindusbl_des.figures.style import styled

@@ -5,8 +5,8 @@ import pytest
 
 from bindusbl_des import Scenario, simulate
 from bindusbl_des.campaigns.experiments.plan import Mission, PlannedPoint
-from bindusbl_des.campaigns.workers import gathering
-from bindusbl_des.campaigns.workers.gathering import Gathered, Ran
+from bindusbl_des.campaigns.workers import batches as gathering
+from bindusbl_des.campaigns.workers.batches import Gathered, Ran
 
 POINTS = {n: PlannedPoint("{}", {"a": float(n), "b": [n, None]}, {}) for n in range(3)}
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from bindusbl_des import load_campaign
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
+from bindusbl_des.campaigns.experiments.experiment_points import MOST_POINTS, is_range, spread
 from bindusbl_des.campaigns.experiments.options import Options
-from bindusbl_des.campaigns.experiments.ranges import MOST_POINTS, is_range, spread
 from bindusbl_des.scenario.scenario import Scenario
 
 

@@ -17,7 +17,7 @@ from click.testing import CliRunner, Result
 from bindusbl_des import load_result, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.commands import doctor as doctor_module
-from bindusbl_des.commands.ending import ended_in_order
+from bindusbl_des.commands.console import ended_in_order
 from bindusbl_des.commands.missions import default_folder, models
 from bindusbl_des.mission import simulation
 from bindusbl_des.scenario.files.plain_yaml import read_yaml

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import load_scenario
-from bindusbl_des.commands import warming
+from bindusbl_des.commands import doctor as warming
 
 
 @pytest.mark.parametrize("kind", warming.KINDS, ids=" ".join)

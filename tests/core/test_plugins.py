@@ -23,7 +23,7 @@ from bindusbl_des import (
 from bindusbl_des.campaigns import running
 from bindusbl_des.campaigns.running import resume
 from bindusbl_des.cli import main
-from bindusbl_des.commands.ending import ended_in_order
+from bindusbl_des.commands.console import ended_in_order
 from bindusbl_des.core import plugins
 from bindusbl_des.core.plugins import PERMISSION, PluginError, allow, is_plugin
 from bindusbl_des.navigation.dead_reckoning import Odometry

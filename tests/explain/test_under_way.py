@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.cli import main
 from bindusbl_des.explain import chain_of_ping
-from bindusbl_des.explain.under_way import on_its_way
+from bindusbl_des.explain.overlapping import on_its_way
 from bindusbl_des.export.chart_files import drawn
 from bindusbl_des.figures.coverage import without_stations
 

@@ -24,8 +24,8 @@ from bindusbl_des.cli import main
 from bindusbl_des.commands.plot import RUN_KINDS, SWEEP_KINDS
 from bindusbl_des.core.palette import ALARM
 from bindusbl_des.figures.anatomy import anatomy, busiest
+from bindusbl_des.figures.fixes import BINS, latency
 from bindusbl_des.figures.kinds import KINDS, TABLES
-from bindusbl_des.figures.latency import BINS, latency
 from bindusbl_des.figures.style import save, styled
 from bindusbl_des.figures.sweeps import Levels, Means, curves, heatmap
 from bindusbl_des.report.envelope import error_envelope

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from typing import Any
 
-from bindusbl_des.planning.page.plan_page import PREDICTOR
+from bindusbl_des.planning.plan_page import PREDICTOR
 from bindusbl_des.report.page import asset
 
 NODE = shutil.which("node")

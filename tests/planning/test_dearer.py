@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from bindusbl_des import Scenario
-from bindusbl_des.planning.dearer import with_dearer
+from bindusbl_des.planning.doubting import with_dearer
 from bindusbl_des.planning.selection.goals import Goal
 from bindusbl_des.planning.selection.selection import Estimate, Selection
 from bindusbl_des.planning.teams.candidates import Candidate

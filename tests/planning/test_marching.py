@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bindusbl_des import Scenario
 from bindusbl_des.planning.prediction.inputs import Inputs, inputs_of
-from bindusbl_des.planning.prediction.march.errors import errors_of
+from bindusbl_des.planning.prediction.march import errors_of
 from bindusbl_des.planning.prediction.parts import Navigator, Source, Ways
 from bindusbl_des.planning.prediction.predicting import predict
 from bindusbl_des.planning.prediction.rounds import Turns

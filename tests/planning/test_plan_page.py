@@ -8,9 +8,7 @@ import pytest
 from plans_for_tests import GOAL, attacked, base, record
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 
-from bindusbl_des.planning.page.chart import chart_of
-from bindusbl_des.planning.page.plan_page import plan_page
-from bindusbl_des.planning.page.wording import setting
+from bindusbl_des.planning.plan_page import chart_of, plan_page, setting
 from bindusbl_des.planning.prediction.inputs import inputs_of
 
 Record = dict[str, Any]

@@ -11,8 +11,7 @@ from browser_for_tests import Open, Opened, without_browser
 from plans_for_tests import attacked, base, record
 
 from bindusbl_des import load_scenario
-from bindusbl_des.planning.page.chart import chart_of
-from bindusbl_des.planning.page.plan_page import plan_page
+from bindusbl_des.planning.plan_page import chart_of, plan_page
 from bindusbl_des.planning.prediction.inputs import inputs_of
 from bindusbl_des.planning.prediction.mapping import error_map
 from bindusbl_des.planning.prediction.predicting import predict

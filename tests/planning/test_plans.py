@@ -14,8 +14,8 @@ import bindusbl_des
 from bindusbl_des import Scenario, load_scenario, plan
 from bindusbl_des.campaigns.storage.folder import CampaignError
 from bindusbl_des.planning import flying
-from bindusbl_des.planning.budget import Budget
-from bindusbl_des.planning.prediction.stated_error import STATED_ERROR
+from bindusbl_des.planning.flying import Budget
+from bindusbl_des.planning.prediction.parts import STATED_ERROR
 from bindusbl_des.scenario.files.mistakes import ScenarioError
 
 TEAMS = {"asvs.count": [1, 2, 3], "protocol.schedule": ["spatial_reuse"],

@@ -2,8 +2,8 @@
 
 from bindusbl_des import load_scenario
 from bindusbl_des.campaigns.experiments.options import Asked
-from bindusbl_des.planning.questions.asking import Asking, goals_of_arguments
 from bindusbl_des.planning.questions.plan_file import read_plan
+from bindusbl_des.planning.questions.question import Asking, goals_of_arguments
 from bindusbl_des.planning.teams.candidates import DOWNLINK, SCHEDULE
 from bindusbl_des.planning.teams.foresight import Foresight
 from bindusbl_des.planning.teams.proposals import proposed

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from toy_selections import ZONE, Floats, toy
 
 from bindusbl_des.planning.selection.goals import Goal
-from bindusbl_des.planning.selection.selecting import select
+from bindusbl_des.planning.selection.search import select
 from bindusbl_des.planning.selection.selection import Candidate, Selection
 
 METRE = (Goal("position_error_p95_m", below=1.0),)

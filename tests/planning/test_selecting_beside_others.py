@@ -14,7 +14,7 @@ from toy_selections import Floats
 
 from bindusbl_des.campaigns.statistics.intervals import interval
 from bindusbl_des.planning.selection.goals import Goal
-from bindusbl_des.planning.selection.selecting import select
+from bindusbl_des.planning.selection.search import select
 from bindusbl_des.planning.selection.selection import Candidate, Selection
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "selection"

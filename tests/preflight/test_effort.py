@@ -8,7 +8,8 @@ from click.testing import CliRunner
 
 from bindusbl_des import Scenario
 from bindusbl_des.cli import main
-from bindusbl_des.preflight import effort, machine
+from bindusbl_des.preflight import effort
+from bindusbl_des.preflight import effort as machine
 from bindusbl_des.preflight.effort import Effort
 
 # Peak resident memory (MB) of `run --no-advice`, files included, measured on Linux, x86-64, Python

@@ -21,7 +21,7 @@ from bindusbl_des.report.calibration import (
     of_auv,
     of_fleet,
 )
-from bindusbl_des.report.packing import Packer
+from bindusbl_des.report.page import Packer
 from bindusbl_des.report.recording import recording
 from bindusbl_des.report.run_data import run_data
 from bindusbl_des.report.run_page import run_page

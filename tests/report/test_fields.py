@@ -9,8 +9,8 @@ from worlds import scenario
 from bindusbl_des import Result, Scenario, simulate
 from bindusbl_des.acoustics.channel import Signals
 from bindusbl_des.acoustics.fix_chance import survey_grid
-from bindusbl_des.report.fields import expected_age, fields
-from bindusbl_des.report.packing import Packer
+from bindusbl_des.report.page import Packer
+from bindusbl_des.report.possible import expected_age, fields
 from bindusbl_des.report.recording import recording
 from bindusbl_des.report.run_page import run_page
 

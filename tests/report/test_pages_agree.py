@@ -8,7 +8,7 @@ import pytest
 from worlds import merged, scenario
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.figures.latency import latency
+from bindusbl_des.figures.fixes import latency
 from bindusbl_des.report.run_page import run_page
 
 FIVE = {"auvs": {"count": 5}, "duration_s": 60.0}

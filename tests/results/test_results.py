@@ -22,8 +22,15 @@ from bindusbl_des.records.events import OUTCOMES, Assignment, Round
 from bindusbl_des.records.rows import FIX
 from bindusbl_des.results import result as results
 from bindusbl_des.results import result_folder
-from bindusbl_des.results.arrow import arrow, numpy_columns
-from bindusbl_des.results.schemas import EVENT_TABLES, TABLES, VEHICLES, data_dictionary, schema
+from bindusbl_des.results.schemas import (
+    EVENT_TABLES,
+    TABLES,
+    VEHICLES,
+    arrow,
+    data_dictionary,
+    numpy_columns,
+    schema,
+)
 from bindusbl_des.results.tables import from_numbers, from_rows
 
 

@@ -17,10 +17,8 @@ from bindusbl_des.preflight.effort import effort
 from bindusbl_des.scenario.files.overrides import put
 from bindusbl_des.verification.bounds import bounds_of
 from bindusbl_des.verification.case import Case
-from bindusbl_des.verification.record import write
-from bindusbl_des.verification.telling import told
-from bindusbl_des.verification.witnesses.playing import played
-from bindusbl_des.verification.witnesses.stage import staged
+from bindusbl_des.verification.telling import told, write
+from bindusbl_des.verification.witnesses.playing import played, staged
 
 # As many as it takes for every rule to accept and to refuse
 DRAWN = 60

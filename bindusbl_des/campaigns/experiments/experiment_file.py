@@ -14,7 +14,7 @@ from ...scenario.files.scenario_file import Source, read_text
 from ...scenario.files.shipped import shipped
 from ...scenario.key_types import LONGEST_NAME, PRINTABLE
 from ...scenario.scenario import Scenario
-from ..storage.record import LARGEST_SEED, MOST_MISSIONS
+from ..storage.folder import LARGEST_SEED, MOST_MISSIONS
 from .experiment import Detail, Experiment
 from .experiment_points import Places, Points, points_in
 from .kinds import KEYS, is_experiment, is_scenario

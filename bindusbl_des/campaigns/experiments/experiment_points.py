@@ -1,14 +1,122 @@
-"""The points of an experiment file: a grid (`vary`), a list (`points`) or a sample."""
+"""The points of an experiment file: a grid (`vary`), a list (`points`) or a sample.
 
+Ranges of values to vary, ends included: ``2:5`` in whole numbers, ``0:90:15`` in steps.
+
+Points spread over ranges: Latin hypercubes and Sobol' sequences.
+"""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from importlib import import_module
 from itertools import product
 from math import isfinite, prod
-from typing import Any
+from typing import Any, Literal
 
-from ...core.wording import described, did_you_mean
+from ...core.wording import described, did_you_mean, plain
 from ...scenario.files.mistakes import Place
 from ...scenario.files.plain_yaml import Document, Path
-from .ranges import MOST_POINTS, is_range, spread
-from .sampling import METHODS, sampled
+from ...scenario.keys import settable
+
+MOST_POINTS = 1_000_000
+
+# More values of one key were hardly meant; grids of several keys may have more points.
+MOST_VALUES = 10_000
+
+NUMBER = r"[-+]?(?:[0-9]{1,30}(?:\.[0-9]{0,30})?|\.[0-9]{1,30})(?:[eE][-+]?[0-9]{1,2})?"
+RANGE = re.compile(rf"\s*({NUMBER})\s*:\s*({NUMBER})\s*(?::\s*({NUMBER})\s*)?")
+WHOLE = re.compile(r"[-+]?[0-9]+")
+
+# What was meant as a range, right or wrong; module:object begins with a letter.
+MEANT = re.compile(r"(?=.*[0-9])(?=.*:)[-+.:0-9][-+.:0-9eE\s]*")
+
+
+def is_range(value: Any) -> bool:
+    """Tell whether a value is meant as a range.
+
+    >>> [is_range(it) for it in ("2:5", "0:90:0", ":5", "my_module:schedule", "dsatur", 2)]
+    [True, True, True, False, False, False]
+    """
+    return isinstance(value, str) and MEANT.fullmatch(value) is not None
+
+
+def spread(text: str) -> list[int] | list[float]:
+    """Return the values of a range, both ends if its steps meet them.
+
+    Steps are added as they are written, so that no rounding is: 0.3 is 0.3, not 0.1 + 0.1 + 0.1.
+
+    >>> spread("2:5"), spread("0:90:45"), spread("0:0.3:0.1"), spread("3:1:-1"), spread("0:5:2")
+    ([2, 3, 4, 5], [0, 45, 90], [0.0, 0.1, 0.2, 0.3], [3, 2, 1], [0, 2, 4])
+
+    Raises:
+        ValueError: when it is no range, leads nowhere or has too many values.
+    """
+    parts = RANGE.fullmatch(text)
+    if not parts:
+        raise ValueError("is no range; write first:last or first:last:step, as in 2:5 or 0:90:15")
+    written = [part for part in parts.groups() if part]
+    whole = all(map(WHOLE.fullmatch, written))
+    first, last, *steps = map(Fraction, written)
+    if not steps and not whole:
+        raise ValueError(
+            "counts in whole numbers without a step; write first:last:step, such as 0.5:2:0.5"
+        )
+    if not steps and last < first:
+        raise ValueError(f"counts up; write {written[1]}:{written[0]}, or {text.strip()}:-1")
+    step = steps[0] if steps else Fraction(1)
+    if not step:
+        raise ValueError(f"has a step of 0; write one that leads from {written[0]} to {written[1]}")
+    if (last - first) * step < 0:
+        other = plain(int(-step) if whole else float(-step))
+        raise ValueError(f"leads away from {written[1]}; write {written[0]}:{written[1]}:{other}")
+    count = (last - first) // step + 1
+    if count > MOST_VALUES:
+        raise ValueError(f"has {count:,} values, and at most {MOST_VALUES:,} may be; step wider")
+    values = [first + number * step for number in range(count)]
+    return [int(value) for value in values] if whole else [float(value) for value in values]
+
+
+Method = Literal["lhs", "sobol"]
+METHODS = ("lhs", "sobol")
+REMEDY = 'sampling needs scipy; install it with: python -m pip install "bindusbl-des[analysis]"'
+
+
+class ScipyMissing(RuntimeError):
+    """The extra `analysis` is not installed."""
+
+
+def sampled(
+    method: Method, count: int, seed: int, ranges: Mapping[str, Sequence[float]]
+) -> list[dict[str, Any]]:
+    """Return points that fill the ranges evenly; keys of whole numbers get whole numbers.
+
+    Raises:
+        ScipyMissing: when scipy is not installed.
+    """
+    try:
+        qmc: Any = import_module("scipy.stats.qmc")
+    except ImportError:
+        raise ScipyMissing(REMEDY) from None
+    if method == "lhs":
+        unit = qmc.LatinHypercube(len(ranges), seed=seed).random(count)
+    else:
+        unit = qmc.Sobol(len(ranges), seed=seed).random_base2(int(math.log2(count)))
+    whole = {row.key for row in settable() if row.kind.startswith("whole number")}
+    return [
+        {
+            key: _between(float(share), *ranges[key], whole=key in whole)
+            for key, share in zip(ranges, row, strict=True)
+        }
+        for row in unit
+    ]
+
+
+def _between(share: float, low: float, high: float, *, whole: bool) -> float | int:
+    if whole:  # each whole number, both ends included, as often as the others
+        return min(math.floor(low + share * (high - low + 1)), math.floor(high))
+    return low + share * (high - low)
+
 
 Points = list[dict[str, Any]]
 

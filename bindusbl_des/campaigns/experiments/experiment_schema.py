@@ -3,11 +3,10 @@
 from typing import Any
 
 from ...scenario.keys import DIALECT, settable
+from ..storage.folder import LARGEST_SEED, MOST_MISSIONS
 from ..storage.parts import MISSIONS, metric_schema
-from ..storage.record import LARGEST_SEED, MOST_MISSIONS
 from .experiment_file import DETAILS
-from .ranges import MOST_POINTS
-from .sampling import METHODS
+from .experiment_points import METHODS, MOST_POINTS
 
 
 def experiment_schema() -> dict[str, Any]:

@@ -11,9 +11,8 @@ from ...records.metrics import WORST
 from .differences import Difference, End, Verdict
 from .findings import seeds, who_is_worst, who_lacks
 from .intervals import CONFIDENCE
-from .judging import lacking, of_an_auv
 from .naming import decimals, short_key
-from .outcomes import unit
+from .outcomes import lacking, of_an_auv, unit
 
 # More points than this are left to `--json` and `--out`.
 MOST_POINTS = 40

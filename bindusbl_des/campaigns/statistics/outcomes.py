@@ -1,23 +1,90 @@
-"""What the missions of a campaign came to: metrics by point and seed."""
+"""What the missions of a campaign came to: metrics by point and seed.
+
+What the metrics of missions tell a planner: which way is better, and which an AUV may lack.
+
+What the AUVs of a campaign's missions got, each for itself.
+"""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
 from ...core.wording import did_you_mean
-from ...records.metrics import WORST
+from ...records.metrics import WORST, AuvMetrics
 from ...records.rows import NONE
-from ...results.arrow import numpy_array, numpy_columns
-from ...results.schemas import mission_numbers
+from ...records.worst import WORST_IS_LARGEST
+from ...results.schemas import mission_numbers, numpy_array, numpy_columns
 from ..storage.folder import CampaignError
 from ..storage.parts import MISSIONS, OK, metric_schema, read_table
 from .intervals import Floats
-from .judging import may_be_missing, of_an_auv
+
+# What a mission is for, first; what the network did for it, after.  A mission is as good as what
+# its worst AUV got (interface: a plan is judged by it, averaged over seeds).
+JUDGED = (
+    "worst_position_error_m",
+    "worst_position_error_p95_m",
+    "worst_fix_age_p95_s",
+    "worst_hf_coverage",
+    "worst_latency_mean_s",
+)
+# The same of the fleet's means, in which an AUV that got little is hidden by those that got much.
+MEANS = tuple(name.removeprefix(WORST) for name in JUDGED)
+
+# What an AUV without a value did not get, by the beginning of the metric
+LACKING = {
+    "interval": "got fewer than two fixes",
+    "latency": "got no fix",
+    "fix_error": "was never located",
+    "hf_coverage": "sent no ping that landed",
+}
+
+
+def of_an_auv(metric: str) -> str:
+    """Return the metric of one AUV that a mission's is made of.
+
+    >>> of_an_auv("worst_latency_mean_s"), of_an_auv("rounds")
+    ('latency_mean_s', 'rounds')
+    """
+    return metric.removeprefix(WORST)
+
+
+def lower_is_better(metric: str) -> bool | None:
+    """Tell which way is better, None where neither is.
+
+    >>> [lower_is_better(it) for it in ("worst_fix_age_max_s", "fix_rate_hz", "rounds")]
+    [True, False, None]
+    """
+    return WORST_IS_LARGEST.get(of_an_auv(metric))
+
+
+@cache
+def may_be_missing(metric: str) -> bool:
+    """Tell whether an AUV can be without it: what is measured on fixes, for one that got none.
+
+    >>> may_be_missing("worst_latency_mean_s"), may_be_missing("position_error_m")
+    (True, False)
+    """
+    if of_an_auv(metric) not in WORST_IS_LARGEST:
+        return False
+    return type(None) in get_args(get_type_hints(AuvMetrics)[of_an_auv(metric)])
+
+
+def lacking(metric: str) -> str:
+    """Return what became of an AUV that has no value of a metric.
+
+    >>> lacking("worst_interval_max_s"), lacking("path_error_m")
+    ('got fewer than two fixes', 'had no path_error_m')
+    """
+    own = of_an_auv(metric)
+    return next((said for name, said in LACKING.items() if own.startswith(name)), f"had no {own}")
+
 
 Whole = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -174,3 +241,79 @@ def unit(metric: str) -> str:
     """
     named: bytes = metric_schema(MISSIONS).field(metric).metadata[b"unit"]
     return named.decode()
+
+
+@dataclass(frozen=True)
+class Fleets:
+    """A row per AUV of each mission that went well: its point, seed, number and metrics.
+
+    A metric that has no value is nan.
+    """
+
+    point: Whole
+    seed: Whole
+    auv: Whole
+    metrics: Mapping[str, Floats]
+
+    def by_seed(self, metric: str) -> tuple[list[tuple[int, int]], Floats]:
+        """Return point and number of every AUV, and their metric (AUVs, seeds), nan for none."""
+        auvs = int(self.auv.max(initial=0)) + 1
+        who, row = np.unique(self.point * auvs + self.auv, return_inverse=True)
+        seeds, column = np.unique(self.seed, return_inverse=True)
+        table = np.full((len(who), len(seeds)), np.nan)
+        table[row, column] = self.metrics[metric]
+        return [divmod(it, auvs) for it in who.tolist()], table
+
+    def without(self, point: int, metric: str, seeds: Whole) -> dict[str, int]:
+        """Return in how many of some missions of a point each AUV has no value, most first."""
+        here = (self.point == point) & np.isin(self.seed, seeds)
+        return _counted(self.auv[here & np.isnan(self.metrics[metric])])
+
+
+@dataclass(frozen=True)
+class Starved:
+    """AUVs that got no fix at a point, each in how many of its missions."""
+
+    point: int
+    missions: int
+    auvs: Mapping[str, int]
+
+
+def fleets(folder: Path, metrics: Sequence[str]) -> Fleets:
+    """Read metrics of all AUVs of a campaign's missions that went well.
+
+    Raises:
+        CampaignError: when an older version ran it, which did not record one of them.
+    """
+    rows = read_table(folder, "auvs", ("point", "seed", "auv", *metrics))
+    if rows is None:
+        none = np.zeros(0, np.int64)
+        return Fleets(none, none, none, {name: np.zeros(0) for name in metrics})
+    check_recorded(folder, rows, metrics)
+    columns = numpy_columns(rows.drop_columns("auv"))
+    return Fleets(
+        columns["point"],
+        columns["seed"],
+        auv_numbers(rows["auv"]),
+        {name: columns[name].astype(float, copy=False) for name in metrics},
+    )
+
+
+def starved(found: Fleets) -> list[Starved]:
+    """Return the points at which some AUV got no fix in some mission, those with most first."""
+    none = found.metrics["fixes_delivered"] == 0
+    well = np.bincount(found.point[found.auv == 0])  # every mission has that AUV
+    order = np.argsort(found.point[none], kind="stable")
+    points, starts = np.unique(found.point[none][order], return_index=True)
+    auvs = np.split(found.auv[none][order], starts)[1:]
+    at = [
+        Starved(point, int(well[point]), _counted(who))
+        for point, who in zip(points.tolist(), auvs, strict=True)
+    ]
+    return sorted(at, key=lambda it: (-max(it.auvs.values()) / it.missions, it.point))
+
+
+def _counted(auvs: Whole) -> dict[str, int]:
+    numbers, counts = np.unique(auvs, return_counts=True)
+    found = {f"AUV{n}": int(c) for n, c in zip(numbers, counts, strict=True)}
+    return dict(sorted(found.items(), key=lambda it: -it[1]))

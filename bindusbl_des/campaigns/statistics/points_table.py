@@ -10,9 +10,8 @@ from ..storage.parts import MISSIONS
 from .contents import in_intervals
 from .findings import findings
 from .intervals import Interval, interval
-from .judging import JUDGED
 from .naming import short_key, written
-from .outcomes import Outcomes, outcomes
+from .outcomes import JUDGED, Outcomes, outcomes
 from .stopping import wide_points
 
 # metric, heading, digits of mean and interval (0: without one)

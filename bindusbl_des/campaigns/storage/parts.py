@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 from ...core.durable import draft_of, sync
 from ...core.plain_json import read_json
-from ...results.arrow import arrow, numpy_array
 from ...results.parquet import (
     DamagedFile,
     SummedFile,
@@ -33,7 +32,7 @@ from ...results.parquet import (
     sha256_of,
     write_parquet,
 )
-from ...results.schemas import EVENT_TABLES, schema
+from ...results.schemas import EVENT_TABLES, arrow, numpy_array, schema
 from .folder import CampaignError, write_json
 
 OK, FAILED = "ok", "failed"

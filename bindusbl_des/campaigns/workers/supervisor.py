@@ -2,16 +2,23 @@
 
 Batches are short at first and longer as the campaign grows, so that its folder holds few files and
 yet no more than half a minute of one worker's work is ever lost.
+
+The missions that wait for a worker, those of one point together.
+
+Ctrl-C: once to finish what is under way, twice to stop at once.
 """
 
 import math
+import signal
+import threading
 import uuid
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic
+from types import FrameType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +27,64 @@ from ...core.plugins import is_allowed
 from ..experiments.plan import Plan
 from ..storage.folder import ask_to_stop
 from ..storage.parts import FAILED, MISSIONS, part_path
-from .batches import Batch, NotWritten, Row, gathered, rows_of, signal_name, write, write_failure
-from .gathering import Ran
+from .batches import (
+    Batch,
+    NotWritten,
+    Ran,
+    Row,
+    gathered,
+    rows_of,
+    signal_name,
+    write,
+    write_failure,
+)
 from .heartbeats import take_heartbeat
 from .pools import WorkerPool
-from .waiting import Waiting
+
+
+class Waiting:
+    """Missions by their number in the plan, in order; those handed back come first."""
+
+    def __init__(self, seeds: int) -> None:
+        self._seeds = seeds
+        self._numbers = np.zeros(0, np.int64)
+        self._at = 0
+        self._back: deque[int] = deque()
+
+    def __len__(self) -> int:
+        return len(self._back) + len(self._numbers) - self._at
+
+    def extend(self, numbers: NDArray[np.int64]) -> None:
+        """Add missions behind all others."""
+        self._numbers, self._at = np.concatenate([self._numbers[self._at :], numbers]), 0
+
+    def put_back(self, numbers: Iterable[int]) -> None:
+        """Add missions before all others."""
+        self._back.extendleft(reversed(list(numbers)))
+
+    def take(self, most: int) -> tuple[int, ...]:
+        """Return the next missions, at least one; the seeds of a point are not torn needlessly.
+
+        Seeds of one point share its scenario and where its vehicles went, which a worker that runs
+        them one after another works out once.
+
+        >>> waiting = Waiting(seeds=4)
+        >>> waiting.extend(np.arange(12))
+        >>> waiting.take(6), waiting.take(3), waiting.take(6)
+        ((0, 1, 2, 3), (4, 5, 6), (7, 8, 9, 10, 11))
+        """
+        if self._back:
+            taken = [self._back.popleft() for _ in range(min(most, len(self._back)))]
+            return tuple(taken)
+        batch = self._numbers[self._at : self._at + most]
+        rest = self._numbers[self._at + most : self._at + most + 1]
+        if len(rest) and rest[0] // self._seeds == batch[-1] // self._seeds:
+            point = batch // self._seeds
+            whole = int(np.searchsorted(point, point[-1]))
+            batch = batch[: whole or most]
+        self._at += len(batch)
+        return tuple(batch.tolist())
+
 
 # Until it is known how long a mission takes, and at most: their rows lie in memory meanwhile.
 FIRST_IN_BATCH, MOST_IN_BATCH = 50, 5000
@@ -207,3 +267,28 @@ def batch_of(
         plugins=tuple(name for name in plan.own_parts if is_allowed(name)),
         own_parts=plan.own_parts,
     )
+
+
+@contextmanager
+def interruptible(stop: Callable[[], None]) -> Iterator[None]:
+    """Call `stop` at the first interrupt or request to end; raise KeyboardInterrupt at the next.
+
+    Outside the main thread, where signals cannot be received, nothing is changed.
+    """
+    asked: list[int] = []
+
+    def receive(number: int, _: FrameType | None) -> None:
+        asked.append(number)
+        if len(asked) > 1:
+            raise KeyboardInterrupt
+        stop()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, receive) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -124,8 +124,8 @@ def plan(
         from ...campaigns.experiments.options import Options
         from ...planning.folder import begin
         from ...planning.planning import admitted
-        from ...planning.questions.asking import Asking, goals_of_options
         from ...planning.questions.plan_file import read_plan
+        from ...planning.questions.question import Asking, goals_of_options
 
         of: Of | None = "mean" if mean else share
         goals = goals_of_options(below, above, of)
@@ -175,7 +175,7 @@ def _make(
 ) -> None:
     """Make a plan and tell it."""
     with mistakes_told():
-        from ...planning.budget import Budget
+        from ...planning.flying import Budget
         from ...planning.planning import planned
 
         budget = Budget(question, quiet=is_quiet())

@@ -12,11 +12,17 @@ import numpy as np
 
 from ...scenario.families import is_random
 from ...scenario.scenario import Scenario
-from .gathering.instruments import lasting_of, navigator_of
-from .gathering.medium import access_of, slots_of
-from .gathering.tables import fix_noise, hf_chances, mf_chances
-from .gathering.told import approximations
-from .gathering.ways import ways_of
+from .gathering import (
+    access_of,
+    approximations,
+    fix_noise,
+    hf_chances,
+    lasting_of,
+    mf_chances,
+    navigator_of,
+    slots_of,
+    ways_of,
+)
 from .parts import Access, Chances, FixNoise, Lasting, Navigator, Slots, Ways
 
 

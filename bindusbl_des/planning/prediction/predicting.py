@@ -7,11 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...records.worst import WORST_IS_LARGEST
 from .inputs import Inputs
-from .march.afterwards import smoothed
-from .march.errors import errors_of
+from .mapping import expected_largest, mean_size, quantile, scatter, sizes_of_all, squares
+from .march import errors_of, smoothed
 from .rounds import planned_rounds, turns_of
 from .sights import SELDOM, fixes, seen
-from .sizes import expected_largest, mean_size, quantile, scatter, sizes_of_all, squares
 from .waiting import waiting
 
 Floats = NDArray[np.float64]

@@ -15,8 +15,7 @@ from ...scenario.files.scenario_file import Source, read_text
 from ...scenario.files.shipped import shipped
 from ...scenario.scenario import Scenario
 from ..selection.goals import Goal, goals_in
-from .asking import Asking, without_key
-from .question import ASV, CONFIDENCE, Question
+from .question import ASV, CONFIDENCE, Asking, Question, without_key
 
 KEYS = (
     *("name", "scenario", "goal", "candidates", "confidence", "budget_s", "budget_missions"),

@@ -1,16 +1,128 @@
-"""What the missions of candidates show: who meets the goals, who does not, who is outdone."""
+"""What the missions of candidates show: who meets the goals, who does not, who is outdone.
+
+How far a mean may be off: standard errors, and a bound that knows of skewed values.
+
+When candidates are looked at, and how far from a limit a mean must lie for a verdict.
+
+Who looks often, at many, is wrong often: each look at each candidate is one more chance to be
+misled.  Looks are therefore at numbers of seeds that were fixed before, and the risk that is left
+by the confidence is shared among three mistakes, and of each among the occasions of making it
+(Bonferroni's inequality, which seeds that are paired cannot break):
+
+* a candidate that misses a goal is chosen: among all candidates and their looks;
+* the right candidate, one and unknown, drops out as missing a goal: among its looks and goals, not
+  among candidates, since nobody minds what happens to others;
+* it is outdone by one that is worse: among those that could do so, and their looks.
+
+Candidates of one cost, looked at together until one is the best that meets the goals.
+"""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from math import nan
+from dataclasses import dataclass, replace
+from functools import cache
+from math import inf, nan, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...campaigns.statistics.intervals import intervals
-from .bounds import standard_errors, upper_bounds
+from ...campaigns.experiments.precision import checkpoints
+from ...campaigns.statistics.intervals import ROUND_OFF, intervals, student
 from .goals import Goal
-from .looks import Look
-from .selection import Estimate, Floats, Sample, Verdict
+from .selection import Estimate, Sample, Verdict
+
+Floats = NDArray[np.float64]
+
+# A skewness that makes no difference
+SYMMETRIC = 1e-6
+
+
+def standard_errors(values: Floats) -> Floats:
+    """Return those of the means of columns (k, n); round-off is no spread."""
+    errors = values.std(axis=0, ddof=1) / sqrt(len(values))
+    return np.where(errors <= ROUND_OFF * np.abs(values).max(axis=0), 0.0, errors)
+
+
+def upper_bounds(values: Floats, t: float) -> Floats:
+    """Return bounds (n,) that the means of columns (k, n) stay below, `t` standard errors above.
+
+    Where values are skewed to the right, as errors are, the mean of few is too low more often than
+    too high, and its standard error with it: Student's t would let many pass that are rarely, but
+    badly off.  Hall's transformation (1992, J. R. Stat. Soc. B 54:221-228) makes up for that.
+    Skewness to the left is not made use of.
+    """
+    count = len(values)
+    errors = standard_errors(values)
+    apart = values - values.mean(axis=0)
+    variance = (apart**2).mean(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = (apart**3).mean(axis=0) / variance**1.5
+    found = np.where(errors > 0, ratio, 0.0) * sqrt(count * (count - 1)) / (count - 2)
+    skewness = np.maximum(found, SYMMETRIC)
+    most = t / sqrt(count) + skewness / (6 * count)
+    factor = 3 / skewness * (1 - np.cbrt(1 - skewness * most))
+    return np.asarray(values.mean(axis=0) + factor * sqrt(count) * errors, np.float64)
+
+
+# At so few seeds candidates may only drop out, which skewed errors do not make riskier.
+FEW_SEEDS = (4, 6)
+
+# Where each candidate is told by itself: the seeds of looks, and the share of the risk that each
+# takes.  Little is spent early, so that the last look is hardly stricter than a single one would be
+# (O'Brien and Fleming 1979, Biometrics 35:549; Lan and DeMets 1983, Biometrika 70:659).
+SPENT = {8: 0.1, 16: 0.1, 32: 0.8}
+
+
+@dataclass(frozen=True)
+class Look:
+    """A number of seeds, and so many standard errors from a limit to be sure of each verdict.
+
+    `met` is None, and `outdone` infinite, where such a verdict would be premature.
+    """
+
+    seeds: int
+    met: float | None
+    missed: float
+    outdone: float
+
+
+@cache
+def looks(most_seeds: int, confidence: float, candidates: int, goals: int) -> tuple[Look, ...]:
+    """Return all looks at a candidate, by number of seeds.
+
+    >>> [look.seeds for look in looks(20, 0.95, 12, 1)]
+    [4, 6, 8, 12, 16, 20]
+    """
+    judged = list(checkpoints(most_seeds))
+    risk = (1 - confidence) / 3
+    missed = risk / ((len(FEW_SEEDS) + len(judged)) * goals)
+    met = risk / (len(judged) * candidates)
+    outdone = risk / (len(judged) * max(candidates - 1, 1))
+    few = [Look(seeds, None, _errors(seeds, missed), inf) for seeds in FEW_SEEDS]
+    risks = (met, missed, outdone)
+    return (*few, *(Look(seeds, *(_errors(seeds, it) for it in risks)) for seeds in judged))
+
+
+@cache
+def looks_at_each(confidence: float, goals: int) -> tuple[Look, ...]:
+    """Return looks at candidates of which each is told by itself whether it meets the goals.
+
+    The confidence is that of each, over all its looks, and two-sided as that of an interval: half
+    of the risk is that of telling that it meets them, half that it misses one.
+
+    >>> [(look.seeds, round(look.met, 2)) for look in looks_at_each(0.95, 1)]
+    [(8, 4.03), (16, 3.29), (32, 2.14)]
+    """
+    risk = (1 - confidence) / 2
+    shares = {seeds: share * risk for seeds, share in SPENT.items()}
+    return tuple(
+        Look(seeds, _errors(seeds, share), _errors(seeds, share / goals), inf)
+        for seeds, share in shares.items()
+    )
+
+
+def _errors(seeds: int, risk: float) -> float:
+    """Return how many standard errors a mean is off at most, but for a risk (one-sided)."""
+    return student(seeds - 1, 1 - 2 * risk)
 
 
 class CutOff(Exception):
@@ -112,3 +224,63 @@ def estimated(values: Floats) -> Estimate:
         return Estimate(nan, nan, nan, nan)
     found = intervals(values[None, :]).at(0)
     return Estimate(found.mean, found.low, found.high, nan)
+
+
+class Group:
+    """Candidates of one cost.  Who cannot be the best that meets the goals is flown no further."""
+
+    def __init__(self, evidence: Evidence, members: Sequence[int]) -> None:
+        self.members = members
+        self._evidence = evidence
+        self._next_look = 0
+        self._outdone: set[int] = set()
+
+    def having(self, verdict: Verdict | None) -> list[int]:
+        """Return the candidates with a verdict, or without any."""
+        return [it for it in self.members if self._evidence.verdicts[it] == verdict]
+
+    @property
+    def meets(self) -> bool:
+        """Whether one is shown to meet the goals."""
+        return bool(self.having("met"))
+
+    @property
+    def running(self) -> list[int]:
+        """Return who may still be the best of those that meet the goals."""
+        either = self.having("met") + self.having(None)
+        return [it for it in either if it not in self._outdone]
+
+    @property
+    def leader(self) -> int:
+        """Return the best of those that are shown to meet the goals."""
+        met = [it for it in self.having("met") if it not in self._outdone]
+        return min(met, key=self._evidence.mean)
+
+    @property
+    def is_flown(self) -> bool:
+        """Whether no more seeds are allowed."""
+        return self._next_look == len(self._evidence.looks)
+
+    @property
+    def next_seeds(self) -> int:
+        """Return how many seeds the next look takes."""
+        return self._evidence.looks[self._next_look].seeds
+
+    def look(self) -> None:
+        """Fly those that run at more seeds; see who meets the goals, who does not, who is outdone.
+
+        Raises:
+            CutOff: when not all of them were flown.
+        """
+        look, verdicts = self._next_look, self._evidence.verdicts
+        self._evidence.fly(self.running, look)
+        self._next_look += 1
+        for it in self.having(None):
+            self._evidence.judge(it, look)
+        if not self.meets:
+            return
+        leader = self.leader
+        for it in self.running:
+            if it != leader and self._evidence.outdoes(leader, it, look):
+                self._outdone.add(it)
+                verdicts[it] = verdicts[it] or "outdone"

@@ -9,8 +9,8 @@ import numpy as np
 
 from ...scenario.scenario import Scenario
 from ..prediction.inputs import Inputs, inputs_of
+from ..prediction.parts import STATED_ERROR
 from ..prediction.predicting import Prediction, predict
-from ..prediction.stated_error import STATED_ERROR
 from ..selection.goals import Floats, Goal
 from .candidates import Candidate
 

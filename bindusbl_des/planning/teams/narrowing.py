@@ -1,13 +1,19 @@
-"""Which candidates are worth flying: none is left out that a prediction's error could hide."""
+"""Which candidates are worth flying: none is left out that a prediction's error could hide; the
+keys that put a team in its places; and whether more ASVs than were tried would meet the goals.
+"""
 
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from ...advice.stations import Ways
 from ...core.wording import counted
-from ..selection.goals import Goal
-from .candidates import Candidate
+from ...scenario.sections.vehicles import Formation
+from ..questions.question import Question
+from ..selection.goals import Floats, Goal
+from .candidates import COUNT, FORMATION, Candidate, Keys, candidate
 from .foresight import Foresight, doubt_of, excess
 
 
@@ -82,3 +88,63 @@ def _range(candidate: Candidate, foresight: Foresight, goals: Sequence[Goal]) ->
         far = excess(goal, value)
         low, high = max(low, far - doubt.hardly_more), max(high, far + doubt.hardly_more)
     return _Range(low, high)
+
+
+def ring_keys(question: Question, radius: float, angle: float) -> dict[str, Any]:
+    """Return the keys of a regular formation of a radius (m) and an angle (deg)."""
+    ring = {f"{FORMATION}.radius_m": radius, f"{FORMATION}.angle_deg": angle}
+    return {**_taken_back(question, "model", "positions_m", "positions_deg"), **ring}
+
+
+def place_keys(question: Question, places: Floats) -> dict[str, Any]:
+    """Return the keys of ASVs at places (n, 2), m."""
+    positions = {COUNT: len(places), f"{FORMATION}.positions_m": places.round(3).tolist()}
+    return {**_taken_back(question, "model", "radius_m", "positions_deg"), **positions}
+
+
+def unplaced(question: Question) -> dict[str, Any]:
+    """Return the keys that take back the positions of the scenario, where it gives any."""
+    return _taken_back(question, "model", "positions_m", "positions_deg")
+
+
+def placed(question: Question, keys: Keys, places: dict[str, Any]) -> Candidate | None:
+    """Return a team whose keys put it somewhere else; None where that is no scenario."""
+    kept = {key: value for key, value in keys.items() if not key.startswith(FORMATION)}
+    return candidate(question, {**kept, **places})
+
+
+def _taken_back(question: Question, *names: str) -> dict[str, Any]:
+    """Return the keys that undo what the scenario says of its formation, where it says that."""
+    asked = question.base.asvs.formation
+    given = [name for name in names if getattr(asked, name, None) is not None]
+    keys: dict[str, Any] = {f"{FORMATION}.{name}": None for name in given}
+    if getattr(asked, "clearance_m", 0.0):
+        keys[f"{FORMATION}.clearance_m"] = 0.0
+    return keys
+
+
+# Nobody is asked to send more.
+MOST_ASVS = 12
+
+
+def further(question: Question, tried: Sequence[Candidate], foresight: Foresight) -> str:
+    """Return in a sentence how many more ASVs are predicted to be enough; empty if that is unknown.
+
+    They are those of the nearest team, in the regular formation that covers best.
+    """
+    nearest = min(tried, key=foresight.rank)
+    if not isinstance(nearest.scenario.asvs.formation, Formation):
+        return ""
+    if foresight.prediction(nearest) is None:
+        return ""
+    most = max(it.asvs for it in tried)
+    for count in range(most + 1, MOST_ASVS + 1):
+        radius, angle = Ways(nearest.scenario).best(count)
+        ring = ring_keys(question, radius, angle)
+        team = placed(question, {**nearest.keys, COUNT: count}, ring)
+        if team is not None and foresight.rank(team) < 0:
+            return (
+                f"{counted(count, 'ASV')} on a ring of {radius:g} m, the first at {angle:g} deg, "
+                "are predicted to meet the goal."
+            )
+    return f"Not even {MOST_ASVS} ASVs are predicted to meet the goal." if most < MOST_ASVS else ""

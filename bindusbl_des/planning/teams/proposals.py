@@ -17,7 +17,7 @@ from ..placement import free_places
 from ..questions.question import Question
 from .candidates import COUNT, DOWNLINK, FORMATION, REPLY, SCHEDULE, Candidate, Keys, candidate
 from .foresight import Foresight
-from .placing import place_keys, placed, ring_keys, unplaced
+from .narrowing import place_keys, placed, ring_keys, unplaced
 
 # Proposed where the user varies nothing of the kind.
 COUNTS = range(1, 7)

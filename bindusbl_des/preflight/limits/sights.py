@@ -1,17 +1,68 @@
-"""Who is within range of whom at instants of a mission: what its limits follow from."""
+"""Where AUVs and ASVs are going to be if they keep to their plans, who is then within range of
+whom, and into how many ping groups that makes a round.
+"""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...acoustics.fix_chance import LOOKED_UP, frame_chance, made_and_delivered, ping_chance
-from ...scenario.declared import channel_named
+from ...protocol.bounds import EXACT_UP_TO, clique_number, fewest_groups, most_heard, reuse_bound
+from ...protocol.conflicts import dsatur_groups, greedy_groups
+from ...scenario.declared import Schedule, channel_named
+from ...scenario.planned import known_stations, route_of, tracks_of
+from ...scenario.plans import planned_tours
 from ...scenario.scenario import Scenario
-from .planned_ways import planned_places, planned_stations
+from ...vehicles.vehicle import Place, SegmentedTrajectory, kinematic, moored, recorded
 
 Floats = NDArray[np.float64]
+
+
+def planned_vehicles(scenario: Scenario) -> list[SegmentedTrajectory]:
+    """Return the AUVs of a scenario as they are planned, AUV0 first.
+
+    Those with dynamics are taken for vehicles without, at the speed that they are to go.
+
+    Raises:
+        ValueError: when the route cannot be flown.
+        PluginError: when one's own is not allowed, or makes none.
+    """
+    route, tracks = route_of(scenario), tracks_of(scenario)
+    if tracks is not None:
+        return [recorded(*track) for track in tracks]
+    depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
+    if route.kind == "hold":
+        places = zip(route.positions_m, depths, strict=True)
+        return [moored(Place(x, y, depth, 0.0)) for (x, y), depth in places]
+    ways = zip(planned_tours(scenario), scenario.auvs.speeds, depths, strict=True)
+    return [kinematic(tour, speed, depth, scenario.duration_s) for tour, speed, depth in ways]
+
+
+def planned_places(scenario: Scenario, times: Floats) -> Floats:
+    """Return where the n AUVs are to be at k instants (s), shape (k, n, 3), m.
+
+    Raises:
+        ValueError, PluginError: as of :func:`planned_vehicles`.
+    """
+    ways = [vehicle.sample(times)[:, :2] for vehicle in planned_vehicles(scenario)]
+    places = np.empty((len(times), len(ways), 3))
+    for auv, way in enumerate(ways):
+        places[:, auv, :2], places[:, auv, 2] = way, scenario.survey.depth(auv)
+    return places
+
+
+def planned_stations(scenario: Scenario, instants: int) -> Floats:
+    """Return where the m ASVs lie at so many instants, shape (instants, m, 3), m; a ring stands in
+    for those that move.
+    """
+    stations = np.array(known_stations(scenario), dtype=np.float64)
+    flat = np.column_stack((stations, np.zeros(len(stations))))
+    return np.broadcast_to(flat, (instants, *flat.shape))
+
+
 Flags = NDArray[np.bool_]
 
 # A mission is looked at so often, less often where there are more pairs of AUV and ASV than this.
@@ -90,3 +141,73 @@ def _chances(
         return in_range.astype(np.float64)
     within = in_range if channel_named(channel).ends_at_range else works
     return np.where(within, np.interp(slant, ranges, table), 0.0)
+
+
+Ints = NDArray[np.int64]
+
+# How many ping groups there are of what is heard, by how they come about.
+COLOURINGS: Mapping[str, Callable[[Flags], int]] = {
+    "first_fit": lambda heard: len(greedy_groups(heard)),
+    "saturation": lambda heard: len(dsatur_groups(heard)),
+    "each": len,
+}
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Ping groups of a round, means over instants.
+
+    Those that the schedule makes (None: only it knows); between what the fewest lie that are free
+    of conflicts, equal where the chromatic number is known; the clique number (None: not worked
+    out); the most AUVs that one ASV hears; how many AUVs that are heard share a slot, at most.
+    """
+
+    made: float | None
+    fewest: tuple[float, float]
+    clique: float | None
+    most_heard: float
+    reuse: float
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the fewest groups are known at every instant."""
+        return self.fewest[0] == self.fewest[1]
+
+
+def groups_of(schedule: Schedule, heard: Flags) -> Groups:
+    """Return the ping groups of rounds that begin with so much in HF range, (k, n, m)."""
+    made = groups_made(schedule, heard)
+    small = heard.shape[1] <= EXACT_UP_TO
+    return Groups(
+        None if made is None else float(made.mean()),
+        (
+            float(each(heard, lambda now: fewest_groups(now)[0]).mean()),
+            float(each(heard, lambda now: fewest_groups(now)[1]).mean()),
+        ),
+        float(each(heard, lambda now: clique_number(now) or 0).mean()) if small else None,
+        float(each(heard, most_heard).mean()),
+        float(each(heard, reuse_bound).mean()),
+    )
+
+
+def groups_made(schedule: Schedule, heard: Flags) -> Ints | None:
+    """Return how many ping groups a schedule makes of what is in range (k, n, m), at each instant
+    (k,); None where only the schedule knows.
+    """
+    if schedule.framed:
+        return np.ones(len(heard), dtype=np.int64)
+    if not schedule.has_exact_groups:
+        return None
+    return each(heard, COLOURINGS[schedule.groups]).astype(np.int64)
+
+
+def each(heard: Flags, of: Callable[[Flags], float]) -> Floats:
+    """Return a number of what is in range (k, n, m) at each instant, (k,): of equal ones once."""
+    kept: dict[bytes, float] = {}
+    found = np.empty(len(heard))
+    for instant, now in enumerate(heard):
+        key = now.tobytes()
+        if key not in kept:
+            kept[key] = of(now)
+        found[instant] = kept[key]
+    return found

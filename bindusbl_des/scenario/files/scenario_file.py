@@ -16,9 +16,8 @@ from ..scenario import Scenario
 from ..water import sound_speed_of
 from .explanations import ROUTE, Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
-from .misplaced_tracks import misplaced_tracks
 from .mistakes import Mistake, Place, ScenarioError
-from .named_files import place_files
+from .named_files import misplaced_tracks, place_files
 from .overrides import override
 from .plain_yaml import Document, Path, dotted, read_yaml
 from .shipped import located

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....core.compiled import compiled
+from ...core.compiled import compiled
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

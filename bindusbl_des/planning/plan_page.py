@@ -1,13 +1,161 @@
 """The page of a plan: the answer, a chart to move vessels on, what was simulated, and what if."""
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from html import escape
 from string import Template
 from typing import Any
 
-from ...report.page import assembled, asset, filled, number, table
-from ...report.run_page import footer
-from .wording import bound, goal_told, interval, named, parted, setting, units, value_of
+from ..campaigns.statistics.naming import short_key, written
+from ..core.wording import significant
+from ..records.metrics import SHARES, name_of, unit_of
+from ..report.page import assembled, asset, filled, number, table
+from ..report.run_data import survey_data
+from ..report.run_page import footer
+from ..scenario.families import FILTERS
+from ..scenario.planned import asv_stations
+from ..scenario.scenario import Scenario
+from ..scenario.survey_area import area_of
+from .prediction.inputs import Inputs, inputs_of
+
+Record = Mapping[str, Any]
+
+# Where one asks for a share of the AUVs, and where for a statistic of all of them.
+WHOSE = {"worst": "worst AUV", "mean": "mean of the AUVs"}
+
+
+def units(metric: str) -> dict[str, Any]:
+    """Return words, unit and factor (what is shown of a unit of the metric) of a metric.
+
+    >>> units("hf_coverage")
+    {'words': 'pings in HF range', 'unit': '%', 'factor': 100.0}
+    """
+    try:
+        words, unit = name_of(metric), unit_of(metric)
+    except KeyError:
+        return {"words": metric, "unit": "", "factor": 1.0}
+    if metric in SHARES:
+        return {"words": words, "unit": "%", "factor": 100.0}
+    return {"words": words, "unit": "" if unit == "count" else unit, "factor": 1.0}
+
+
+def bound(goal: Record) -> str:
+    """Return the bound of a goal with its unit.
+
+    >>> bound({"metric": "position_error_p95_m", "below": 1.0})
+    'below 1.00 m'
+    """
+    told = units(goal["metric"])
+    side = "below" if goal.get("below") is not None else "above"
+    return f"{side} {significant(goal[side] * told['factor'])} {told['unit']}".strip()
+
+
+def goal_told(goal: Record) -> str:
+    """Return a goal in words: what, of whom, below what.
+
+    >>> goal_told({"metric": "position_error_p95_m", "below": 1.0, "of": "worst"})
+    'Goal: position error, 95 % of the time, of the worst AUV below 1.00 m'
+    """
+    whose = goal.get("of", "worst")
+    who = f"of the {WHOSE[whose]}" if whose in WHOSE else f"of {100 * float(whose):g} % of the AUVs"
+    return f"Goal: {units(goal['metric'])['words']}, {who} {bound(goal)}"
+
+
+def value_of(candidate: Record, part: str, name: str, goal: int) -> float | None:
+    """Return one number of a candidate for a goal, None where it has none."""
+    values = (candidate.get(part) or {}).get(name) or ()
+    return values[goal] if goal < len(values) else None
+
+
+def parted(candidate: Record, goal: int, factor: float = 1.0) -> tuple[str, str]:
+    """Return a simulated mean, and the interval that holds it: "" where it is not known.
+
+    >>> parted({"simulated": {"mean": [0.8], "low": [0.75], "high": [0.85]}}, 0)
+    ('0.800', '(0.750 to 0.850)')
+    """
+    mean, low, high = (value_of(candidate, "simulated", it, goal) for it in ("mean", "low", "high"))
+    if mean is None:
+        return "-", ""
+    if low is None or high is None:
+        return significant(mean * factor), ""
+    return significant(
+        mean * factor
+    ), f"({significant(low * factor)} to {significant(high * factor)})"
+
+
+def interval(candidate: Record, goal: int, factor: float = 1.0) -> str:
+    """Return a simulated mean with the interval that holds it, in one text.
+
+    >>> interval({"simulated": {"mean": [0.8], "low": [None], "high": [None]}}, 0)
+    '0.800'
+    """
+    return " ".join(filter(None, parted(candidate, goal, factor)))
+
+
+def setting(key: str, value: Any) -> str:
+    """Return a key and its value as `--set` takes them.
+
+    >>> setting("asvs.formation.positions_m", [[0.0, 40.5]])
+    'asvs.formation.positions_m=[[0.0, 40.5]]'
+    """
+    return f"{key}={value if isinstance(value, str) else json.dumps(value)}"
+
+
+def named(keys: Record) -> str:
+    """Return keys and values for the eye, keys as short as they can be told apart.
+
+    >>> named({"asvs.count": 3, "asvs.formation.radius_m": 47.5})
+    'count=3, radius_m=47.5'
+    """
+    names = list(keys)
+    return ", ".join(f"{short_key(key, names)}={written(value)}" for key, value in keys.items())
+
+
+def chart_of(
+    scenario: Scenario, inputs: Inputs, candidates: Sequence[Inputs | None] = ()
+) -> dict[str, Any]:
+    """Return what a page needs to move the vessels of a scenario about, as plain data.
+
+    `inputs` are those of the scenario, `candidates` those of each candidate of the plan, in its
+    order.  Most candidates differ in their stations alone: `variants` holds each way in which
+    some differ in more, as the parts that are not the scenario's, and `variant_of` the number of
+    each candidate's (-1: none).  `filters` holds the same of each filter that AUVs could have.
+    """
+    own = inputs.plain()
+    variants: list[dict[str, Any]] = []
+    numbers = []
+    for candidate in candidates:
+        other = {} if candidate is None else _differing(candidate.plain(), own)
+        if other and other not in variants:
+            variants.append(other)
+        numbers.append(variants.index(other) if other else -1)
+    return {
+        **survey_data(scenario),
+        "centre": list(area_of(scenario).centroid),
+        "stations": [list(place) for place in asv_stations(scenario)],
+        "inputs": own,
+        "variants": variants,
+        "variant_of": numbers,
+        "filters": dict(_filters(scenario, own)),
+    }
+
+
+def _differing(plain: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    return {part: value for part, value in plain.items() if value != own[part]}
+
+
+def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield each filter that the scenario can have beside its own settings, and what it changes."""
+    data = scenario.model_dump()
+    for name in FILTERS:
+        own_filter = scenario.navigation.filter
+        filtered = own_filter if own_filter == name else name  # with its settings
+        changed = {**data, "navigation": {**data["navigation"], "filter": filtered}}
+        with suppress(ValueError):
+            plain = inputs_of(Scenario.model_validate(changed)).plain()
+            yield name, {"navigator": plain["navigator"], **_differing(plain, own)}
+
 
 PREDICTOR = (
     *("predict_sights.js", "predict_rounds.js", "predict_errors.js", "predict_waiting.js"),
@@ -15,8 +163,6 @@ PREDICTOR = (
 )
 CHART = ("seamap.js", *PREDICTOR, "team.js", "planmap.js", "sliders.js")
 SCRIPTS = (*CHART, "pareto.js", "plan.js")
-
-Record = Mapping[str, Any]
 
 
 def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:

@@ -1,1 +1,0 @@
-"""The page of a plan: vessels that can be dragged, and what was simulated."""

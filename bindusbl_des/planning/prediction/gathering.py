@@ -1,0 +1,384 @@
+"""What a prediction takes of a scenario: ways, errors of instruments, who pings and answers when,
+and what depends on a distance alone, at even steps; and, in words, what it leaves out.
+"""
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from math import cos, hypot, radians, sin, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...acoustics.channel import between
+from ...acoustics.fix_chance import below, frame_chance, ping_chance
+from ...acoustics.loss import losses
+from ...acoustics.modem import messages_of
+from ...acoustics.named_channels import hf_channel, loss_of
+from ...core.compiled import compiled
+from ...core.plugins import is_plugin, loaded
+from ...core.wording import plain
+from ...mission.build import usbl_of
+from ...mission.told import told_to
+from ...preflight.limits.sights import planned_vehicles
+from ...preflight.round_lengths import pace_of
+from ...protocol.replies import reply_delay_of
+from ...protocol.slots import SHORTEST_UPLINK, UPLINK_GUARD
+from ...protocol.slots import Slots as ProtocolSlots
+from ...protocol.slots import slots_of as protocol_slots
+from ...records.rows import Rows
+from ...scenario.channel_settings import burst_s
+from ...scenario.declared import (
+    Broadcaster,
+    Downlink,
+    Schedule,
+    broadcaster_of,
+    channel_named,
+    downlink_of,
+    ranging_of,
+    schedule_of,
+)
+from ...scenario.families import plugins_of
+from ...scenario.instruments.own_sensors import OwnSensors, kinds, own_sensors, told_of
+from ...scenario.part_choice import PartChoice
+from ...scenario.planned import route_of
+from ...scenario.scenario import Scenario
+from ...scenario.survey_area import area_of
+from ...scenario.telling import tells_slots
+from ...scenario.water import assumed_sound_speed_of
+from ...usbl.array import NOTHING, dot, turned
+from ...usbl.instrument import NOISE_WIDTH, Instrument, path_sd, placed, spread_sd
+from .parts import Access, Chances, FixNoise, Lasting, Navigator, Slots, Source, Ways
+
+
+def approximations(scenario: Scenario) -> Iterator[str]:
+    """Yield sentences on what of a scenario is predicted by something else, or left out."""
+    for key, name in plugins_of(scenario).items():
+        if key not in ("asvs.formation", "auvs.route"):
+            yield f"{key} {name} is taken for the part that ships with the program."
+    if taken := schedule_of(scenario).approximation:
+        yield f"{scenario.protocol.schedule} {taken}"
+    if scenario.auvs.vehicle.has_dynamics:
+        yield "AUVs are taken to follow their plans exactly, whatever moves them."
+    if scenario.asvs.vehicle.has_dynamics or is_plugin(str(scenario.asvs.vehicle)):
+        yield "ASVs are taken to keep their stations exactly."
+    if scenario.asvs.failures:
+        yield "ASVs that fail are taken to serve all the time."
+    if tells_slots(scenario):
+        yield "AUVs are taken to know their slots: in no round does one miss the frame that tells."
+    if scenario.protocol.positions != "truth" or tells_slots(scenario):
+        yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
+    lasting = [it for it in map(burst_s, _channels(scenario)) if it is not None]
+    if lasting:
+        yield (
+            f"Losses that last {plain(max(lasting))} s are taken to come one by one: times without "
+            "a fix, and errors, may be several times those predicted."
+        )
+    if scenario.usbl.outlier_share:
+        yield "Outliers of the fixes are left out."
+    if (
+        scenario.acoustics.mf.payload_bytes is not None
+        and scenario.acoustics.mf.overfull != "split"
+    ):
+        yield "No fix waits for a later broadcast, however full the first is."
+
+
+def _channels(scenario: Scenario) -> tuple[PartChoice, PartChoice]:
+    return scenario.acoustics.hf.channel, scenario.acoustics.mf.channel
+
+
+# Instants so far apart (s), but for missions that would have fewer, or more, than these.
+STEP_S, FEWEST, MOST = 2.5, 121, 361
+
+
+class _Plan:
+    """What decides the ways of a scenario's AUVs: placements of ASVs do not."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        water = scenario.environment.origin, route_of(scenario)
+        self.key: tuple[Any, ...] = (scenario.survey, scenario.auvs, scenario.duration_s, *water)
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Plan) and self.key == other.key
+
+
+def ways_of(scenario: Scenario) -> Ways:
+    """Return where the AUVs of a scenario are going to be, if they keep to their plans.
+
+    Those with dynamics are taken for vehicles without, at the speed that they are to go.
+
+    Raises:
+        ValueError: when the route cannot be flown.
+    """
+    return _ways(_Plan(scenario))
+
+
+@lru_cache(maxsize=32)
+def _ways(plan: _Plan) -> Ways:
+    scenario = plan.scenario
+    count = min(max(round(scenario.duration_s / STEP_S) + 1, FEWEST), MOST)
+    times = np.linspace(0.0, scenario.duration_s, count)
+    vehicles = planned_vehicles(scenario)
+    return Ways(
+        times,
+        np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),
+        np.stack([vehicle.heading_integral(times) for vehicle in vehicles]),
+        np.array([scenario.survey.depth(auv) for auv in range(len(vehicles))]),
+    )
+
+
+def lasting_of(scenario: Scenario) -> Lasting:
+    """Return the errors that fixes have in common; a clock that drifts as it is half through."""
+    found = {kind.name: kind.sds for kind in kinds(scenario)}
+    offset, drift = found.get("clock", (0.0, 0.0))
+    return Lasting(
+        found.get("misalignment", (0.0,))[0],
+        found.get("gnss", (0.0,))[0],
+        scenario.usbl.gnss_time_constant_s,
+        found.get("sound_speed", (0.0,))[0],
+        hypot(offset, drift * float(scenario.duration_s) / 2),
+        len(told_of(scenario)) == len(found),
+    )
+
+
+def navigator_of(scenario: Scenario) -> Navigator:
+    """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
+    navigation, sensors = scenario.navigation, own_sensors(scenario)
+    own = is_plugin(navigation.filter)
+    first, growth = told_to(scenario)
+    told = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
+    sources = [
+        *_bias(scenario, sensors, (told[2], told[3])),
+        *_current(scenario, told[4], growth.wander),
+        *_wandering(scenario, sensors, growth.wandering > 0),
+        *_skew(sensors, (told[6], told[7]) if growth.stretched > 0 else (0.0, 0.0)),
+    ]
+    return Navigator(
+        "kalman" if own else str(navigation.filter),
+        navigation.fixed_gain.gain,
+        navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
+        navigation.initial_position_sd_m,
+        told[0],
+        sensors.random_walk_m_per_sqrt_s**2,
+        growth.walk,
+        tuple(sources),
+    )
+
+
+def _bias(scenario: Scenario, sensors: OwnSensors, told: tuple[float, float]) -> list[Source]:
+    drawn = 0.0 if sensors.bias_time_constant_s is not None else sensors.bias_sd_m_per_s
+    mean = sensors.bias_m_per_s
+    if not any((*mean, drawn, *told)):
+        return []
+    return [Source(scenario.navigation.bias_frame, mean, (drawn, drawn), told)]
+
+
+def _current(scenario: Scenario, told: float, wander: float) -> list[Source]:
+    """Return the current as one more velocity that dead reckoning through the water misses."""
+    water = scenario.environment
+    if scenario.navigation.velocity == "over_ground" or not told:
+        return []
+    heading, speed = radians(water.current_direction_deg), water.current_m_per_s
+    mean, varies = (-speed * cos(heading), -speed * sin(heading)), water.current_variation_m_per_s
+    lasts = None if wander else water.current_variation_time_s if varies else None
+    return [Source("world", mean, (varies, varies), (told, told), lasts, wander)]
+
+
+def _wandering(scenario: Scenario, sensors: OwnSensors, is_told: bool) -> list[Source]:
+    sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
+    if not sd or lasts is None:
+        return []
+    told = sd if is_told else 0.0
+    return [Source(scenario.navigation.bias_frame, (0.0, 0.0), (sd, sd), (told, told), lasts)]
+
+
+def _skew(sensors: OwnSensors, told: tuple[float, float]) -> list[Source]:
+    turned = radians(sensors.heading_sd_deg)
+    if not sensors.scale_factor_sd and not turned:
+        return []
+    return [Source("way", (0.0, 0.0), (sensors.scale_factor_sd, turned), told)]
+
+
+# What stands in for parts of one's own that do not say what they are like.
+SCHEDULE = Schedule(groups="first_fit")
+DOWNLINK = Downlink(waits=True)
+BROADCASTER = Broadcaster("turn")
+
+
+def slots_of(scenario: Scenario) -> Slots:
+    """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
+    slots, protocol = protocol_slots(scenario), scenario.protocol
+    crossing, fixes = slots.crossing_time, range(scenario.auvs.count + 1)
+    shortest = protocol.shortest_uplink_slot_s
+    clock, messages = slots.clock, slots.messages
+    two_way = protocol.calls
+    named = scenario.auvs.count if tells_slots(scenario) else 0
+    own = is_plugin(protocol.ranging) and hasattr(loaded(protocol.ranging), "slot_s")
+    return Slots(
+        slots.ping_duration,
+        2 if two_way else 1,
+        protocol.turnaround_s if two_way else 0.0,
+        UPLINK_GUARD * crossing if protocol.uplink_guard_s is None else protocol.uplink_guard_s,
+        SHORTEST_UPLINK * crossing if shortest is None else shortest,
+        slots.uplink_slot if own else _usual_slot(scenario, slots),
+        scenario.survey.deepest,
+        assumed_sound_speed_of(scenario),
+        clock.rate,
+        slots.answer,
+        np.array([clock.after(0.0, slots.downlink_slot(count, named)) for count in fixes]),
+        np.array([
+            slots.airtime(count, named) + messages.packed(count, named)[-1].delay_s
+            for count in fixes
+        ]),
+    )  # fmt: skip
+
+
+def _usual_slot(scenario: Scenario, slots: ProtocolSlots) -> float | None:
+    """Return about how long (s) a slot is where schedules know none of T_UL; None where they do.
+
+    AUVs are polled from two thirds of the longest way, as they are on average over a disc.
+    """
+    pace = pace_of(scenario, slots)
+    if schedule_of(scenario).pace == "answered":
+        ways = 4.0 / 3.0 * slots.longest_travel_time
+        answered = 2.0 * slots.ping_duration + scenario.protocol.turnaround_s + ways
+        return answered + slots.answer
+    return None if pace is None else pace[0].uplink_slot
+
+
+def _reply_s(scenario: Scenario) -> float:
+    """Return how long after a ping's front (s) the end of its answer sets out, handed over."""
+    delay, messages = reply_delay_of(scenario), messages_of(scenario)
+    if not scenario.protocol.replies_in_frames:
+        return delay
+    return delay + messages.airtime(1) + messages.delay(1)
+
+
+def access_of(scenario: Scenario) -> Access:
+    """Return who pings when, and who answers how."""
+    protocol = scenario.protocol
+    schedule, broadcaster = schedule_of(scenario), broadcaster_of(scenario)
+    framed = schedule.framed
+    return Access(
+        schedule if schedule.groups else SCHEDULE,
+        DOWNLINK if is_plugin(protocol.downlink) else downlink_of(scenario),
+        broadcaster if broadcaster.chosen_by else BROADCASTER,
+        ranging_of(scenario),
+        fixed_asv=protocol.broadcaster.settings.get("asv", 0),
+        frame_s=protocol.frame_s if framed else 0.0,
+        reply_s=_reply_s(scenario),
+        replies_in_frames=protocol.replies_in_frames,
+    )
+
+
+Floats = NDArray[np.float64]
+
+# Steps of a table, and how far it reaches: so many times the farthest that matters.
+STEPS, FARTHER = 400, 1.25
+
+
+def farthest_of(scenario: Scenario) -> float:
+    """Return how far (m) tables reach: across the survey and the formation, or twice the range."""
+    hf, mf, area = scenario.acoustics.hf, scenario.acoustics.mf, area_of(scenario)
+    return FARTHER * max(2.0 * hf.range_m, mf.range_m, 1.5 * area.across)
+
+
+def hf_chances(scenario: Scenario) -> Chances:
+    """Return how likely a ping is decoded by one array."""
+    hf, farthest = scenario.acoustics.hf, farthest_of(scenario)
+    ranges = np.linspace(0.0, farthest, STEPS + 1)
+    is_cut = channel_named(hf.channel).ends_at_range or is_plugin(hf.channel)
+    chances = ping_chance(scenario, ranges, scenario.survey.deepest)
+    if chances is None:
+        chances = 1.0 - losses(ranges, *loss_of(scenario))
+    return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances)
+
+
+def mf_chances(scenario: Scenario) -> Chances:
+    """Return how likely an AUV decodes a frame with the fixes of all."""
+    mf, farthest = scenario.acoustics.mf, farthest_of(scenario)
+    is_cut = channel_named(mf.channel).ends_at_range or is_plugin(mf.channel)
+    ranges = np.linspace(0.0, farthest, STEPS + 1)
+    chances = frame_chance(scenario, ranges, scenario.survey.deepest)
+    if chances is None:
+        chances = np.ones(len(ranges))
+    return Chances(mf.range_m, is_cut, not is_cut, ranges[1], chances)
+
+
+def fix_noise(scenario: Scenario) -> FixNoise:
+    """Return what a fix of each AUV by one array errs by, at its depth.
+
+    The arrays that ship resolve all azimuths alike; of an instrument of one's own nobody knows, so
+    that the default array stands in for it.
+    """
+    farthest, away = farthest_of(scenario), np.linspace(0.0, farthest_of(scenario), STEPS + 1)
+    survey, count = scenario.survey, scenario.auvs.count
+    hf = scenario.acoustics.hf
+    channel = None if is_plugin(hf.channel) else hf_channel(scenario)
+    rows: dict[float, Floats] = {}
+    usbl = usbl_of(scenario)
+    (array, metric, levels), has_sheet = usbl.handed, usbl.has_sheet
+    for depth in {survey.depth(auv) for auv in range(count)}:
+        snr = np.full(len(away), math.nan)
+        if channel is not None:
+            asked = between(0.0, *below(np.hypot(away, depth), depth), hf.range_m, calling=False)
+            snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
+        moved = _moved_m2(scenario)
+        rows[depth] = _variances(
+            away, depth, snr, moved, scenario.navigation.weighs, array, metric, levels, has_sheet
+        )
+    own = np.stack([rows[survey.depth(auv)] for auv in range(count)])
+    step = farthest / STEPS
+    return FixNoise(step, *(np.ascontiguousarray(own[:, :, k]) for k in range(4)))
+
+
+def _moved_m2(scenario: Scenario) -> float:
+    """Return the variance (m2) of the way between a call and its answer; below 0: none calls.
+
+    A filter that weighs fixes knows that way by dead reckoning, but for the walk meanwhile.
+    """
+    protocol = scenario.protocol
+    if not ranging_of(scenario).calls:
+        return -1.0
+    lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
+    if scenario.navigation.weighs:
+        return own_sensors(scenario).random_walk_m_per_sqrt_s ** 2 * lasts
+    speed = 0.0 if scenario.auvs.route.kind == "hold" else max(scenario.auvs.speeds)
+    return (speed * lasts) ** 2 / 2
+
+
+@compiled
+def _variances(
+    away: Floats, depth: float, snr_db: Floats, moved: float, weighs: bool,
+    array: Floats, metric: Floats, levels: Rows, has_sheet: bool | None,
+) -> Floats:  # fmt: skip
+    """Return the variances along, across and down, and the covariance of along and down (g, 4), m2,
+    of fixes at horizontal distances (g,), m, and a depth (m).
+
+    Of the path of a call and its answer, which an AUV has `moved` on (m2) meanwhile, half is the
+    range.  A filter that `weighs` them knows the direction better than one fix, and so how far away
+    an AUV is as well as the range itself is known (:mod:`....navigation.turning`).
+    """
+    instrument = Instrument(array, metric, levels[0], has_sheet)
+    out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)
+    for k in range(away.size):
+        reach = max(math.hypot(away[k], depth), 1e-3)
+        unit = away[k] / reach, 0.0, depth / reach
+        ranging_sd = path_sd(reach, instrument.levels)
+        if moved >= 0.0:
+            ranging_sd = 0.5 * math.sqrt(path_sd(2.0 * reach, instrument.levels) ** 2 + moved)
+        _, spread = placed(NOTHING, unit, believed, reach, ranging_sd, snr_db[k], none, instrument)
+        if weighs:
+            own = instrument.levels.gnss_sd_m**2 + spread_sd(reach, instrument.levels) ** 2
+            bent = dot(turned(spread, unit), unit) - ranging_sd**2 - own
+            for i in range(3):
+                for j in range(3):
+                    spread[i, j] -= bent * unit[i] * unit[j]
+        out[k, 0], out[k, 1] = spread[0, 0], spread[1, 1]
+        out[k, 2], out[k, 3] = spread[2, 2], spread[0, 2]
+    return out

@@ -1,1 +1,0 @@
-"""What a prediction is made of, gathered from a scenario."""

@@ -1,1 +1,0 @@
-"""The errors of AUVs, marched through the fixes that they may expect."""

@@ -1,0 +1,309 @@
+"""Rules about keys that have no effect: of a ranging, a downlink or a schedule, of what AUVs are
+told, of instruments and navigation.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from ...core.plugins import is_plugin
+from ...scenario.families import (
+    FRAMED_SCHEDULES,
+    RANDOM_ACCESS,
+    SCHEDULES,
+    UNEQUAL_SLOTS,
+    is_random,
+)
+from ...scenario.instruments.own_sensors import wanders_over_m
+from ...scenario.scenario import Scenario
+from ...scenario.sections.usbl import Usbl
+
+
+class _Own(tuple[str, ...]):
+    """The names of all parts of somebody's own."""
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and is_plugin(name)
+
+
+class _Given(tuple[str, ...]):
+    """Whatever somebody may give at a key that is null if nobody does."""
+
+    def __contains__(self, value: object) -> bool:
+        return value is not None
+
+
+OWN, GIVEN = _Own(), _Given()
+
+
+class Idle(NamedTuple):
+    """Keys without effect where other keys have one of these values, why, and what to do.
+
+    `but` tells of a scenario whether they have one all the same.
+    """
+
+    mode: Mapping[str, tuple[Any, ...]]
+    keys: tuple[str, ...]
+    why: str
+    effect: str = "has no effect"
+    remedy: str = "remove it"
+    but: Callable[[Scenario], bool] = lambda _: False
+
+
+TOLD = tuple(
+    f"protocol.{name}" for name in ("contention_chance", "forget_after_s", "recall_rounds")
+)
+
+KNOWLEDGE = (
+    Idle(
+        {"protocol.ranging": ("passive", "twtt")},
+        ("protocol.knowledge", *TOLD),
+        "AUVs are called, or do not ping: they need no slot",
+    ),
+    Idle(
+        {"protocol.schedule": (*RANDOM_ACCESS, "polling")},
+        ("protocol.knowledge", *TOLD),
+        "AUVs ping as they like, or are called: they need no slot",
+    ),
+    Idle({"protocol.knowledge": ("shared",)}, TOLD, "all AUVs know the schedule at once"),
+    Idle(
+        {"protocol.knowledge.missed": ("silent", "last_slot")},
+        ("protocol.contention_chance",),
+        "there is no contention slot",
+    ),
+    Idle(
+        {"protocol.knowledge.missed": ("contention",)},
+        ("protocol.recall_rounds",),
+        "lost AUVs come back by the contention slot",
+    ),
+    Idle(
+        {"protocol.forget_after_s": (None,)},
+        ("protocol.recall_rounds",),
+        "no AUV is ever lost",
+    ),
+)
+
+
+UNFRAMED = tuple(name for name in SCHEDULES if name not in (*FRAMED_SCHEDULES, *RANDOM_ACCESS))
+BROADCASTS = (
+    "acoustics.mf.range_m", "acoustics.mf.channel", "acoustics.mf.bit_rate_bps",
+    "acoustics.mf.overhead",
+    "acoustics.mf.header_bytes", "acoustics.mf.fix_bytes", "protocol.broadcaster",
+    "acoustics.mf.airtimes", "acoustics.mf.processing_s", "acoustics.mf.payload_bytes",
+    "acoustics.mf.overfull", "acoustics.mf.modem", "acoustics.mf.transmit_w",
+    "acoustics.mf.receive_w", "acoustics.mf.idle_w",
+    "protocol.downlink_guard_s", "protocol.shortest_downlink_slot_s", "protocol.duplex",
+)  # fmt: skip
+
+
+def calls(scenario: Scenario) -> bool:
+    """Tell whether ASVs call AUVs."""
+    return scenario.protocol.calls
+
+
+def passive(scenario: Scenario) -> bool:
+    """Tell whether ASVs ping."""
+    return scenario.protocol.is_passive
+
+
+def times_by_place(scenario: Scenario) -> bool:
+    """Tell whether slots are as long as it takes from where AUVs are, or are believed to be."""
+    return scenario.protocol.schedule in UNEQUAL_SLOTS
+
+
+PROTOCOL = (
+    Idle(
+        {"protocol.ranging": ("passive",)},
+        (
+            *BROADCASTS,
+            *(f"protocol.{name}" for name in ("schedule", "downlink", "positions", "frame_s")),
+            "protocol.conflict_margin_m",
+        ),
+        "ASVs ping in turn and AUVs fix themselves; nobody calls, answers or broadcasts",
+    ),
+    Idle(
+        {"protocol.ranging": ("passive",)},
+        ("acoustics.loss.contention_per_auv", "acoustics.loss.combine"),
+        "no AUV pings, so none contends",
+    ),
+    Idle(
+        {"protocol.downlink": ("direct_reply",), "protocol.downlink.reply": ("instant",)},
+        BROADCASTS,
+        "the ASV that hears a ping first answers it at once, without airtime",
+    ),
+    Idle(
+        {"protocol.downlink": ("direct_reply",), "protocol.downlink.reply": ("frame",)},
+        (
+            "protocol.broadcaster",
+            "protocol.shortest_downlink_slot_s",
+            "protocol.downlink.reply_at",
+            "acoustics.mf.payload_bytes",
+            "acoustics.mf.overfull",
+        ),
+        "the ASV that hears a ping first answers it, once it is decoded, in a frame of one fix",
+    ),
+    Idle(
+        {"protocol.downlink": ("direct_reply",), "protocol.schedule": ("aloha", "csma")},
+        ("protocol.downlink_guard_s",),
+        "pings are answered as they come, in no slots",
+    ),
+    Idle(
+        {"protocol.downlink": ("sequential", "direct_reply")},
+        ("protocol.duplex",),
+        "nobody pings while a frame is on the air or arriving",
+        but=lambda it: is_random(it) or it.protocol.downlink_guard_s is not None,
+    ),
+    Idle(
+        {"protocol.schedule": ("super_tdma",)},
+        ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
+        "arrivals are packed, there are no slots of T_UL",
+        but=passive,
+    ),
+    Idle(
+        {"protocol.schedule": UNFRAMED},
+        ("protocol.frame_s",),
+        "a round begins as soon as the one before it has ended",
+    ),
+    Idle(
+        {
+            "protocol.schedule": ("one_per_slot", *FRAMED_SCHEDULES),
+            "protocol.ranging": ("owtt_sync",),
+        },
+        ("protocol.positions",),
+        "an AUV has its slot to itself wherever it is believed to be",
+        "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"protocol.schedule": RANDOM_ACCESS},
+        ("protocol.positions",),
+        "AUVs ping as they like, wherever they are believed to be",
+        "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"protocol.schedule": ("aloha", "csma")},
+        ("protocol.uplink_guard_s", "protocol.shortest_uplink_slot_s"),
+        "AUVs ping as they like, in no slots",
+    ),
+    Idle(
+        {"protocol.schedule": ("one_per_slot", *FRAMED_SCHEDULES, *RANDOM_ACCESS)},
+        ("protocol.conflict_margin_m",),
+        "an AUV has its slot to itself wherever it is believed to be",
+        "changes only the conflicts that are counted in `rounds`",
+    ),
+    Idle(
+        {"protocol.ranging": ("twtt", "passive")},
+        ("auvs.ping_late_s",),
+        "no AUV pings by its own clock",
+    ),
+    Idle(
+        {"protocol.schedule": ("polling",)},
+        ("auvs.ping_late_s",),
+        "AUVs ping when they are called",
+    ),
+    Idle(
+        {"protocol.schedule": RANDOM_ACCESS},
+        ("auvs.ping_late_s",),
+        "AUVs ping as they like",
+    ),
+)
+
+
+CLOCKS = ("navigation.clock_offset_sd_s", "navigation.clock_drift_sd")
+
+# Vessels keep their stations by GNSS, too.
+BESIDES = ("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s")
+ARRAY = tuple(f"usbl.{name}" for name in Usbl.model_fields if name not in BESIDES)
+
+
+def wanders(scenario: Scenario) -> bool:
+    """Tell whether the errors of a sheet of drift wander, as biases that have a frame."""
+    return wanders_over_m(scenario) is not None
+
+
+INSTRUMENTS = (
+    Idle(
+        {"auvs.route.kind": ("hold",), "navigation.heading_sd_deg": (0.0,)},
+        ("navigation.bias_frame",),
+        "AUVs that hold still head along +x, so that both frames are one",
+    ),
+    Idle(
+        {"navigation.velocity_bias_sd_m_per_s": (0.0,)},
+        ("navigation.velocity_bias_time_constant_s",),
+        "no velocity bias is drawn, the constant one does not wander",
+    ),
+    Idle(
+        {"protocol.ranging": ("twtt",)},
+        CLOCKS,
+        "AUVs answer calls, whatever their clocks say",
+    ),
+    Idle(
+        {"usbl.gnss_correlated_sd_m": (0.0,)},
+        ("usbl.gnss_time_constant_s",),
+        "GNSS has no slow error",
+    ),
+    Idle({"usbl.outlier_share": (0.0,)}, ("usbl.outlier_sd_m",), "there are no outliers"),
+    Idle(
+        {"usbl.model": ("datasheet",)},
+        tuple(f"usbl.{name}" for name in ("array", "tdoa_sd_s", "travel_time_sd_s", "quantum_s")),
+        "the sheet says what all of them make together",
+        remedy="remove it, or set usbl.model: array",
+    ),
+    Idle({"usbl.model": OWN}, ARRAY + CLOCKS, "how well fixes are measured only the plug-in says"),
+    Idle(
+        {
+            "environment.current_m_per_s": (0.0,),
+            "environment.current_variation_m_per_s": (0.0,),
+            "auvs.feedback": ("truth",),
+        },
+        ("navigation.velocity",),
+        "through still water is over ground",
+    ),
+    Idle(
+        {"navigation.filter": ("fixed_gain", "dead_reckoning")},
+        ("navigation.nis_gate",),
+        "only a filter that weighs refuses fixes",
+    ),
+    Idle(
+        {
+            "navigation.velocity_bias_m_per_s": ((0.0, 0.0),),
+            "navigation.velocity_bias_sd_m_per_s": (0.0,),
+            "navigation.drift.m_per_hour": (None,),
+        },
+        ("navigation.bias_frame",),
+        "there is no bias",
+        but=wanders,
+    ),
+    Idle(
+        {
+            "navigation.drift.percent_of_distance": (None,),
+            "navigation.drift.m_per_hour": (None,),
+        },
+        tuple(f"navigation.drift.{name}" for name in ("statistic", "line_m", "time_constant_s")),
+        "no drift is stated",
+        remedy="remove it, or set navigation.drift.percent_of_distance or m_per_hour",
+    ),
+    *(
+        Idle(
+            mode, ("navigation.drift.line_m", "navigation.drift.time_constant_s"), why, but=wanders
+        )
+        for mode, why in (
+            (
+                {"auvs.route.kind": ("hold", "track")},
+                "no speed is planned at which they would wander, the drift's errors are constant",
+            ),
+            (
+                {"protocol.ranging": ("passive",)},
+                "the error of the heading turns the array as well, and is constant",
+            ),
+            (
+                {"auvs.speeds_m_per_s": GIVEN},
+                "AUVs that differ in speed have constant errors of scale and heading",
+            ),
+        )
+    ),
+    Idle(
+        {"navigation.drift.line_m": (None,)},
+        ("navigation.drift.time_constant_s",),
+        "the drift's errors are constant",
+        remedy="remove it, or set navigation.drift.line_m",
+    ),
+)
