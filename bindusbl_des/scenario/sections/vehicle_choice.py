@@ -10,6 +10,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from ...core.plugins import is_plugin
 from ...core.wording import described, did_you_mean
 from ..part_choice import PartChoice
+from ..shipped_settings import Kinematic
 
 # Vehicles without equations of motion have no coefficients.
 WITHOUT_DYNAMICS = ("kinematic", "moored")
@@ -78,6 +79,10 @@ class VehicleChoice:
                 model, part=PartChoice.read({**value, "model": model}, str) if changes else None
             )
         for name, number in changes.items():
+            if name in Kinematic.model_fields:
+                raise _mistake(
+                    f"{name}: remove it, or choose kinematic, {model} has no such setting"
+                )
             if isinstance(number, bool) or not isinstance(number, int | float):
                 raise _mistake(f"{name} must be a number; got {described(number)}")
             if not math.isfinite(number):
