@@ -14,6 +14,7 @@ from .commands.console import BAD_INPUT, ended_in_order
 from .commands.doctor import doctor
 from .commands.exports import export
 from .commands.files import init, params, presets, schema, validate
+from .commands.live import live
 from .commands.missions import explain, run
 from .commands.options import handed_on, quiet_option, shared_options
 from .commands.planning.coverage import coverage
@@ -158,6 +159,7 @@ def main(**_: Any) -> None:
 
 for _command in (
     run,
+    live,
     sweep,
     resume,
     status,

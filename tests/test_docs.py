@@ -29,8 +29,8 @@ python_page = importlib.import_module("make_python").python_page
 reference = importlib.import_module("make_reference").reference
 MANUAL = (
     "index.md", "tutorial.md", "tutorial_real_plan.md", "python.md", "model.md", "navigation.md",
-    "replay.md", "modems.md", "instruments.md", "acoustics.md", "surveys.md", "planning.md",
-    "protocols.md",
+    "replay.md", "live.md", "modems.md", "instruments.md", "acoustics.md", "surveys.md",
+    "planning.md", "protocols.md",
     "vehicles.md", "frames.md", "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
 PICTURES = (".png", ".svg")

@@ -183,9 +183,16 @@ def run(
     talk(f"Open {folder / 'report.html'} in a browser.")
 
 
-def default_folder(scenario: "Scenario", seed: int) -> Path:
+def default_folder(scenario: "Scenario", seed: int, ending: str = "") -> Path:
     """Return where a mission's results go unless the user says: results/<name>-seed<N>."""
-    return Path("results") / f"{re.sub(r'[^A-Za-z0-9._-]+', '_', scenario.name)}-seed{seed}"
+    name = re.sub(r"[^A-Za-z0-9._-]+", "_", scenario.name)
+    return Path("results") / f"{name}-seed{seed}{ending}"
+
+
+def as_given(path: str, scenario: "Scenario", folder: Path) -> str | None:
+    """Return the text of the scenario file, if that is what is flown, lying in the folder."""
+    text = _text(path)
+    return text if _tells(text, scenario, folder) else None
 
 
 def check_folder(folder: Path, force: bool) -> None:

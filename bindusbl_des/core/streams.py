@@ -50,6 +50,8 @@ class Purpose(IntEnum):
     CONTENTION = 45
     BURST = 50
     FRAME_BURST = 51
+    GNSS_TELEGRAM = 60
+    COMPASS_TELEGRAM = 61
 
 
 class Streams:
@@ -94,14 +96,17 @@ class NoiseStore:
         return bool(self.taken[auv, asv] == self.blocks.shape[1])
 
     def peek(self, auv: int, asv: int, ahead: int) -> NDArray[np.float64]:
-        """Return the numbers for measuring that a pair will take after `ahead` others have been."""
-        if self.is_spent(auv, asv):
+        """Return the row that a pair will take after `ahead` others have been, (columns,); -1 is
+        the last one that it has taken.
+        """
+        if ahead >= 0 and self.is_spent(auv, asv):
             self.refill(auv, asv)
         row, rows = self.taken[auv, asv] + ahead, self.blocks.shape[1]
         if row < rows:
-            return np.asarray(self.blocks[self.shelf[auv, asv], row, : self._width])
-        twin = deepcopy(self._drawn[auv, asv][0])
-        return np.asarray(twin.standard_normal((row - rows + 1, self._width))[-1])
+            return np.asarray(self.blocks[self.shelf[auv, asv], row])
+        later, widths = row - rows + 1, (self._width, self.blocks.shape[2] - self._width)
+        twins = zip(deepcopy(self._drawn[auv, asv]), widths, strict=False)
+        return np.concatenate([twin.standard_normal((later, it))[-1] for twin, it in twins])
 
     def refill_spent(self, auvs: NDArray[np.int64], asvs: NDArray[np.int64]) -> None:
         """Draw the next rows of those pairs, AUVs (k,) and ASVs (k,), that have none left."""

@@ -18,6 +18,8 @@ from ..core.growing import keep_memory
 from ..core.wording import plain
 from ..preflight.worth_knowing import Caution, cautions
 from ..protocol.happenings import Happening, Watch
+from ..protocol.hf.outcomes import Sight
+from ..protocol.network import Network
 from ..protocol.steps import Environment
 from ..records.events import HEARD, Broadcast
 from ..records.rows import NONE
@@ -192,6 +194,23 @@ class Mission:
         since = self._last_instant(self._time)
         return self._each(self._world.network.watching.watch(kinds, which, since))
 
+    def watch(self, *kinds: str, **which: Any) -> Watch:
+        """Return all happenings of some kinds from now on, one after the other by its `next()`:
+        for a process beside the mission that needs each; `which` as in :meth:`happening`.
+
+        Raises:
+            ValueError: for a kind or column that there is not, or a value that it never has.
+        """
+        return self._world.network.watching.watch(kinds, which, self._last_instant(self._time))
+
+    def sight_of(self, ping: int, asv: int) -> Sight | None:
+        """Return what an ASV has measured of a ping by itself, at the instant of its `reception`.
+
+        None for what no ASV measures: with passive ranging, or by an instrument of one's own.
+        """
+        network = self._world.network
+        return network.outcomes.sight_of(ping, asv) if isinstance(network, Network) else None
+
     def _each(self, watch: Watch) -> Iterator[Happening]:
         try:
             while self._time < self.scenario.duration_s:
@@ -295,6 +314,10 @@ class Mission:
     def asvs(self) -> Array:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""
         return places_of(self._world.asv_fleet, self._time)
+
+    def failed_asvs(self) -> tuple[int, ...]:
+        """Return the ASVs that do not work now, by number."""
+        return self._world.asv_fleet.failed(self._time)
 
     def pings_under_way(self) -> list[PingUnderWay]:
         """Return the pings under way now, in the order in which they were sent: who, since when.

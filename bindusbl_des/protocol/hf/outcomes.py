@@ -1,6 +1,8 @@
 """What becomes of pings at ASVs, and the fixes measured of them: decided when somebody asks."""
 
+import math
 from functools import cache, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,10 +11,18 @@ from ...core.handed import Handed
 from ...core.streams import NoiseStore, Purpose, Streams
 from ...records.events import HEARD, IN_FLIGHT
 from ...records.rows import NONE, EventBuffer, Recorder, Row, Rows
-from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH
+from ...usbl.array import plus, scaled
+from ...usbl.instrument import NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ...usbl.own_instrument import OwnInstrument, sounding_of
-from ...usbl.systematic_fixes import OUTLIER_WIDTH, Astray, HandedErrors
-from ...usbl.usbl import Usbl, note
+from ...usbl.systematic_fixes import (
+    OUTLIER_WIDTH,
+    Astray,
+    HandedErrors,
+    astray,
+    measured_astray,
+)
+from ...usbl.two_way import Heard
+from ...usbl.usbl import Usbl, measured, note
 from ...vehicles.fleet import Fleet
 from ...vehicles.motion import Floats
 from .reception import Decided, Noise, foretold, resolve
@@ -36,8 +46,11 @@ class Measuring:
     ) -> None:
         """Measure pings between so many AUVs and ASVs, and write fixes to a record."""
         self._record, self._errors, outliers = record, None, 0
+        #: What is wrong all the time, if anything.
+        self.lasting = None
         if isinstance(instrument, Astray):
             (instrument, lasting), outliers = instrument, OUTLIER_WIDTH
+            self.lasting = lasting._replace(levels=lasting.levels[0])
             levers = record.levers
             self._errors = Handed(HandedErrors(*lasting, levers.of, levers.left))
             levers.hand_on(self._errors)
@@ -66,6 +79,19 @@ def noise_of(store: NoiseStore) -> Noise:
     """Return noise as compiled code takes it."""
     asvs, width = store.shelf.shape[1], store.blocks.shape[2]
     return Noise(store.shelf, store.taken, store.blocks, np.zeros((asvs, width)))
+
+
+class Sight(NamedTuple):
+    """What one ASV has measured of a ping by itself, in the survey frame.
+
+    The AUV's `place` (3,), m, and its covariance (3, 3), m2; where the ASV took itself to be
+    (`own`, m) and its heading (rad) by its own instruments, as it heard the ping.
+    """
+
+    place: Floats
+    covariance: Floats
+    own: tuple[float, float, float]
+    yaw: float
 
 
 class Outcomes:
@@ -209,14 +235,10 @@ class Outcomes:
 
         Its noise is that of the pair's next reception, after those of pings not yet decided.
         """
-        record, receptions = self._record, self._record.receptions.rows
-        it = receptions[row]
+        record, it = self._record, self._record.receptions.rows[row]
         if it["outcome"] != IN_FLIGHT:
             return int(it["outcome"]), float(it["snr_db"])
-        before = receptions[self._first_undecided() : row]
-        same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
-        ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
-        luck = float(self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), ahead)[NOISE_WIDTH])
+        luck = float(self._noise_at(row)[NOISE_WIDTH])
         if (bursts := self._uplink.bursts) is not None:
             pair = bursts[it["auv"], it["asv"]]
             luck = lasting(pair, float(it["arrived_at_s"]), float(it["loss"]))
@@ -225,6 +247,48 @@ class Outcomes:
             self._uplink.calls.count, *self._further_sound,
         )  # fmt: skip
         return outcome, float(it["snr_db"]) + self.receiver.shadowing_sd_db * luck
+
+    def _noise_at(self, row: int) -> Floats:
+        """Return the noise (columns,) that a reception which has just ended is decided with."""
+        receptions = self._record.receptions.rows
+        it, ahead = receptions[row], -1
+        if it["outcome"] == IN_FLIGHT:
+            before = receptions[self._first_undecided() : row]
+            same = (before["auv"] == it["auv"]) & (before["asv"] == it["asv"])
+            ahead = int((same & (before["outcome"] == IN_FLIGHT)).sum())
+        return self._measuring.noise.peek(int(it["auv"]), int(it["asv"]), ahead)
+
+    def sight_of(self, ping: int, asv: int) -> Sight | None:
+        """Return what an ASV that has just decoded a ping measures of it, with the noise that the
+        fix will be made with; None by an instrument of somebody's own, which is asked once.
+
+        Nothing of the mission is changed.
+        """
+        measuring = self._measuring
+        if measuring.own is not None:
+            return None
+        sent = self._record.pings.array[ping]
+        rows = self._record.receptions.rows[sent["first"] : sent["end"]]
+        row = int(sent["first"]) + int(np.flatnonzero(rows["asv"] == asv)[0])
+        noise, (_, snr_db) = self._noise_at(row), self.outcome_of(row)
+        alone = self._record.receptions.rows[row : row + 1].copy()
+        alone["outcome"], alone["snr_db"] = HEARD, snr_db
+        array, metric, levels = measuring.instrument
+        instrument = Instrument(array, metric, levels[0], measuring.made_for[0])
+        heard = Heard(sent, alone, noise[np.newaxis])
+        *vessel, yaw = self._asvs.vehicles[asv].at(float(alone["arrived_at_s"][0]))
+        gnss_sd, heading_sd = float(levels["gnss_sd_m"][0]), levels["attitude_sd_rad"][0, 2]
+        own = plus((vessel[0], vessel[1], vessel[2]), scaled(gnss_noise(noise), gnss_sd))
+        if measuring.lasting is None:
+            place, covariance = measured(heard, self._asvs.motion, instrument, self._strayed)
+        else:
+            place, covariance, *_ = measured_astray(
+                heard, self._asvs.motion, instrument, self._strayed, measuring.lasting
+            )
+            arrived_at = float(alone["arrived_at_s"][0])
+            own = plus(own, astray(asv, arrived_at, measuring.lasting))
+        heading = math.remainder(yaw + heading_sd * float(noise[8]), math.tau)
+        return Sight(place, covariance, own, heading)
 
     def close(self, time: float) -> None:
         """Decide what of pings still under way has arrived by the end of the mission (s)."""

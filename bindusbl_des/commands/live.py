@@ -1,0 +1,299 @@
+"""The command `live`: a mission against the clock, which speaks what instruments speak."""
+
+import math
+import selectors
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+
+from ..core.progress import ProgressLine
+from .console import (
+    RunFailed,
+    compiling_told,
+    is_quiet,
+    reading_from,
+    refuse,
+    refuse_plugins,
+    say,
+    talk,
+    talk_of,
+    warn,
+    weigh,
+    writing,
+)
+from .missions import as_given, check_folder, default_folder, models
+from .options import (
+    anyway_option,
+    out_option,
+    plugins_option,
+    scenario_argument,
+    set_option,
+)
+
+if TYPE_CHECKING:
+    from ..live.outputs import Asked, Opening
+    from ..live.readings import Earth
+    from ..live.session import Output, Session
+    from ..results.result import Result
+    from ..scenario.scenario import Scenario
+
+
+class Mouth(NamedTuple):
+    """What a session sends: outputs, the vehicles that are heard, where and when, whether truth is
+    sent too, times real time, and whether it begins now.
+    """
+
+    outputs: "list[Output]"
+    only: Sequence[str]
+    earth: "Earth"
+    truth: bool
+    speed: float
+    starts_now: bool
+
+
+# Until then (s of the mission) `--dry` waits for a telegram of each kind.
+DRY_S = 600.0
+
+
+def _speed(context: click.Context, parameter: click.Parameter, text: str) -> float:
+    try:
+        speed = math.inf if text == "max" else float(text)
+    except ValueError:
+        speed = math.nan
+    if not speed > 0.0:
+        raise click.BadParameter(f"{text!r} is none: 1, 10, 0.5 or max", context, parameter)
+    return speed
+
+
+def _start(context: click.Context, parameter: click.Parameter, text: str | None) -> datetime | None:
+    if text is None:
+        return None
+    try:
+        start = datetime.fromisoformat(text)
+    except ValueError:
+        raise click.BadParameter(
+            f"{text!r} is no instant; write 2026-06-01T08:00:00Z", context, parameter
+        ) from None
+    return start.replace(tzinfo=UTC) if start.tzinfo is None else start.astimezone(UTC)
+
+
+@click.command()
+@scenario_argument
+@click.option(
+    "--to",
+    "wanted",
+    metavar="FORMAT[/VEHICLES]:SINK",
+    multiple=True,
+    required=True,
+    help="Where telegrams go, such as nmea:udp:127.0.0.1:10110, nmea/ASV0:pty, json:tcp:9000 or "
+    "json:file:PATH; repeatable.",
+)
+@click.option(
+    "--speed", default="1", metavar="1|N|max", callback=_speed, help="Times real time (default 1)."
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, help="Random seed (default 0).")
+@click.option(
+    "--start", metavar="UTC", callback=_start, help="When the mission begins (default: now)."
+)
+@click.option("--only", metavar="VEHICLES", default="", help="Hear these alone: ASV0,AUV1.")
+@click.option("--truth", is_flag=True, help="Add where vehicles truly are, named so.")
+@click.option(
+    "--bind", default="127.0.0.1", metavar="HOST", help="Where ports listen (default 127.0.0.1)."
+)
+@click.option("--dry", is_flag=True, help="Print the first telegram of each kind, and end.")
+@out_option("DIR", "Result folder (default results/<name>-seed<N>-live).")
+@set_option
+@click.option("--force", is_flag=True, help="Replace the result folder and files that exist.")
+@anyway_option
+@plugins_option
+def live(
+    scenario: str,
+    wanted: tuple[str, ...],
+    speed: float,
+    seed: int,
+    start: datetime | None,
+    only: str,
+    truth: bool,
+    bind: str,
+    dry: bool,
+    out: str | None,
+    overrides: tuple[str, ...],
+    force: bool,
+    anyway: bool,
+    allow_plugins: bool,
+) -> None:
+    """Fly a mission against the clock, and send what its instruments measure.
+
+    Formats: nmea (GGA, RMC, ZDA, HDT and $PSIMSSB of ASVs; of AUVs named by /VEHICLES or --only
+    their estimates as GGA), json (a line for each reading).  Sinks: udp:HOST:PORT, tcp:PORT, pty,
+    file:PATH.  Ctrl-C ends the telegrams; the mission is finished at once and its result folder
+    is that of `run` with the same seed.
+    """
+    from ..live.outputs import FORMATS, asked, chosen
+    from ..live.readings import earth_of
+
+    reading = reading_from(scenario, overrides, allow_plugins)
+    refuse_plugins(reading.unloaded)
+    mission = reading.scenario
+    names = [f"ASV{it}" for it in range(mission.asvs.count)]
+    names += [f"AUV{it}" for it in range(mission.auvs.count)]
+    try:
+        outputs = [asked(it, names) for it in wanted]
+        heard = chosen(only, names, "--only")
+    except ValueError as error:
+        refuse(str(error))
+    earth = earth_of(mission, start or datetime.now(UTC))
+    for it in outputs:
+        if FORMATS[it.format].on_earth and earth.origin is None:
+            refuse(
+                f"{it.text}: {it.format} needs a place on Earth; add environment.origin.lat_deg "
+                "and lon_deg to the scenario, or --set environment.origin.lat_deg=54.33 "
+                "--set environment.origin.lon_deg=10.18"
+            )
+    if dry:
+        _dry(mission, seed, outputs, heard, earth, truth)
+        return
+    folder = Path(out) if out else default_folder(mission, seed, "-live")
+    check_folder(folder, force)
+    talk(models(mission))
+    talk_of(reading.warnings)
+    from ..live.outputs import Opening
+    from ..preflight.effort import effort
+    from ..results.result_folder import result_draft
+
+    weigh(mission.name, effort(mission), anyway)
+    text = as_given(scenario, mission, folder)
+    with writing(folder), result_draft(folder, force=force) as draft, ExitStack() as stack:
+        selector = stack.enter_context(selectors.DefaultSelector())
+        opening = Opening(selector, talk, bind, force)
+        sinks = _opened(outputs, heard, opening, stack)
+        mouth = Mouth(sinks, heard, earth, truth, speed, start is None)
+        result = _flown(mission, seed, mouth, selector)
+        result.overrides = overrides
+        result.fill(draft, text)
+    say(f"Results: {folder}")
+
+
+def _opened(
+    outputs: "Sequence[Asked]", heard: Sequence[str], opening: "Opening", stack: ExitStack
+) -> "list[Output]":
+    """Open what can be opened; each that cannot is told in a line.
+
+    Raises:
+        BadInput: when nothing can be.
+    """
+    from ..live.outputs import opened
+
+    sinks = []
+    for it in outputs:
+        try:
+            output = opened(it, heard, opening)
+        except ValueError as error:
+            refuse(str(error))
+        except OSError as error:
+            why = (error.strerror or str(error)).partition(" (while")[0]
+            warn(f"{it.text}: cannot be opened ({why})")
+            continue
+        stack.callback(output.sink.close)
+        sinks.append(output)
+    if not sinks:
+        refuse("nothing can be sent anywhere; free the port, or name another sink")
+    return sinks
+
+
+def _flown(
+    scenario: "Scenario", seed: int, mouth: "Mouth", selector: selectors.BaseSelector
+) -> "Result":
+    """Fly a mission against the clock, then to its end; return its result."""
+    from ..live.readings import Instruments
+    from ..live.session import Session
+    from ..mission.mission import Mission
+
+    line = ProgressLine(quiet=is_quiet(), on_terminals=True)
+    try:
+        with compiling_told():
+            mission = Mission(scenario, seed)
+            instruments = Instruments(mission, truth=mouth.truth, only=mouth.only)
+            session = Session(
+                instruments, mouth.earth, mouth.outputs, selector, warn, speed=mouth.speed
+            )
+            session.starts_now = mouth.starts_now
+            with _stopped_by_ctrl_c(session):
+                session.fly(lambda now: line.tell(lambda: status(now, scenario.duration_s)))
+        line.end(lambda: status(session, scenario.duration_s))
+        if instruments.is_unsighted:
+            warn("usbl.model is one's own: what one vessel alone measures is not known, nor sent")
+        talk(_summary(session))
+        return mission.result()
+    except (ValueError, ArithmeticError, RuntimeError, MemoryError) as error:
+        raise RunFailed(f"{scenario.name}: the run failed: {error}") from error
+
+
+@contextmanager
+def _stopped_by_ctrl_c(session: "Session") -> Iterator[None]:
+    """Have the first Ctrl-C end the telegrams, and the second the program."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.getsignal(signal.SIGINT)
+
+    def stop(*_: Any) -> None:
+        signal.signal(signal.SIGINT, before)
+        session.stop()
+
+    signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def status(session: "Session", duration_s: float) -> str:
+    """Return how far a session is: time, telegrams, clients, lateness."""
+    late = 1e3 * session.lateness.quantile(0.99)
+    clients = f", {session.clients} connected" if session.clients else ""
+    return (
+        f"{session.time:.0f} of {duration_s:.0f} s, {session.sent} telegrams{clients}, "
+        f"99 % within {late:.1f} ms"
+    )
+
+
+def _summary(session: "Session") -> str:
+    late = session.lateness
+    if not late.counts:
+        return f"{session.sent} telegrams sent."
+    median, most = (1e3 * late.quantile(share) for share in (0.5, 0.99))
+    return f"{session.sent} telegrams sent; late by {median:.1f} ms (median), {most:.1f} ms (99 %)."
+
+
+def _dry(
+    scenario: "Scenario",
+    seed: int,
+    outputs: "Sequence[Asked]",
+    heard: Sequence[str],
+    earth: "Earth",
+    truth: bool,
+) -> None:
+    """Print the first telegram of each kind and format; nothing is opened."""
+    from ..live.outputs import encoder
+    from ..live.readings import Instruments
+    from ..mission.mission import Mission
+
+    with compiling_told():
+        instruments = Instruments(Mission(scenario, seed), truth=truth, only=heard)
+        seen: set[tuple[str, type]] = set()
+        while instruments.time < DRY_S and not instruments.is_over:
+            for reading in instruments.advance(instruments.time + 1.0):
+                for it in outputs:
+                    key = it.text, type(reading)
+                    if key in seen or (it.only and reading.vehicle not in it.only):
+                        continue
+                    for telegram in encoder(it, heard)(reading, earth):
+                        seen.add(key)
+                        say(telegram.decode("utf-8").rstrip())

@@ -1,0 +1,167 @@
+"""What `--to FORMAT[/VEHICLES]:SINK` means: formats and sinks by their names."""
+
+import re
+import selectors
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from .json_lines import line
+from .nmea import sentences
+from .readings import Earth, Estimate, Reading
+from .session import Encoder, Output
+from .sinks import LOOPBACK, Datagrams, File, Port, Say, Sink, Terminal
+
+PORTS = range(65536)
+
+
+class Format(NamedTuple):
+    """A format: what it sends, whether it needs a place on Earth, and to which sinks it goes."""
+
+    meaning: str
+    encode: Encoder
+    on_earth: bool
+    sinks: tuple[str, ...] = ("udp", "tcp", "pty", "file")
+
+
+class Asked(NamedTuple):
+    """An output as somebody has asked for it."""
+
+    text: str
+    format: str
+    only: tuple[str, ...]
+    sink: str
+    where: str
+
+
+def _nmea(reading: Reading, earth: Earth) -> Sequence[bytes]:
+    return [it.encode("ascii") for it in sentences(reading, earth)]
+
+
+def _json(reading: Reading, earth: Earth) -> Sequence[bytes]:
+    return [line(reading, earth).encode("utf-8")]
+
+
+FORMATS: dict[str, Format] = {
+    "nmea": Format("GGA, RMC, ZDA, HDT and $PSIMSSB of ASVs", _nmea, on_earth=True),
+    "json": Format("a line for each reading of all instruments", _json, on_earth=False),
+}
+
+# How each sink is written behind its name.
+SINKS = {
+    "udp": "udp:HOST:PORT",
+    "tcp": "tcp:PORT",
+    "pty": "pty",
+    "file": "file:PATH",
+}
+
+
+def asked(text: str, vehicles: Sequence[str]) -> Asked:
+    """Return an output as it is written; `vehicles` are those that there are.
+
+    Raises:
+        ValueError: naming what is wrong with it.
+    """
+    form, _, rest = text.partition(":")
+    form, _, named = form.partition("/")
+    sink, _, where = rest.partition(":")
+    if form not in FORMATS:
+        raise ValueError(f"{text}: there is no format {form!r}; it is one of {', '.join(FORMATS)}")
+    if sink not in SINKS:
+        spelt = ", ".join(f"{form}:{SINKS[it]}" for it in FORMATS[form].sinks)
+        raise ValueError(f"{text}: there is no sink {sink!r}; write {spelt}")
+    if sink not in FORMATS[form].sinks:
+        spelt = ", ".join(f"{form}:{SINKS[it]}" for it in FORMATS[form].sinks)
+        raise ValueError(f"{text}: {form} does not go to {sink}; write {spelt}")
+    return Asked(text, form, chosen(named, vehicles, text), sink, where)
+
+
+def chosen(named: str, vehicles: Sequence[str], text: str) -> tuple[str, ...]:
+    """Return the vehicles that are named, `ASV0,AUV1`; none if nothing is.
+
+    Raises:
+        ValueError: for a vehicle that there is not.
+    """
+    only = tuple(filter(None, named.split(",")))
+    for name in only:
+        if name not in vehicles:
+            raise ValueError(f"{text}: there is no {name}; there are {', '.join(vehicles)}")
+    return only
+
+
+def encoder(wanted: Asked, only: Sequence[str]) -> Encoder:
+    """Return what encodes readings for an output.
+
+    NMEA has no names of vehicles: AUVs' estimates are in it only where AUVs are named.
+    """
+    encode = FORMATS[wanted.format].encode
+    if wanted.format != "nmea":
+        return encode
+    named = {*wanted.only, *only}
+
+    def vessels(reading: Reading, earth: Earth) -> Sequence[bytes]:
+        if isinstance(reading, Estimate) and reading.vehicle not in named:
+            return ()
+        return encode(reading, earth)
+
+    return vessels
+
+
+class Opening(NamedTuple):
+    """What sinks need to be opened: where TCP listens, who serves clients, whether files may be
+    replaced, and whom to tell.
+    """
+
+    selector: selectors.BaseSelector
+    say: Say
+    bind: str = LOOPBACK
+    replace: bool = False
+
+
+def opened(wanted: Asked, only: Sequence[str], by: Opening) -> Output:
+    """Open an output.
+
+    Raises:
+        ValueError: when the sink is not written as it must be.
+        OSError: when it cannot be opened.
+    """
+    return Output(encoder(wanted, only), OPENERS[wanted.sink](wanted, by), wanted.only)
+
+
+def _udp(wanted: Asked, by: Opening) -> Sink:
+    host, _, port = wanted.where.rpartition(":")
+    if not host:
+        raise ValueError(f"{wanted.text}: write {wanted.format}:{SINKS['udp']}")
+    return Datagrams(wanted.text, host.strip("[]"), _port(port, wanted.text))
+
+
+def _tcp(wanted: Asked, by: Opening) -> Sink:
+    port = Port(wanted.text, by.bind, _port(wanted.where, wanted.text), by.selector, by.say)
+    by.say(f"{wanted.text}: listens on {by.bind}:{port.port}")
+    return port
+
+
+def _pty(wanted: Asked, by: Opening) -> Sink:
+    terminal = Terminal(wanted.text, by.selector)
+    by.say(f"{wanted.text}: {terminal.path}")
+    return terminal
+
+
+def _file(wanted: Asked, by: Opening) -> Sink:
+    if not wanted.where:
+        raise ValueError(f"{wanted.text}: write {wanted.format}:{SINKS['file']}")
+    return File(wanted.text, Path(wanted.where), replace=by.replace)
+
+
+OPENERS: dict[str, Callable[[Asked, Opening], Sink]] = {
+    "udp": _udp,
+    "tcp": _tcp,
+    "pty": _pty,
+    "file": _file,
+}
+
+
+def _port(text: str, whole: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,5}", text) or int(text) not in PORTS:
+        raise ValueError(f"{whole}: {text!r} is no port; give a number from 0 to 65535")
+    return int(text)

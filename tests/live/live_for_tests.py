@@ -1,0 +1,56 @@
+"""Sessions under test: short missions at a place on Earth, and what they send."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from click.testing import CliRunner, Result
+from worlds import merged
+
+from bindusbl_des import Mission, Scenario
+from bindusbl_des.cli import main
+from bindusbl_des.live.readings import Earth, Instruments, Reading, earth_of
+
+ORIGIN = {"lat_deg": 54.33, "lon_deg": 10.18}
+START = datetime(2026, 6, 1, 8, 0, tzinfo=UTC)
+BEGINS = "2026-06-01T08:00:00Z"
+
+YAML = """\
+name: live
+duration_s: 20
+environment: {origin: {lat_deg: 54.33, lon_deg: 10.18}}
+usbl: {gnss_sd_m: 0.5}
+"""
+
+
+def at_sea(**changes: Any) -> Scenario:
+    """Return a mission of a minute at a place on Earth."""
+    return Scenario(
+        **merged(
+            {"name": "live", "duration_s": 60.0, "environment": {"origin": ORIGIN}},
+            changes,
+        )
+    )
+
+
+def heard(
+    scenario: Scenario, seed: int = 3, step: float = 0.7, **asked: Any
+) -> tuple[Sequence[Reading], Mission, Earth]:
+    """Return all readings of a mission that is advanced in such steps (s), and the mission."""
+    mission = Mission(scenario, seed)
+    instruments, readings = Instruments(mission, **asked), []
+    while not instruments.is_over:
+        readings += instruments.advance(instruments.time + step)
+    return readings, mission, earth_of(scenario, START)
+
+
+def call(*words: str) -> Result:
+    """Run a command; an exception that is no exit is a failure of the test."""
+    return CliRunner().invoke(main, list(words), catch_exceptions=False)
+
+
+def written(folder: Path, text: str = YAML) -> str:
+    """Write a scenario file; return its name."""
+    (folder / "sea.yaml").write_text(text)
+    return str(folder / "sea.yaml")
